@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  // Voronoi regions of the triangle's features (C. Ericson. Real-time collision detection, 2005, section 5.1.5).
+  NearestPoint out;
+  const auto finish = [&](const Vector3d& q, int feature) {
+    out.point = q;
+    out.distance = (p - q).norm();
+    out.feature = static_cast<std::uint8_t>(feature);
+    return out;
+  };
+  const Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return finish(a, 4);
+  const Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return finish(b, 5);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return finish(a + (d1 / (d1 - d3)) * ab, 3);
+  const Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return finish(c, 6);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return finish(a + (d2 / (d2 - d6)) * ac, 2);
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return finish(b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 1);
+  const double sum = va + vb + vc;
+  if (!(sum > 0)) {  // degenerate: the nearest of the three edges
+    const auto onEdge = [&](const Vector3d& u, const Vector3d& v) -> Vector3d {
+      const double length2 = (v - u).squaredNorm();
+      const double t = length2 > 0 ? std::clamp((p - u).dot(v - u) / length2, 0.0, 1.0) : 0.0;
+      return u + t * (v - u);
+    };
+    const std::array<Vector3d, 3> q{onEdge(b, c), onEdge(c, a), onEdge(a, b)};
+    int best = 0;
+    for (int k = 1; k < 3; ++k)
+      if ((p - q[static_cast<std::size_t>(k)]).squaredNorm() < (p - q[static_cast<std::size_t>(best)]).squaredNorm()) best = k;
+    return finish(q[static_cast<std::size_t>(best)], 1 + best);
+  }
+  return finish(a + (vb / sum) * ab + (vc / sum) * ac, 0);
+}
+
+DistanceField::DistanceField(const TriangleMesh& mesh) {
+  const std::size_t n = mesh.triangles.size();
+  if (n == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
+  std::vector<Eigen::AlignedBox3d> boxes(n);
+  for (std::size_t t = 0; t < n; ++t) {
+    for (int k = 0; k < 3; ++k) boxes[t].extend(mesh.corner(t, k));
+    box_.extend(boxes[t]);
+  }
+  diagonal_ = box_.diagonal().norm();
+  tree_ = BoxTree(boxes);
+
+  faces_.resize(n);
+  slot_.resize(n);
+  const Vector3d middle = box_.center();
+  for (std::size_t s = 0; s < n; ++s) {
+    const std::uint32_t t = tree_.order()[s];
+    slot_[t] = static_cast<std::uint32_t>(s);
+    Face& f = faces_[s];
+    f.a = mesh.corner(t, 0), f.b = mesh.corner(t, 1), f.c = mesh.corner(t, 2);
+    f.triangle = t;
+    const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
+    const double length = cross.norm();
+    f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
+  }
+  // Summed in the order of the input, so that they do not depend on the tree.
+  for (std::size_t t = 0; t < n; ++t) {
+    const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
+    area_ += 0.5 * (b - a).cross(c - a).norm();
+    volume_ += a.dot(b.cross(c)) / 6.0;
+  }
+
+  // Pseudonormals. Corners of equal position and edges between them belong together, whatever their indices.
+  std::vector<std::uint32_t> by_position(mesh.positions.size());
+  std::iota(by_position.begin(), by_position.end(), 0u);
+  const auto key = [&](std::uint32_t v) { return std::array<double, 3>{mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z()}; };
+  std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint32_t> weld(mesh.positions.size());
+  for (std::size_t i = 0; i < by_position.size(); ++i)
+    weld[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? weld[by_position[i - 1]] : by_position[i];
+
+  std::vector<Vector3d> at_vertex(mesh.positions.size(), Vector3d::Zero());
+  struct HalfEdge {
+    std::uint32_t low, high, triangle;
+    std::uint8_t opposite;
+  };
+  std::vector<HalfEdge> edges;
+  edges.reserve(3 * n);
+  for (std::size_t t = 0; t < n; ++t) {
+    const Vector3d& normal_t = normal(static_cast<std::uint32_t>(t));
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = weld[mesh.triangles[t][static_cast<std::size_t>(k)]];
+      const std::uint32_t v1 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 1) % 3)]];
+      const std::uint32_t v2 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 2) % 3)]];
+      const Vector3d e1 = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), e2 = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      at_vertex[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * normal_t;
+      edges.push_back({std::min(v1, v2), std::max(v1, v2), static_cast<std::uint32_t>(t), static_cast<std::uint8_t>(k)});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} < std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
+  });
+  pseudonormals_.resize(n);
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t j = i;
+    Vector3d sum = Vector3d::Zero();
+    for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high; ++j) sum += normal(edges[j].triangle);
+    for (; i < j; ++i) pseudonormals_[edges[i].triangle].at[edges[i].opposite] = sum.normalized();
+  }
+  for (std::size_t t = 0; t < n; ++t)
+    for (std::size_t k = 0; k < 3; ++k) pseudonormals_[t].at[3 + k] = at_vertex[weld[mesh.triangles[t][k]]].normalized();
+}
+
+NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
+  NearestPoint best;
+  double limit2 = limit * limit;
+  tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+    for (std::size_t s = first; s < first + count; ++s) {
+      const Face& f = faces_[s];
+      const NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
+      if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
+      if (q.distance > best.distance || (q.distance == best.distance && f.triangle >= best.triangle)) continue;
+      best = q;
+      best.triangle = f.triangle;
+      limit = best.distance;
+      // A hair above, so that a triangle at exactly this distance is still seen and ties do not depend on the order.
+      limit2 = best.distance * best.distance * (1 + 1e-15) + std::numeric_limits<double>::min();
+    }
+  });
+  return best;
+}
+
+Vector3d DistanceField::pseudonormal(const NearestPoint& nearest) const {
+  return nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
+}
+
+bool DistanceField::isInside(const Vector3d& p, const NearestPoint& nearest) const {
+  return (p - nearest.point).dot(pseudonormal(nearest)) < 0;
+}
+
+double DistanceField::signedDistance(const Vector3d& p, NearestPoint* nearest_out) const {
+  const NearestPoint q = nearest(p);
+  if (nearest_out) *nearest_out = q;
+  return isInside(p, q) ? -q.distance : q.distance;
+}
+
+}  // namespace spheretree::builder
