@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -18,16 +19,19 @@ namespace spheretree {
 
 inline constexpr int kMinLevels = 2, kMaxLevels = 6;        // the root is level 0
 inline constexpr int kMinBranching = 2, kMaxBranching = 8;  // children of an inner node
+inline constexpr std::uint32_t kMaxNodes = 37449;           // a full tree of 6 levels and branching 8
 inline constexpr std::uint32_t kNoBound = 0xffffffffu;
+inline constexpr float kUnproven = -1;                      // in place of an overhang bound
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
 /// What the builder proved or measured about the level set of one level. Lengths in mm.
 struct LevelStatistics {
   std::uint32_t sphere_count = 0;   // size of the level set: nodes of the level and leaves of earlier ones
-  float overhang_bound = 0;         // no cover sphere of the level set reaches farther out of the object than this; proven
+  float overhang_bound = kUnproven; // no cover sphere of the level set reaches farther out of the object than this; proven
   float smallest_radius = 0;
   float largest_radius = 0;
+  friend bool operator==(const LevelStatistics&, const LevelStatistics&) = default;
 };
 
 /// Where a tree comes from. Stored in the file; nothing in here depends on the machine, the clock or the thread count.
@@ -44,6 +48,7 @@ struct Provenance {
   std::uint64_t seed = 0;
   Hash128 mesh_hash{};             // XXH3-128 of positions [mm, doubles] and triangles as read
   Hash128 settings_hash{};         // XXH3-128 of the settings' text form
+  friend bool operator==(const Provenance&, const Provenance&) = default;
 };
 
 /// Breadth first; the children of a node are consecutive, those with children of their own first.
@@ -62,15 +67,43 @@ struct SphereTree {
   std::size_t nodeCount() const { return cover.size(); }
   int levelCount() const { return static_cast<int>(level_begin.size()) - 1; }
   bool isLeaf(std::size_t node) const { return child_count[node] == 0; }
+  friend bool operator==(const SphereTree&, const SphereTree&) = default;
 };
 
-/// Nodes of the level set of `level`: the nodes of that level and the leaves of earlier levels, in file order.
+/// Nodes of the level set of `level` (0 .. levelCount() - 1): the nodes of that level and the leaves of earlier levels, in file
+/// order. Cost: O(nodes).
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 
+/// What the low 8 bits of a bounding sphere's radius say: low 4 bits child_count - 1, high 4 bits the number of children that have
+/// children of their own. `child_count` in [1, 8], `inner_children` in [0, child_count].
+constexpr std::uint8_t radiusTag(unsigned child_count, unsigned inner_children) {
+  return static_cast<std::uint8_t>((child_count - 1) | (inner_children << 4));
+}
+
+/// The least float that is >= `radius` [mm, > 0] and whose low 8 bits are `tag`: at most 2^-15 above `radius`. Infinite if no float
+/// holds it. A radius is stored with its tag, so that a reader takes it as it is.
+float taggedRadius(double radius, std::uint8_t tag);
+
+/// Fills first_child, bound_index and level_begin from `child_count` (node_count values). False, and the tree is left unusable, if the
+/// counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead of leaves. Cost: O(nodes).
+[[nodiscard]] bool linkNodes(SphereTree& tree);
+
+/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the cover spheres of
+/// its node and of all descendants, rounded outward to float and to its tag; within 1.0001 of the optimum. Deterministic.
+/// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and robust
+///         smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The smallest enclosing
+///         ball of balls, SoCG 2003. Cost: O(nodes * levels), times about 10.
+void encloseDescendants(SphereTree& tree);
+
+/// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are kept; those of new
+/// levels are kUnproven. Cost: O(nodes * levels).
+void countLevels(SphereTree& tree);
+
 /// First broken invariant as a sentence that names the node and the values, or "" for a sound tree.
-/// Checks topology (breadth first, consecutive, in range, no cycle), radii finite and > 0, and that every bounding sphere
-/// encloses its own cover sphere, its children's bounding spheres' contents and so all cover spheres below. Evaluated in
-/// double on the stored floats, with no tolerance. Cost: O(nodes * levels).
+/// Checks array sizes, topology (breadth first, consecutive, in range, no cycle, tags), centres finite, radii finite and > 0,
+/// that every bounding sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the
+/// spheres, and that the provenance can be stored. Enclosure is evaluated in double on the stored floats, with no tolerance.
+/// Cost: O(nodes * levels).
 std::string findFault(const SphereTree& tree);
 
 }  // namespace spheretree

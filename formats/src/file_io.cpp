@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/file_io.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "spheretree/formats/errors.h"
+
+namespace spheretree::formats {
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+[[noreturn]] void failRead(const std::filesystem::path& path, int error) {
+  throw FileError(path.string() + ": cannot be read: " + reason(error) + ". Check the name and the permissions.");
+}
+
+[[noreturn]] void failWrite(const std::filesystem::path& path, int error) {
+  const char* advice = error == ENOSPC || error == EDQUOT ? "Free some space or write elsewhere."
+                       : error == ENOENT || error == ENOTDIR ? "Create the folder first."
+                       : error == EISDIR                     ? "Name a file, not a folder."
+                                                             : "Check the folder's permissions or write elsewhere.";
+  throw FileError(path.string() + ": cannot be written: " + reason(error) + ". " + advice);
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  /// Some file systems report a full disk only here. 0 or an errno.
+  int close() {
+    const int fd = fd_;
+    fd_ = -1;
+    return ::close(fd) == 0 ? 0 : errno;
+  }
+
+ private:
+  int fd_;
+};
+
+/// 0 or an errno.
+int writeAll(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t{1} << 30));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      return errno;
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+struct Temporary {
+  std::filesystem::path path;
+  int fd;
+};
+
+Temporary createTemporary(const std::filesystem::path& folder, const std::filesystem::path& target) {
+  static std::atomic<unsigned> counter{0};
+  for (;;) {
+    const std::string name = ".spheretree-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
+    std::filesystem::path path = folder / name;
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd >= 0) return {std::move(path), fd};
+    if (errno != EEXIST && errno != EINTR) failWrite(target, errno);
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0) failRead(path, errno);
+  struct stat status{};
+  if (::fstat(file.get(), &status) != 0) failRead(path, errno);
+  if (S_ISDIR(status.st_mode)) failRead(path, EISDIR);
+  const auto refuseSize = [&] {
+    throw FileError(path.string() + ": has more than " + std::to_string(max_bytes) + " bytes, the most that is read of such a file.");
+  };
+  if (S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) > max_bytes) refuseSize();
+
+  // The size is a first guess only: pipes have none, and a file may change while it is read.
+  std::vector<std::byte> bytes;
+  std::size_t used = 0;
+  bytes.resize(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + 1 : std::size_t{1} << 16);
+  for (;;) {
+    if (used == bytes.size()) bytes.resize(bytes.size() * 2);
+    const ssize_t count = ::read(file.get(), bytes.data() + used, std::min<std::size_t>(bytes.size() - used, std::size_t{1} << 30));
+    if (count < 0) {
+      if (errno == EINTR) continue;
+      failRead(path, errno);
+    }
+    if (count == 0) break;
+    used += static_cast<std::size_t>(count);
+    if (used > max_bytes) refuseSize();
+  }
+  bytes.resize(used);
+  return bytes;
+}
+
+void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  struct stat status{};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) failWrite(path, errno);
+  if (exists && S_ISDIR(status.st_mode)) failWrite(path, EISDIR);
+  if (exists && ::access(path.c_str(), W_OK) != 0) failWrite(path, errno);
+  if (exists && !S_ISREG(status.st_mode)) {
+    Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (device.get() < 0) failWrite(path, errno);
+    if (const int error = writeAll(device.get(), bytes)) failWrite(path, error);
+    if (const int error = device.close()) failWrite(path, error);
+    return;
+  }
+
+  std::error_code unresolved;
+  std::filesystem::path target = exists ? std::filesystem::canonical(path, unresolved) : path;
+  if (unresolved) target = path;
+  if (!target.has_filename()) failWrite(path, EISDIR);
+  const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+
+  const Temporary temporary = createTemporary(folder, path);
+  Descriptor file(temporary.fd);
+  int error = writeAll(file.get(), bytes);
+  if (!error && exists && ::fchmod(file.get(), status.st_mode & 07777) != 0) error = errno;
+  if (!error && ::fsync(file.get()) != 0) error = errno;
+  const int close_error = file.close();
+  if (!error) error = close_error;
+  if (!error && ::rename(temporary.path.c_str(), target.c_str()) != 0) error = errno;
+  if (error) {
+    ::unlink(temporary.path.c_str());
+    failWrite(path, error);
+  }
+  // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is whole.
+  const Descriptor folder_file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder_file.get() >= 0) ::fsync(folder_file.get());
+}
+
+void writeWhole(const std::filesystem::path& path, std::string_view text) {
+  writeWhole(path, std::as_bytes(std::span<const char>(text.data(), text.size())));
+}
+
+}  // namespace spheretree::formats
