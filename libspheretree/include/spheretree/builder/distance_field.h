@@ -42,6 +42,10 @@ class DistanceField {
 
   /// Unit normal of a triangle; zero for a degenerate one.
   const Eigen::Vector3d& normal(std::uint32_t triangle) const { return faces_[slot_[triangle]].normal; }
+  std::array<Eigen::Vector3d, 3> corners(std::uint32_t triangle) const {
+    const Face& f = faces_[slot_[triangle]];
+    return {f.a, f.b, f.c};
+  }
   /// Angle-weighted pseudonormal (unit) at a nearest point: of its face, edge or corner.
   Eigen::Vector3d pseudonormal(const NearestPoint& nearest) const;
 

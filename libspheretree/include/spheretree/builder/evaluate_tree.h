@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How well a sphere-tree stands for a mesh, level by level: what `spheretree evaluate` prints. Definitions, and how each figure
+// is found and how exact it is: docs/measures.md
+// Units: mm, frame of the mesh.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "spheretree/builder/cover_limits.h"
+#include "spheretree/builder/coverage.h"
+#include "spheretree/builder/overhang.h"
+#include "spheretree/builder/progress.h"
+#include "spheretree/core/sphere_tree.h"
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::builder {
+
+struct EvaluateSettings {
+  bool limits = true;      // find h_fin and h_low for the deepest level
+  std::uint64_t seed = 1;  // of the surface points
+  int threads = 0;         // 0: as many as the machine has; the result does not depend on it
+};
+
+struct LevelEvaluation {
+  int level = 0;
+  std::size_t spheres = 0;  // of the level set: the nodes of the level and the leaves of earlier ones
+  Overhang overhang;
+  Coverage coverage;
+  double excess_volume_fraction = 0;   // of the union outside the mesh, over the mesh's volume
+  double missing_volume_fraction = 0;  // of the mesh outside the union, over the mesh's volume
+};
+
+struct HierarchyEvaluation {
+  std::size_t leaves = 0;
+  std::size_t leaves_outside_ancestor = 0;  // whose cover sphere leaves the bounding sphere of some ancestor
+  std::size_t leaves_outside_ancestor_cover =
+      0;  // ... the cover sphere of some ancestor: harmless here, a fault in a tree of one sphere a node
+};
+
+struct Evaluation {
+  double diagonal = 0;   // of the mesh's bounding box [mm]
+  double tolerance = 0;  // of coverage and enclosure: 1e-5 of the diagonal [mm]
+  std::vector<LevelEvaluation> levels;
+  HierarchyEvaluation hierarchy;
+  std::optional<CoverLimits> limits;  // of the deepest level
+};
+
+/// Measures the cover spheres of every level against the mesh, which must be closed, oriented outward and free of
+/// self-intersections (mesh_checks.h), else inside and outside are uncertain. The tree must be sound (core's findFault).
+/// Same arguments (threads aside), same result. Cost: 1 to 2 s on one core for 4,000 triangles and 585 nodes.
+/// @throws Cancelled, std::invalid_argument for an empty tree or a mesh without area.
+Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress);
+
+}  // namespace spheretree::builder

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/evaluate_tree.h"
+
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "spheretree/builder/volumes.h"
+
+namespace spheretree::builder {
+
+namespace {
+
+constexpr double kTolerance = 1e-5;  // of the diagonal
+constexpr std::size_t kVolumeLines = 512 * 512;
+
+bool encloses(const Sphere& outer, const Sphere& inner, double tolerance) {
+  const double dx = static_cast<double>(inner.x) - outer.x, dy = static_cast<double>(inner.y) - outer.y,
+               dz = static_cast<double>(inner.z) - outer.z;
+  return std::sqrt(dx * dx + dy * dy + dz * dz) + inner.radius <= outer.radius + tolerance;
+}
+
+HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) {
+  std::vector<std::uint32_t> parent(tree.nodeCount(), kNoParent);
+  for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
+    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) parent[tree.first_child[node] + k] = node;
+  HierarchyEvaluation out;
+  for (std::uint32_t leaf = 0; leaf < tree.nodeCount(); ++leaf) {
+    if (!tree.isLeaf(leaf)) continue;
+    ++out.leaves;
+    bool outside_bound = false, outside_cover = false;
+    for (std::uint32_t above = parent[leaf]; above != kNoParent; above = parent[above]) {
+      outside_bound |= !encloses(tree.bound[tree.bound_index[above]], tree.cover[leaf], tolerance);
+      outside_cover |= !encloses(tree.cover[above], tree.cover[leaf], tolerance);
+    }
+    out.leaves_outside_ancestor += outside_bound;
+    out.leaves_outside_ancestor_cover += outside_cover;
+  }
+  return out;
+}
+
+Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
+  progress.stage("reading the surface");
+  const DistanceField field(mesh);
+  Evaluation out;
+  out.diagonal = field.diagonal();
+  out.tolerance = kTolerance * field.diagonal();
+  out.hierarchy = evaluateHierarchy(tree, out.tolerance);
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  for (int level = 0; level < tree.levelCount(); ++level) {
+    progress.stage("measuring level " + std::to_string(level));
+    std::vector<Ball> balls;
+    for (const std::uint32_t node : levelSet(tree, level)) {
+      const Sphere& sphere = tree.cover[node];
+      balls.push_back({origin + Eigen::Vector3d(sphere.x, sphere.y, sphere.z), sphere.radius});
+    }
+    LevelEvaluation& result = out.levels.emplace_back();
+    result.level = level;
+    result.spheres = balls.size();
+    const SphereUnion set(balls);
+    result.overhang = measureOverhang(field, set, {}, progress);
+    progress.advance(0.7);
+    result.coverage = measureCoverage(mesh, set, {.tolerance = out.tolerance, .seed = settings.seed}, progress);
+    progress.advance(0.9);
+    const Volumes volumes = measureVolumes(mesh, set.balls(), kVolumeLines, progress);
+    if (volumes.mesh > 0) {
+      result.excess_volume_fraction = volumes.excess / volumes.mesh;
+      result.missing_volume_fraction = volumes.missing / volumes.mesh;
+    }
+    progress.advance(1);
+  }
+  if (settings.limits) {
+    progress.stage("finding the limits");
+    out.limits = coverLimits(mesh, field, out.levels.back().spheres, {.seed = settings.seed}, progress);
+    progress.advance(1);
+  }
+  return out;
+}
+
+}  // namespace
+
+Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
+  if (tree.nodeCount() == 0 || tree.levelCount() < 1) throw std::invalid_argument("evaluate: the tree has no nodes");
+  tbb::task_arena arena(settings.threads > 0 ? settings.threads : tbb::task_arena::automatic);
+  return arena.execute([&] { return evaluate(mesh, tree, settings, progress); });
+}
+
+}  // namespace spheretree::builder
