@@ -121,9 +121,10 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
     Node node{};
     for (std::size_t k = 0; k < 4; ++k) {
       const bool used = k < children.size();
-      for (int axis = 0; axis < 3; ++axis) {
-        node.low[axis][k] = used ? children[k].box.min()[axis] : std::numeric_limits<double>::max();
-        node.high[axis][k] = used ? children[k].box.max()[axis] : std::numeric_limits<double>::max();
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        node.low[axis][static_cast<Eigen::Index>(k)] = used ? children[k].box.min()[i] : std::numeric_limits<double>::max();
+        node.high[axis][static_cast<Eigen::Index>(k)] = used ? children[k].box.max()[i] : std::numeric_limits<double>::max();
       }
       if (!used) continue;
       if (children[k].size() <= wanted) {

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,32 +30,34 @@ class BoxTree {
     if (nodes_.empty()) return;
     struct Entry {
       double distance2;
-      std::int32_t node;
+      std::int32_t child, count;  // as in Node
     };
     std::array<Entry, kStack> stack;
-    int top = 0;
-    stack[static_cast<std::size_t>(top++)] = {0.0, 0};
+    stack[0] = {0.0, 0, -1};
+    std::size_t top = 1;
     while (top > 0) {
-      const Entry entry = stack[static_cast<std::size_t>(--top)];
+      const Entry entry = stack[--top];
       if (!(entry.distance2 < limit2)) continue;
-      const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
-      std::array<double, 4> d2 = distances(node, p);
-      std::array<int, 4> by_distance{0, 1, 2, 3};
-      const auto sort2 = [&](int a, int b) {  // a sorting network, farthest first
-        if (d2[static_cast<std::size_t>(a)] < d2[static_cast<std::size_t>(b)]) {
-          std::swap(d2[static_cast<std::size_t>(a)], d2[static_cast<std::size_t>(b)]);
-          std::swap(by_distance[static_cast<std::size_t>(a)], by_distance[static_cast<std::size_t>(b)]);
-        }
+      if (entry.count > 0) {
+        leaf(static_cast<std::size_t>(entry.child), static_cast<std::size_t>(entry.count));
+        continue;
+      }
+      const Node& node = nodes_[static_cast<std::size_t>(entry.child)];
+      const Eigen::Array4d d2 = distances(node, p);
+      // Sorted without a branch, since branches on distances are guessed wrong half of the time: the bits of doubles >= 0 sort as
+      // whole numbers do, and the lowest two, cut off, hold the child. That only lowers a distance.
+      std::array<std::uint64_t, 4> key;
+      for (std::size_t k = 0; k < 4; ++k) key[k] = (std::bit_cast<std::uint64_t>(d2[static_cast<Eigen::Index>(k)]) & ~std::uint64_t{3}) | k;
+      const auto sort2 = [&](std::size_t i, std::size_t j) {
+        const std::uint64_t low = std::min(key[i], key[j]), high = std::max(key[i], key[j]);
+        key[i] = low, key[j] = high;
       };
       sort2(0, 1), sort2(2, 3), sort2(0, 2), sort2(1, 3), sort2(1, 2);
-      // Leaves at once, nearest first, since they lower the limit; inner nodes wait on the stack, nearest on top.
-      for (std::size_t i = 4; i-- > 0;) {
-        const auto k = static_cast<std::size_t>(by_distance[i]);
-        if (node.count[k] > 0 && d2[i] < limit2) leaf(static_cast<std::size_t>(node.child[k]), static_cast<std::size_t>(node.count[k]));
-      }
-      for (std::size_t i = 0; i < 4; ++i) {
-        const auto k = static_cast<std::size_t>(by_distance[i]);
-        if (node.count[k] < 0 && d2[i] < limit2) stack[static_cast<std::size_t>(top++)] = {d2[i], node.child[k]};
+      for (std::size_t i = 4; i-- > 0;) {  // the nearest comes on top
+        const std::size_t k = key[i] & 3;
+        const double distance2 = std::bit_cast<double>(key[i] & ~std::uint64_t{3});
+        stack[top] = {distance2, node.child[k], node.count[k]};
+        top += distance2 < limit2;  // never an empty child: its box is infinitely far
       }
     }
   }
@@ -68,9 +71,9 @@ class BoxTree {
     stack[static_cast<std::size_t>(top++)] = 0;
     while (top > 0) {
       const Node& node = nodes_[static_cast<std::size_t>(stack[static_cast<std::size_t>(--top)])];
-      const std::array<double, 4> d2 = distances(node, p);
+      const Eigen::Array4d d2 = distances(node, p);
       for (std::size_t k = 0; k < 4; ++k) {
-        if (node.count[k] == 0 || !(d2[k] <= radius2)) continue;
+        if (node.count[k] == 0 || !(d2[static_cast<Eigen::Index>(k)] <= radius2)) continue;
         if (node.count[k] > 0)
           leaf(static_cast<std::size_t>(node.child[k]), static_cast<std::size_t>(node.count[k]));
         else
@@ -82,18 +85,17 @@ class BoxTree {
  private:
   static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), three entries a level
   struct Node {
-    double low[3][4], high[3][4];
-    std::int32_t child[4];  // inner: node index; leaf: first slot
-    std::int32_t count[4];  // > 0: leaf with that many items; -1: inner; 0: empty
+    std::array<Eigen::Array4d, 3> low, high;  // [axis](child); an empty child is infinitely far
+    std::int32_t child[4];                    // inner: node index; leaf: first slot
+    std::int32_t count[4];                    // > 0: leaf with that many items; -1: inner; 0: empty
   };
-  static std::array<double, 4> distances(const Node& node, const Eigen::Vector3d& p) {
-    std::array<double, 4> d2{};
-    for (int axis = 0; axis < 3; ++axis)
-      for (std::size_t k = 0; k < 4; ++k) {
-        const double below = node.low[axis][k] - p[axis], above = p[axis] - node.high[axis][k];
-        const double outside = std::max(std::max(below, above), 0.0);
-        d2[k] += outside * outside;
-      }
+  /// Squared distances to the four boxes. Eigen's arrays, since compilers do not vectorise the plain loop.
+  static Eigen::Array4d distances(const Node& node, const Eigen::Vector3d& p) {
+    Eigen::Array4d d2 = Eigen::Array4d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double at = p[static_cast<Eigen::Index>(axis)];
+      d2 += (node.low[axis] - at).max(at - node.high[axis]).max(0.0).square();
+    }
     return d2;
   }
 
