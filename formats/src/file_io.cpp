@@ -23,7 +23,7 @@ std::string reason(int error) { return std::generic_category().message(error); }
 }
 
 [[noreturn]] void failWrite(const std::filesystem::path& path, int error) {
-  const char* advice = error == ENOSPC || error == EDQUOT ? "Free some space or write elsewhere."
+  const char* advice = error == ENOSPC || error == EDQUOT    ? "Free some space or write elsewhere."
                        : error == ENOENT || error == ENOTDIR ? "Create the folder first."
                        : error == EISDIR                     ? "Name a file, not a folder."
                                                              : "Check the folder's permissions or write elsewhere.";
@@ -84,7 +84,7 @@ Temporary createTemporary(const std::filesystem::path& folder, const std::filesy
 std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.get() < 0) failRead(path, errno);
-  struct stat status{};
+  struct stat status {};
   if (::fstat(file.get(), &status) != 0) failRead(path, errno);
   if (S_ISDIR(status.st_mode)) failRead(path, EISDIR);
   const auto refuseSize = [&] {
@@ -112,7 +112,7 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
 }
 
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  struct stat status{};
+  struct stat status {};
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (!exists && errno != ENOENT) failWrite(path, errno);
   if (exists && S_ISDIR(status.st_mode)) failWrite(path, EISDIR);

@@ -179,8 +179,8 @@ std::string faultInTopology(const SphereTree& tree) {
       return "node " + std::to_string(i) + ": first child " + std::to_string(tree.first_child[i]) + ", but breadth-first order makes it " +
              std::to_string(expected.first_child[i]);
     if (tree.bound_index[i] != expected.bound_index[i])
-      return "node " + std::to_string(i) + ": bounding sphere " + std::to_string(tree.bound_index[i]) + ", but the order of the inner nodes makes it " +
-             std::to_string(expected.bound_index[i]);
+      return "node " + std::to_string(i) + ": bounding sphere " + std::to_string(tree.bound_index[i]) +
+             ", but the order of the inner nodes makes it " + std::to_string(expected.bound_index[i]);
   }
   if (tree.level_begin != expected.level_begin) return "the level boundaries do not fit the numbers of children";
   const std::size_t inner = n - static_cast<std::size_t>(std::count(tree.child_count.begin(), tree.child_count.end(), 0));
@@ -209,8 +209,8 @@ std::string faultInSpheres(const SphereTree& tree) {
     forEachRange(tree, i, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t k = first; k < last && fault.empty(); ++k)
         if (const double r = reach(bound.centre, ballOf(tree.cover[k])); !(r <= bound.radius))
-          fault = "node " + std::to_string(i) + ": the bounding sphere of radius " + number(bound.radius) + " does not enclose the cover sphere of node " +
-                  std::to_string(k) + ", which reaches to " + number(r);
+          fault = "node " + std::to_string(i) + ": the bounding sphere of radius " + number(bound.radius) +
+                  " does not enclose the cover sphere of node " + std::to_string(k) + ", which reaches to " + number(r);
     });
     if (!fault.empty()) return fault;
   }
@@ -266,7 +266,8 @@ std::string faultInProvenance(const SphereTree& tree) {
 
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level) {
   std::vector<std::uint32_t> nodes;
-  const std::uint32_t first = tree.level_begin[static_cast<std::size_t>(level)], last = tree.level_begin[static_cast<std::size_t>(level) + 1];
+  const std::uint32_t first = tree.level_begin[static_cast<std::size_t>(level)],
+                      last = tree.level_begin[static_cast<std::size_t>(level) + 1];
   for (std::uint32_t i = 0; i < last; ++i)
     if (i >= first || tree.isLeaf(i)) nodes.push_back(i);
   return nodes;

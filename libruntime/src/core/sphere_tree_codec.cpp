@@ -78,7 +78,8 @@ bool readText(const std::array<char, N>& field, std::string& text) {
   return true;
 }
 
-bool isZero(const LevelRecord& r) { return r.sphere_count == 0 && r.overhang_bound == 0 && r.smallest_radius == 0 && r.largest_radius == 0; }
+/// Bit for bit: -0.0 would not be written back.
+bool isZero(const LevelRecord& r) { return std::bit_cast<std::array<std::uint8_t, sizeof r>>(r) == std::array<std::uint8_t, sizeof r>{}; }
 
 /// child_count from the tags in the bounding radii: node by node, each inner node says how many of the next nodes are its own.
 bool readTags(SphereTree& tree) {
@@ -129,8 +130,10 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
   if (header.header_bytes % kArrayAlignment != 0 || header.header_bytes < kHeaderBytes || header.header_bytes > kMostHeaderBytes ||
       (!newer && header.header_bytes != kHeaderBytes))
     return badHeader(12, "header of " + std::to_string(header.header_bytes) + " bytes");
-  if (header.node_count < 1 || header.node_count > kMaxNodes) return badHeader(32, std::to_string(header.node_count) + " nodes, not 1 to " + std::to_string(kMaxNodes));
-  if (header.inner_count >= header.node_count) return badHeader(36, std::to_string(header.inner_count) + " inner nodes of " + std::to_string(header.node_count));
+  if (header.node_count < 1 || header.node_count > kMaxNodes)
+    return badHeader(32, std::to_string(header.node_count) + " nodes, not 1 to " + std::to_string(kMaxNodes));
+  if (header.inner_count >= header.node_count)
+    return badHeader(36, std::to_string(header.inner_count) + " inner nodes of " + std::to_string(header.node_count));
   const std::uint64_t cover_at = header.header_bytes, cover_bytes = std::uint64_t{header.node_count} * sizeof(Sphere);
   const std::uint64_t bound_at = alignUp(cover_at + cover_bytes), bound_bytes = std::uint64_t{header.inner_count} * sizeof(Sphere);
   const std::uint64_t file_bytes = bound_at + bound_bytes;
@@ -197,16 +200,26 @@ std::uint64_t crc64(std::span<const std::byte> bytes, std::uint64_t crc) {
 
 std::string_view explain(LoadStatus status) {
   switch (status) {
-    case LoadStatus::Ok: return "the file is sound";
-    case LoadStatus::BadMagic: return "this is not a sphere-tree file; name a .stree file, or convert to one";
-    case LoadStatus::UnsupportedVersion: return "the file is of a format version that this program does not know; use a newer program or build the tree again";
-    case LoadStatus::Truncated: return "the file ends too early; copy it again";
-    case LoadStatus::TrailingBytes: return "the file is too long; copy it again";
-    case LoadStatus::BadChecksum: return "the file is damaged; copy it again or build the tree again";
-    case LoadStatus::BadHeader: return "the header contradicts itself; build the tree again";
-    case LoadStatus::BadTopology: return "the nodes do not make a tree; build the tree again";
-    case LoadStatus::BadTree: return "the tree breaks a rule that its users rely on; build the tree again";
-    case LoadStatus::OutOfMemory: return "there is not enough memory; close other programs";
+    case LoadStatus::Ok:
+      return "the file is sound";
+    case LoadStatus::BadMagic:
+      return "this is not a sphere-tree file; name a .stree file, or convert to one";
+    case LoadStatus::UnsupportedVersion:
+      return "the file is of a format version that this program does not know; use a newer program or build the tree again";
+    case LoadStatus::Truncated:
+      return "the file ends too early; copy it again";
+    case LoadStatus::TrailingBytes:
+      return "the file is too long; copy it again";
+    case LoadStatus::BadChecksum:
+      return "the file is damaged; copy it again or build the tree again";
+    case LoadStatus::BadHeader:
+      return "the header contradicts itself; build the tree again";
+    case LoadStatus::BadTopology:
+      return "the nodes do not make a tree; build the tree again";
+    case LoadStatus::BadTree:
+      return "the tree breaks a rule that its users rely on; build the tree again";
+    case LoadStatus::OutOfMemory:
+      return "there is not enough memory; close other programs";
   }
   return "unknown status";
 }

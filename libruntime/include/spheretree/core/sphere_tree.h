@@ -21,14 +21,14 @@ inline constexpr int kMinLevels = 2, kMaxLevels = 6;        // the root is level
 inline constexpr int kMinBranching = 2, kMaxBranching = 8;  // children of an inner node
 inline constexpr std::uint32_t kMaxNodes = 37449;           // a full tree of 6 levels and branching 8
 inline constexpr std::uint32_t kNoBound = 0xffffffffu;
-inline constexpr float kUnproven = -1;                      // in place of an overhang bound
+inline constexpr float kUnproven = -1;  // in place of an overhang bound
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
 /// What the builder proved or measured about the level set of one level. Lengths in mm.
 struct LevelStatistics {
-  std::uint32_t sphere_count = 0;   // size of the level set: nodes of the level and leaves of earlier ones
-  float overhang_bound = kUnproven; // no cover sphere of the level set reaches farther out of the object than this; proven
+  std::uint32_t sphere_count = 0;    // size of the level set: nodes of the level and leaves of earlier ones
+  float overhang_bound = kUnproven;  // no cover sphere of the level set reaches farther out of the object than this; proven
   float smallest_radius = 0;
   float largest_radius = 0;
   friend bool operator==(const LevelStatistics&, const LevelStatistics&) = default;
@@ -36,18 +36,18 @@ struct LevelStatistics {
 
 /// Where a tree comes from. Stored in the file; nothing in here depends on the machine, the clock or the thread count.
 struct Provenance {
-  std::string builder;             // "cover", "merge", ... at most 15 bytes
-  std::string quality;             // "quick", "standard", "best"; at most 15 bytes
-  std::string generator;           // "spheretree 0.1.0"; at most 31 bytes
-  double unit_mm = 1;              // length of one unit of the source file [mm]
-  double diagonal_mm = 0;          // of the bounding box of the mesh
-  double volume_mm3 = 0;           // enclosed by the mesh
+  std::string builder;     // "cover", "merge", ... at most 15 bytes
+  std::string quality;     // "quick", "standard", "best"; at most 15 bytes
+  std::string generator;   // "spheretree 0.1.0"; at most 31 bytes
+  double unit_mm = 1;      // length of one unit of the source file [mm]
+  double diagonal_mm = 0;  // of the bounding box of the mesh
+  double volume_mm3 = 0;   // enclosed by the mesh
   double area_mm2 = 0;
-  double tolerance_mm = 0;         // asked for; 0: none, the whole budget was used
+  double tolerance_mm = 0;  // asked for; 0: none, the whole budget was used
   std::uint64_t triangle_count = 0;
   std::uint64_t seed = 0;
-  Hash128 mesh_hash{};             // XXH3-128 of positions [mm, doubles] and triangles as read
-  Hash128 settings_hash{};         // XXH3-128 of the settings' text form
+  Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles as read
+  Hash128 settings_hash{};  // XXH3-128 of the settings' text form
   friend bool operator==(const Provenance&, const Provenance&) = default;
 };
 
@@ -69,6 +69,13 @@ struct SphereTree {
   bool isLeaf(std::size_t node) const { return child_count[node] == 0; }
   friend bool operator==(const SphereTree&, const SphereTree&) = default;
 };
+
+/// Which spheres of the inner nodes are meant; a leaf has only its cover sphere.
+enum class SphereKind { Cover, Bound };
+
+inline const Sphere& sphereOf(const SphereTree& tree, std::size_t node, SphereKind kind) {
+  return kind == SphereKind::Cover || tree.isLeaf(node) ? tree.cover[node] : tree.bound[tree.bound_index[node]];
+}
 
 /// Nodes of the level set of `level` (0 .. levelCount() - 1): the nodes of that level and the leaves of earlier levels, in file
 /// order. Cost: O(nodes).

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The codec of core, plus the file. The layout: docs/file_format.md
+#pragma once
+
+#include <filesystem>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::formats {
+
+/// A tree that comes out of here is sound (findFault of core).
+/// @throws FileError if the file cannot be read, FormatError if it is damaged, of another version or not a tree.
+SphereTree readSphereTree(const std::filesystem::path& path);
+
+/// The file appears under its name only when it is whole (writeWhole).
+/// @throws FileError if the file cannot be written, std::invalid_argument for an unsound tree.
+void writeSphereTree(const std::filesystem::path& path, const SphereTree& tree);
+
+}  // namespace spheretree::formats

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// A sphere-tree to look at: binary glTF 2.0 with one mesh for each level.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::formats {
+
+/// Nodes level_0, level_1, ... below a node sphere_tree: the spheres of each level set, as icospheres, in one colour a level. In metres, as
+/// glTF demands, in the frame of the mesh. `kind`: which spheres of the inner nodes are shown. The finer a sphere's level set,
+/// the coarser its icosphere: at most about 70 MB for a full tree of 6 levels.
+std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind);
+
+}  // namespace spheretree::formats

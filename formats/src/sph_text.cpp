@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/sph_text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "spheretree/formats/errors.h"
+
+namespace spheretree::formats {
+namespace {
+
+/// Slots of a full tree.
+std::size_t slotCount(int levels, int branching) {
+  std::size_t total = 0, level = 1;
+  for (int i = 0; i < levels; ++i, level *= static_cast<std::size_t>(branching)) total += level;
+  return total;
+}
+
+class Lines {
+ public:
+  Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
+
+  /// The next line that is not blank; false at the end.
+  bool next() {
+    while (!rest_.empty()) {
+      const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+      line_ = rest_.substr(0, end);
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      ++number_;
+      skipBlanks();
+      if (!line_.empty()) return true;
+    }
+    return false;
+  }
+
+  /// The next number of the line.
+  template <class Number>
+  Number take(const char* what) {
+    skipBlanks();
+    Number value{};
+    const auto [end, error] = std::from_chars(line_.data(), line_.data() + line_.size(), value);
+    const bool separated = end == line_.data() + line_.size() || isBlank(*end);
+    if (error != std::errc() || !separated) {
+      constexpr std::size_t kShown = 20;
+      fail(std::string(what) + " is \"" + printable(line_.substr(0, std::min(line_.find_first_of(" \t\r"), kShown))) + "\", not a number");
+    }
+    line_.remove_prefix(static_cast<std::size_t>(end - line_.data()));
+    return value;
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FormatError(name_ + ", line " + std::to_string(number_) + ": " + what + ". Export the tree again.");
+  }
+
+ private:
+  static bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+  static std::string printable(std::string_view text) {
+    std::string shown(text);
+    for (char& c : shown)
+      if (c < 0x20 || c > 0x7e) c = '?';
+    return shown;
+  }
+  void skipBlanks() {
+    while (!line_.empty() && isBlank(line_.front())) line_.remove_prefix(1);
+  }
+
+  std::string_view rest_, line_;
+  const std::string& name_;
+  std::size_t number_ = 0;
+};
+
+struct Slot {
+  std::array<double, 3> centre{};
+  double radius = 0;
+  bool used = false;
+};
+
+/// Floats round to 2^-24 of a coordinate: far from the frame's origin that would eat up the spheres. There, the middle of their box.
+std::array<double, 3> originOf(const std::vector<Slot>& slots) {
+  constexpr double kFar = 16;  // box sizes
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::array<double, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity}, middle{};
+  double size = 0, distance = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const Slot& s : slots)
+      if (s.used) low[axis] = std::min(low[axis], s.centre[axis] - s.radius), high[axis] = std::max(high[axis], s.centre[axis] + s.radius);
+    middle[axis] = (low[axis] + high[axis]) / 2;
+    size = std::max(size, high[axis] - low[axis]);
+    distance = std::max(distance, std::abs(middle[axis]));
+  }
+  return distance > kFar * size ? middle : std::array<double, 3>{};
+}
+
+}  // namespace
+
+std::string writeSph(const SphereTree& tree, SphereKind kind) {
+  const auto branching = static_cast<std::size_t>(tree.branching);
+  std::vector<std::uint32_t> node_at(slotCount(tree.levelCount(), tree.branching), kNoBound);
+  node_at[0] = 0;
+  std::string text = std::to_string(tree.levelCount()) + " " + std::to_string(tree.branching) + "\n";
+  for (std::size_t slot = 0; slot < node_at.size(); ++slot) {
+    const std::uint32_t node = node_at[slot];
+    if (node == kNoBound) {
+      text += "0 0 0 -1 0\n";
+      continue;
+    }
+    for (std::uint32_t c = 0; c < tree.child_count[node]; ++c) node_at[slot * branching + 1 + c] = tree.first_child[node] + c;
+    const Sphere& s = sphereOf(tree, node, kind);
+    char line[128];
+    std::snprintf(line, sizeof line, "%.9g %.9g %.9g %.9g 1\n", s.x + tree.origin_mm[0], s.y + tree.origin_mm[1], s.z + tree.origin_mm[2],
+                  static_cast<double>(s.radius));
+    text += line;
+  }
+  return text;
+}
+
+SphereTree parseSph(std::string_view text, const std::string& name) {
+  Lines lines(text, name);
+  if (!lines.next()) throw FormatError(name + ": is empty. Export the tree again.");
+  const int levels = lines.take<int>("the number of levels"), branching = lines.take<int>("the branching");
+  if (levels < 1 || levels > kMaxLevels) lines.fail(std::to_string(levels) + " levels are not within 1 to 6");
+  if (branching < kMinBranching || branching > kMaxBranching)
+    lines.fail("branching " + std::to_string(branching) + " is not within 2 to 8");
+
+  const std::size_t slot_count = slotCount(levels, branching);
+  std::vector<Slot> slots;
+  const auto width = static_cast<std::size_t>(branching);
+  for (std::size_t i = 0; i < slot_count; ++i) {
+    if (!lines.next())
+      throw FormatError(name + ": ends after " + std::to_string(i) + " of " + std::to_string(slot_count) +
+                        " nodes. Export the tree again.");
+    const std::string node = "node " + std::to_string(i);
+    Slot slot;
+    for (double& x : slot.centre) x = lines.take<double>((node + ": a coordinate").c_str());
+    slot.radius = lines.take<double>((node + ": the radius").c_str());
+    slot.used = !std::signbit(slot.radius);  // the toolkit also writes -0.000000 for an unused node
+    if (slot.used) {
+      for (const double x : slot.centre)
+        if (!(std::abs(x) <= std::numeric_limits<float>::max())) lines.fail(node + ": a coordinate is not a finite float");
+      const auto stored = static_cast<float>(slot.radius);
+      if (!(slot.radius > 0) || !std::isfinite(stored) || !(stored > 0)) lines.fail(node + ": the radius is not finite and above 0");
+      if (i > 0 && !slots[(i - 1) / width].used)
+        lines.fail(node + ": is used, but its parent, node " + std::to_string((i - 1) / width) + ", is not");
+    } else if (i == 0) {
+      lines.fail("the root is unused");
+    }
+    slots.push_back(slot);
+  }
+
+  SphereTree tree;
+  tree.branching = static_cast<std::uint8_t>(branching);
+  tree.provenance.builder = "imported";
+  tree.origin_mm = originOf(slots);
+
+  const auto hasChild = [&](std::size_t slot) {
+    for (std::size_t c = slot * width + 1; c <= slot * width + width && c < slot_count; ++c)
+      if (slots[c].used) return true;
+    return false;
+  };
+  std::vector<std::size_t> order{0};  // slots in file order of the tree
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t slot = order[i], first = order.size();
+    for (const bool inner : {true, false})
+      for (std::size_t c = slot * width + 1; c <= slot * width + width && c < slot_count; ++c)
+        if (slots[c].used && hasChild(c) == inner) order.push_back(c);
+    tree.child_count.push_back(static_cast<std::uint8_t>(order.size() - first));
+    const Slot& s = slots[slot];
+    tree.cover.push_back({static_cast<float>(s.centre[0] - tree.origin_mm[0]), static_cast<float>(s.centre[1] - tree.origin_mm[1]),
+                          static_cast<float>(s.centre[2] - tree.origin_mm[2]), static_cast<float>(s.radius)});
+  }
+  if (!linkNodes(tree)) throw FormatError(name + ": the nodes do not make a tree. Export the tree again.");
+  encloseDescendants(tree);
+  countLevels(tree);
+  if (const std::string fault = findFault(tree); !fault.empty()) throw FormatError(name + ": " + fault + ". Export the tree again.");
+  return tree;
+}
+
+}  // namespace spheretree::formats

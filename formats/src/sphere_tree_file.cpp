@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/sphere_tree_file.h"
+
+#include <new>
+
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::formats {
+
+SphereTree readSphereTree(const std::filesystem::path& path) {
+  // A full tree takes 0.7 MB; the cap leaves room for longer headers and keeps a wrong file from filling the memory.
+  constexpr std::uint64_t kMostBytes = 16 << 20;
+  const std::vector<std::byte> bytes = readFile(path, kMostBytes);
+  SphereTree tree;
+  std::string fault;
+  const LoadStatus status = decodeSphereTree(bytes, tree, &fault);
+  if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
+  if (status != LoadStatus::Ok) throw FormatError(path.string() + ": " + fault + ": " + std::string(explain(status)) + ".");
+  return tree;
+}
+
+void writeSphereTree(const std::filesystem::path& path, const SphereTree& tree) { writeWhole(path, encodeSphereTree(tree)); }
+
+}  // namespace spheretree::formats

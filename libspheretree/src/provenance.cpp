@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/provenance.h"
+
+#define XXH_INLINE_ALL  // nothing to link
+#include <xxhash.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <memory>
+#include <new>
+
+namespace spheretree::builder {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "numbers are hashed as they stand in memory");
+
+Hash128 canonical(XXH128_hash_t value) {
+  XXH128_canonical_t bytes;
+  XXH128_canonicalFromHash(&bytes, value);
+  Hash128 hash;
+  static_assert(sizeof bytes.digest == sizeof hash);
+  std::copy(bytes.digest, bytes.digest + sizeof bytes.digest, hash.begin());
+  return hash;
+}
+
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+}  // namespace
+
+Hash128 meshHash(const TriangleMesh& mesh) {
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
+  if (!state) throw std::bad_alloc();
+  XXH3_128bits_reset(state.get());
+  const std::uint64_t counts[2] = {mesh.positions.size(), mesh.triangles.size()};
+  XXH3_128bits_update(state.get(), counts, sizeof counts);
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double) && sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+  if (!mesh.positions.empty()) XXH3_128bits_update(state.get(), mesh.positions.data(), mesh.positions.size() * sizeof(Eigen::Vector3d));
+  if (!mesh.triangles.empty()) XXH3_128bits_update(state.get(), mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
+  return canonical(XXH3_128bits_digest(state.get()));
+}
+
+std::string settingsText(const BuildSettings& settings) {
+  std::string members;
+  for (const BuilderKind kind : settings.combine) members += (members.empty() ? "" : ",") + std::string(name(kind));
+  return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
+         "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
+         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n";
+}
+
+Hash128 settingsHash(const BuildSettings& settings) {
+  const std::string text = settingsText(settings);
+  return canonical(XXH3_128bits(text.data(), text.size()));
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/core/sphere_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "support/sample_trees.h"
+
+namespace spheretree {
+namespace {
+
+double reach(const Sphere& from, const Sphere& to) {
+  return std::hypot(double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z) + to.radius;
+}
+
+/// Nodes below `node`, itself included, by following the children one by one.
+std::vector<std::uint32_t> family(const SphereTree& tree, std::uint32_t node) {
+  std::vector<std::uint32_t> nodes{node};
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::uint32_t c = 0; c < tree.child_count[nodes[i]]; ++c) nodes.push_back(tree.first_child[nodes[i]] + c);
+  return nodes;
+}
+
+TEST(TaggedRadius, IsTheNextFloatUpThatCarriesTheTag) {
+  test::Random random(1);
+  for (int i = 0; i < 20000; ++i) {
+    const double radius = std::exp(random.uniform(-80, 80));
+    const auto tag = static_cast<std::uint8_t>(random.next());
+    const float tagged = taggedRadius(radius, tag);
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(tagged);
+    EXPECT_EQ(bits & 0xff, tag);
+    EXPECT_GE(tagged, radius);
+    EXPECT_LT(std::bit_cast<float>(bits - 0x100), radius) << "a lower float carries the tag too";
+    EXPECT_LE(tagged, radius * (1 + 0x1p-15));
+  }
+  EXPECT_EQ(std::bit_cast<std::uint32_t>(taggedRadius(1.0, 0)), 0x3f800000u) << "a float with the right tag stays";
+  EXPECT_TRUE(std::isinf(taggedRadius(1e39, 0)));
+  EXPECT_TRUE(std::isinf(taggedRadius(std::numeric_limits<float>::max(), 0x10)));
+  EXPECT_TRUE(std::isinf(taggedRadius(std::nan(""), 0)));
+  EXPECT_EQ(taggedRadius(std::numeric_limits<float>::max(), 0xff), std::numeric_limits<float>::max());
+}
+
+TEST(RadiusTag, HoldsBothCounts) {
+  EXPECT_EQ(radiusTag(1, 0), 0x00);
+  EXPECT_EQ(radiusTag(8, 8), 0x87);
+  EXPECT_EQ(radiusTag(3, 1), 0x12);
+}
+
+TEST(LinkNodes, FindsChildrenAndLevels) {
+  SphereTree tree;
+  tree.child_count = {3, 2, 1, 0, 0, 0, 0};
+  tree.cover.resize(7);
+  ASSERT_TRUE(linkNodes(tree));
+  EXPECT_EQ(tree.first_child, (std::vector<std::uint32_t>{1, 4, 6, 0, 0, 0, 0}));
+  EXPECT_EQ(tree.bound_index, (std::vector<std::uint32_t>{0, 1, 2, kNoBound, kNoBound, kNoBound, kNoBound}));
+  EXPECT_EQ(tree.level_begin, (std::vector<std::uint32_t>{0, 1, 4, 7}));
+  EXPECT_EQ(levelSet(tree, 0), (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(levelSet(tree, 1), (std::vector<std::uint32_t>{1, 2, 3}));
+  EXPECT_EQ(levelSet(tree, 2), (std::vector<std::uint32_t>{3, 4, 5, 6})) << "the leaf of level 1 stands for its part";
+}
+
+TEST(LinkNodes, RefusesWhatIsNotOneTree) {
+  const auto links = [](std::vector<std::uint8_t> counts) {
+    SphereTree tree;
+    tree.cover.resize(counts.size());
+    tree.child_count = std::move(counts);
+    return linkNodes(tree);
+  };
+  EXPECT_TRUE(links({0}));
+  EXPECT_TRUE(links({1, 1, 1, 1, 1, 0}));
+  EXPECT_FALSE(links({})) << "no root";
+  EXPECT_FALSE(links({0, 0})) << "two roots";
+  EXPECT_FALSE(links({1, 1, 1, 1, 1, 1, 0})) << "seven levels";
+  EXPECT_FALSE(links({2, 0, 1, 0})) << "a leaf ahead of its inner sibling";
+  EXPECT_FALSE(links({3, 0, 0})) << "children past the end";
+  EXPECT_FALSE(links({2, 0, 0, 1, 0})) << "a node with no parent";
+  EXPECT_FALSE(links({255})) << "a count that no array holds";
+  EXPECT_FALSE(links(std::vector<std::uint8_t>(kMaxNodes + 1, 0)));
+}
+
+TEST(EncloseDescendants, GivesTheBallOfTwoBallsInClosedForm) {
+  SphereTree tree;
+  tree.cover = {{0, 0, 0, 1}, {10, 0, 0, 2}};
+  tree.child_count = {1, 0};
+  ASSERT_TRUE(linkNodes(tree));
+  encloseDescendants(tree);
+  ASSERT_EQ(tree.bound.size(), 1u);
+  EXPECT_NEAR(tree.bound[0].radius, 6.5, 6.5 * 4e-5);  // (1 + 10 + 2) / 2
+  EXPECT_NEAR(tree.bound[0].x, 5.5, 1e-6);
+}
+
+TEST(EncloseDescendants, KeepsABallThatHoldsAllOthers) {
+  SphereTree tree;
+  tree.cover = {{1, 2, 3, 10}, {1, 2, 4, 1}, {0, 2, 3, 8.9f}};
+  tree.child_count = {2, 0, 0};
+  ASSERT_TRUE(linkNodes(tree));
+  encloseDescendants(tree);
+  EXPECT_EQ(tree.bound[0].x, 1);
+  EXPECT_GE(tree.bound[0].radius, 10);
+  EXPECT_LE(tree.bound[0].radius, 10 * (1 + 4e-5));
+}
+
+/// A lower bound of the radius of any ball that encloses `balls`, and an upper one: Badoiu and Clarkson's steps towards the farthest
+/// ball give a centre; the convex combination of the balls that it went to gives the dual bound.
+struct Optimum {
+  double low, high;
+};
+Optimum enclosingRadius(const std::vector<Sphere>& balls, int steps) {
+  // Dual: max over weights w of sum w_i |c_i|^2 - |sum w_i c_i|^2 for points; for balls, take points on the spheres that lie
+  // farthest from the present centre: any ball around the balls holds those points too.
+  Sphere c = balls[0];
+  double x = c.x, y = c.y, z = c.z, high = std::numeric_limits<double>::infinity(), low = 0;
+  double sx = 0, sy = 0, sz = 0, s2 = 0, weight = 0;
+  for (int step = 0; step < steps; ++step) {
+    double far = -1, px = 0, py = 0, pz = 0;
+    for (const Sphere& b : balls) {
+      const double dx = b.x - x, dy = b.y - y, dz = b.z - z, d = std::sqrt(dx * dx + dy * dy + dz * dz);
+      if (d + b.radius <= far) continue;
+      far = d + b.radius;
+      const double k = d > 0 ? 1 + b.radius / d : 1;
+      px = x + dx * k, py = y + dy * k, pz = z + dz * k;
+    }
+    high = std::min(high, far);
+    const double f = 1.0 / (step + 2);
+    x += (px - x) * f, y += (py - y) * f, z += (pz - z) * f;
+    if (step >= steps / 2) {  // early points are far from the optimum's
+      sx += px, sy += py, sz += pz, s2 += px * px + py * py + pz * pz, weight += 1;
+      low = std::sqrt(std::max(0.0, s2 / weight - (sx * sx + sy * sy + sz * sz) / (weight * weight)));
+    }
+  }
+  return {low, high};
+}
+
+TEST(EncloseDescendants, IsNearTheOptimumThatAnotherMethodProves) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const SphereTree tree = test::randomTree(seed, 4, 8);
+    if (tree.isLeaf(0)) continue;
+    const Optimum optimum = enclosingRadius(tree.cover, 20000);
+    ASSERT_LT(optimum.high, optimum.low * 1.01) << "the yardstick itself is too loose to show anything";
+    EXPECT_GE(tree.bound[0].radius, optimum.low);
+    EXPECT_LE(tree.bound[0].radius, optimum.high * 1.0001) << "seed " << seed;
+  }
+}
+
+TEST(EncloseDescendants, SurvivesBallsThatCoincideOrLieOnALine) {
+  for (const int kind : {0, 1, 2, 3}) {
+    SphereTree tree = test::randomTree(5, 4, 8);
+    for (std::size_t i = 0; i < tree.nodeCount(); ++i) {
+      const auto t = static_cast<float>(i);
+      if (kind == 0) tree.cover[i] = {1, 2, 3, 1};                          // all the same
+      if (kind == 1) tree.cover[i] = {t, 2 * t, -t, 1};                     // on a line
+      if (kind == 2) tree.cover[i] = {std::cos(t), std::sin(t), 0, 1e-3f};  // on a circle
+      if (kind == 3) tree.cover[i] = {t * 1e-6f + 1000, 0, 0, 1e-5f};       // far from the origin, tiny
+    }
+    encloseDescendants(tree);
+    countLevels(tree);
+    EXPECT_EQ(findFault(tree), "") << "kind " << kind;
+    double largest = 0;
+    for (const Sphere& a : tree.cover)
+      for (const Sphere& b : tree.cover) largest = std::max(largest, (reach(a, b) + a.radius) / 2);
+    EXPECT_LE(tree.bound[0].radius, largest * 1.1548 + 1e-4) << "kind " << kind;  // Jung's theorem: sqrt(4/3) of half the diameter
+  }
+}
+
+TEST(FindFault, AcceptsRandomTreesWhoseEnclosureHoldsOneByOne) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const SphereTree tree = test::randomTree(seed, 1 + static_cast<int>(seed % 6), 2 + static_cast<int>(seed % 7));
+    EXPECT_EQ(findFault(tree), "") << "seed " << seed;
+    for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
+      if (tree.isLeaf(i)) continue;
+      const Sphere& bound = tree.bound[tree.bound_index[i]];
+      for (const std::uint32_t k : family(tree, i)) EXPECT_LE(reach(bound, tree.cover[k]), bound.radius * (1 + 1e-15));
+    }
+  }
+}
+
+TEST(FindFault, FindsEachBrokenRule) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  struct Case {
+    const char* words;  // must stand in the sentence
+    std::function<void(SphereTree&)> damage;
+  };
+  const std::vector<Case> cases{
+      {"no nodes", [](SphereTree& t) { t = SphereTree(); }},
+      {"branching 1", [](SphereTree& t) { t.branching = 1; }},
+      {"branching 9", [](SphereTree& t) { t.branching = 9; }},
+      {"more than the branching", [](SphereTree& t) { t.branching = 2; }},
+      {"differ in length", [](SphereTree& t) { t.first_child.pop_back(); }},
+      {"make one tree", [](SphereTree& t) { t.child_count[5] = 1; }},
+      {"node 1: first child 5", [](SphereTree& t) { t.first_child[1] = 5; }},
+      {"node 1: bounding sphere 0", [](SphereTree& t) { t.bound_index[1] = 0; }},
+      {"level boundaries", [](SphereTree& t) { t.level_begin[1] = 2; }},
+      {"1 bounding spheres for 2", [](SphereTree& t) { t.bound.pop_back(); }},
+      {"node 4: centre", [=](SphereTree& t) { t.cover[4].y = nan; }},
+      {"node 4: radius", [=](SphereTree& t) { t.cover[4].radius = inf; }},
+      {"node 4: radius 0", [](SphereTree& t) { t.cover[4].radius = 0; }},
+      {"node 4: radius -1", [](SphereTree& t) { t.cover[4].radius = -1; }},
+      {"node 1, bounding sphere: centre", [=](SphereTree& t) { t.bound[1].z = -inf; }},
+      {"node 1, bounding sphere: radius", [=](SphereTree& t) { t.bound[1].radius = nan; }},
+      {"low 8 bits", [](SphereTree& t) { t.bound[1].radius = std::nextafter(t.bound[1].radius, 1e9f); }},
+      {"does not enclose the cover sphere of node",
+       [](SphereTree& t) { t.bound[0].radius = std::bit_cast<float>(std::bit_cast<std::uint32_t>(t.bound[0].radius) - 0x100); }},
+      {"does not enclose the cover sphere of node 1,", [](SphereTree& t) { t.cover[1].radius = 100, countLevels(t); }},
+      {"3 levels of nodes", [](SphereTree& t) { t.statistics.pop_back(); }},
+      {"statistics of level 2: 3 spheres", [](SphereTree& t) { t.statistics[2].sphere_count = 3; }},
+      {"statistics of level 2: radii", [](SphereTree& t) { t.statistics[2].largest_radius *= 2; }},
+      {"overhang bound -2", [](SphereTree& t) { t.statistics[1].overhang_bound = -2; }},
+      {"overhang bound", [=](SphereTree& t) { t.statistics[1].overhang_bound = nan; }},
+      {"origin", [](SphereTree& t) { t.origin_mm[2] = std::numeric_limits<double>::infinity(); }},
+      {"unit 0 mm", [](SphereTree& t) { t.provenance.unit_mm = 0; }},
+      {"volume -1", [](SphereTree& t) { t.provenance.volume_mm3 = -1; }},
+      {"builder", [](SphereTree& t) { t.provenance.builder = "sixteen letters!"; }},
+      {"generator", [](SphereTree& t) { t.provenance.generator = std::string("a\0b", 3); }},
+  };
+  ASSERT_EQ(findFault(test::threeLevelTree()), "");
+  for (const Case& c : cases) {
+    SphereTree tree = test::threeLevelTree();
+    c.damage(tree);
+    EXPECT_NE(findFault(tree).find(c.words), std::string::npos) << "expected: " << c.words << "\nfound: " << findFault(tree);
+  }
+}
+
+TEST(CountLevels, KeepsOverhangBounds) {
+  SphereTree tree = test::threeLevelTree();
+  const std::vector<LevelStatistics> before = tree.statistics;
+  countLevels(tree);
+  EXPECT_EQ(tree.statistics, before);
+  tree.statistics.clear();
+  countLevels(tree);
+  EXPECT_EQ(tree.statistics[1].overhang_bound, kUnproven);
+  EXPECT_EQ(tree.statistics[2].sphere_count, 4u);
+}
+
+}  // namespace
+}  // namespace spheretree

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/tree_glb.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "support/sample_trees.h"
+
+namespace spheretree::formats {
+namespace {
+
+using nlohmann::json;
+
+std::uint32_t wordAt(const std::vector<std::byte>& bytes, std::size_t offset) {
+  std::uint32_t word;
+  std::memcpy(&word, bytes.data() + offset, sizeof word);
+  return word;
+}
+
+/// The two chunks of a binary glTF, by its specification.
+struct Glb {
+  explicit Glb(const std::vector<std::byte>& bytes) {
+    EXPECT_EQ(std::memcmp(bytes.data(), "glTF", 4), 0);
+    EXPECT_EQ(wordAt(bytes, 4), 2u);
+    EXPECT_EQ(wordAt(bytes, 8), bytes.size());
+    const std::size_t text_size = wordAt(bytes, 12);
+    EXPECT_EQ(std::memcmp(bytes.data() + 16, "JSON", 4), 0);
+    EXPECT_EQ(text_size % 4, 0u);
+    document = json::parse(reinterpret_cast<const char*>(bytes.data()) + 20, reinterpret_cast<const char*>(bytes.data()) + 20 + text_size);
+    EXPECT_EQ(std::memcmp(bytes.data() + 24 + text_size, "BIN\0", 4), 0);
+    EXPECT_EQ(wordAt(bytes, 20 + text_size), bytes.size() - 28 - text_size);
+    binary.assign(bytes.begin() + static_cast<std::ptrdiff_t>(28 + text_size), bytes.end());
+  }
+  template <class T>
+  std::vector<T> read(std::size_t accessor) const {
+    const json& a = document["accessors"][accessor];
+    const json& view = document["bufferViews"][a["bufferView"].get<std::size_t>()];
+    std::vector<T> values(a["count"].get<std::size_t>());
+    EXPECT_EQ(values.size() * sizeof(T), view["byteLength"].get<std::size_t>());
+    EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0u);
+    std::memcpy(values.data(), binary.data() + view["byteOffset"].get<std::size_t>(), values.size() * sizeof(T));
+    return values;
+  }
+  json document;
+  std::vector<std::byte> binary;
+};
+
+TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
+  const SphereTree tree = test::threeLevelTree();
+  for (const SphereKind kind : {SphereKind::Cover, SphereKind::Bound}) {
+    const Glb glb(encodeGlb(tree, kind));
+    ASSERT_EQ(glb.document["meshes"].size(), 3u);
+    for (int level = 0; level < 3; ++level) {
+      const std::vector<std::uint32_t> nodes = levelSet(tree, level);
+      const json& mesh = glb.document["meshes"][static_cast<std::size_t>(level)];
+      EXPECT_EQ(mesh["name"], "level_" + std::to_string(level));
+      EXPECT_EQ(glb.document["nodes"][static_cast<std::size_t>(level) + 1]["name"], "level_" + std::to_string(level));
+      const json& primitive = mesh["primitives"][0];
+      const std::size_t positions_at = primitive["attributes"]["POSITION"];
+      const auto positions = glb.read<std::array<float, 3>>(positions_at),
+                 normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
+      const auto corners = glb.read<std::uint32_t>(primitive["indices"]);
+      ASSERT_EQ(positions.size(), normals.size());
+      ASSERT_EQ(positions.size() % nodes.size(), 0u);
+      const std::size_t each = positions.size() / nodes.size();
+      std::array<float, 3> low = positions[0], high = positions[0];
+      for (std::size_t i = 0; i < positions.size(); ++i) {
+        const Sphere& s = sphereOf(tree, nodes[i / each], kind);
+        const std::array<double, 3> centre{s.x, s.y, s.z};
+        double length2 = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          EXPECT_NEAR(positions[i][axis], (centre[axis] + double{s.radius} * normals[i][axis]) * 0.001, 1e-8);
+          length2 += double{normals[i][axis]} * normals[i][axis];
+          low[axis] = std::min(low[axis], positions[i][axis]), high[axis] = std::max(high[axis], positions[i][axis]);
+        }
+        EXPECT_NEAR(length2, 1, 1e-6);
+      }
+      EXPECT_EQ(glb.document["accessors"][positions_at]["min"].get<decltype(low)>(), low);
+      EXPECT_EQ(glb.document["accessors"][positions_at]["max"].get<decltype(low)>(), high);
+
+      // Closed and facing outward: every directed edge has its opposite, and the volume is close to that of the spheres.
+      std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+      double volume = 0, expected = 0;
+      for (std::size_t t = 0; t < corners.size(); t += 3) {
+        std::array<std::array<double, 3>, 3> p{};
+        for (std::size_t k = 0; k < 3; ++k) {
+          ASSERT_LT(corners[t + k], positions.size());
+          EXPECT_TRUE(edges.emplace(corners[t + k], corners[t + (k + 1) % 3]).second);
+          for (std::size_t axis = 0; axis < 3; ++axis) p[k][axis] = positions[corners[t + k]][axis];
+        }
+        volume += (p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) - p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+                   p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0])) /
+                  6;
+      }
+      for (const auto& [a, b] : edges) EXPECT_TRUE(edges.contains({b, a}));
+      for (const std::uint32_t node : nodes) expected += 4 * M_PI / 3 * std::pow(sphereOf(tree, node, kind).radius * 0.001, 3);
+      EXPECT_NEAR(volume / expected, 0.99, 0.01);
+    }
+    const json& translation = glb.document["nodes"][0]["translation"];
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(translation[axis].get<double>(), tree.origin_mm[axis] * 0.001);
+  }
+}
+
+TEST(TreeGlb, StaysModestForAFullTree) {
+  std::vector<std::uint8_t> counts(4681, 8);
+  counts.resize(37449, 0);
+  SphereTree tree;
+  tree.cover.assign(counts.size(), Sphere{0, 0, 0, 1});
+  tree.child_count = counts;
+  ASSERT_TRUE(linkNodes(tree));
+  const std::vector<std::byte> bytes = encodeGlb(tree, SphereKind::Cover);
+  EXPECT_LT(bytes.size(), 100'000'000u);
+}
+
+}  // namespace
+}  // namespace spheretree::formats

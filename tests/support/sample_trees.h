@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small sound trees to test with, and seeded random numbers that are the same everywhere.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::test {
+
+/// SplitMix64: the distributions of the standard library differ between implementations.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t below(std::uint64_t limit) { return next() % limit; }
+  /// [low, high)
+  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53; }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// A tree with these child counts (breadth first) and random cover spheres. Sound.
+inline SphereTree treeOf(std::vector<std::uint8_t> child_count, std::uint64_t seed = 1) {
+  Random random(seed);
+  SphereTree tree;
+  for (std::size_t i = 0; i < child_count.size(); ++i) {
+    Sphere s{};
+    s.x = static_cast<float>(random.uniform(-10, 10));
+    s.y = static_cast<float>(random.uniform(-10, 10));
+    s.z = static_cast<float>(random.uniform(-10, 10));
+    s.radius = static_cast<float>(random.uniform(0.1, 5));
+    tree.cover.push_back(s);
+  }
+  tree.child_count = std::move(child_count);
+  if (!linkNodes(tree)) return {};
+  encloseDescendants(tree);
+  countLevels(tree);
+  return tree;
+}
+
+/// Random child counts: inner siblings ahead of leaves, at most `levels` levels of at most `branching` children.
+inline SphereTree randomTree(std::uint64_t seed, int levels, int branching) {
+  Random random(seed);
+  std::vector<std::uint8_t> counts;
+  std::vector<bool> inner{true};  // of the nodes of one level
+  for (int level = 0; level < levels; ++level) {
+    std::vector<bool> next;
+    for (const bool is_inner : inner) {
+      if (!is_inner || level + 1 == levels) {
+        counts.push_back(0);
+        continue;
+      }
+      const auto count = 1 + random.below(static_cast<std::uint64_t>(branching)), inner_count = random.below(count + 1);
+      counts.push_back(static_cast<std::uint8_t>(count));
+      for (std::uint64_t c = 0; c < count; ++c) next.push_back(c < inner_count);
+    }
+    inner = std::move(next);
+  }
+  SphereTree tree = treeOf(std::move(counts), seed);
+  tree.branching = static_cast<std::uint8_t>(branching);
+  return tree;
+}
+
+/// Six nodes on three levels, with every field of the provenance set.
+inline SphereTree threeLevelTree() {
+  SphereTree tree = treeOf({3, 2, 0, 0, 0, 0});
+  tree.branching = 3;
+  tree.origin_mm = {0.1, -2000.25, 3e-7};
+  tree.statistics[1].overhang_bound = 0.125f;
+  tree.statistics[2].overhang_bound = 0;
+  Provenance& p = tree.provenance;
+  p.builder = "cover";
+  p.quality = "standard";
+  p.generator = "a generator of 31 characters...";
+  p.unit_mm = 25.4;
+  p.diagonal_mm = 1.0 / 3;
+  p.volume_mm3 = 1e12;
+  p.area_mm2 = 5e-300;
+  p.tolerance_mm = 0.1;
+  p.triangle_count = ~std::uint64_t{0};
+  p.seed = std::uint64_t{1} << 63;
+  for (std::size_t i = 0; i < 16; ++i) {
+    p.mesh_hash[i] = static_cast<std::uint8_t>(17 * i);
+    p.settings_hash[i] = static_cast<std::uint8_t>(255 - i);
+  }
+  return tree;
+}
+
+}  // namespace spheretree::test
