@@ -25,29 +25,34 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
   const Vector3d bp = p - b;
   const double d3 = ab.dot(bp), d4 = ac.dot(bp);
   if (d3 >= 0 && d4 <= d3) return finish(b, 5);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return finish(a + (d1 / (d1 - d3)) * ab, 3);
   const Vector3d cp = p - c;
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0 && d5 <= d6) return finish(c, 6);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return finish(a + (d2 / (d2 - d6)) * ac, 2);
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return finish(b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 1);
-  const double sum = va + vb + vc;
-  if (!(sum > 0)) {  // degenerate: the nearest of the three edges
-    const auto onEdge = [&](const Vector3d& u, const Vector3d& v) -> Vector3d {
-      const double length2 = (v - u).squaredNorm();
-      const double t = length2 > 0 ? std::clamp((p - u).dot(v - u) / length2, 0.0, 1.0) : 0.0;
-      return u + t * (v - u);
-    };
-    const std::array<Vector3d, 3> q{onEdge(b, c), onEdge(c, a), onEdge(a, b)};
-    int best = 0;
-    for (int k = 1; k < 3; ++k)
-      if ((p - q[static_cast<std::size_t>(k)]).squaredNorm() < (p - q[static_cast<std::size_t>(best)]).squaredNorm()) best = k;
-    return finish(q[static_cast<std::size_t>(best)], 1 + best);
+  // The tests below compare areas; in a thin triangle their signs are noise (distances were wrong by 1 % of its length).
+  const Vector3d normal = ab.cross(ac);
+  const double normal2 = normal.squaredNorm(), sides2 = ab.squaredNorm() * ac.squaredNorm();
+  if (!(normal2 > 1e-8 * sides2)) {
+    const std::array<Vector3d, 3> corner{a, b, c};
+    bool within = normal2 > 1e-15 * sides2;
+    for (std::size_t k = 0; k < 3; ++k) {  // the side opposite corner k
+      const Vector3d &u = corner[(k + 1) % 3], side = corner[(k + 2) % 3] - u;
+      const double length2 = side.squaredNorm(), t = length2 > 0 ? std::clamp((p - u).dot(side) / length2, 0.0, 1.0) : 0.0;
+      const Vector3d q = u + t * side;
+      if ((p - q).norm() < out.distance) finish(q, 1 + static_cast<int>(k));
+      within = within && normal.dot(side.cross(p - u)) >= 0;
+    }
+    if (!within) return out;
+    const Vector3d foot = p - (normal.dot(ap) / normal2) * normal;
+    return (p - foot).norm() < out.distance ? finish(foot, 0) : out;
   }
-  return finish(a + (vb / sum) * ab + (vc / sum) * ac, 0);
+  // By the normal and not from the products of d1 to d6, which lose twice as many digits for a small triangle far away.
+  const double vc = normal.dot(ab.cross(ap));
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return finish(a + (d1 / (d1 - d3)) * ab, 3);
+  const double vb = normal.dot(ap.cross(ac));
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return finish(a + (d2 / (d2 - d6)) * ac, 2);
+  const double va = normal.dot((c - b).cross(bp));
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return finish(b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 1);
+  return finish(a + (vb / normal2) * ab + (vc / normal2) * ac, 0);
 }
 
 DistanceField::DistanceField(const TriangleMesh& mesh) {
@@ -84,7 +89,9 @@ DistanceField::DistanceField(const TriangleMesh& mesh) {
   // Pseudonormals. Corners of equal position and edges between them belong together, whatever their indices.
   std::vector<std::uint32_t> by_position(mesh.positions.size());
   std::iota(by_position.begin(), by_position.end(), 0u);
-  const auto key = [&](std::uint32_t v) { return std::array<double, 3>{mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z()}; };
+  const auto key = [&](std::uint32_t v) {
+    return std::array<double, 3>{mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z()};
+  };
   std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   std::vector<std::uint32_t> weld(mesh.positions.size());
   for (std::size_t i = 0; i < by_position.size(); ++i)
@@ -109,7 +116,8 @@ DistanceField::DistanceField(const TriangleMesh& mesh) {
     }
   }
   std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} < std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
+    return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} <
+           std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
   });
   pseudonormals_.resize(n);
   for (std::size_t i = 0; i < edges.size();) {
