@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What every reducer takes and gives: a region of the surface and medial balls in, a few balls that cover the region out.
+// One signature for all, so that the frame (published_frame.h) can run any of them, or several on the same region.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "spheretree/builder/adaptive_medial_axis.h"
+#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/surface_regions.h"
+
+namespace spheretree::builder {
+
+struct Region {
+  const DistanceField& field;
+  std::span<const Eigen::Vector3d> points;  // to be covered, at least one [mm]
+  std::span<const MedialBall> pool;         // balls of the medial axis near the region; may be empty
+  std::size_t most = 8;                     // balls, >= 1
+  double enough = 0;                        // use fewer balls as long as the worst overhang stays within [mm]; >= 0
+  double limit = std::numeric_limits<double>::infinity();  // an overhang that another method reached: give up beyond it [mm]
+  std::uint64_t seed = 1;                   // for methods that draw
+};
+
+/// At least one and at most `most` balls, each point of the region in one of them; none if `limit` cannot be reached. Pure: same
+/// region, same balls.
+using Reducer = std::vector<FittedBall> (*)(const Region& region);
+
+}  // namespace spheretree::builder

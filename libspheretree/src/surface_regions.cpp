@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/surface_regions.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "spheretree/builder/box_tree.h"
+#include "spheretree/builder/refit_ball.h"
+#include "spheretree/builder/shrinking_balls.h"
+#include "spheretree/builder/surface_samples.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kPointsAChunk = 512;
+constexpr int kRefitSteps = 16;
+constexpr int kBalanceRounds = 40;
+
+// The balls under a spatial index. A hair larger, so that a point on a ball's surface is held in spite of rounding.
+class BallIndex {
+ public:
+  explicit BallIndex(std::span<const FittedBall> balls) : balls_(balls) {
+    std::vector<Eigen::AlignedBox3d> boxes;
+    boxes.reserve(balls.size());
+    for (const FittedBall& b : balls) {
+      const Vector3d half = Vector3d::Constant(b.radius * (1 + 1e-9));
+      boxes.emplace_back(b.centre - half, b.centre + half);
+    }
+    tree_ = BoxTree(boxes, 2);
+  }
+  // visit(ball, distance of the point from its centre)
+  template <class Visit>
+  void holding(const Vector3d& p, Visit&& visit) const {
+    tree_.searchWithin(p, 0, [&](std::size_t first, std::size_t count) {
+      for (std::size_t slot = first; slot < first + count; ++slot) {
+        const std::uint32_t b = tree_.order()[slot];
+        const double distance = (p - balls_[b].centre).norm();
+        if (distance <= balls_[b].radius * (1 + 1e-9)) visit(b, distance);
+      }
+    });
+  }
+
+ private:
+  std::span<const FittedBall> balls_;
+  BoxTree tree_;
+};
+
+template <class Work>
+void forChunks(std::size_t count, Work&& work) {
+  tbb::parallel_for(std::size_t{0}, (count + kPointsAChunk - 1) / kPointsAChunk, [&](std::size_t chunk) {
+    for (std::size_t i = chunk * kPointsAChunk; i < std::min(count, (chunk + 1) * kPointsAChunk); ++i) work(i);
+  });
+}
+
+// The balls that hold each point, by point.
+struct Holders {
+  std::vector<std::size_t> begin;
+  std::vector<std::uint32_t> ball;
+  std::span<const std::uint32_t> of(std::size_t i) const { return {ball.data() + begin[i], begin[i + 1] - begin[i]}; }
+};
+
+Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
+  const BallIndex index(balls);
+  std::vector<std::vector<std::uint32_t>> of(points.size());
+  forChunks(points.size(), [&](std::size_t i) {
+    index.holding(points[i], [&](std::uint32_t b, double) { of[i].push_back(b); });
+    std::sort(of[i].begin(), of[i].end());
+  });
+  Holders out;
+  out.begin.reserve(points.size() + 1);
+  out.begin.push_back(0);
+  for (const auto& list : of) {
+    out.ball.insert(out.ball.end(), list.begin(), list.end());
+    out.begin.push_back(out.ball.size());
+  }
+  return out;
+}
+
+}  // namespace
+
+SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
+                            std::uint64_t seed) {
+  SampleSettings settings;
+  settings.count = count;
+  settings.seed = seed;
+  const std::vector<SurfaceSample> samples = sampleSurface(mesh, settings);
+  SurfacePoints out;
+  out.inner.resize(samples.size());
+  forChunks(samples.size(), [&](std::size_t i) {
+    if (!samples[i].feature) out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal);
+  });
+  std::vector<double> faces;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (!samples[i].feature) faces.push_back(out.inner[i].radius);
+  const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
+  // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side falls as h rises.
+  double low = 0, high = field.diagonal();
+  for (int i = 0; i < 50; ++i) {
+    const double h = 0.5 * (low + high);
+    double integral = 0;
+    for (const double r : faces) integral += share / (2 * r + h);
+    (2 * std::numbers::pi * static_cast<double>(spheres) * h < 1.2092 * integral ? low : high) = h;
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    out.points.push_back(samples[i].point);
+    out.load.push_back(samples[i].feature ? 0 : share / (2 * out.inner[i].radius + high));
+  }
+  if (mesh.positions.size() <= 2 * count) {
+    std::vector<char> used(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) used[v] = 1;
+    for (std::size_t v = 0; v < used.size(); ++v)
+      if (used[v]) out.points.push_back(mesh.positions[v]), out.load.push_back(0);
+  }
+  out.inner.resize(out.points.size());
+  return out;
+}
+
+std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
+  std::vector<std::uint32_t> owner(points.size(), kNoParent);
+  {
+    const BallIndex index(balls);
+    forChunks(points.size(), [&](std::size_t i) {
+      double least = std::numeric_limits<double>::infinity();
+      index.holding(points[i], [&](std::uint32_t b, double distance) {
+        const double gap = distance - balls[b].clearance;
+        if (gap < least || (gap == least && b < owner[i])) least = gap, owner[i] = b;
+      });
+    });
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (owner[i] != kNoParent) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t b = 0; b < balls.size(); ++b) {
+      const double growth = (points[i] - balls[b].centre).norm() - balls[b].radius;
+      if (growth < least) least = growth, owner[i] = b;
+    }
+    FittedBall& ball = balls[owner[i]];
+    ball.radius = std::max(ball.radius, (points[i] - ball.centre).norm() * (1 + 1e-12));
+  }
+  return owner;
+}
+
+std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
+                                      std::span<const char> fixed, int rounds, const Progress& progress) {
+  std::vector<std::uint32_t> owner;
+  for (int round = 0; round <= rounds; ++round) {
+    progress.check();
+    owner = assignDeepest(points, balls);
+    std::vector<std::vector<Vector3d>> patch(balls.size());
+    for (std::size_t i = 0; i < points.size(); ++i) patch[owner[i]].push_back(points[i]);
+    tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
+      if (!fixed.empty() && fixed[b]) return;
+      FittedBall& ball = balls[b];
+      if (round < rounds && ball.clearance > 0 && patch[b].size() > 1) {
+        const double overhang = std::max(0.0, ball.overhang());
+        const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
+        const Refit refit = refitBall(field, patch[b], ball.centre, ball.clearance, 0.2 * width, kRefitSteps);
+        ball.centre = refit.centre;
+        ball.clearance = refit.clearance;
+      }
+      double most = 0;
+      for (const Vector3d& p : patch[b]) most = std::max(most, (p - ball.centre).squaredNorm());
+      ball.radius = std::sqrt(most) * (1 + 1e-12);
+    });
+  }
+  return owner;
+}
+
+std::vector<char> findRedundant(std::span<const Vector3d> points, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
+                                std::span<const char> fixed) {
+  const Holders holders = findHolders(points, balls);
+  std::vector<std::vector<std::uint32_t>> held(balls.size());
+  std::vector<std::uint32_t> times(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    times[i] = static_cast<std::uint32_t>(holders.of(i).size());
+    for (const std::uint32_t b : holders.of(i)) held[b].push_back(static_cast<std::uint32_t>(i));
+  }
+  std::vector<std::uint32_t> order(balls.size()), left;
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return balls[a].overhang() > balls[b].overhang(); });
+  for (const std::uint32_t g : group) {
+    if (g >= left.size()) left.resize(g + 1, 0);
+    ++left[g];
+  }
+  std::vector<char> redundant(balls.size(), 0);
+  for (const std::uint32_t b : order) {
+    if ((!fixed.empty() && fixed[b]) || left[group[b]] < 2) continue;
+    if (std::any_of(held[b].begin(), held[b].end(), [&](std::uint32_t i) { return times[i] < 2; })) continue;
+    redundant[b] = 1;
+    --left[group[b]];
+    for (const std::uint32_t i : held[b]) --times[i];
+  }
+  return redundant;
+}
+
+std::vector<std::uint32_t> handDown(std::span<const Vector3d> points, std::span<const double> load, std::span<const FittedBall> balls,
+                                    std::span<const char> closed) {
+  const Holders holders = findHolders(points, balls);
+  std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
+  std::vector<double> fixed_load(balls.size(), 0);
+  double total = 0, scale = 0;
+  std::size_t open = 0;
+  for (std::size_t b = 0; b < balls.size(); ++b)
+    if (!closed[b]) ++open, scale += balls[b].radius * balls[b].radius;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto of = holders.of(i);
+    const auto shut = std::find_if(of.begin(), of.end(), [&](std::uint32_t b) { return closed[b]; });
+    if (shut != of.end()) {
+      owner[i] = *shut;
+      continue;
+    }
+    total += load[i];
+    if (of.size() == 1) owner[i] = of[0], fixed_load[of[0]] += load[i];
+    if (of.size() > 1) shared.push_back(i);
+  }
+  if (open == 0 || shared.empty()) return owner;
+  scale /= static_cast<double>(open);
+  const double wanted = total / static_cast<double>(open);
+  std::vector<double> shift(balls.size(), 0);
+  double best = std::numeric_limits<double>::infinity();
+  std::vector<std::uint32_t> choice(shared.size());
+  for (int round = 0; round < kBalanceRounds; ++round) {
+    std::vector<double> sum = fixed_load;
+    for (std::size_t k = 0; k < shared.size(); ++k) {
+      const Vector3d& p = points[shared[k]];
+      double least = std::numeric_limits<double>::infinity();
+      for (const std::uint32_t b : holders.of(shared[k])) {
+        const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
+        if (power < least) least = power, choice[k] = b;
+      }
+      sum[choice[k]] += load[shared[k]];
+    }
+    double imbalance = 0;
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      if (!closed[b]) imbalance += sum[b] * sum[b];
+    if (imbalance < best) {
+      best = imbalance;
+      for (std::size_t k = 0; k < shared.size(); ++k) owner[shared[k]] = choice[k];
+    }
+    if (!(wanted > 0)) break;
+    const double step = 0.2 * scale / (1 + 0.1 * round);
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      if (!closed[b]) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
+  }
+  return owner;
+}
+
+}  // namespace spheretree::builder
