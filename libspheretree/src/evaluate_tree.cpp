@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "spheretree/builder/evaluate_tree.h"
 
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -42,7 +44,7 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
 }
 
 Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
-  progress.stage("reading the surface");
+  progress.stage("distance field");
   const DistanceField field(mesh);
   Evaluation out;
   out.diagonal = field.diagonal();
@@ -50,7 +52,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   out.hierarchy = evaluateHierarchy(tree, out.tolerance);
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (int level = 0; level < tree.levelCount(); ++level) {
-    progress.stage("measuring level " + std::to_string(level));
+    progress.stage("level " + std::to_string(level));
     std::vector<Ball> balls;
     for (const std::uint32_t node : levelSet(tree, level)) {
       const Sphere& sphere = tree.cover[node];
@@ -72,7 +74,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
     progress.advance(1);
   }
   if (settings.limits) {
-    progress.stage("finding the limits");
+    progress.stage("limits");
     out.limits = coverLimits(mesh, field, out.levels.back().spheres, {.seed = settings.seed}, progress);
     progress.advance(1);
   }
@@ -83,7 +85,8 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
 
 Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
   if (tree.nodeCount() == 0 || tree.levelCount() < 1) throw std::invalid_argument("evaluate: the tree has no nodes");
-  tbb::task_arena arena(settings.threads > 0 ? settings.threads : tbb::task_arena::automatic);
+  const int cores = tbb::info::default_concurrency();
+  tbb::task_arena arena(settings.threads > 0 ? std::min(settings.threads, cores) : cores);
   return arena.execute([&] { return evaluate(mesh, tree, settings, progress); });
 }
 
