@@ -162,18 +162,18 @@ CoverLimits coverLimits(const TriangleMesh& mesh, const DistanceField& field, st
   // False position in log-log, where the curve is nearly straight, from a guess: the limit is mostly a third of h_fin.
   double h = std::clamp(std::log(out.h_fin / 3), low, high), at_low = 0, at_high = 0;
   bool known_low = false, known_high = false, found = false;
-  for (int step = 0; step < 40 && high - low > 2e-3; ++step) {
+  for (int step = 0; step < 40 && high - low > 4e-3; ++step) {
     const double at_h = surplus(h);
     if (at_h > 0) {
       low = h, at_low = at_h, known_low = true;
     } else {
       high = h, at_high = at_h, known_high = true;
     }
-    found = std::abs(at_h) < 1e-3;
+    found = std::abs(at_h) < 3e-3;
     if (found) break;
     if (known_low && known_high) {
-      const double share = std::clamp(at_low / (at_low - at_high), 0.02, 0.98);
-      h = step % 4 == 3 ? 0.5 * (low + high) : low + share * (high - low);
+      const double share = step % 2 ? 0.5 : std::clamp(at_low / (at_low - at_high), 0.1, 0.9);
+      h = low + share * (high - low);
     } else {
       h = known_low ? std::min(high, h + 0.4) : std::max(low, h - 0.4);
     }
