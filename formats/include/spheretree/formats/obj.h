@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wavefront OBJ: vertices and polygons; `o` and `g` name parts (the latest one counts). Materials, normals, texture coordinates,
+// lines, points and free-form surfaces are ignored.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "spheretree/formats/mesh_file.h"
+
+namespace spheretree::formats {
+
+/// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
+/// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
+MeshFile readObj(std::span<const char> text, const std::string& name, double unit_mm = 1.0);
+
+}  // namespace spheretree::formats

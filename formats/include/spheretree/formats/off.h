@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// OFF and its variants with normals, colours or texture coordinates (COFF, NOFF, STOFF, ...), as text. One part.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "spheretree/formats/mesh_file.h"
+
+namespace spheretree::formats {
+
+/// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
+/// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
+MeshFile readOff(std::span<const char> text, const std::string& name, double unit_mm = 1.0);
+
+}  // namespace spheretree::formats

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh_assembly.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "spheretree/formats/errors.h"
+#include "text_scan.h"
+
+namespace spheretree::formats {
+namespace {
+
+constexpr std::size_t kMaxConcaveCorners = 4096;  // ears are found in quadratic time
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// One index for each position: that of the first vertex exactly there. Entries of `used` that are false stay kNone.
+std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& positions, const std::vector<bool>& used) {
+  const std::size_t slots = std::bit_ceil(positions.size() * 2 + 1);
+  std::vector<std::uint32_t> table(slots, kNone), first(positions.size(), kNone);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!used[i]) continue;
+    std::uint64_t hash = 0x9e3779b97f4a7c15u;
+    for (int axis = 0; axis < 3; ++axis) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(positions[i][axis])) * 0xbf58476d1ce4e5b9u;
+      hash ^= hash >> 29;
+    }
+    hash = (hash ^ (hash >> 32)) * 0x94d049bb133111ebu;
+    std::size_t slot = (hash ^ (hash >> 31)) & (slots - 1);
+    while (table[slot] != kNone && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
+    if (table[slot] == kNone) table[slot] = static_cast<std::uint32_t>(i);
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+using Point2 = std::array<double, 2>;
+
+double turn(const Point2& a, const Point2& b, const Point2& c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/// Ear clipping of a polygon that runs counter-clockwise: emits index triples into `points`. Ears are taken in order, so that the
+/// result depends on nothing but the polygon; what has no ear left (it crosses itself) is cut into a fan.
+template <class Emit>
+void clipEars(std::span<const Point2> points, Emit&& emit) {
+  const std::size_t n = points.size();
+  std::vector<std::size_t> next(n), previous(n);
+  for (std::size_t i = 0; i < n; ++i) next[i] = (i + 1) % n, previous[i] = (i + n - 1) % n;
+  std::vector<std::size_t> reflex;
+  for (std::size_t i = 0; i < n; ++i)
+    if (!(turn(points[previous[i]], points[i], points[next[i]]) > 0)) reflex.push_back(i);
+  const auto isEar = [&](std::size_t i) {
+    const Point2 &a = points[previous[i]], &b = points[i], &c = points[next[i]];
+    if (!(turn(a, b, c) > 0)) return false;
+    for (const std::size_t r : reflex) {
+      const Point2& p = points[r];
+      if (p == a || p == b || p == c) continue;
+      if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+    }
+    return true;
+  };
+  std::vector<char> ear(n);
+  for (std::size_t i = 0; i < n; ++i) ear[i] = isEar(i);
+  std::size_t at = 0, left = n, since_last = 0;
+  while (left > 3 && since_last <= left) {
+    if (!ear[at]) {
+      at = next[at];
+      ++since_last;
+      continue;
+    }
+    const std::size_t p = previous[at], q = next[at];
+    emit(p, at, q);
+    next[p] = q, previous[q] = p;
+    --left;
+    since_last = 0;
+    std::erase(reflex, at);
+    for (const std::size_t i : {p, q})
+      if (turn(points[previous[i]], points[i], points[next[i]]) > 0) std::erase(reflex, i);
+    ear[p] = isEar(p);
+    ear[q] = isEar(q);
+    at = q;
+  }
+  for (std::size_t i = next[at]; next[i] != at; i = next[i]) emit(at, i, next[i]);
+}
+
+}  // namespace
+
+MeshAssembly::MeshAssembly(std::string name, double unit_mm) : name_(std::move(name)), unit_mm_(unit_mm) {
+  if (!(std::isfinite(unit_mm) && unit_mm > 0)) throw std::invalid_argument("the unit of a mesh must be a finite number of mm above 0");
+}
+
+void MeshAssembly::refuse(const std::string& what) const { throw FormatError(name_ + ": " + what); }
+
+void MeshAssembly::refuseLine(std::size_t line, const std::string& what) const { refuse("line " + std::to_string(line) + ": " + what); }
+
+double MeshAssembly::number(std::string_view word, std::size_t line) const {
+  double value = 0;
+  switch (parseDouble(word, value)) {
+    case NumberFault::None:
+      if (std::isfinite(value)) return value;
+      refuseLine(line, inQuotes(word) + " is not a finite coordinate. Export the mesh again, or delete the vertex and the faces at it.");
+    case NumberFault::OutOfRange:
+      refuseLine(line, inQuotes(word) + " is out of the range of double precision. Write the mesh in a fitting unit.");
+    case NumberFault::Malformed:
+      break;
+  }
+  refuseLine(line, inQuotes(word) + " is not a number. Numbers are written with a decimal point, as in -1.5 or 2e-3.");
+}
+
+bool MeshAssembly::addVertex(double x, double y, double z) {
+  // Adding zero turns -0 into 0: the two are one place, and one bit pattern.
+  const Eigen::Vector3d p(x * unit_mm_ + 0.0, y * unit_mm_ + 0.0, z * unit_mm_ + 0.0);
+  if (!p.allFinite()) return false;
+  if (positions_.size() == kNone) refuse("has more than 4294967295 vertices, the most that a mesh can have here.");
+  positions_.push_back(p);
+  return true;
+}
+
+void MeshAssembly::reserve(std::size_t vertices, std::size_t triangles) {
+  positions_.reserve(vertices);
+  triangles_.reserve(triangles);
+}
+
+void MeshAssembly::beginPart(std::string_view part_name) {
+  part_name_ = part_name;
+  part_entered_ = false;
+}
+
+void MeshAssembly::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  if (!part_entered_) {
+    const auto [entry, is_new] = part_index_.try_emplace(part_name_, static_cast<std::uint32_t>(part_names_.size()));
+    if (is_new) part_names_.push_back(part_name_);
+    current_part_ = entry->second;
+    part_entered_ = true;
+  }
+  triangles_.push_back({a, b, c});
+  part_.push_back(current_part_);
+}
+
+void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
+  if (corners.size() == 3) return addTriangle(corners[0], corners[1], corners[2]);
+  if (corners.size() < 3) {
+    ++short_faces_;
+    return;
+  }
+  ++cut_polygons_;
+  const auto point = [&](std::size_t i) -> const Eigen::Vector3d& { return positions_[corners[i]]; };
+  // Scaled to 1, so that products of huge or tiny coordinates stay in range.
+  Eigen::Vector3d low = point(0), high = point(0);
+  for (std::size_t i = 1; i < corners.size(); ++i) low = low.cwiseMin(point(i)), high = high.cwiseMax(point(i));
+  const Eigen::Vector3d half = high / 2 - low / 2;
+  const double scale = half.maxCoeff() > 0 ? half.maxCoeff() : 1.0;
+  const auto arm = [&](std::size_t i) -> Eigen::Vector3d { return ((point(i) / 2 - point(0) / 2) / scale).eval(); };
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // twice the vector area
+  for (std::size_t i = 1; i + 1 < corners.size(); ++i) normal += arm(i).cross(arm(i + 1));
+  bool fan_fits = true;
+  for (std::size_t i = 1; i + 1 < corners.size() && fan_fits; ++i) fan_fits = arm(i).cross(arm(i + 1)).dot(normal) > 0;
+  if (fan_fits) {
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) addTriangle(corners[0], corners[i], corners[i + 1]);
+    return;
+  }
+  if (corners.size() > kMaxConcaveCorners)
+    refuse("a concave face has " + std::to_string(corners.size()) + " corners; at most " + std::to_string(kMaxConcaveCorners) +
+           " are read. Cut it into triangles in the program that made the mesh.");
+  // Seen along the axis closest to the normal, from its tip.
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  std::vector<Point2> points;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector3d p = arm(i);
+    points.push_back(normal[axis] >= 0 ? Point2{p[u], p[v]} : Point2{p[v], p[u]});
+  }
+  clipEars(points, [&](std::size_t a, std::size_t b, std::size_t c) { addTriangle(corners[a], corners[b], corners[c]); });
+}
+
+MeshFile MeshAssembly::finish(std::string format) {
+  if (triangles_.empty())
+    refuse("has no triangle" + std::string(short_faces_ ? ", only faces of fewer than three corners"
+                                           : positions_.empty() ? " and no vertex"
+                                                                : ", only vertices, lines or points") +
+           ". A solid needs faces: export the surface as triangles.");
+  MeshFile file;
+  file.unit_mm = unit_mm_;
+  file.format = std::move(format);
+
+  std::vector<bool> used(positions_.size());
+  for (const Triangle& t : triangles_)
+    for (const std::uint32_t v : t) used[v] = true;
+  const std::vector<std::uint32_t> first = weld(positions_, used);
+  std::vector<std::uint32_t> index(positions_.size(), kNone);
+  std::size_t unused = 0;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    if (first[i] == i) {
+      index[i] = static_cast<std::uint32_t>(file.mesh.positions.size());
+      file.mesh.positions.push_back(positions_[i]);
+    } else if (first[i] == kNone) {
+      ++unused;
+    }
+  }
+  for (Triangle& t : triangles_)
+    for (std::uint32_t& v : t) v = index[first[v]];
+  file.mesh.triangles = std::move(triangles_);
+  if (part_names_.size() > 1 || !part_names_[0].empty()) {
+    file.mesh.part = std::move(part_);
+    file.mesh.part_names = std::move(part_names_);
+  }
+
+  if (cut_polygons_)
+    note(std::to_string(cut_polygons_) + (cut_polygons_ == 1 ? " polygon was" : " polygons were") +
+         " cut into triangles; from here on faces are counted as triangles.");
+  if (short_faces_) note(std::to_string(short_faces_) + " faces of fewer than three corners were left out.");
+  if (unused) note(std::to_string(unused) + " vertices that no face uses were left out.");
+  file.notes = std::move(notes_);
+  return file;
+}
+
+std::span<const char> asText(std::span<const char> bytes, const std::string& name) {
+  const auto at = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0x20u; };
+  if ((at(0) == 0xff && at(1) == 0xfe) || (at(0) == 0xfe && at(1) == 0xff) || at(0) == 0 || at(1) == 0)
+    throw FormatError(name + ": is UTF-16 or UTF-32 text, or not text. Save it as UTF-8 or ASCII.");
+  if (at(0) == 0xef && at(1) == 0xbb && at(2) == 0xbf) return bytes.subspan(3);
+  return bytes;
+}
+
+}  // namespace spheretree::formats

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the mesh readers share: collects vertices, polygons and parts as a file gives them, and makes a welded TriangleMesh.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "spheretree/formats/mesh_file.h"
+
+namespace spheretree::formats {
+
+class MeshAssembly {
+ public:
+  /// @throws std::invalid_argument for a unit that is not finite or not positive.
+  MeshAssembly(std::string name, double unit_mm);
+
+  const std::string& name() const { return name_; }
+  [[noreturn]] void refuse(const std::string& what) const;                     // "NAME: what"
+  [[noreturn]] void refuseLine(std::size_t line, const std::string& what) const;  // "NAME: line 12: what"
+
+  /// Reads one coordinate of the file's own unit; `line` for messages.
+  double number(std::string_view word, std::size_t line) const;
+  /// Coordinates in the file's unit. False if one is not finite, also after the scale to millimetres.
+  [[nodiscard]] bool addVertex(double x, double y, double z);
+  std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(positions_.size()); }
+  void reserve(std::size_t vertices, std::size_t triangles);
+  /// Later faces belong to this part; the same name again is the same part.
+  void beginPart(std::string_view part_name);
+  const std::string& partName() const { return part_name_; }
+  /// Vertex indices below vertexCount() once finish() is called. Fewer than three corners: counted and left out.
+  /// Cuts a polygon into triangles, wherefore its vertices must be there already.
+  void addPolygon(std::span<const std::uint32_t> corners);
+  void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+  void note(std::string sentence) { notes_.push_back(std::move(sentence)); }
+
+  /// @throws FormatError if there is no triangle.
+  MeshFile finish(std::string format);
+
+ private:
+  std::string name_;
+  double unit_mm_;
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<Triangle> triangles_;
+  std::vector<std::uint32_t> part_;
+  std::vector<std::string> part_names_;
+  std::map<std::string, std::uint32_t, std::less<>> part_index_;
+  std::string part_name_;               // of the faces to come
+  std::uint32_t current_part_ = 0;
+  bool part_entered_ = false;           // part_name_ has an entry in part_names_
+  std::size_t cut_polygons_ = 0, short_faces_ = 0;
+  std::vector<std::string> notes_;
+};
+
+/// Refuses UTF-16 and UTF-32, and takes a UTF-8 byte order mark off the front.
+std::span<const char> asText(std::span<const char> bytes, const std::string& name);
+
+}  // namespace spheretree::formats

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/obj.h"
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "mesh_assembly.h"
+#include "text_scan.h"
+
+namespace spheretree::formats {
+namespace {
+
+struct ForwardReference {  // to a vertex that the file has not given yet
+  std::int64_t number;
+  std::size_t line, face;
+};
+
+class ObjReader {
+ public:
+  ObjReader(std::span<const char> text, const std::string& name, double unit_mm) : assembly_(name, unit_mm), lines_(text) {}
+
+  MeshFile read() {
+    // Sizes are not announced; a guess from the size of the file would hold memory that is not needed.
+    std::string_view line;
+    while (nextStatement(line)) {
+      const std::string_view keyword = takeWord(line);
+      if (keyword == "v")
+        readVertex(line);
+      else if (keyword == "f" || keyword == "fo")
+        readFace(line);
+      else if (keyword == "o" || keyword == "g")
+        assembly_.beginPart(trimmed(line));
+      else if (keyword == "curv" || keyword == "surf")
+        ++free_forms_;
+      else if (keyword.find('\0') != std::string_view::npos)
+        assembly_.refuseLine(line_, "holds a zero byte: not an OBJ text. Export the mesh again.");
+    }
+    for (const ForwardReference& reference : forward_)
+      if (reference.number > assembly_.vertexCount()) refuseIndex(reference);
+    // Polygons wait for the vertices that they name.
+    std::size_t from = 0;
+    for (const Polygon& polygon : waiting_) {
+      assembly_.beginPart(polygon.part);
+      assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners));
+      from += polygon.corners;
+    }
+    if (free_forms_)
+      assembly_.note(std::to_string(free_forms_) + " free-form curves or surfaces were left out; only polygons are read.");
+    return assembly_.finish("OBJ");
+  }
+
+ private:
+  struct Polygon {
+    std::size_t corners;
+    std::string part;
+  };
+
+  /// One line, with those that a backslash continues.
+  bool nextStatement(std::string_view& line) {
+    if (!lines_.next(line)) return false;
+    line_ = lines_.number();
+    if (line.starts_with('#')) line = {};  // also one that ends in the backslash of a Windows path
+    if (!line.empty() && line.back() == '\\') {
+      joined_.assign(line.substr(0, line.size() - 1));
+      while (lines_.next(line)) {
+        const bool goes_on = !line.empty() && line.back() == '\\';
+        joined_ += ' ';
+        joined_ += goes_on ? line.substr(0, line.size() - 1) : line;
+        if (!goes_on) break;
+      }
+      line = joined_;
+    }
+    for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1)) {
+      if (at > 0 && !isBlank(line[at - 1])) continue;  // part of a name
+      line = line.substr(0, at);
+      break;
+    }
+    return true;
+  }
+
+  void readVertex(std::string_view line) {
+    double p[3];
+    for (double& coordinate : p) {
+      const std::string_view word = takeWord(line);
+      if (word.empty()) assembly_.refuseLine(line_, "a vertex needs three coordinates. Export the mesh again.");
+      coordinate = assembly_.number(word, line_);
+    }  // a weight or a colour may follow
+    if (!assembly_.addVertex(p[0], p[1], p[2]))
+      assembly_.refuseLine(line_, "a coordinate in mm is beyond double precision. Choose a smaller unit.");
+  }
+
+  void readFace(std::string_view line) {
+    ++face_;
+    corners_.clear();
+    const std::int64_t count = assembly_.vertexCount();
+    bool is_forward = false;
+    for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line)) {
+      std::int64_t number = 0;
+      if (!parseInteger(word.substr(0, word.find('/')), number))
+        assembly_.refuseLine(line_, faceName() + " has the corner " + inQuotes(word) + ", which names no vertex. A corner is written 7, 7/2 or 7/2/5.");
+      if (number == 0)
+        assembly_.refuseLine(line_, faceName() + " names vertex 0; OBJ counts vertices from 1. Export the mesh again with a program that writes valid OBJ.");
+      if (number < -count)
+        assembly_.refuseLine(line_, faceName() + " names vertex " + std::to_string(number) + " (counted backwards), but there are only " +
+                                        std::to_string(count) + " vertices so far. Export the mesh again.");
+      if (number < 0) number += count + 1;
+      if (number > count) {
+        const ForwardReference reference{number, line_, face_};
+        if (number > std::int64_t{0xffffffff}) refuseIndex(reference);
+        forward_.push_back(reference);
+        is_forward = true;
+      }
+      corners_.push_back(static_cast<std::uint32_t>(number - 1));
+    }
+    if (!is_forward) return assembly_.addPolygon(corners_);
+    waiting_.push_back({corners_.size(), assembly_.partName()});
+    waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
+  }
+
+  std::string faceName() const { return "face " + std::to_string(face_); }
+
+  [[noreturn]] void refuseIndex(const ForwardReference& reference) const {
+    assembly_.refuseLine(reference.line, "face " + std::to_string(reference.face) + " names vertex " + std::to_string(reference.number) +
+                                             ", but the file has " + std::to_string(assembly_.vertexCount()) +
+                                             " vertices. The file is cut off or damaged: export the mesh again.");
+  }
+
+  MeshAssembly assembly_;
+  Lines lines_;
+  std::size_t line_ = 0, face_ = 0, free_forms_ = 0;  // face_: the one at hand, from 1
+  std::string joined_;
+  std::vector<std::uint32_t> corners_;
+  std::vector<ForwardReference> forward_;
+  std::vector<Polygon> waiting_;
+  std::vector<std::uint32_t> waiting_corners_;
+};
+
+}  // namespace
+
+MeshFile readObj(std::span<const char> text, const std::string& name, double unit_mm) {
+  return ObjReader(asText(text, name), name, unit_mm).read();
+}
+
+}  // namespace spheretree::formats

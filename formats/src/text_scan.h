@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines, words and numbers of text formats; independent of the locale.
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace spheretree::formats {
+
+inline bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// Takes the next word off the front of `line`; empty at its end.
+inline std::string_view takeWord(std::string_view& line) {
+  std::size_t first = 0;
+  while (first < line.size() && isBlank(line[first])) ++first;
+  std::size_t last = first;
+  while (last < line.size() && !isBlank(line[last])) ++last;
+  const std::string_view word = line.substr(first, last - first);
+  line.remove_prefix(last);
+  return word;
+}
+
+/// Splits text at LF, CRLF or a lone CR.
+class Lines {
+ public:
+  explicit Lines(std::span<const char> text, std::size_t first_number = 1) : text_(text.data(), text.size()), number_(first_number - 1) {
+    // A lone CR ends lines only in files without any LF (old Macintosh): so that looking for one costs nothing later.
+    end_ = std::memchr(text.data() ? text.data() : "", '\n', text.size()) ? '\n' : '\r';
+  }
+  /// False at the end. The line comes without its end.
+  bool next(std::string_view& line) {
+    if (at_ >= text_.size()) return false;
+    const void* found = std::memchr(text_.data() + at_, end_, text_.size() - at_);
+    const std::size_t last = found ? static_cast<std::size_t>(static_cast<const char*>(found) - text_.data()) : text_.size();
+    line = text_.substr(at_, last - at_);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    at_ = last + 1;
+    ++number_;
+    return true;
+  }
+  std::size_t number() const { return number_; }  // of the line last returned, from 1
+  std::size_t remaining() const { return at_ < text_.size() ? text_.size() - at_ : 0; }  // [bytes]
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0, number_;
+  char end_;
+};
+
+enum class NumberFault { None, Malformed, OutOfRange };
+
+/// Also reads a leading '+', "nan" and "inf".
+inline NumberFault parseDouble(std::string_view word, double& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::invalid_argument || end != word.data() + word.size()) return NumberFault::Malformed;
+  return error == std::errc() ? NumberFault::None : NumberFault::OutOfRange;
+}
+
+inline bool parseInteger(std::string_view word, std::int64_t& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+/// For messages: in quotes, at most 40 characters, control characters as '?'.
+inline std::string inQuotes(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text.substr(0, 40)) result += static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
+  return result + (text.size() > 40 ? "...\"" : "\"");
+}
+
+}  // namespace spheretree::formats
