@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The projection of a point on a polyhedron in 6 dimensions:  minimise |y - target|^2 / 2  subject to  a_i . y >= b_i.
+// Paper: D. Goldfarb, A. Idnani. A numerically stable dual method for solving strictly convex quadratic programs.
+//        Mathematical Programming 27, 1983. Here with the identity as Hessian, rows scanned in float, active rows in double,
+//        warm start, and a certificate for rows that contradict each other.
+// Units: y in mm (scaled), rows of unit length. No allocation. Deterministic.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace spheretree::runtime {
+
+using Vector6 = Eigen::Matrix<double, 6, 1, Eigen::DontAlign>;
+
+/// Rows in structure of arrays; all arrays of `count` values, readable up to the next multiple of 8, where a = 0 and b < 0.
+struct QpRows {
+  std::array<const float*, 6> a;
+  const float* b = nullptr;
+  std::uint32_t count = 0;
+};
+
+enum class QpStatus : std::uint8_t {
+  Optimal,
+  Infeasible,      // no y satisfies the rows of the certificate
+  IterationLimit,  // `y` is optimal for the active rows alone
+};
+
+struct QpAnswer {
+  Vector6 y = Vector6::Zero();
+  QpStatus status = QpStatus::Optimal;
+  std::uint8_t active_count = 0;                 // 0..6
+  std::array<std::uint32_t, 6> active{};         // rows, a_i . y = b_i
+  std::array<double, 6> multiplier{};            // > 0; y = target + sum multiplier_i a_i
+  std::uint8_t certificate_count = 0;            // of an Infeasible answer, 1..7
+  std::array<std::uint32_t, 7> certificate{};    // rows with
+  std::array<double, 7> certificate_weight{};    // weights > 0: sum weight_i a_i = 0 and sum weight_i b_i > 0
+  std::uint16_t iterations = 0;                  // rows that entered
+};
+
+inline constexpr double kQpTolerance = 1e-5;      // a row may be violated by this [mm, scaled]
+inline constexpr int kQpIterationLimit = 100;
+
+struct KernelTable;
+
+/// `answer`: its active rows are the warm start; indices out of range and dependent rows are skipped, so any content is fine.
+/// Cost: one scan of the rows for each iteration; 0 to 3 iterations in steady contact.
+void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& target, QpAnswer& answer) noexcept;
+
+}  // namespace spheretree::runtime

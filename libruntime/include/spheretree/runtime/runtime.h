@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The plain C face of the runtime (libspheretree_runtime.so): describe a scene, make a renderer of it, then one call for each servo step.
+ *
+ * Units: mm, N, N mm, rad. World axes are right-handed. Quaternions are w, x, y, z and turn tool (or object) axes into world axes; they
+ * need not be of unit length. A pose of the tool is the position of its reference point and its orientation. A wrench acts on the
+ * hand; its torque is about the reference point of the haptic tool.
+ *
+ * Threads: a scene or a renderer belongs to one thread at a time. st_renderer_step() allocates nothing, takes no lock, does no I/O
+ * and never fails; its time is bounded by the step limits. All other functions may allocate. */
+#ifndef SPHERETREE_RUNTIME_H
+#define SPHERETREE_RUNTIME_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#if defined(__GNUC__)
+#define ST_API __attribute__((visibility("default")))
+#else
+#define ST_API
+#endif
+
+typedef struct st_scene st_scene;
+typedef struct st_renderer st_renderer;
+
+typedef struct st_pose {
+  double position_mm[3];
+  double orientation_wxyz[4];
+} st_pose;
+
+typedef struct st_wrench {
+  double force_n[3];
+  double torque_n_mm[3];
+} st_wrench;
+
+/* Mode of a renderer. */
+enum {
+  ST_CONSTRAINED = 0, /* the graphic tool never passes through anything */
+  ST_PAPER = 1        /* the published algorithm (Wang, Zhang, Zhang, Xiao, IROS 2011) */
+};
+
+/* Bits of st_step::faults. After each of them the limited wrench is safe to render. */
+enum {
+  ST_PAIRS_FULL = 1,     /* more pairs than max_pairs: upper levels of the trees stood in */
+  ST_WORK_LIMIT = 2,     /* max_work was used up: the graphic tool goes on in the next step */
+  ST_QP_STOPPED = 4,     /* the QP stopped early */
+  ST_ROWS_CONFLICT = 8,  /* contacts contradict each other: the answer has the smallest worst violation */
+  ST_PENETRATING = 16,   /* the graphic tool is inside an object by more than 0.001 mm */
+  ST_BAD_INPUT = 32      /* the pose was not finite: the tool rests and the wrench decays by 10 % a step */
+};
+
+typedef struct st_step {
+  st_pose graphic_tool;
+  st_wrench wrench;         /* of the spring from haptic to graphic tool */
+  st_wrench limited_wrench; /* the same within the wrench limits: what to render */
+  double penetration_mm;    /* of the graphic tool; constrained mode */
+  uint32_t faults;
+  uint32_t pairs;           /* of the last search */
+  uint32_t rows;            /* of the last QP */
+  uint32_t active;          /* rows that hold the tool */
+  uint32_t qp_iterations;
+  uint32_t work;            /* in the unit of max_work */
+} st_step;
+
+/* "0.1.0" */
+ST_API const char* st_version(void);
+
+/* An empty scene with the default limits, or NULL without memory. Functions below return 0, or -1 with a sentence in st_scene_error(). */
+ST_API st_scene* st_scene_create(void);
+ST_API void st_scene_destroy(st_scene* scene); /* NULL is fine; renderers made of it stay alive */
+/* What went wrong last; "" at first. Valid until the next call with this scene. */
+ST_API const char* st_scene_error(const st_scene* scene);
+
+/* `bytes`: the content of a .stree file, checked and copied. The reference point is in the frame of the file. */
+ST_API int st_scene_set_tool(st_scene* scene, const void* bytes, size_t size, const double reference_point_mm[3]);
+/* `pose`: of the file's frame in the world. */
+ST_API int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const st_pose* pose);
+/* Both > 0; defaults 1 N/mm and 1000 N mm/rad. */
+ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
+/* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */
+ST_API int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]);
+/* Pairs at a time: 64 for each object .. 1048576, default 8192. Work units (about 3 ns each) a step: 1000 .. 2^30, default 100000. */
+ST_API int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work);
+
+/* Compiles the scene as it stands; later changes of the scene do not reach the renderer. NULL with a sentence in st_scene_error().
+ * The first step puts the graphic tool at its haptic pose. */
+ST_API st_renderer* st_renderer_create(st_scene* scene, int mode);
+ST_API void st_renderer_destroy(st_renderer* renderer); /* NULL is fine */
+/* One servo step. */
+ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out);
+/* The graphic tool starts anew: at `graphic_tool`, or at the next haptic pose if NULL. */
+ST_API void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene, compiled once and constant from then on: the tool's tree, the objects' trees in their places, stiffness and limits.
+//
+// Layout: the children of an inner node stand in one 128-byte block of 8 lanes, so that one sphere is tested against all of them
+// at once. A node is named by its slot = 8 * block + lane; the root is slot 0, alone in block 0. Empty lanes are far away.
+// Tool: about its reference point, in tool axes. Object: about its anchor, in world axes (it is turned into them once, here).
+// Units: mm, N, N mm, rad.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "spheretree/core/rigid.h"
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::runtime {
+
+/// The spring between haptic and graphic tool; both > 0.
+struct Coupling {
+  double translation = 1;   // [N/mm]
+  double rotation = 1000;   // [N mm/rad]
+};
+
+/// Largest wrench that is rendered; all > 0.
+struct WrenchLimits {
+  double force = 8;                        // of the vector [N]
+  Eigen::Vector3d torque{188, 188, 48};    // of each component, world axes [N mm]
+};
+
+/// What one step may cost. Both are counts, not clock time, so that a step is the same on every machine.
+struct StepLimits {
+  std::uint32_t max_pairs = 8192;     // leaf pairs at a time; 64 for each object .. 2^20
+  std::uint32_t max_work = 100'000;   // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
+};
+
+struct SceneObject {
+  SphereTree tree;
+  Configuration pose;  // of the tree's mesh frame in the world
+};
+
+struct SceneDescription {
+  SphereTree tool;
+  Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // in the mesh frame of the tool [mm]
+  std::vector<SceneObject> objects;
+  Coupling coupling;
+  WrenchLimits wrench_limits;
+  StepLimits step_limits;
+};
+
+struct alignas(128) Block {
+  float x[8], y[8], z[8], r[8];
+};
+static_assert(sizeof(Block) == 128);
+
+struct CompiledTree {
+  std::vector<Block> bound;                     // what the search tests: bounding spheres, and leaves
+  std::vector<Block> cover;                     // what touches; equal to `bound` at the leaves
+  std::vector<Sphere> cover_records;            // (slot) the same, one 16-byte record each
+  std::vector<std::uint16_t> child_block;       // (slot) 0 for a leaf
+  std::vector<std::uint8_t> inner_lanes;        // (block) lanes [0, n) are inner nodes, the others leaves or empty
+  std::vector<std::array<double, 3>> exact;     // (slot) centre before rounding to float
+  std::vector<std::uint32_t> node;              // (slot) index in the SphereTree; kNoNode for an empty lane
+  double reach = 0;                             // no point of any sphere is farther from the frame's origin [mm]
+  float smallest_radius = 0;                    // of the leaves [mm]
+};
+inline constexpr std::uint32_t kNoNode = 0xffffffffu;
+
+struct CompiledObject {
+  CompiledTree tree;
+  Eigen::Vector3d anchor;  // world [mm]; centre of the root
+  double root_radius;      // bounding sphere about the anchor [mm]
+};
+
+struct Scene {
+  CompiledTree tool;
+  Eigen::Vector3d tool_root;    // centre of its root about the reference point, tool axes [mm]
+  double tool_root_radius = 0;  // [mm]
+  std::vector<CompiledObject> objects;
+  Coupling coupling;
+  WrenchLimits wrench_limits;
+  StepLimits step_limits;
+  double angle_length = 0;         // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
+  double smallest_radius_sum = 0;  // of a tool leaf and an object leaf [mm]
+};
+
+/// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is unsound
+/// (findFault), a pose is not finite, or a limit is out of range; `scene` is then unchanged.
+/// Cost: O(nodes * levels); allocates all that the scene will ever hold.
+[[nodiscard]] bool compileScene(const SceneDescription& description, Scene& scene, std::string& fault);
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// All memory that changes while a scene is rendered: scratch lists and the state from step to step. Sized once; a step allocates nothing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "spheretree/runtime/collide.h"
+#include "spheretree/runtime/contact.h"
+#include "spheretree/runtime/scene.h"
+
+namespace spheretree::runtime {
+
+struct KernelTable;
+
+/// What names a pair from step to step.
+struct PairName {
+  std::uint32_t object = 0, pair = 0;
+};
+
+class Workspace {
+ public:
+  /// For `scene`, which must outlive it. `kernel` that is not available falls back to Scalar. @throws std::bad_alloc.
+  explicit Workspace(const Scene& scene, Kernel kernel = Kernel::Best);
+  ~Workspace();
+  Workspace(const Workspace&) = delete;
+  Workspace& operator=(const Workspace&) = delete;
+
+  const KernelTable* kernel;
+
+  // Scratch of findPairs() and makeRows().
+  std::vector<Block> tool_bound;      // moved to the pose
+  std::vector<Sphere> tool_cover;     // (slot) moved to the pose
+  std::vector<std::uint32_t> pairs, list_a, list_b;
+  std::vector<PairRun> runs;
+  std::vector<std::uint32_t> near_objects;
+  struct FreeFloats {
+    void operator()(float* p) const;
+  };
+  std::unique_ptr<float[], FreeFloats> row_memory;  // 8 arrays of row_stride: a, b, weight; 64-byte aligned
+  std::size_t row_stride = 0;
+
+  // State from step to step.
+  bool started = false;
+  Configuration haptic, graphic;              // of the last step
+  std::array<double, 3> euler{};              // of the graphic tool in paper mode: gamma, beta, alpha [rad]
+  Wrench wrench;                              // of the last step, not limited
+  std::array<PairName, 6> active_names{};     // rows that were active at the end of the last step
+  std::uint8_t active_count = 0;
+  QpAnswer answer;                            // of the last QP
+};
+
+}  // namespace spheretree::runtime

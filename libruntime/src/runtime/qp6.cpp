@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/qp6.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "kernel.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr double kDependent = 1e-10;  // squared length of what is left of a unit row off the active ones
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular, kept up to date by Givens rotations.
+class ActiveSet {
+ public:
+  int size = 0;
+  std::array<std::uint32_t, 6> row{};
+  std::array<double, 6> bound{}, multiplier{};
+
+  ActiveSet() {
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j) q_[i][j] = i == j ? 1 : 0;
+  }
+
+  bool has(std::uint32_t r) const {
+    for (int k = 0; k < size; ++k)
+      if (row[k] == r) return true;
+    return false;
+  }
+
+  // Components of `n` along the columns of Q: the first `size` within the active rows, the others off them.
+  void project(const Vector6& n, double d[6]) const {
+    for (int j = 0; j < 6; ++j) {
+      d[j] = 0;
+      for (int i = 0; i < 6; ++i) d[j] += q_[j][i] * n[i];
+    }
+  }
+  double squaredRest(const double d[6]) const {
+    double sum = 0;
+    for (int j = size; j < 6; ++j) sum += d[j] * d[j];
+    return sum;
+  }
+  Vector6 rest(const double d[6]) const {
+    Vector6 z = Vector6::Zero();
+    for (int j = size; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) z[i] += d[j] * q_[j][i];
+    return z;
+  }
+  // r with R r = d.
+  void solve(const double d[6], double r[6]) const {
+    for (int i = size - 1; i >= 0; --i) {
+      double sum = d[i];
+      for (int j = i + 1; j < size; ++j) sum -= r_[i][j] * r[j];
+      r[i] = sum / r_[i][i];
+    }
+  }
+
+  // `d` = project(normal), squaredRest(d) > kDependent, size < 6.
+  void add(std::uint32_t r, double b, double u, double d[6]) {
+    for (int j = 5; j > size; --j) {
+      const double length = std::sqrt(d[j - 1] * d[j - 1] + d[j] * d[j]);
+      if (d[j] == 0 || length == 0) continue;
+      turn(q_[j - 1], q_[j], d[j - 1] / length, d[j] / length);
+      d[j - 1] = length;
+      d[j] = 0;
+    }
+    for (int i = 0; i <= size; ++i) r_[i][size] = d[i];
+    row[size] = r;
+    bound[size] = b;
+    multiplier[size] = u;
+    ++size;
+  }
+
+  void drop(int k) {
+    for (int j = k; j + 1 < size; ++j) {
+      row[j] = row[j + 1];
+      bound[j] = bound[j + 1];
+      multiplier[j] = multiplier[j + 1];
+      for (int i = 0; i <= j + 1; ++i) r_[i][j] = r_[i][j + 1];
+    }
+    --size;
+    for (int j = k; j < size; ++j) {
+      const double a = r_[j][j], b = r_[j + 1][j], length = std::sqrt(a * a + b * b);
+      if (b == 0 || length == 0) continue;
+      const double c = a / length, s = b / length;
+      for (int i = j; i < size; ++i) {
+        const double top = r_[j][i], low = r_[j + 1][i];
+        r_[j][i] = c * top + s * low;
+        r_[j + 1][i] = c * low - s * top;
+      }
+      turn(q_[j], q_[j + 1], c, s);
+    }
+  }
+
+  // The point nearest to `target` on all active rows; sets the multipliers.
+  Vector6 nearest(const Vector6& target) {
+    double w[6] = {};
+    for (int j = 0; j < size; ++j) {  // R^T w = bound - N^T target, by N = Q R
+      double sum = bound[j];
+      for (int i = 0; i < j; ++i) sum -= r_[i][j] * w[i];
+      w[j] = sum / r_[j][j];
+    }
+    // w holds the coordinates of the answer along Q; the multipliers solve R u = w - Q^T target.
+    double d[6], u[6] = {};
+    project(target, d);
+    Vector6 y = rest(d);
+    for (int j = 0; j < size; ++j) {
+      for (int i = 0; i < 6; ++i) y[i] += w[j] * q_[j][i];
+      d[j] = w[j] - d[j];
+    }
+    solve(d, u);
+    for (int j = 0; j < size; ++j) multiplier[j] = u[j];
+    return y;
+  }
+
+ private:
+  static void turn(double a[6], double b[6], double c, double s) {
+    for (int i = 0; i < 6; ++i) {
+      const double x = a[i], y = b[i];
+      a[i] = c * x + s * y;
+      b[i] = c * y - s * x;
+    }
+  }
+  double q_[6][6];       // column j of Q is q_[j]
+  double r_[6][6] = {};  // r_[row][column]
+};
+
+Vector6 normalOf(const QpRows& rows, std::uint32_t i) {
+  Vector6 n;
+  for (int k = 0; k < 6; ++k) n[k] = static_cast<double>(rows.a[static_cast<std::size_t>(k)][i]);
+  return n;
+}
+
+}  // namespace
+
+void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& target, QpAnswer& answer) noexcept {
+  ActiveSet set;
+  double d[6], r[6];
+  for (int k = 0; k < answer.active_count; ++k) {
+    const std::uint32_t i = answer.active[static_cast<std::size_t>(k)];
+    if (i >= rows.count || set.has(i) || set.size == 6) continue;
+    set.project(normalOf(rows, i), d);
+    if (set.squaredRest(d) > 1e-6) set.add(i, static_cast<double>(rows.b[i]), 0, d);  // strict: a poor start costs more than none
+  }
+  answer = QpAnswer{};
+  // Dual feasible start: the nearest point on the old active rows, without those that would have to pull.
+  Vector6 y = set.nearest(target);
+  while (set.size > 0) {
+    int least = 0;
+    for (int k = 1; k < set.size; ++k)
+      if (set.multiplier[k] < set.multiplier[least]) least = k;
+    if (set.multiplier[least] >= 0) break;
+    set.drop(least);
+    y = set.nearest(target);
+  }
+
+  while (rows.count > 0) {
+    float scan[6];
+    double largest = 0;
+    for (int k = 0; k < 6; ++k) {
+      scan[k] = static_cast<float>(y[k]);
+      largest = std::max(largest, std::abs(y[k]));
+    }
+    const WorstRow worst = kernel.worstRow(rows.a.data(), rows.b, rows.count, scan);
+    if (!(static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest))) break;
+    if (set.has(worst.row)) break;  // an active row: what is left is rounding
+    if (answer.iterations == kQpIterationLimit) {
+      answer.status = QpStatus::IterationLimit;
+      break;
+    }
+    ++answer.iterations;
+    const Vector6 normal = normalOf(rows, worst.row);
+    const double bound = static_cast<double>(rows.b[worst.row]);
+    double entering = 0;
+    bool added = false;
+    while (!added) {
+      set.project(normal, d);
+      set.solve(d, r);
+      const double rest = set.squaredRest(d), slack = normal.dot(y) - bound;
+      if (slack >= 0) break;  // only float saw it violated
+      int blocking = -1;
+      double partial = kInfinity;
+      for (int k = 0; k < set.size; ++k)
+        if (r[k] > 1e-12 && set.multiplier[k] < partial * r[k]) {
+          partial = set.multiplier[k] / r[k];
+          blocking = k;
+        }
+      const double full = rest > kDependent ? -slack / rest : kInfinity;
+      if (blocking < 0 && full == kInfinity) {  // the active rows and this one add up to 0 >= something positive
+        answer.status = QpStatus::Infeasible;
+        answer.certificate[0] = worst.row;
+        answer.certificate_weight[0] = 1;
+        answer.certificate_count = 1;
+        for (int k = 0; k < set.size; ++k)
+          if (r[k] < -1e-12) {
+            answer.certificate[answer.certificate_count] = set.row[k];
+            answer.certificate_weight[answer.certificate_count++] = -r[k];
+          }
+        break;
+      }
+      const double length = std::min(partial, full);
+      for (int k = 0; k < set.size; ++k) set.multiplier[k] -= length * r[k];
+      entering += length;
+      if (full < kInfinity) y += length * set.rest(d);
+      if (full <= partial) {
+        set.add(worst.row, bound, entering, d);
+        added = true;
+      } else {
+        set.drop(blocking);
+      }
+    }
+    if (answer.status != QpStatus::Optimal) break;
+    if (!added) {  // stopped between two corners by rounding: the point on what is active is as good
+      y = set.nearest(target);
+      break;
+    }
+  }
+  if (answer.status == QpStatus::Optimal) y = set.nearest(target);  // free of what the steps have gathered
+  answer.y = y;
+  answer.active_count = static_cast<std::uint8_t>(set.size);
+  for (int k = 0; k < set.size; ++k) {
+    answer.active[static_cast<std::size_t>(k)] = set.row[k];
+    answer.multiplier[static_cast<std::size_t>(k)] = set.multiplier[k];
+  }
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/runtime.h"
+
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/runtime/step.h"
+
+namespace rt = spheretree::runtime;
+using spheretree::Configuration;
+using spheretree::Quaternion;
+
+struct st_scene {
+  rt::SceneDescription description;
+  std::string error;
+};
+
+struct st_renderer {
+  st_renderer(rt::Scene&& compiled, rt::Mode wanted) : scene(std::move(compiled)), workspace(scene), mode(wanted) {}
+  rt::Scene scene;
+  rt::Workspace workspace;
+  rt::Mode mode;
+};
+
+static_assert(ST_PAIRS_FULL == int{rt::kPairsFull} && ST_WORK_LIMIT == int{rt::kWorkLimit} && ST_QP_STOPPED == int{rt::kQpStopped} &&
+              ST_ROWS_CONFLICT == int{rt::kRowsConflict} && ST_PENETRATING == int{rt::kPenetrating} && ST_BAD_INPUT == int{rt::kBadInput});
+static_assert(ST_CONSTRAINED == static_cast<int>(rt::Mode::Constrained) && ST_PAPER == static_cast<int>(rt::Mode::Paper));
+
+namespace {
+
+Configuration fromC(const st_pose& p) {
+  return {{p.position_mm[0], p.position_mm[1], p.position_mm[2]},
+          Quaternion(p.orientation_wxyz[0], p.orientation_wxyz[1], p.orientation_wxyz[2], p.orientation_wxyz[3])};
+}
+st_pose toC(const Configuration& q) {
+  return {{q.position.x(), q.position.y(), q.position.z()}, {q.orientation.w(), q.orientation.x(), q.orientation.y(), q.orientation.z()}};
+}
+st_wrench toC(const spheretree::Wrench& w) {
+  return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}};
+}
+
+// Runs `work`, which returns a fault or ""; no exception leaves this file.
+template <class Work>
+int guarded(st_scene* scene, Work work) noexcept {
+  if (!scene) return -1;
+  try {
+    scene->error = work();
+    return scene->error.empty() ? 0 : -1;
+  } catch (const std::exception& error) {
+    try {
+      scene->error = error.what();
+    } catch (...) {
+      scene->error.clear();
+    }
+    return -1;
+  }
+}
+
+std::string decode(const char* what, const void* bytes, size_t size, spheretree::SphereTree& tree) {
+  if (!bytes) return std::string(what) + ": no bytes were given";
+  std::string fault;
+  const spheretree::LoadStatus status = spheretree::decodeSphereTree({static_cast<const std::byte*>(bytes), size}, tree, &fault);
+  if (status == spheretree::LoadStatus::Ok) return {};
+  return std::string(what) + ": " + std::string(spheretree::explain(status)) + (fault.empty() ? "" : " (" + fault + ")");
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* st_version(void) { return SPHERETREE_VERSION; }
+
+st_scene* st_scene_create(void) { return new (std::nothrow) st_scene; }
+
+void st_scene_destroy(st_scene* scene) { delete scene; }
+
+const char* st_scene_error(const st_scene* scene) { return scene ? scene->error.c_str() : "no scene was given"; }
+
+int st_scene_set_tool(st_scene* scene, const void* bytes, size_t size, const double reference_point_mm[3]) {
+  return guarded(scene, [&]() -> std::string {
+    if (!reference_point_mm) return "tool: no reference point was given";
+    std::string fault = decode("tool", bytes, size, scene->description.tool);
+    if (fault.empty()) scene->description.reference_point = {reference_point_mm[0], reference_point_mm[1], reference_point_mm[2]};
+    return fault;
+  });
+}
+
+int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const st_pose* pose) {
+  return guarded(scene, [&]() -> std::string {
+    if (!pose) return "object: no pose was given";
+    rt::SceneObject object;
+    object.pose = fromC(*pose);
+    const std::string name = "object " + std::to_string(scene->description.objects.size());
+    std::string fault = decode(name.c_str(), bytes, size, object.tree);
+    if (fault.empty()) scene->description.objects.push_back(std::move(object));
+    return fault;
+  });
+}
+
+int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.coupling = {translation_n_per_mm, rotation_n_mm_per_rad};
+    return {};
+  });
+}
+
+int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]) {
+  return guarded(scene, [&]() -> std::string {
+    if (!torque_n_mm) return "wrench limits: no torque limits were given";
+    scene->description.wrench_limits = {force_n, {torque_n_mm[0], torque_n_mm[1], torque_n_mm[2]}};
+    return {};
+  });
+}
+
+int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.step_limits = {max_pairs, max_work};
+    return {};
+  });
+}
+
+st_renderer* st_renderer_create(st_scene* scene, int mode) {
+  st_renderer* renderer = nullptr;
+  guarded(scene, [&]() -> std::string {
+    if (mode != ST_CONSTRAINED && mode != ST_PAPER) return "mode " + std::to_string(mode) + " is unknown; ST_CONSTRAINED is 0, ST_PAPER is 1";
+    if (scene->description.tool.cover.empty()) return "the scene has no tool; call st_scene_set_tool() first";
+    rt::Scene compiled;
+    std::string fault;
+    if (!rt::compileScene(scene->description, compiled, fault)) return fault;
+    renderer = new st_renderer(std::move(compiled), static_cast<rt::Mode>(mode));
+    return {};
+  });
+  return renderer;
+}
+
+void st_renderer_destroy(st_renderer* renderer) { delete renderer; }
+
+void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out) {
+  const rt::StepResult result = rt::step(renderer->scene, fromC(*haptic_tool), renderer->mode, renderer->workspace);
+  *out = {toC(result.graphic), toC(result.wrench), toC(result.limited_wrench), result.penetration, result.faults, result.pairs,
+          result.rows,         result.active,      result.qp_iterations,          result.work};
+}
+
+void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool) {
+  if (graphic_tool)
+    rt::resetTo(fromC(*graphic_tool), renderer->workspace);
+  else
+    rt::reset(renderer->workspace);
+}
+
+}  // extern "C"

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr float kFarAway = 1e18f;  // an empty lane; its squared distance still fits a float
+
+bool inRange(double value, double low, double high) { return value >= low && value <= high; }
+
+// `place` maps a centre of the tree's mesh frame to the frame of the compiled tree.
+template <class Place>
+CompiledTree compileTree(const SphereTree& tree, const Place& place) {
+  CompiledTree out;
+  const std::size_t blocks = 1 + tree.bound.size();
+  Block empty;
+  std::fill_n(empty.x, 8, kFarAway);
+  std::fill_n(empty.y, 8, kFarAway);
+  std::fill_n(empty.z, 8, kFarAway);
+  std::fill_n(empty.r, 8, 0.0f);
+  out.bound.assign(blocks, empty);
+  out.cover.assign(blocks, empty);
+  out.cover_records.assign(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
+  out.child_block.assign(8 * blocks, 0);
+  out.inner_lanes.assign(blocks, 0);
+  out.exact.assign(8 * blocks, {kFarAway, kFarAway, kFarAway});
+  out.node.assign(8 * blocks, kNoNode);
+  out.smallest_radius = std::numeric_limits<float>::infinity();
+
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  const auto centreOf = [&](const Sphere& s) -> Eigen::Vector3d { return place(Eigen::Vector3d(s.x, s.y, s.z) + origin); };
+  const auto put = [](Block& block, std::size_t lane, const Eigen::Vector3d& c, float radius) {
+    block.x[lane] = static_cast<float>(c.x());
+    block.y[lane] = static_cast<float>(c.y());
+    block.z[lane] = static_cast<float>(c.z());
+    block.r[lane] = radius;
+  };
+  const auto putNode = [&](std::size_t slot, std::uint32_t node) {
+    const Sphere& cover = tree.cover[node];
+    const Sphere& bound = sphereOf(tree, node, SphereKind::Bound);
+    const Eigen::Vector3d c = centreOf(cover);
+    put(out.cover[slot / 8], slot % 8, c, cover.radius);
+    put(out.bound[slot / 8], slot % 8, centreOf(bound), bound.radius);
+    const Block& block = out.cover[slot / 8];
+    out.cover_records[slot] = {block.x[slot % 8], block.y[slot % 8], block.z[slot % 8], cover.radius};
+    out.exact[slot] = {c.x(), c.y(), c.z()};
+    out.node[slot] = node;
+    out.reach = std::max(out.reach, c.norm() + static_cast<double>(cover.radius));
+    if (tree.isLeaf(node)) {
+      out.smallest_radius = std::min(out.smallest_radius, cover.radius);
+    } else {
+      out.child_block[slot] = static_cast<std::uint16_t>(tree.bound_index[node] + 1);
+      ++out.inner_lanes[slot / 8];
+    }
+  };
+  putNode(0, 0);
+  for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
+    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) putNode(8 * (std::size_t{tree.bound_index[node]} + 1) + k, tree.first_child[node] + k);
+  return out;
+}
+
+std::string faultInSettings(const SceneDescription& d) {
+  const auto bad = [](const char* what, double value, const char* range) {
+    return std::string(what) + " is " + std::to_string(value) + "; it must be " + range;
+  };
+  if (!inRange(d.coupling.translation, 1e-6, 1e6)) return bad("translation stiffness [N/mm]", d.coupling.translation, "within 1e-6 .. 1e6");
+  if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");
+  if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
+  for (int k = 0; k < 3; ++k)
+    if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9)) return bad("torque limit [N mm]", d.wrench_limits.torque[k], "above 0, at most 1e9");
+  const double least = std::max<double>(64, 64.0 * static_cast<double>(d.objects.size()));
+  if (!inRange(d.step_limits.max_pairs, least, 1 << 20)) return bad("max_pairs", d.step_limits.max_pairs, "64 for each object .. 1048576");
+  if (!inRange(d.step_limits.max_work, 1000, 1 << 30)) return bad("max_work", d.step_limits.max_work, "within 1000 .. 1073741824");
+  return {};
+}
+
+constexpr double kFarthest = 1e7;  // [mm]; beyond it float cannot tell a micrometre from ten metres away
+
+}  // namespace
+
+bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
+  fault = faultInSettings(d);
+  if (!fault.empty()) return false;
+  if (std::string why = findFault(d.tool); !why.empty()) {
+    fault = "tool: " + why;
+    return false;
+  }
+  if (!d.reference_point.allFinite()) {
+    fault = "tool: the reference point is not finite";
+    return false;
+  }
+  Scene out;
+  out.coupling = d.coupling;
+  out.wrench_limits = d.wrench_limits;
+  out.step_limits = d.step_limits;
+  out.angle_length = std::sqrt(d.coupling.rotation / d.coupling.translation);
+  out.tool = compileTree(d.tool, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
+  const Block& root = out.tool.bound[0];
+  out.tool_root = Eigen::Vector3d(root.x[0], root.y[0], root.z[0]);
+  out.tool_root_radius = static_cast<double>(root.r[0]);
+  if (!(out.tool.reach <= kFarthest)) {
+    fault = "tool: a sphere is " + std::to_string(out.tool.reach) + " mm from the reference point; at most 1e7 mm";
+    return false;
+  }
+  float smallest = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < d.objects.size(); ++i) {
+    const SceneObject& object = d.objects[i];
+    const std::string name = "object " + std::to_string(i) + ": ";
+    if (std::string why = findFault(object.tree); !why.empty()) {
+      fault = name + why;
+      return false;
+    }
+    if (!isFinite(object.pose)) {
+      fault = name + "the pose is not finite or its quaternion is null";
+      return false;
+    }
+    const Eigen::Matrix3d rotation = object.pose.orientation.normalized().toRotationMatrix();
+    const Sphere& top = sphereOf(object.tree, 0, SphereKind::Bound);
+    const Eigen::Vector3d origin(object.tree.origin_mm[0], object.tree.origin_mm[1], object.tree.origin_mm[2]);
+    const Eigen::Vector3d centre = Eigen::Vector3d(top.x, top.y, top.z) + origin;
+    CompiledObject compiled;
+    compiled.anchor = rotation * centre + object.pose.position;
+    compiled.tree = compileTree(object.tree, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return rotation * (c - centre); });
+    compiled.root_radius = static_cast<double>(top.radius);
+    if (!(compiled.anchor.norm() <= kFarthest && compiled.tree.reach <= kFarthest)) {
+      fault = name + "it reaches farther than 1e7 mm from the origin of the world";
+      return false;
+    }
+    smallest = std::min(smallest, compiled.tree.smallest_radius);
+    out.objects.push_back(std::move(compiled));
+  }
+  out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);
+  scene = std::move(out);
+  return true;
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/step.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "kernel.h"
+#include "spheretree/runtime/collide.h"
+#include "spheretree/runtime/contact.h"
+#include "spheretree/runtime/force.h"
+#include "spheretree/runtime/qp6.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr double kPathTolerance = 0.01;     // deepest a leaf may dip in the middle of a step [mm]
+constexpr double kLeastMargin = 0.01;       // [mm]
+constexpr double kConverged = 1e-5;         // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr int kMostLinearisations = 48;     // of one step
+constexpr int kMostRelaxations = 16;        // of one QP with rows that conflict
+constexpr int kMostHalvings = 5;
+
+class Stage {
+ public:
+  explicit Stage(std::uint64_t* total) : total_(total), start_(total ? now() : 0) {}
+  ~Stage() {
+    if (total_) *total_ += now() - start_;
+  }
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+ private:
+  static std::uint64_t now() {
+    return static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+  }
+  std::uint64_t* total_;
+  std::uint64_t start_;
+};
+
+Displacement scaled(const Displacement& d, double factor) { return {factor * d.translation, factor * d.rotation}; }
+
+// Searches, rows and QPs of one step, with their counts.
+class Stepper {
+ public:
+  Stepper(const Scene& scene, Workspace& workspace, StageTimes* times, StepResult& result)
+      : scene_(scene), workspace_(workspace), times_(times), result_(result) {}
+
+  bool workLeft() const { return result_.work < scene_.step_limits.max_work; }
+
+  PairSet search(const Configuration& pose, double margin, bool exact) {
+    const Stage stage(times_ ? &times_->find : nullptr);
+    const std::uint32_t most = scene_.step_limits.max_work;
+    const PairSet set = findPairs(scene_, pose, margin, exact, most > result_.work ? most - result_.work : 0, workspace_);
+    result_.work += set.work;
+    ++result_.searches;
+    result_.pairs = static_cast<std::uint32_t>(set.pairs.size());
+    return set;
+  }
+
+  RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes) {
+    const Stage stage(times_ ? &times_->rows : nullptr);
+    result_.work += 2 * groups(set.pairs.size()) + static_cast<std::uint32_t>(scene_.tool.cover.size());
+    ++result_.linearisations;
+    result_.rows = static_cast<std::uint32_t>(set.pairs.size());
+    return makeRows(scene_, set, pose, form, axes, workspace_);
+  }
+  RowSet rows(const PairSet& set, const Configuration& pose) {
+    return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity());
+  }
+
+  // The point nearest to `target` that all rows allow. Rows that contradict each other are all moved back by the same distance [mm], the least that
+  // lets them agree; returns that distance. Each certificate is a lower bound of it (its rows, moved back by less, still contradict each
+  // other), and the first bound at which the QP has an answer is therefore the least.
+  double solve(const RowSet& set, const Vector6& target) {
+    const Stage stage(times_ ? &times_->qp : nullptr);
+    QpAnswer& answer = workspace_.answer;
+    double back = 0;
+    for (int round = 0;; ++round) {
+      solveQp6(*workspace_.kernel, set.rows, target, answer);
+      result_.qp_iterations += answer.iterations;
+      result_.work += (answer.iterations + 1u) * groups(set.rows.count);
+      if (answer.status != QpStatus::Infeasible) break;
+      float* const b = const_cast<float*>(set.rows.b);  // the workspace's own row memory
+      if (round == kMostRelaxations || !workLeft()) {
+        // No time to find the least. Where the rows forbid even to stay, allow staying: then y = 0 satisfies all.
+        for (std::uint32_t i = 0; i < set.rows.count; ++i) b[i] = std::min(b[i], 0.0f);
+        solveQp6(*workspace_.kernel, set.rows, target, answer);
+        back = std::max(back, static_cast<double>(-set.smallest_gap));
+        break;
+      }
+      double sum = 0, weights = 0;
+      for (std::size_t k = 0; k < answer.certificate_count; ++k) {
+        sum += answer.certificate_weight[k] * static_cast<double>(b[answer.certificate[k]]);
+        weights += answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
+      }
+      const double further = std::max(sum / weights, 1e-6) * (1 + 1e-6);
+      for (std::uint32_t i = 0; i < set.rows.count; ++i) b[i] -= static_cast<float>(further) * set.weight[i];
+      back += further;
+    }
+    if (answer.status == QpStatus::IterationLimit) {
+      result_.faults |= kQpStopped;
+      answer.y.setZero();
+      answer.active_count = 0;
+    }
+    if (back > kGapTolerance) result_.faults |= kRowsConflict;
+    result_.active = answer.active_count;
+    return back;
+  }
+
+  // Names of the active rows, which the next step starts from.
+  void keepActive(const PairSet& set) {
+    workspace_.active_count = workspace_.answer.active_count;
+    for (std::size_t k = 0; k < workspace_.active_count; ++k) {
+      const std::uint32_t row = workspace_.answer.active[k];
+      const PairRun* run = set.runs.data();
+      while (row >= run->begin + run->count) ++run;
+      workspace_.active_names[k] = {run->object, set.pairs[row]};
+    }
+  }
+  void findActive(const PairSet& set) {
+    QpAnswer& answer = workspace_.answer;
+    answer.active_count = 0;
+    for (std::size_t k = 0; k < workspace_.active_count; ++k) {
+      const PairName& name = workspace_.active_names[k];
+      for (const PairRun& run : set.runs) {
+        if (run.object != name.object) continue;
+        const auto begin = set.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
+        if (found != end) answer.active[answer.active_count++] = static_cast<std::uint32_t>(found - set.pairs.begin());
+        break;
+      }
+    }
+  }
+
+  Vector6 scaledVector(const Displacement& d) const {
+    Vector6 y;
+    y << d.translation, scene_.angle_length * d.rotation;
+    return y;
+  }
+  Displacement displacement(const Vector6& y) const {
+    return {Eigen::Vector3d(y[0], y[1], y[2]), Eigen::Vector3d(y[3], y[4], y[5]) / scene_.angle_length};
+  }
+  // No point of the tool moves farther than this on the way [mm].
+  double reach(const Displacement& d) const { return d.translation.norm() + scene_.tool.reach * d.rotation.norm(); }
+
+  void constrained(const Configuration& haptic);
+  void paper(const Configuration& haptic);
+
+ private:
+  static std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
+  void coarseMove(PairSet set, const Configuration& haptic, double path_tolerance, double largest_turn);
+
+  const Scene& scene_;
+  Workspace& workspace_;
+  StageTimes* times_;
+  StepResult& result_;
+};
+
+// Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
+// than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b), and the true gap is the row's value
+// plus a convex function of the translation, less at most |r| angle^2 / 2 for the turn. So no pair is ever deeper than that.
+void Stepper::constrained(const Configuration& haptic) {
+  const double path_tolerance = std::min(kPathTolerance, 0.1 * scene_.smallest_radius_sum);
+  const double largest_turn = std::sqrt(1.6 * path_tolerance / std::max(scene_.tool.reach, 1e-6));
+  Configuration now = workspace_.graphic;
+  Configuration best = now;
+  double best_depth = std::numeric_limits<double>::infinity();
+  const double motion = reach(displacementBetween(workspace_.haptic, haptic));
+  double margin_limit = std::numeric_limits<double>::infinity();
+  double margin = std::max(kLeastMargin, std::min(reach(displacementBetween(now, haptic)), 1.5 * motion + 0.05));
+  PairSet pairs;
+  RowSet set;
+  double depth = 0, used = 0;
+  bool stale = true;  // the pairs are not those of `margin` about `now`
+  const auto record = [&] {
+    if (depth < best_depth || depth <= 0.5 * kGapTolerance) {
+      best = now;
+      best_depth = depth;
+    }
+  };
+  bool settled = false;
+  while (!settled) {
+    if (result_.linearisations >= kMostLinearisations || !workLeft()) {
+      result_.faults |= kWorkLimit;
+      break;
+    }
+    if (stale) {
+      pairs = search(now, margin, false);
+      while (pairs.coarse && margin > kLeastMargin && workLeft()) {  // a shorter way has fewer pairs
+        margin = margin_limit = std::max(kLeastMargin, margin / 4);
+        pairs = search(now, margin, false);
+      }
+      if (pairs.coarse) {
+        if (best_depth == std::numeric_limits<double>::infinity()) coarseMove(pairs, haptic, path_tolerance, largest_turn);
+        else result_.faults |= kPairsFull;
+        break;
+      }
+      findActive(pairs);
+      set = rows(pairs, now);
+      depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
+      used = 0;
+      stale = false;
+      record();
+    }
+    const Displacement want = displacementBetween(now, haptic);
+    double length = reach(want);
+    if (pairs.pairs.empty()) {
+      workspace_.answer.active_count = 0;
+      result_.active = 0;
+      if (length <= margin) {
+        now = haptic;
+        settled = true;
+      } else {
+        now = moved(now, scaled(want, margin / length));
+        margin = std::min({4 * margin, length, margin_limit});
+        stale = true;
+      }
+      record();
+      continue;
+    }
+    const double back = solve(set, scaledVector(want));
+    const Displacement step = displacement(workspace_.answer.y);
+    if (workspace_.answer.y.norm() < kConverged) {
+      settled = true;
+      break;
+    }
+    const bool straight = workspace_.answer.active_count == 0 && back == 0 && workspace_.answer.status == QpStatus::Optimal;
+    length = reach(step);
+    const double turn = step.rotation.norm(), left = std::max(0.0, margin - used);
+    double part = std::min(1.0, length > left ? left / length : 1.0);
+    const bool short_of_margin = part < 1;
+    if (turn * part > largest_turn) part = largest_turn / turn;
+    const Configuration from = now;
+    const double depth_before = depth;
+    bool accepted = false;
+    for (int halving = 0; halving <= kMostHalvings && !accepted; ++halving) {
+      now = straight && part == 1 ? haptic : moved(from, scaled(step, part));
+      keepActive(pairs);
+      set = rows(pairs, now);
+      depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
+      accepted = depth <= std::max(path_tolerance, depth_before + 1e-6);
+      if (!accepted) part /= 2;
+    }
+    if (!accepted) break;  // rows that conflict: no way on from here in this step
+    used += part * length;
+    record();
+    if (straight && part == 1) {
+      settled = true;
+    } else if (short_of_margin && margin - used < 0.5 * (1 - part) * length) {
+      const double wish = std::max(margin, std::min(4 * margin, 1.1 * (1 - part) * length + kLeastMargin));
+      margin = std::max(kLeastMargin, std::min(wish, margin_limit));
+      stale = true;
+    }
+  }
+  keepActive(pairs);
+  // A way that ends with a turn may end a little inside. Push straight out, or fall back to the last pose that was free.
+  for (int attempt = 0; attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
+       ++attempt) {
+    solve(set, Vector6::Zero());
+    const Displacement step = displacement(workspace_.answer.y);
+    used += reach(step);
+    if (used > margin) break;
+    now = moved(now, step);
+    set = rows(pairs, now);
+    depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
+    record();
+  }
+  if (best_depth < std::numeric_limits<double>::infinity()) {
+    workspace_.graphic = best;
+    result_.penetration = best_depth;
+  }
+  if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
+}
+
+// The list is full even for the shortest way. Whole branches stand in, as the balls that cover them: none may come closer than it is.
+// That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and finds none.
+void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path_tolerance, double largest_turn) {
+  result_.faults |= kPairsFull;
+  const Configuration from = workspace_.graphic;
+  findActive(pairs);
+  const RowSet set = rows(pairs, from);
+  float* const b = const_cast<float*>(set.rows.b);  // the workspace's own row memory
+  for (std::uint32_t i = 0; i < set.rows.count; ++i) b[i] = std::min(b[i], 0.0f);
+  solve(set, scaledVector(displacementBetween(from, haptic)));
+  keepActive(pairs);
+  const Displacement step = displacement(workspace_.answer.y);
+  const double most = std::min({kLeastMargin, path_tolerance, 0.25 * scene_.smallest_radius_sum}), length = reach(step), turn = step.rotation.norm();
+  double part = 1;
+  if (length > most) part = most / length;
+  if (turn * part > largest_turn) part = largest_turn / turn;
+  const Configuration to = moved(from, scaled(step, part));
+  pairs = search(to, 0, false);
+  if (pairs.coarse) return;
+  const double depth = std::max(0.0, -static_cast<double>(rows(pairs, to).smallest_gap));
+  if (depth > 0.5 * kGapTolerance) return;
+  workspace_.graphic = to;
+  result_.penetration = depth;
+}
+
+// Gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
+Eigen::Vector3d eulerAngles(const Quaternion& q) {
+  const Eigen::Matrix3d m = q.toRotationMatrix();
+  return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), std::hypot(m(0, 0), m(1, 0))), std::atan2(m(1, 0), m(0, 0))};
+}
+Quaternion fromEuler(const Eigen::Vector3d& e) {
+  return rotationOf({0, 0, e[2]}) * rotationOf({0, e[1], 0}) * rotationOf({e[0], 0, 0});
+}
+
+void Stepper::paper(const Configuration& haptic) {
+  Eigen::Vector3d before(workspace_.euler[0], workspace_.euler[1], workspace_.euler[2]);
+  Eigen::Vector3d angles = eulerAngles(haptic.orientation);
+  for (int k = 0; k < 3; ++k)  // the turn count that is nearest to the graphic tool's: no jump at +-pi
+    angles[k] += 2 * M_PI * std::round((before[k] - angles[k]) / (2 * M_PI));
+
+  const PairSet pairs = search(haptic, 0, true);
+  if (pairs.coarse) result_.faults |= kPairsFull;
+  Eigen::Vector3d position = haptic.position, after = angles;
+  workspace_.answer.active_count = 0;
+  if (!pairs.pairs.empty()) {
+    const Eigen::Matrix3d yaw = rotationOf({0, 0, before[2]}).toRotationMatrix();
+    const Eigen::Matrix3d yaw_pitch = yaw * rotationOf({0, before[1], 0}).toRotationMatrix();
+    Eigen::Matrix3d axes;
+    axes << yaw_pitch.col(0), yaw.col(1), Eigen::Vector3d::UnitZ();
+    const RowSet set = rows(pairs, workspace_.graphic, RowForm::SquaredDistance, axes);
+    findActive(pairs);
+    solve(set, scaledVector({haptic.position - workspace_.graphic.position, angles - before}));
+    keepActive(pairs);
+    const Displacement step = displacement(workspace_.answer.y);
+    position = workspace_.graphic.position + step.translation;
+    after = before + step.rotation;
+  } else {
+    workspace_.active_count = 0;
+  }
+  workspace_.euler = {after[0], after[1], after[2]};
+  workspace_.graphic = pairs.pairs.empty() ? haptic : Configuration{position, fromEuler(after)};
+  workspace_.wrench = {scene_.coupling.translation * (position - haptic.position), scene_.coupling.rotation * (after - angles)};
+}
+
+}  // namespace
+
+StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace, StageTimes* times) noexcept {
+  StepResult result;
+  if (times) *times = {};
+  if (!isFinite(haptic_tool)) {
+    result.faults = kBadInput;
+    workspace.wrench.force *= 0.9;
+    workspace.wrench.torque *= 0.9;
+  } else {
+    const Configuration haptic{haptic_tool.position, haptic_tool.orientation.normalized()};
+    if (!workspace.started) resetTo(haptic, workspace);
+    Stepper stepper(scene, workspace, times, result);
+    if (mode == Mode::Paper) {
+      stepper.paper(haptic);
+    } else {
+      stepper.constrained(haptic);
+      workspace.wrench = couplingWrench(scene.coupling, haptic, workspace.graphic);
+      const Eigen::Vector3d angles = eulerAngles(workspace.graphic.orientation);
+      workspace.euler = {angles[0], angles[1], angles[2]};
+    }
+    workspace.haptic = haptic;
+  }
+  result.graphic = workspace.graphic;
+  result.wrench = workspace.wrench;
+  result.limited_wrench = limited(workspace.wrench, scene.wrench_limits);
+  return result;
+}
+
+void reset(Workspace& workspace) noexcept {
+  workspace.started = false;
+  workspace.active_count = 0;
+  workspace.answer = {};
+  workspace.wrench = {};
+  workspace.haptic = workspace.graphic = {};
+  workspace.euler = {};
+}
+
+void resetTo(const Configuration& graphic_tool, Workspace& workspace) noexcept {
+  reset(workspace);
+  if (!isFinite(graphic_tool)) return;
+  workspace.started = true;
+  workspace.haptic = workspace.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
+  const Eigen::Vector3d angles = eulerAngles(workspace.graphic.orientation);
+  workspace.euler = {angles[0], angles[1], angles[2]};
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/workspace.h"
+
+#include <algorithm>
+#include <new>
+
+#include "kernel.h"
+
+namespace spheretree::runtime {
+namespace {
+
+const KernelTable* choose(Kernel kernel) {
+  const KernelTable* const fast = kernel == Kernel::Scalar ? nullptr : avx2Kernel();
+  return fast ? fast : &scalarKernel();
+}
+constexpr std::align_val_t kRowAlignment{64};
+
+}  // namespace
+
+void Workspace::FreeFloats::operator()(float* p) const { ::operator delete[](p, kRowAlignment); }
+
+Workspace::Workspace(const Scene& scene, Kernel wanted) : kernel(choose(wanted)) {
+  const std::size_t capacity = scene.step_limits.max_pairs + 16;
+  tool_bound.resize(scene.tool.bound.size());
+  tool_cover.resize(8 * scene.tool.cover.size());
+  pairs.resize(capacity);
+  list_a.resize(capacity);
+  list_b.resize(capacity);
+  runs.reserve(scene.objects.size());
+  near_objects.reserve(scene.objects.size());
+  row_stride = (capacity + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
+  row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
+  std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);
+}
+
+Workspace::~Workspace() = default;
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/collide.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <tuple>
+
+#include "spheretree/runtime/workspace.h"
+#include "support/shape_trees.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using test::Random;
+using Triple = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // object, tool node, object node
+
+Scene compiled(const SceneDescription& description) {
+  Scene scene;
+  std::string fault;
+  EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
+  return scene;
+}
+
+// The pairs as node numbers of the trees; also proves that no pair is named twice.
+std::set<Triple> triplesOf(const Scene& scene, const PairSet& set) {
+  std::set<Triple> out;
+  for (const PairRun& run : set.runs)
+    for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k) {
+      const auto added = out.emplace(run.object, scene.tool.node[set.pairs[k] >> 16], scene.objects[run.object].tree.node[set.pairs[k] & 0xffff]);
+      EXPECT_TRUE(added.second) << "pair " << k << " twice";
+    }
+  return out;
+}
+
+// Every leaf against every leaf, from the description alone.
+std::set<Triple> bruteForce(const SceneDescription& d, const Configuration& pose, double margin) {
+  std::set<Triple> out;
+  const auto leavesOf = [](const SphereTree& tree, const Configuration& at, const Eigen::Vector3d& reference) {
+    std::vector<std::pair<std::uint32_t, Eigen::Vector4d>> leaves;
+    for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
+      if (tree.isLeaf(n)) {
+        const Eigen::Vector3d c = Eigen::Vector3d(tree.cover[n].x, tree.cover[n].y, tree.cover[n].z) +
+                                  Eigen::Vector3d(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]) - reference;
+        const Eigen::Vector3d w = at.orientation.normalized() * c + at.position;
+        leaves.push_back({n, {w.x(), w.y(), w.z(), tree.cover[n].radius}});
+      }
+    return leaves;
+  };
+  const auto tool = leavesOf(d.tool, pose, d.reference_point);
+  for (std::uint32_t i = 0; i < d.objects.size(); ++i)
+    for (const auto& [o, b] : leavesOf(d.objects[i].tree, d.objects[i].pose, Eigen::Vector3d::Zero()))
+      for (const auto& [t, a] : tool)
+        if ((a - b).head<3>().norm() - (a[3] + b[3]) <= margin) out.emplace(i, t, o);
+  return out;
+}
+
+SceneDescription randomScene(std::uint64_t seed) {
+  Random random(seed);
+  SceneDescription d;
+  d.tool = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
+  d.tool.origin_mm = {random.uniform(-50, 50), random.uniform(-50, 50), random.uniform(-50, 50)};
+  d.reference_point = Eigen::Vector3d(d.tool.origin_mm[0], d.tool.origin_mm[1], d.tool.origin_mm[2]) + test::randomPoint(random, 5);
+  for (int i = 0; i < 3; ++i) {
+    SceneObject object;
+    object.tree = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
+    object.tree.origin_mm = {random.uniform(-1000, 1000), 0, 30};
+    object.pose = {test::randomPoint(random, 12) - Eigen::Vector3d(object.tree.origin_mm[0], 0, 30), Quaternion(1, 0, 0, 0)};
+    if (i > 0) object.pose.orientation = test::randomRotation(random);
+    if (i > 0) object.pose.position = test::randomPoint(random, 12) - object.pose.orientation * Eigen::Vector3d(object.tree.origin_mm[0], 0, 30);
+    d.objects.push_back(std::move(object));
+  }
+  d.step_limits.max_pairs = 1 << 18;
+  return d;
+}
+
+TEST(Collide, FindsExactlyThePairsOfBruteForce) {
+  std::size_t pairs = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const SceneDescription d = randomScene(seed);
+    const Scene scene = compiled(d);
+    Workspace workspace(scene);
+    Random random(1000 + seed);
+    for (int n = 0; n < 20; ++n) {
+      const Configuration pose{test::randomPoint(random, 15), test::randomRotation(random)};
+      const double margin = n % 3 == 0 ? 0 : random.uniform(0, 2);
+      const PairSet set = findPairs(scene, pose, margin, true, 1u << 30, workspace);
+      ASSERT_FALSE(set.coarse);
+      const auto expected = bruteForce(d, pose, margin);
+      ASSERT_EQ(triplesOf(scene, set), expected) << "seed " << seed << " pose " << n;
+      pairs += expected.size();
+    }
+  }
+  EXPECT_GT(pairs, 10000u);  // the poses do meet something
+}
+
+TEST(Collide, DecidesTouchingPairsAsDoubleDoes) {
+  // Balls that touch exactly or miss by one part in 1e12: float cannot tell, the pair set must.
+  SceneDescription d;
+  d.tool = test::boxTree({8, 8, 8}, {5, 5, 5}, 1);
+  d.objects.push_back({test::boxTree({8, 8, 8}, {5, 5, 5}, 1), {}});
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  for (const double shift : {0.0, 1e-12, -1e-12, 1e-7, -1e-7}) {
+    for (const double step : {2.0, 6.0}) {
+      const Configuration pose{{step + shift, 0, 0}, Quaternion(1, 0, 0, 0)};
+      EXPECT_EQ(triplesOf(scene, findPairs(scene, pose, 0, true, 1u << 30, workspace)), bruteForce(d, pose, 0)) << shift;
+    }
+  }
+  const Configuration touching{{2, 0, 0}, Quaternion(1, 0, 0, 0)}, apart{{2 + 1e-12, 0, 0}, Quaternion(1, 0, 0, 0)};
+  EXPECT_GT(findPairs(scene, touching, 0, true, 1u << 30, workspace).pairs.size(), findPairs(scene, apart, 0, true, 1u << 30, workspace).pairs.size());
+}
+
+TEST(Collide, AFastSearchMissesNothing) {
+  for (std::uint64_t seed = 100; seed < 130; ++seed) {
+    const SceneDescription d = randomScene(seed);
+    const Scene scene = compiled(d);
+    Workspace workspace(scene);
+    Random random(seed);
+    const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
+    const auto found = triplesOf(scene, findPairs(scene, pose, 0.5, false, 1u << 30, workspace));
+    const auto least = bruteForce(d, pose, 0.5), most = bruteForce(d, pose, 0.51);
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), least.begin(), least.end())) << seed;
+    EXPECT_TRUE(std::includes(most.begin(), most.end(), found.begin(), found.end())) << seed;
+  }
+}
+
+TEST(Collide, KernelsGiveTheSamePairsInTheSameOrder) {
+  if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "no AVX2 here";
+  for (std::uint64_t seed = 200; seed < 230; ++seed) {
+    const Scene scene = compiled(randomScene(seed));
+    Workspace scalar(scene, Kernel::Scalar), avx2(scene, Kernel::Avx2);
+    ASSERT_NE(scalar.kernel, avx2.kernel);
+    Random random(seed);
+    for (int n = 0; n < 10; ++n) {
+      const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
+      const PairSet a = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, scalar), b = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, avx2);
+      ASSERT_TRUE(std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end()));
+      ASSERT_EQ(a.work, b.work);
+    }
+  }
+}
+
+TEST(Collide, AFullListStillStandsForEveryPair) {
+  SceneDescription d;
+  d.tool = test::boxTree({6, 6, 6}, {8, 8, 8}, 1);
+  for (int i = 0; i < 3; ++i) d.objects.push_back({test::boxTree({6, 6, 6}, {8, 8, 8}, 1), {{2.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});
+  const Configuration pose{{1, 1, 1}, Quaternion(1, 0, 0, 0)};
+  for (const auto& [max_pairs, max_work] : {std::pair{192u, 1u << 30}, {1000u, 1u << 30}, {5000u, 1u << 30}, {1u << 18, 200u}, {1u << 18, 2000u}}) {
+    d.step_limits.max_pairs = max_pairs;
+    const Scene scene = compiled(d);
+    Workspace workspace(scene);
+    const PairSet set = findPairs(scene, pose, 0, true, max_work, workspace);
+    EXPECT_TRUE(set.coarse);
+    EXPECT_LE(set.pairs.size(), max_pairs);
+    EXPECT_LE(set.work, max_work + 200);
+    // Every leaf pair of brute force has itself or a pair of ancestors in the set.
+    const std::set<Triple> found = triplesOf(scene, set);
+    const auto parentsOf = [](const SphereTree& tree) {
+      std::vector<std::uint32_t> parent(tree.nodeCount(), 0);
+      for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
+        for (std::uint32_t k = 0; k < tree.child_count[n]; ++k) parent[tree.first_child[n] + k] = n;
+      return parent;
+    };
+    const auto tool_parent = parentsOf(d.tool), object_parent = parentsOf(d.objects[0].tree);
+    const auto lineOf = [](const std::vector<std::uint32_t>& parent, std::uint32_t n) {
+      std::vector<std::uint32_t> line{n};
+      while (n) line.push_back(n = parent[n]);
+      return line;
+    };
+    for (const auto& [object, t, o] : bruteForce(d, pose, 0)) {
+      bool stands = false;
+      for (const std::uint32_t a : lineOf(tool_parent, t))
+        for (const std::uint32_t b : lineOf(object_parent, o)) stands |= found.count({object, a, b}) > 0;
+      ASSERT_TRUE(stands) << object << ' ' << t << ' ' << o;
+    }
+  }
+}
+
+TEST(Collide, FarObjectsCostOneTest) {
+  SceneDescription d;
+  d.tool = test::rodTree(30, 64, 0.5);
+  for (int i = 0; i < 33; ++i) d.objects.push_back({test::boxTree({2, 2, 2}, {4, 4, 4}, 0.5), {{100.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  EXPECT_LE(findPairs(scene, {{50, 500, 0}, Quaternion(1, 0, 0, 0)}, 0, true, 1u << 30, workspace).work, 5u);
+}
+
+}  // namespace
+}  // namespace spheretree::runtime
