@@ -63,6 +63,17 @@ int writeAll(int fd, std::span<const std::byte> bytes) {
   return 0;
 }
 
+/// Whether there is something at `path`; refuses what cannot be written to.
+bool statTarget(const std::filesystem::path& path, struct stat& status) {
+  if (::stat(path.c_str(), &status) != 0) {
+    if (errno != ENOENT) failWrite(path, errno);
+    return false;
+  }
+  if (S_ISDIR(status.st_mode)) failWrite(path, EISDIR);
+  if (::access(path.c_str(), W_OK) != 0) failWrite(path, errno);
+  return true;
+}
+
 struct Temporary {
   std::filesystem::path path;
   int fd;
@@ -111,12 +122,17 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
   return bytes;
 }
 
+void checkWritable(const std::filesystem::path& path) {
+  struct stat status {};
+  if (statTarget(path, status)) return;
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (!path.has_filename()) failWrite(path, EISDIR);
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
+}
+
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   struct stat status {};
-  const bool exists = ::stat(path.c_str(), &status) == 0;
-  if (!exists && errno != ENOENT) failWrite(path, errno);
-  if (exists && S_ISDIR(status.st_mode)) failWrite(path, EISDIR);
-  if (exists && ::access(path.c_str(), W_OK) != 0) failWrite(path, errno);
+  const bool exists = statTarget(path, status);
   if (exists && !S_ISREG(status.st_mode)) {
     Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
     if (device.get() < 0) failWrite(path, errno);

@@ -82,18 +82,21 @@ struct Slot {
 
 /// Floats round to 2^-24 of a coordinate: far from the frame's origin that would eat up the spheres. There, the middle of their box.
 std::array<double, 3> originOf(const std::vector<Slot>& slots) {
-  constexpr double kFar = 16;  // box sizes
+  constexpr double kFar = 16;  // diagonals of the box
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::array<double, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity}, middle{};
-  double size = 0, distance = 0;
+  double diagonal2 = 0, farthest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (const Slot& s : slots)
-      if (s.used) low[axis] = std::min(low[axis], s.centre[axis] - s.radius), high[axis] = std::max(high[axis], s.centre[axis] + s.radius);
+    for (const Slot& s : slots) {
+      if (!s.used) continue;
+      low[axis] = std::min(low[axis], s.centre[axis] - s.radius);
+      high[axis] = std::max(high[axis], s.centre[axis] + s.radius);
+    }
     middle[axis] = (low[axis] + high[axis]) / 2;
-    size = std::max(size, high[axis] - low[axis]);
-    distance = std::max(distance, std::abs(middle[axis]));
+    diagonal2 += (high[axis] - low[axis]) * (high[axis] - low[axis]);
+    farthest = std::max({farthest, -low[axis], high[axis]});
   }
-  return distance > kFar * size ? middle : std::array<double, 3>{};
+  return farthest > kFar * std::sqrt(diagonal2) ? middle : std::array<double, 3>{};
 }
 
 }  // namespace

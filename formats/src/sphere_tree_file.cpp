@@ -12,12 +12,15 @@ namespace spheretree::formats {
 SphereTree readSphereTree(const std::filesystem::path& path) {
   // A full tree takes 0.7 MB; the cap leaves room for longer headers and keeps a wrong file from filling the memory.
   constexpr std::uint64_t kMostBytes = 16 << 20;
-  const std::vector<std::byte> bytes = readFile(path, kMostBytes);
+  return parseSphereTree(readFile(path, kMostBytes), path.string());
+}
+
+SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {
   SphereTree tree;
   std::string fault;
   const LoadStatus status = decodeSphereTree(bytes, tree, &fault);
   if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
-  if (status != LoadStatus::Ok) throw FormatError(path.string() + ": " + fault + ": " + std::string(explain(status)) + ".");
+  if (status != LoadStatus::Ok) throw FormatError(name + ": " + fault + ": " + std::string(explain(status)) + ".");
   return tree;
 }
 

@@ -24,4 +24,8 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeWhole(const std::filesystem::path& path, std::string_view text);
 
+/// Before long work: refuses what writeWhole() is sure to refuse (missing folder, no permission, `path` is a folder). Writes nothing.
+/// @throws FileError
+void checkWritable(const std::filesystem::path& path);
+
 }  // namespace spheretree::formats

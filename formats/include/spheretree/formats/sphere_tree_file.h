@@ -2,7 +2,10 @@
 // The codec of core, plus the file. The layout: docs/file_format.md
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
+#include <string>
 
 #include "spheretree/core/sphere_tree.h"
 
@@ -11,6 +14,10 @@ namespace spheretree::formats {
 /// A tree that comes out of here is sound (findFault of core).
 /// @throws FileError if the file cannot be read, FormatError if it is damaged, of another version or not a tree.
 SphereTree readSphereTree(const std::filesystem::path& path);
+
+/// The same from bytes in memory; `name` stands in front of messages.
+/// @throws FormatError
+SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name);
 
 /// The file appears under its name only when it is whole (writeWhole).
 /// @throws FileError if the file cannot be written, std::invalid_argument for an unsound tree.

@@ -11,7 +11,7 @@ namespace spheretree::formats {
 
 /// Nodes level_0, level_1, ... below a node sphere_tree: the spheres of each level set, as icospheres, in one colour a level. In metres, as
 /// glTF demands, in the frame of the mesh. `kind`: which spheres of the inner nodes are shown. The finer a sphere's level set,
-/// the coarser its icosphere: at most about 70 MB for a full tree of 6 levels.
+/// the coarser its icosphere: at most about 80 MB for a full tree of 6 levels.
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind);
 
 }  // namespace spheretree::formats
