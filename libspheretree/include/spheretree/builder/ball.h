@@ -2,7 +2,7 @@
 // Balls in double precision: what the builders work with before a level is certified and rounded to Sphere.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <limits>
 #include <vector>

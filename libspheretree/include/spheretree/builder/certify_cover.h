@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Proves that a set of spheres covers every triangle of a mesh, and closes what is left by the smallest growth.
 //
-// A triangle lies in a sphere iff its three corners do (a ball is convex). A triangle that lies in no single sphere is split
-// until each piece does; a piece that no sphere holds down to the finest split makes the sphere grow that needs to grow
-// least. Every triangle counts, not samples. Decided for the stored float32 spheres, with a margin for the rounding of the
-// split points, so that the statement holds in real arithmetic.
+// A triangle lies in a ball iff its three corners do: a ball is convex. A triangle that lies in no single ball is split until
+// each piece does; a piece that no ball holds down to the finest split makes the nearest ball grow until it does. Every triangle
+// counts, not samples. Decided for the stored float32 spheres, with a margin for the rounding of the split points, so that the
+// statement holds in real arithmetic. The proof: docs/algorithms/certify_cover.md
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -19,23 +18,29 @@
 namespace spheretree::builder {
 
 struct CertifiedCover {
-  std::vector<Sphere> spheres;       // (as many as balls), centres relative to the origin given, radii grown and rounded up
-  double largest_growth = 0;         // most that one radius grew to close a gap [mm]
-  std::size_t pieces = 0;            // triangle pieces in the proof
+  std::vector<Sphere> spheres;  // (as many as balls), centres relative to the origin; radii rounded up
+  double largest_growth = 0;    // most that one radius grew to close a gap [mm]
+  std::size_t pieces = 0;       // triangle pieces in the proof, each in one sphere
 };
 
-/// Rounds `balls` to float32 about `origin` (radius up by what the rounding of the centre costs) and grows them until they
-/// cover `mesh`. Deterministic for any number of threads.
-/// @throws std::invalid_argument for no balls, a ball that is not finite, or one too large for float32.
-CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Eigen::Vector3d& origin, Progress& progress);
+/// Rounds `balls` to float32 about `origin` and grows them until they cover `mesh`. Gaps are closed to within `resolution` [mm]
+/// of the least growth; > 0, a thousandth of the stand-off is a good choice. Deterministic for any number of threads.
+/// Cost: O(triangles + pieces), a piece tests the few balls near its triangle.
+/// @throws std::invalid_argument for no balls, or a ball that float32 cannot hold.
+CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Eigen::Vector3d& origin, double resolution,
+                            Progress& progress);
 
-/// Point of the surface farthest outside the spheres among the pieces that could not be proven covered, or an empty list:
-/// the check alone, without growing. At most `most` points come back; they serve as new samples.
+/// A point of the surface that no ball holds.
 struct CoverGap {
-  Eigen::Vector3d point;  // on the surface, in the frame of the mesh
-  double gap;             // distance to the nearest sphere [mm]
+  Eigen::Vector3d point;   // [mm]
+  double gap;              // distance to the nearest ball [mm]
   std::uint32_t triangle;
 };
-std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const Ball> balls, double tolerance, std::size_t most);
+
+/// The places of `triangles` where the gap is largest, one or a few for each hole: at corners, on sides, and at the points as far from
+/// three balls. Holes no deeper than `tolerance` [mm] are left out. A search, not a proof: certifyCover proves.
+/// Sorted by triangle. Deterministic for any number of threads.
+std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
+                                    double tolerance, Progress& progress);
 
 }  // namespace spheretree::builder

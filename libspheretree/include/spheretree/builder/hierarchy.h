@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Sphere sets level by level -> one tree, grouped so that the bounding spheres are small.
+#pragma once
+
+#include <vector>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::builder {
+
+/// A parent for every sphere of the levels 1 and deeper: (levels)(spheres) -> index on the level above, level 0 empty. No parent has more
+/// than `branching` children and, as far as the counts allow, none has none.
+/// Bottom-up; on each level a capacitated assignment by the growth that a parent's cover sphere needs, then moves and swaps between
+/// neighbours as long as the sum of the squared radii of the bounding spheres falls. Deterministic, sequential.
+/// Cost: O(n log n + n * branching^2) a pass. @throws std::invalid_argument if a level has more than branching times its parents.
+std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vector<Sphere>>& levels, int branching);
+
+/// The tree of the levels and parents: breadth first, bounding spheres, sphere counts. The spheres of a level without children end
+/// early. Overhang bounds and provenance are left to the caller. @throws std::invalid_argument for parents that make no tree.
+SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents, int branching);
+
+}  // namespace spheretree::builder

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lowers the stand-off of a cover by moving its balls: local search in continuous space, one uncovered point at a time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "spheretree/builder/ball.h"
+#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/progress.h"
+
+namespace spheretree::builder {
+
+struct SqueezeSettings {
+  double step = 0.02;         // each goal is this share below the last, at first; range (0, 0.5)
+  int moves = 1000;           // balls moved before a goal is given up; >= 0
+  int failures = 4;           // goals given up, each halves the step, before the search ends; >= 0
+  double gap_spacing = 0.03;  // new samples are this far apart, as a share of the width of a patch; > 0
+  std::uint64_t seed = 1;
+};
+
+/// `inscribed`: balls of radius d(c), the centres of the cover; moved in place. `points`: samples on the surface; uncovered points of
+/// the mesh are appended as they are found, so that the result covers the mesh but for gaps too small to sample.
+/// Returns the stand-off [mm]. Sequential; deterministic.
+///
+/// A goal below the present stand-off leaves some samples uncovered. Each in turn is given to a ball near it: the ball is refitted to
+/// the samples that it alone covers and to the new one. If no ball can take it, the one that has to give up least does, and
+/// what it gave up is open in its place. Samples that are open often weigh more, as in the swap search.
+double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Eigen::Vector3d>& points, std::vector<Ball>& inscribed,
+                    const SqueezeSettings& settings, Progress& progress);
+
+}  // namespace spheretree::builder

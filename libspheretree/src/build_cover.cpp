@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/build_cover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <cstdio>
+
+#include "spheretree/builder/optimise_cover.h"
+#include "spheretree/builder/shrinking_balls.h"
+#include "spheretree/builder/surface_samples.h"
+#include "spheretree/builder/voronoi_balls.h"
+
+namespace spheretree::builder {
+
+namespace {
+double now() { return double(clock()) / CLOCKS_PER_SEC; }
+struct Effort {
+  std::size_t samples_a_sphere, least_samples;
+  std::size_t medial_samples;  // points of the Delaunay triangulation and of the shrinking balls
+  int rounds;
+  std::uint64_t swap_work;
+  double squeeze_moves;  // a sphere
+  int squeeze_failures;
+};
+
+Effort effortOf(Quality quality) {
+  switch (quality) {
+    case Quality::Quick: return {16, 1500, 2500, 1, 20'000'000, 0.5, 2};
+    case Quality::Standard: return {40, 3000, 6000, 1, 200'000'000, 2, 4};
+    case Quality::Best: return {80, 6000, 12000, 3, 1'500'000'000, 8, 12};
+  }
+  return {};
+}
+
+template <class T>
+std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
+  if (all.size() <= wanted) return all;
+  std::vector<T> few;
+  few.reserve(wanted);
+  for (std::size_t i = 0; i < wanted; ++i) few.push_back(all[i * all.size() / wanted]);
+  return few;
+}
+
+// Voronoi vertices and shrinking balls of one sampling of the surface, fine enough for `spheres`.
+std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort, std::uint64_t seed,
+                             Progress& progress) {
+  SampleSettings sampling;
+  sampling.count = std::max(effort.medial_samples, 6 * spheres);
+  sampling.seed = seed;
+  const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& s : samples) points.push_back(s.point);
+  progress.check();
+  std::vector<Ball> pool = voronoiBalls(points, field);
+  progress.check();
+  const std::vector<Ball> touching = shrinkingBalls(samples, field);
+  pool.insert(pool.end(), touching.begin(), touching.end());
+  return pool;
+}
+
+}  // namespace
+
+LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
+  const Effort effort = effortOf(settings.quality);
+  std::size_t budget = 1;
+  for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
+
+  progress.stage("medial axis");
+  const std::vector<Ball> pool = medialPool(mesh, field, budget, effort, settings.seed, progress);
+  if (pool.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
+
+  const auto cover = [&](std::size_t spheres) {
+    CoverSettings cover_settings;
+    cover_settings.spheres = spheres;
+    cover_settings.rounds = effort.rounds;
+    cover_settings.swap_work = effort.swap_work;
+    cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
+    cover_settings.squeeze.failures = effort.squeeze_failures;
+    cover_settings.seed = settings.seed + spheres;
+    SampleSettings sampling;
+    sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
+    sampling.seed = settings.seed + 1;
+    struct T { std::size_t n; double t0 = now(); ~T() { fprintf(stderr, "   level %zu: %.2f s\n", n, now() - t0); } } t{spheres};
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(2500, 60 * spheres)), cover_settings, progress);
+  };
+
+  progress.stage("cover");
+  Cover leaves = cover(budget);
+  if (settings.tolerance_mm > 0 && leaves.stand_off < settings.tolerance_mm) {
+    // The stand-off falls about as 1/n: start there, then close in on the fewest.
+    std::size_t low = 0, high = budget;  // low is too few, high suffices
+    for (int step = 0; step < 12 && high - low > std::max<std::size_t>(1, high / 100); ++step) {
+      const double guess = static_cast<double>(high) * leaves.stand_off / settings.tolerance_mm;
+      std::size_t middle = low + (high - low) / 2;
+      if (step % 2 == 0) middle = std::clamp<std::size_t>(static_cast<std::size_t>(guess), low + 1, high - 1);
+      Cover fewer = cover(middle);
+      if (fewer.stand_off <= settings.tolerance_mm) {
+        high = middle;
+        leaves = std::move(fewer);
+      } else {
+        low = middle;
+      }
+    }
+  }
+
+  LevelBalls levels;
+  levels.balls.resize(static_cast<std::size_t>(settings.levels));
+  levels.balls.back() = std::move(leaves.balls);
+  for (std::size_t level = levels.balls.size() - 1; level-- > 0;) {
+    std::size_t most = 1;
+    for (std::size_t k = 0; k < level; ++k) most *= static_cast<std::size_t>(settings.branching);
+    progress.advance(1 - static_cast<double>(level + 1) / static_cast<double>(levels.balls.size()));
+    levels.balls[level] = cover(std::min(most, levels.balls[level + 1].size())).balls;
+  }
+  return levels;
+}
+
+}  // namespace spheretree::builder

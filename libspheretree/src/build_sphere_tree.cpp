@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/build_sphere_tree.h"
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "spheretree/builder/build_cover.h"
+#include "spheretree/builder/certify_cover.h"
+#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/hierarchy.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/builder/published_frame.h"
+#include "spheretree/builder/reduce_expand.h"
+#include "spheretree/builder/reduce_merge.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kFar = 16;                 // mesh diagonals from its frame's origin at which float32 needs an origin of its own
+constexpr double kResolution = 2e-3;        // of certification, as a share of the stand-off
+constexpr double kLeastResolution = 1e-7;   // ... and of the diagonal
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(std::string("build: ") + what);
+}
+
+void validate(const BuildSettings& s) {
+  require(s.levels >= kMinLevels && s.levels <= kMaxLevels, "levels must be 2 to 6");
+  require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
+  require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
+  require(s.threads >= 0, "threads must not be negative");
+}
+
+LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
+  PublishedSettings published;
+  published.levels = settings.levels;
+  published.branching = settings.branching;
+  published.quality = settings.quality;
+  published.tolerance_mm = settings.tolerance_mm;
+  published.seed = settings.seed;
+  const auto byRegions = [&](std::initializer_list<Method> methods) {
+    return buildByRegions(mesh, field, std::vector<Method>(methods), published, progress);
+  };
+  switch (settings.builder) {
+    case BuilderKind::Cover: return buildCover(mesh, field, settings, progress);
+    case BuilderKind::Merge: return byRegions({{reduceMerge, true}});
+    case BuilderKind::Expand: return byRegions({{reduceExpand, true}});
+    default: throw BuildError("builder '" + std::string(name(settings.builder)) + "' is not available in this version; use cover, merge or expand");
+  }
+}
+
+// Float32 holds 7 digits: far from the origin they would go into the place of the mesh, not into its shape.
+Vector3d chooseOrigin(const DistanceField& field) {
+  const double most = std::max(field.box().min().cwiseAbs().maxCoeff(), field.box().max().cwiseAbs().maxCoeff());
+  return most > kFar * field.diagonal() ? Vector3d(field.box().center()) : Vector3d::Zero();
+}
+
+// Proven: no point of the ball is farther from the surface than this, outside. The ball about c holds no point farther out than its
+// radius, less the distance from c to the surface.
+double overhangBound(const DistanceField& field, const Vector3d& origin, const Sphere& s) {
+  const Vector3d c = Vector3d(s.x, s.y, s.z) + origin;
+  const double rounding = 1e-12 * (c.cwiseAbs().maxCoeff() + field.diagonal());
+  return s.radius + field.signedDistance(c) + rounding;
+}
+
+float roundUp(double x) {
+  const auto f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+  BuildResult result;
+  auto begun = std::chrono::steady_clock::now();
+  const auto finishStage = [&](const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    result.statistics.stages.push_back({stage, std::chrono::duration<double>(now - begun).count()});
+    begun = now;
+  };
+
+  progress.stage("distances");
+  const DistanceField field(mesh);
+  if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
+  finishStage("distances");
+
+  const LevelBalls levels = buildLevels(mesh, field, settings, progress);
+  finishStage("balls");
+
+  progress.stage("certify");
+  const Vector3d origin = chooseOrigin(field);
+  std::vector<std::vector<Sphere>> spheres(levels.balls.size());
+  struct Ended {  // a ball that stands for its part at all deeper levels: one sphere for all of them
+    std::size_t level, index;
+  };
+  std::vector<Ended> ended;
+  for (std::size_t level = 0; level < levels.balls.size(); ++level) {
+    progress.advance(static_cast<double>(level) / static_cast<double>(levels.balls.size()));
+    std::vector<Ball> set = levels.balls[level];
+    for (const Ended& e : ended) set.push_back({levels.balls[e.level][e.index].centre, spheres[e.level][e.index].radius});
+    double stand_off = 0;
+    for (const Ball& b : set) stand_off = std::max(stand_off, b.radius + field.signedDistance(b.centre));
+    const double resolution = std::max(kResolution * stand_off, kLeastResolution * field.diagonal());
+    const CertifiedCover certified = certifyCover(mesh, set, origin, resolution, progress);
+    result.statistics.certified_pieces += certified.pieces;
+    result.statistics.levels.push_back({set.size(), 0, certified.largest_growth});
+    const std::size_t own = levels.balls[level].size();
+    spheres[level].assign(certified.spheres.begin(), certified.spheres.begin() + static_cast<std::ptrdiff_t>(own));
+    for (std::size_t i = 0; i < ended.size(); ++i) spheres[ended[i].level][ended[i].index] = certified.spheres[own + i];
+    if (levels.parents.empty() || level + 1 == levels.balls.size()) continue;
+    std::vector<char> has_child(own, 0);
+    for (const std::uint32_t parent : levels.parents[level + 1]) has_child.at(parent) = 1;
+    for (std::size_t i = 0; i < own; ++i)
+      if (!has_child[i]) ended.push_back({level, i});
+  }
+  finishStage("certify");
+
+  progress.stage("hierarchy");
+  const auto parents = levels.parents.empty() ? groupLevels(spheres, settings.branching) : levels.parents;
+  SphereTree& tree = result.tree;
+  tree = assembleTree(spheres, parents, settings.branching);
+  tree.origin_mm = {origin.x(), origin.y(), origin.z()};
+  std::vector<double> bound(tree.nodeCount());
+  for (std::size_t i = 0; i < bound.size(); ++i) bound[i] = overhangBound(field, origin, tree.cover[i]);
+  for (int level = 0; level < tree.levelCount(); ++level) {
+    double most = 0;
+    for (const std::uint32_t node : levelSet(tree, level)) most = std::max(most, bound[node]);
+    const auto l = static_cast<std::size_t>(level);
+    tree.statistics[l].overhang_bound = roundUp(most);
+    result.statistics.levels[l].spheres = tree.statistics[l].sphere_count;
+    result.statistics.levels[l].overhang_bound_mm = most;
+  }
+  result.statistics.levels.resize(static_cast<std::size_t>(tree.levelCount()));
+  result.statistics.tolerance_met = !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
+
+  Provenance& from = tree.provenance;
+  from.builder = name(settings.builder);
+  from.quality = name(settings.quality);
+  from.generator = "spheretree " SPHERETREE_VERSION;
+  from.unit_mm = settings.unit_mm;
+  from.diagonal_mm = field.diagonal();
+  from.volume_mm3 = field.volume();
+  from.area_mm2 = field.area();
+  from.tolerance_mm = settings.tolerance_mm;
+  from.triangle_count = mesh.triangles.size();
+  from.seed = settings.seed;
+  from.mesh_hash = meshHash(mesh);
+  from.settings_hash = settingsHash(settings);
+  const std::string fault = findFault(tree);
+  if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
+  finishStage("hierarchy");
+  return result;
+}
+
+}  // namespace
+
+std::string_view name(BuilderKind kind) {
+  switch (kind) {
+    case BuilderKind::Cover: return "cover";
+    case BuilderKind::Combined: return "combined";
+    case BuilderKind::Merge: return "merge";
+    case BuilderKind::Burst: return "burst";
+    case BuilderKind::Expand: return "expand";
+    case BuilderKind::Spawn: return "spawn";
+    case BuilderKind::Grid: return "grid";
+    case BuilderKind::Hubbard: return "hubbard";
+    case BuilderKind::Octree: return "octree";
+  }
+  return "";
+}
+
+std::string_view name(Quality quality) {
+  switch (quality) {
+    case Quality::Quick: return "quick";
+    case Quality::Standard: return "standard";
+    case Quality::Best: return "best";
+  }
+  return "";
+}
+
+BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+  validate(settings);
+  if (mesh.triangles.empty()) throw BuildError("the mesh has no triangles");
+  const int threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(std::max(threads, 1)));
+  tbb::task_arena arena(threads);
+  return arena.execute([&] { return build(mesh, settings, progress); });
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/refit_ball.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kMostNear = 12;   // surface points remembered
+constexpr std::size_t kMostFar = 48;    // patch points of the epsilon-subdifferential
+constexpr int kGilbertSteps = 24;
+constexpr double kFlat = 0.05;          // shortest subgradient that still counts as a slope
+
+double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
+  double most = 0;
+  for (const Vector3d& p : patch) most = std::max(most, (p - c).squaredNorm());
+  return std::sqrt(most);
+}
+
+}  // namespace
+
+Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
+                int most_steps, double enough) {
+  Refit best{start, clearance, farthest(patch, start) - clearance};
+  if (patch.empty()) return best;
+  double reach = best.stand_off + clearance;
+  std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
+  std::size_t near_count = 0, near_next = 0;
+  const auto remember = [&](const Vector3d& s) {
+    near[near_next] = s;
+    near_next = (near_next + 1) % kMostNear;
+    near_count = std::min(near_count + 1, kMostNear);
+  };
+  if (best.stand_off <= enough) return best;
+  remember(field.nearest(start, clearance * (1 + 1e-9) + 1e-300).point);
+
+  std::array<Vector3d, kMostFar> pull;
+  std::array<Vector3d, kMostNear> push;
+  double step = first_step;
+  const double smallest = 1e-3 * first_step;
+  for (int i = 0; i < most_steps && step > smallest && best.stand_off > enough; ++i) {
+    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of active.
+    std::size_t pulls = 0, pushes = 0;
+    const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
+    for (const Vector3d& p : patch) {
+      const double d2 = (best.centre - p).squaredNorm();
+      if ((d2 >= active2 || reach <= 0.5 * step) && d2 > 0 && pulls < kMostFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
+    }
+    for (std::size_t k = 0; k < near_count; ++k) {
+      const double d = (best.centre - near[k]).norm();
+      if (d <= best.clearance + 0.5 * step && d > 0) push[pushes++] = (best.centre - near[k]) / d;
+    }
+    if (pulls == 0 || pushes == 0) break;
+    // Shortest vector of conv(pull) - conv(push).
+    Vector3d g = pull[0] - push[0];
+    for (int k = 0; k < kGilbertSteps; ++k) {
+      std::size_t a = 0, b = 0;
+      for (std::size_t j = 1; j < pulls; ++j)
+        if (pull[j].dot(g) < pull[a].dot(g)) a = j;
+      for (std::size_t j = 1; j < pushes; ++j)
+        if (push[j].dot(g) > push[b].dot(g)) b = j;
+      const Vector3d w = pull[a] - push[b];
+      const double gain = g.squaredNorm() - g.dot(w);
+      if (gain <= 0.02 * g.squaredNorm()) break;
+      g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
+    }
+    const double slope = g.norm();
+    if (slope < kFlat) {
+      step *= 0.35;
+      continue;
+    }
+    const Vector3d trial = best.centre - (step / slope) * g;
+    double limit = (trial - near[(near_next + kMostNear - 1) % kMostNear]).norm();
+    for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm());
+    const double trial_reach = farthest(patch, trial);
+    if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no need to ask
+      step *= 0.5;
+      continue;
+    }
+    const NearestPoint touch = field.nearest(trial, limit * (1 + 1e-9) + 1e-300);
+    remember(touch.point);
+    if (trial_reach - touch.distance < best.stand_off && field.isInside(trial, touch)) {
+      best = {trial, touch.distance, trial_reach - touch.distance};
+      reach = trial_reach;
+      step *= 1.3;
+    } else {
+      step *= 0.5;
+    }
+  }
+  return best;
+}
+
+}  // namespace spheretree::builder

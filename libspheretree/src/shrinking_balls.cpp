@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/shrinking_balls.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kClose = 1e-3;    // a ball empty up to this share of its radius is good enough
+constexpr int kMostRounds = 40;    // each round at least touches a new feature; ten are rare
+
+}  // namespace
+
+Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal) {
+  const Vector3d inward = -normal;
+  double r = 0.5 * field.diagonal();
+  const double vanishing = 1e-7 * field.diagonal();
+  Vector3d c = point + r * inward;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const NearestPoint touch = field.nearest(c, r * (1 - kClose));
+    if (!std::isfinite(touch.distance)) return {c, std::max(0.0, -field.signedDistance(c))};
+    const Vector3d to = touch.point - point;
+    const double along = to.dot(inward);
+    if (!(along > 0)) break;  // rounding: the point lies in the tangent plane
+    const double smaller = to.squaredNorm() / (2 * along);
+    if (!(smaller < r) || smaller < vanishing) break;
+    r = smaller;
+    c = point + r * inward;
+  }
+  return {c, 0};
+}
+
+std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field) {
+  std::vector<Ball> all(samples.size());
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+    all[i] = shrinkingBall(field, samples[i].point, samples[i].normal);
+  });
+  std::vector<Ball> balls;
+  for (const Ball& b : all)
+    if (b.radius > 0) balls.push_back(b);
+  return balls;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/squeeze_cover.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "spheretree/builder/certify_cover.h"
+#include "spheretree/builder/refit_ball.h"
+#include "spheretree/builder/sample_index.h"
+#include "spheretree/builder/shrinking_balls.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kAsked = 6;       // balls asked to take a point
+constexpr int kDropRounds = 8;          // in which a ball gives points up for a new one
+constexpr int kRefitSteps = 14;
+constexpr std::uint64_t kTabu = 8;      // moves for which a ball that gave something up is asked last, at most
+constexpr int kGapRounds = 12;          // of reaching a goal and sampling what it left uncovered
+constexpr std::size_t kMostAppended = 300;  // samples behind the index before it is made anew
+constexpr double kGapTolerance = 0.01;  // uncovered by less than this share of the stand-off is left to the certificate
+
+// The balls, the samples, and who covers what at the present goal.
+class Squeezer {
+ public:
+  Squeezer(const DistanceField& field, std::span<const Vector3d> points, std::vector<Ball> balls, std::uint64_t seed)
+      : field_(field),
+        samples_(points),
+        balls_(std::move(balls)),
+        count_(samples_.size()),
+        owner_(samples_.size()),
+        weight_(samples_.size(), 1),
+        covered_(balls_.size()),
+        private_(balls_.size()),
+        tabu_(balls_.size()),
+        random_(seed) {}
+
+  const std::vector<Ball>& balls() const { return balls_; }
+  void setBalls(std::vector<Ball> balls) { balls_ = std::move(balls); }
+  std::size_t appended() const { return samples_.appended(); }
+  void append(const Vector3d& p) {
+    samples_.append(p);
+    count_.push_back(0);
+    owner_.push_back(0);
+    weight_.push_back(1);
+  }
+  std::vector<std::uint32_t> takeMoved() { return std::exchange(moved_, {}); }
+
+  // Largest gap of a sample. `guess`: a stand-off near it; it only saves time.
+  double standOff(double guess) const {
+    std::vector<double> least(samples_.size(), kInfinity);
+    for (const Ball& b : balls_)
+      samples_.within(b.centre, b.radius + guess, [&](std::uint32_t s, double distance) { least[s] = std::min(least[s], distance - b.radius); });
+    double most = 0;
+    for (std::size_t s = 0; s < least.size(); ++s) {
+      if (least[s] == kInfinity)
+        for (const Ball& b : balls_) least[s] = std::min(least[s], (samples_[s] - b.centre).norm() - b.radius);
+      most = std::max(most, least[s]);
+    }
+    return most;
+  }
+
+  // Moves balls until every sample is covered at stand-off `goal`. False if that takes more than `moves`.
+  bool reach(double goal, int moves, const Progress& progress) {
+    goal_ = goal;
+    std::fill(count_.begin(), count_.end(), 0);
+    std::fill(owner_.begin(), owner_.end(), 0);
+    std::fill(private_.begin(), private_.end(), 0);
+    std::fill(tabu_.begin(), tabu_.end(), 0);
+    place_.assign(samples_.size(), kNone);
+    open_.clear();
+    for (std::uint32_t s = 0; s < samples_.size(); ++s) open(s);
+    for (std::uint32_t b = 0; b < balls_.size(); ++b) cover(b);
+    for (int move = 1; !open_.empty(); ++move) {
+      if (move > moves) return false;
+      if (move % 64 == 0) progress.check();
+      place(open_[static_cast<std::size_t>(random_() % open_.size())], static_cast<std::uint64_t>(move));
+    }
+    return true;
+  }
+
+ private:
+  void open(std::uint32_t s) {
+    place_[s] = static_cast<std::uint32_t>(open_.size());
+    open_.push_back(s);
+  }
+  void close(std::uint32_t s) {
+    open_[place_[s]] = open_.back();
+    place_[open_.back()] = place_[s];
+    place_[s] = kNone;
+    open_.pop_back();
+  }
+
+  // owner_ is the exclusive or of the balls that cover a sample: the ball itself where there is one.
+  void cover(std::uint32_t b) {
+    covered_[b].clear();
+    samples_.within(balls_[b].centre, balls_[b].radius + goal_, [&](std::uint32_t s, double) {
+      covered_[b].push_back(s);
+      if (count_[s] == 0) close(s), private_[b] += weight_[s];
+      if (count_[s] == 1) private_[owner_[s]] -= weight_[s];
+      ++count_[s];
+      owner_[s] ^= b;
+    });
+  }
+  void uncover(std::uint32_t b) {
+    for (const std::uint32_t s : covered_[b]) {
+      --count_[s];
+      owner_[s] ^= b;
+      if (count_[s] == 0) open(s), private_[b] -= weight_[s];
+      if (count_[s] == 1) private_[owner_[s]] += weight_[s];
+    }
+  }
+
+  // Has a ball take sample `s`: the one that has to give up least.
+  void place(std::uint32_t s, std::uint64_t move) {
+    const Vector3d p = samples_[s];
+    std::array<std::pair<double, std::uint32_t>, kAsked> nearest;  // least gap at p first
+    std::size_t count = 0;
+    for (std::uint32_t b = 0; b < balls_.size(); ++b) {
+      const double far = balls_[b].radius + (count == kAsked ? nearest[kAsked - 1].first : kInfinity);
+      const double d2 = (balls_[b].centre - p).squaredNorm();
+      if (count == kAsked && !(d2 < far * far)) continue;
+      std::size_t i = count < kAsked ? count++ : kAsked - 1;
+      const double gap = std::sqrt(d2) - balls_[b].radius;
+      for (; i > 0 && nearest[i - 1].first > gap; --i) nearest[i] = nearest[i - 1];
+      nearest[i] = {gap, b};
+    }
+    double least_cost = kInfinity;
+    std::uint32_t chosen = kNone;
+    Ball to;
+    for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // those that gave something up lately are asked last
+      if (i == count && chosen != kNone) break;
+      const std::uint32_t b = nearest[i % count].second;
+      if ((tabu_[b] > move) != (i >= count)) continue;
+      Ball trial = balls_[b];
+      const double cost = costToTake(b, s, least_cost, trial);
+      if (cost < least_cost) least_cost = cost, chosen = b, to = trial;
+    }
+    if (least_cost > 0) {
+      // Or the ball that is missed least, wherever it is, comes here.
+      std::uint32_t idle = kNone;
+      for (std::uint32_t b = 0; b < balls_.size(); ++b)
+        if (tabu_[b] <= move && (idle == kNone || private_[b] < private_[idle])) idle = b;
+      if (idle != kNone && private_[idle] < least_cost) {
+        const NearestPoint here = field_.nearest(p);
+        const Ball medial = shrinkingBall(field_, here.point, field_.pseudonormal(here));
+        if (medial.radius > 0 && (medial.centre - p).norm() - medial.radius <= goal_) least_cost = private_[idle], chosen = idle, to = medial;
+      }
+    }
+    if (least_cost > 0) {
+      for (const std::uint32_t q : open_) ++weight_[q];
+      if (chosen == kNone) return;  // its weight will make it dearer to lose
+      tabu_[chosen] = move + 1 + random_() % kTabu;
+    }
+    uncover(chosen);
+    balls_[chosen] = to;
+    cover(chosen);
+    moved_.push_back(chosen);
+  }
+
+  // Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes. Infinite if it
+  // cannot, or once the cost is known to be `enough`.
+  double costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial) {
+    patch_.clear();
+    patch_samples_.clear();
+    for (const std::uint32_t q : covered_[b])
+      if (count_[q] == 1) patch_.push_back(samples_[q]), patch_samples_.push_back(q);
+    patch_.push_back(samples_[s]);
+    patch_samples_.push_back(s);
+    double cost = 0;
+    for (int round = 0;; ++round) {
+      const double width = std::sqrt(goal_ * (2 * trial.radius + goal_));
+      const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
+      trial = {refit.centre, refit.clearance};
+      if (refit.stand_off <= goal_) return cost;
+      if (round == kDropRounds || patch_.size() == 1) return kInfinity;
+      // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
+      double most = 0;
+      for (std::size_t k = 0; k + 1 < patch_.size(); ++k) most = std::max(most, (patch_[k] - trial.centre).norm());
+      const double limit = std::min(trial.radius + 0.5 * (refit.stand_off + goal_), most) * (1 - 1e-12);
+      std::size_t kept = 0;
+      for (std::size_t k = 0; k < patch_.size(); ++k) {
+        if (k + 1 < patch_.size() && (patch_[k] - trial.centre).norm() >= limit) {
+          cost += weight_[patch_samples_[k]];
+          continue;
+        }
+        patch_[kept] = patch_[k];
+        patch_samples_[kept++] = patch_samples_[k];
+      }
+      patch_.resize(kept);
+      patch_samples_.resize(kept);
+      if (cost >= enough) return kInfinity;
+    }
+  }
+
+  const DistanceField& field_;
+  SampleIndex samples_;
+  std::vector<Ball> balls_;  // radius d(c)
+  double goal_ = 0;
+  std::vector<std::uint32_t> count_, owner_;         // of a sample: how many balls cover it, and which if it is one
+  std::vector<double> weight_;                       // of a sample: 1, and more for every time it was hard to cover
+  std::vector<std::vector<std::uint32_t>> covered_;  // samples that a ball covers
+  std::vector<double> private_;                      // weight of the samples that a ball alone covers
+  std::vector<std::uint64_t> tabu_;
+  std::vector<std::uint32_t> open_, place_, moved_;
+  std::vector<Vector3d> patch_;
+  std::vector<std::uint32_t> patch_samples_;
+  std::mt19937_64 random_;
+};
+
+// Uncovered points of the mesh as new samples, no two closer than a share of the width of a patch.
+class GapSampler {
+ public:
+  GapSampler(const TriangleMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), all_(mesh.triangles.size()) {
+    std::iota(all_.begin(), all_.end(), 0u);
+    std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
+    for (std::size_t t = 0; t < boxes.size(); ++t)
+      for (int k = 0; k < 3; ++k) boxes[t].extend(mesh.corner(t, k));
+    triangles_ = BoxTree(boxes, 4);
+  }
+
+  // The points; none if the mesh is covered. `was`: the balls at the last call with the same stand-off, after which only balls of
+  // `moved` moved; empty: look everywhere.
+  std::vector<Vector3d> find(std::span<const Ball> balls, double h, std::span<const Ball> was, std::span<const std::uint32_t> moved,
+                             Progress& progress) const {
+    std::vector<std::uint32_t> near;
+    if (!was.empty()) {
+      std::vector<char> marked(all_.size(), 0);
+      for (const std::uint32_t b : moved)
+        triangles_.searchWithin(was[b].centre, (was[b].radius + h) * (was[b].radius + h), [&](std::size_t first, std::size_t count) {
+          for (std::size_t slot = first; slot < first + count; ++slot) marked[triangles_.order()[slot]] = 1;
+        });
+      for (const std::uint32_t t : all_)
+        if (marked[t]) near.push_back(t);
+    }
+    std::vector<Ball> grown(balls.begin(), balls.end());
+    for (Ball& b : grown) b.radius += h;
+    std::vector<CoverGap> gaps = findCoverGaps(mesh_, was.empty() ? all_ : near, grown, kGapTolerance * h, progress);
+    std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
+    std::set<std::array<std::int64_t, 3>> taken;
+    std::vector<Vector3d> points;
+    for (const CoverGap& g : gaps) {
+      const Vector3d cell = g.point / spacing_;
+      if (taken.insert({std::llround(cell.x()), std::llround(cell.y()), std::llround(cell.z())}).second) points.push_back(g.point);
+    }
+    return points;
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  double spacing_;
+  std::vector<std::uint32_t> all_;
+  BoxTree triangles_;
+};
+
+}  // namespace
+
+double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Vector3d>& points, std::vector<Ball>& inscribed,
+                    const SqueezeSettings& settings, Progress& progress) {
+  std::mt19937_64 random(settings.seed);
+  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())));
+  auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random());
+
+  // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
+  const auto settle = [&](double h) {
+    std::vector<Ball> was;
+    squeezer->takeMoved();
+    for (int round = 0; round < kGapRounds; ++round) {
+      const std::vector<std::uint32_t> moved = squeezer->takeMoved();
+      const std::vector<Vector3d> missed = sampler.find(squeezer->balls(), h, was, moved, progress);
+      if (missed.empty()) return true;
+      was = squeezer->balls();
+      points.insert(points.end(), missed.begin(), missed.end());
+      for (const Vector3d& p : missed) squeezer->append(p);
+      if (squeezer->appended() > kMostAppended) squeezer = std::make_unique<Squeezer>(field, points, was, random());
+      if (!squeezer->reach(h, settings.moves, progress)) return false;
+    }
+    return false;
+  };
+
+  double h = squeezer->standOff(0.01 * field.diagonal());
+  for (double rise = 0.01; !settle(h); rise *= 1.5) {
+    squeezer->setBalls(inscribed);
+    h = std::max(h * (1 + rise), squeezer->standOff(h));
+  }
+  inscribed = squeezer->balls();
+  double step = settings.step;
+  int failures = 0;
+  while (failures < settings.failures) {
+    const double goal = h * (1 - step);
+    if (squeezer->reach(goal, settings.moves, progress) && settle(goal)) {
+      h = goal;
+      inscribed = squeezer->balls();
+      step = std::min(step * 1.3, 2 * settings.step);
+    } else {
+      ++failures;
+      step *= 0.5;
+      squeezer->setBalls(inscribed);
+    }
+  }
+  return h;
+}
+
+}  // namespace spheretree::builder
