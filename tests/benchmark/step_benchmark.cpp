@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each. Paced: one step each millisecond,
+// as a servo loop runs (caches and predictors go cold in between), each with a pose that was not seen before.
+// Usage: step_benchmark [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the built-in shapes.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <thread>
+#include <time.h>
+#include <vector>
+
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/runtime/collide.h"
+#include "spheretree/runtime/step.h"
+#include "support/shape_trees.h"
+
+namespace {
+
+using namespace spheretree;
+using namespace spheretree::runtime;
+using Clock = std::chrono::steady_clock;
+
+SphereTree treeFile(const std::string& folder, const char* name, SphereTree built_in) {
+  if (folder.empty()) return built_in;
+  std::ifstream in(folder + "/" + name + ".stree", std::ios::binary);
+  const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
+  SphereTree tree;
+  if (decodeSphereTree(std::as_bytes(std::span(bytes)), tree) != LoadStatus::Ok) {
+    std::fprintf(stderr, "%s/%s.stree cannot be read; the built-in shape stands in\n", folder.c_str(), name);
+    return built_in;
+  }
+  return tree;
+}
+
+// Half an ellipse of balls: a jaw.
+SphereTree archTree(double width, double depth, double radius) {
+  std::vector<Sphere> balls;
+  for (int i = 0; i < 64; ++i)
+    for (int j = 0; j < 8; ++j) {
+      const double angle = M_PI * (i + 0.5) / 64, turn = 2 * M_PI * j / 8;
+      balls.push_back(test::ball((width + 3 * std::cos(turn)) * std::cos(angle), (depth + 3 * std::cos(turn)) * std::sin(angle), 3 * std::sin(turn), radius));
+    }
+  return test::treeOfBalls(std::move(balls));
+}
+
+SceneDescription mouth(const std::string& folder) {
+  SceneDescription d;
+  d.tool = treeFile(folder, "probe", test::rodTree(35, 512, 0.5));
+  d.reference_point = {0, 0, 20};
+  const SphereTree tooth = treeFile(folder, "tooth", test::ellipsoidTree({4.5, 4.5, 7}, 512, 1.8));
+  for (int i = 0; i < 28; ++i) {
+    const double angle = M_PI * (i % 14 + 0.5) / 14;
+    const bool upper = i >= 14;
+    d.objects.push_back({tooth, {{28 * std::cos(angle), 40 * std::sin(angle), upper ? 80.0 : 0.0}, rotationOf({upper ? M_PI : 0, 0, angle})}});
+  }
+  d.objects.push_back({archTree(28, 40, 3), {{0, 0, -7}, Quaternion(1, 0, 0, 0)}});
+  d.objects.push_back({archTree(28, 40, 3), {{0, 0, 87}, Quaternion(1, 0, 0, 0)}});
+  d.objects.push_back({test::ellipsoidTree({14, 20, 7}, 512, 4), {{0, 10, -6}, Quaternion(1, 0, 0, 0)}});
+  d.objects.push_back({archTree(50, 64, 4), {{0, 0, 40}, Quaternion(1, 0, 0, 0)}});
+  return d;
+}
+
+// Haptic poses with about `wanted` pairs each: down into one lower tooth after the other, the depth found by search.
+std::vector<Configuration> posesWith(const Scene& scene, std::uint32_t wanted, int count) {
+  Workspace scratch(scene);
+  std::vector<Configuration> poses;
+  test::Random random(wanted);
+  double phase[6];
+  for (double& p : phase) p = random.uniform(0, 6.28);
+  for (int n = 0; n < count; ++n) {
+    const double t = 0.001 * (n % 500) + n / 500;
+    const int tooth = 3 + n / 500 % 8;
+    const Eigen::Vector3d over = scene.objects[static_cast<std::size_t>(tooth)].anchor +
+                                 Eigen::Vector3d(1.5 * std::sin(3.1 * t + phase[0]), 1.5 * std::sin(2.3 * t + phase[1]), 0);
+    const Eigen::Vector3d tilt(0.5 * std::sin(2.7 * t + phase[2]), 0.5 * std::sin(1.9 * t + phase[3]), 0.8 * std::sin(1.3 * t + phase[4]));
+    const auto pairsAt = [&](double z) {
+      return findPairs(scene, {over + Eigen::Vector3d(0, 0, z), rotationOf(tilt)}, 0, true, 1u << 30, scratch).pairs.size();
+    };
+    double high = 32;
+    while (high > 10 && pairsAt(high - 0.5) < wanted) high -= 0.5;
+    double low = high - 0.5;
+    for (int k = 0; k < 16; ++k) {
+      const double z = (low + high) / 2;
+      (pairsAt(z) > wanted ? low : high) = z;
+    }
+    poses.push_back({over + Eigen::Vector3d(0, 0, high), rotationOf(tilt)});
+  }
+  return poses;
+}
+
+// Processor time of this thread: what a servo thread of its own would need, whatever else the machine runs.
+double microsNow() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
+}
+
+double percentile(std::vector<double> values, double part) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(part * static_cast<double>(values.size())))];
+}
+
+void run(const char* name, const Scene& scene, const std::vector<Configuration>& poses, Mode mode, bool paced) {
+  Workspace workspace(scene);
+  std::vector<double> micros, pairs, rows, linearisations, searches;
+  std::uint32_t faults = 0;
+  double penetration = 0;
+  StageTimes stages{}, sum{};
+  auto next = Clock::now();
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    if (n % 500 == 0) resetTo({poses[n].position + Eigen::Vector3d(0, 0, 25), poses[n].orientation}, workspace);
+    if (paced) {
+      next += std::chrono::milliseconds(1);
+      std::this_thread::sleep_until(next);
+      if (Clock::now() - next > std::chrono::milliseconds(5)) next = Clock::now();
+    }
+    const double start = microsNow();
+    const StepResult r = step(scene, poses[n], mode, workspace, std::getenv("STAGES") ? &stages : nullptr);
+    const double end = microsNow();
+    sum.find += stages.find;
+    sum.rows += stages.rows;
+    sum.qp += stages.qp;
+    faults |= r.faults;
+    if (n % 500 < 20) continue;  // the way down from above
+    micros.push_back(end - start);
+    pairs.push_back(r.pairs);
+    rows.push_back(r.rows);
+    linearisations.push_back(r.linearisations);
+    searches.push_back(r.searches);
+    penetration = std::max(penetration, r.penetration);
+  }
+  std::printf("%-24s %6.0f %6.0f %5.0f %4.0f %4.0f | %7.1f %7.1f %7.1f %7.1f | %8.5f %2x", name, percentile(pairs, 0.5), percentile(pairs, 1),
+              percentile(linearisations, 0.5), percentile(linearisations, 0.99), percentile(searches, 1), percentile(micros, 0.5),
+              percentile(micros, 0.99), percentile(micros, 0.999), percentile(micros, 1), penetration, faults);
+  if (sum.find) std::printf(" | %llu %llu %llu", (unsigned long long)(sum.find / poses.size()), (unsigned long long)(sum.rows / poses.size()), (unsigned long long)(sum.qp / poses.size()));
+  std::printf("\n");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int steps = argc > 1 ? std::max(100, std::atoi(argv[1])) : 4000;
+  const SceneDescription description = mouth(argc > 2 ? argv[2] : "");
+  Scene scene;
+  std::string fault;
+  if (!compileScene(description, scene, fault)) {
+    std::fprintf(stderr, "%s\n", fault.c_str());
+    return 1;
+  }
+  std::printf("%-24s %6s %6s %5s %4s %4s | %7s %7s %7s %7s | %8s %s\n", "case", "pairs", "most", "lin.", "p99", "srch", "median", "p99", "p99.9",
+              "max us", "deep mm", "faults");
+  for (const bool paced : {false, true})
+    for (const std::uint32_t wanted : {1u, 150u, 2000u, 5000u}) {
+      const std::vector<Configuration> poses = posesWith(scene, wanted, steps);
+      const std::string count = std::to_string(wanted) + (paced ? " paced" : " back to back");
+      run(("paper " + count).c_str(), scene, poses, Mode::Paper, paced);
+      run(("constrained " + count).c_str(), scene, poses, Mode::Constrained, paced);
+    }
+  return 0;
+}
