@@ -91,7 +91,7 @@ class BallCount {
 
   /// Where every ball holds most of the surface (that of a sphere), the balls are alike and a part of them is enough.
   std::size_t strideFor(double h) const {
-    constexpr std::size_t kProbe = 64, kMost = 6'000'000;
+    constexpr std::size_t kProbe = 64, kMost = 20'000'000;
     std::vector<std::uint32_t> held;
     std::size_t held_sum = 0;
     for (std::size_t i = 0; i < inscribed_.size(); i += kProbe) {
