@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree evaluate: how well a tree stands for a mesh. What the figures mean: docs/measures.md
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "command.h"
+#include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/sph_text.h"
+#include "spheretree/formats/sphere_tree_file.h"
+#include "spheretree/formats/tree_json.h"
+
+namespace spheretree::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct EvaluateOptions {
+  std::filesystem::path mesh, tree;
+  std::string parts = "merge";
+  double unit_mm = 1;
+  bool json = false, no_limits = false;
+  builder::EvaluateSettings settings;
+};
+
+SphereTree readTree(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  if (ending == ".stree") return formats::readSphereTree(path);
+  if (ending != ".sph" && ending != ".json") throw UsageError(path.string() + ": the tree's name must end in .stree, .sph or .json.");
+  const std::vector<std::byte> bytes = formats::readFile(path);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return ending == ".sph" ? formats::parseSph(text, path.string()) : formats::parseTreeJson(text, path.string());
+}
+
+Json toJson(const builder::Evaluation& evaluation) {
+  const auto point = [](const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; };
+  Json out;
+  out["schema"] = "spheretree.evaluation/1";
+  out["diagonal_mm"] = evaluation.diagonal;
+  out["tolerance_mm"] = evaluation.tolerance;
+  out["levels"] = Json::array();
+  for (const builder::LevelEvaluation& level : evaluation.levels) {
+    const builder::Overhang& overhang = level.overhang;
+    Json line;
+    line["level"] = level.level;
+    line["spheres"] = level.spheres;
+    line["overhang_mm"] = {{"max", overhang.max}, {"bound", overhang.bound}, {"p99", overhang.p99}, {"mean", overhang.mean}};
+    if (overhang.max > 0) line["worst_overhang_at_mm"] = point(overhang.worst_point);
+    line["uncovered_fraction"] = level.coverage.uncovered_fraction;
+    line["max_gap_mm"] = level.coverage.max_gap;
+    line["max_gap_bound_mm"] = level.coverage.max_gap_bound;
+    if (level.coverage.max_gap > 0) line["worst_gap_at_mm"] = point(level.coverage.worst_point);
+    line["excess_volume_fraction"] = level.excess_volume_fraction;
+    line["missing_volume_fraction"] = level.missing_volume_fraction;
+    out["levels"].push_back(line);
+  }
+  const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
+  out["hierarchy"] = {{"leaves", hierarchy.leaves},
+                      {"leaves_outside_ancestor", hierarchy.leaves_outside_ancestor},
+                      {"leaves_outside_ancestor_cover", hierarchy.leaves_outside_ancestor_cover}};
+  if (evaluation.limits)
+    out["limit_mm"] = {
+        {"h_fin", evaluation.limits->h_fin}, {"h_low", evaluation.limits->h_low}, {"h_low_in_range", evaluation.limits->h_low_in_range}};
+  return out;
+}
+
+void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
+  const double percent = 100 / evaluation.diagonal;
+  std::printf("%s against %s: %zu triangles, diagonal D = %.6g mm\n\n", options.tree.c_str(), options.mesh.c_str(), triangles,
+              evaluation.diagonal);
+  std::printf("               overhang [mm]                                overhang [%% of D]\n");
+  std::printf("level  spheres        max      bound        p99       mean       max    bound      p99     mean\n");
+  for (const builder::LevelEvaluation& level : evaluation.levels) {
+    const builder::Overhang& o = level.overhang;
+    std::printf("%5d  %7zu  %9.5g  %9.5g  %9.5g  %9.5g  %8.4f %8.4f %8.4f %8.4f\n", level.level, level.spheres, o.max, o.bound, o.p99,
+                o.mean, o.max * percent, o.bound * percent, o.p99 * percent, o.mean * percent);
+  }
+  std::printf("\nlevel  uncovered [%%]  max gap [mm]  max gap [%% of D]  excess volume [%%]  missing volume [%%]\n");
+  for (const builder::LevelEvaluation& level : evaluation.levels)
+    std::printf("%5d  %13.4f  %12.5g  %16.4f  %17.4f  %18.4f\n", level.level, 100 * level.coverage.uncovered_fraction,
+                level.coverage.max_gap, level.coverage.max_gap * percent, 100 * level.excess_volume_fraction,
+                100 * level.missing_volume_fraction);
+  const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
+  std::printf("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
+              hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
+  if (!evaluation.limits) return;
+  const builder::CoverLimits& limits = *evaluation.limits;
+  const builder::LevelEvaluation& leaves = evaluation.levels.back();
+  const auto line = [&](const char* name, double limit, const char* note) {
+    std::printf("%s = %.5g mm (%.4f %% of D)%s", name, limit, limit * percent, note);
+    if (limit > 0) std::printf("; overhang max is %.2f times that", leaves.overhang.max / limit);
+    std::printf("\n");
+  };
+  std::printf("limits for %zu spheres that cover the surface:\n", leaves.spheres);
+  line("  h_fin", limits.h_fin, "");
+  line("  h_low", limits.h_low, limits.h_low_in_range ? "" : " (end of the range)");
+}
+
+int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
+  progress.stage("read");
+  SphereTree tree = readTree(options.tree);
+  formats::MeshFile file = formats::readMesh(options.mesh, options.unit_mm);
+  const TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  progress.check();
+  const Hash128& made_of = tree.provenance.mesh_hash;
+  if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
+    std::cerr << "spheretree: warning: " << options.tree.string() << " was built from another mesh than " << options.mesh.string()
+              << " (or with another --unit or --parts). The figures compare the two as they are.\n";
+  options.settings.limits = !options.no_limits;
+  builder::Evaluation evaluation;
+  try {
+    evaluation = builder::evaluateTree(mesh, tree, options.settings, progress);
+  } catch (const std::invalid_argument& error) {  // a mesh without area: what the readers let pass, but nothing can be measured on
+    throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
+  }
+  if (options.json)
+    std::cout << toJson(evaluation).dump(2) << '\n';
+  else
+    printText(options, mesh.triangles.size(), evaluation);
+  return kExitOk;
+}
+
+}  // namespace
+
+void addEvaluateCommand(Program& program) {
+  const auto options = std::make_shared<EvaluateOptions>();
+  CLI::App* app = addVerb(program, "evaluate", "Measure how well every level of a tree stands for a mesh",
+                          "spheretree evaluate tooth.obj tooth.stree --json",
+                          [options, &program](builder::Progress& progress) { return runEvaluate(*options, program, progress); });
+  app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("TREE", options->tree, "Tree: .stree, .sph or .json")->required()->type_name("FILE");
+  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
+  app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
+  app->add_option("--unit", options->unit_mm, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
+      ->type_name("UNIT")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
+  app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of one part; default merge")->type_name("NAME");
+  app->add_option("--seed", options->settings.seed, "Seed of the surface points, 0 to 2^64 - 1; default 1")->type_name("N");
+  app->add_option("--threads", options->settings.threads,
+                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+}
+
+}  // namespace spheretree::tool
