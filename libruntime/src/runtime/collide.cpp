@@ -12,7 +12,7 @@ namespace {
 // Float rounding moves a distance by less than this times the lengths involved: at most 12 roundings of 2^-24 each on either side.
 constexpr double kRounding = 1e-6;
 
-TreeView viewOf(const CompiledTree& tree, const Block* bound) { return {bound, tree.child_block.data(), tree.inner_lanes.data()}; }
+TreeView viewOf(const CompiledTree& tree) { return {tree.bound.data(), tree.child_block.data(), tree.inner_lanes.data()}; }
 
 }  // namespace
 
@@ -36,15 +36,19 @@ PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, 
   if (near_objects.empty()) return set;
 
   PairSearch search;
-  float turned[9];
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) {
-      turned[3 * r + c] = static_cast<float>(rotation(r, c));
+      search.rotation[3 * r + c] = static_cast<float>(rotation(r, c));
       search.exact.rotation[3 * r + c] = rotation(r, c);
     }
-  workspace.kernel->turnBlocks(scene.tool.bound.data(), scene.tool.bound.size(), turned, workspace.tool_bound.data());
-  set.work += static_cast<std::uint32_t>(scene.tool.bound.size());
-  search.tool = viewOf(scene.tool, workspace.tool_bound.data());
+  if (++workspace.pose_count == 0) {  // after 2^32 searches the old marks would come round again
+    std::fill(workspace.turned_when.begin(), workspace.turned_when.end(), 0u);
+    workspace.pose_count = 1;
+  }
+  search.tool = viewOf(scene.tool);
+  search.turned_tool = workspace.turned_tool.data();
+  search.turned_when = workspace.turned_when.data();
+  search.now = workspace.pose_count;
   search.lists[0] = workspace.list_a.data();
   search.lists[1] = workspace.list_b.data();
   std::uint32_t count = 0;
@@ -53,7 +57,7 @@ PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, 
     const CompiledObject& object = scene.objects[i];
     const Eigen::Vector3d offset = pose.position - object.anchor;
     const double slack = kRounding * (scene.tool.reach + object.tree.reach + offset.norm());
-    search.object = viewOf(object.tree, object.tree.bound.data());
+    search.object = viewOf(object.tree);
     for (int k = 0; k < 3; ++k) {
       search.offset[k] = static_cast<float>(offset[k]);
       search.exact.offset[k] = offset[k];

@@ -21,15 +21,13 @@ RowSet makeRows(const Scene& scene, const PairSet& set, const Configuration& pos
   if (set.pairs.empty()) return out;
 
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
-  float turned[9];
   RowRequest request;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) {
-      turned[3 * r + c] = static_cast<float>(rotation(r, c));
+      request.rotation[3 * r + c] = static_cast<float>(rotation(r, c));
       request.axes[3 * r + c] = static_cast<float>(axes(c, r));
     }
-  workspace.kernel->turnRecords(scene.tool.cover.data(), scene.tool.cover.size(), turned, workspace.tool_cover.data());
-  request.tool = workspace.tool_cover.data();
+  request.tool = scene.tool.cover_records.data();
   request.inverse_angle_length = static_cast<float>(1 / scene.angle_length);
   request.squared = form == RowForm::SquaredDistance;
   for (const PairRun& run : set.runs) {

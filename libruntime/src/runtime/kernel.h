@@ -26,7 +26,11 @@ struct ExactTest {
 };
 
 struct PairSearch {
-  TreeView tool, object;  // the tool moved to the pose
+  TreeView tool, object;       // the tool as it stands in the scene
+  float rotation[9];           // tool axes to world axes, row-major
+  Block* turned_tool;          // a block is turned when it is first met
+  std::uint32_t* turned_when;  // (block) the `now` of its last turn
+  std::uint32_t now;           // names the pose
   float offset[3];        // reference point from the anchor, world axes [mm]
   float inner_margin;     // the margin and all that rounding can lose
   float sure_margin;      // pairs of leaves within this are in, in float
@@ -46,7 +50,8 @@ struct PairSearchResult {
 struct RowRequest {
   const std::uint32_t* pairs;  // readable to count + 8, all valid
   std::uint32_t count;
-  const Sphere* tool;    // (slot) moved to the pose
+  const Sphere* tool;    // (slot) as it stands in the scene
+  float rotation[9];     // tool axes to world axes, row-major
   const Sphere* object;  // (slot)
   float offset[3];
   float inverse_angle_length;
@@ -63,9 +68,6 @@ struct WorstRow {
 };
 
 struct KernelTable {
-  /// All lanes of `in` (about the reference point, tool axes) turned by `rotation` (row-major).
-  void (*turnBlocks)(const Block* in, std::size_t count, const float* rotation, Block* out);
-  void (*turnRecords)(const Block* in, std::size_t count, const float* rotation, Sphere* out);  // 8 records a block
   PairSearchResult (*findPairs)(const PairSearch&);
   float (*makeRows)(const RowRequest&);  // returns the smallest gap
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0

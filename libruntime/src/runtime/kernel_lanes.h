@@ -81,7 +81,7 @@ inline std::uint32_t* append(std::uint32_t* to, U8 names, unsigned mask) {
 #endif
 }
 
-// 8 records to x, y, z, r and back.
+// 8 records to x, y, z, r.
 inline void transpose(const Sphere* const s[8], F8& x, F8& y, F8& z, F8& r) {
   const auto pair = [&](unsigned k) {
     F4 low, high;
@@ -97,40 +97,25 @@ inline void transpose(const Sphere* const s[8], F8& x, F8& y, F8& z, F8& r) {
   z = __builtin_shufflevector(zr01, zr23, 0, 1, 8, 9, 4, 5, 12, 13);
   r = __builtin_shufflevector(zr01, zr23, 2, 3, 10, 11, 6, 7, 14, 15);
 }
-inline void storeRecords(Sphere* to, F8 x, F8 y, F8 z, F8 r) {
-  const F8 xy_a = __builtin_shufflevector(x, y, 0, 8, 1, 9, 4, 12, 5, 13), xy_b = __builtin_shufflevector(x, y, 2, 10, 3, 11, 6, 14, 7, 15);
-  const F8 zr_a = __builtin_shufflevector(z, r, 0, 8, 1, 9, 4, 12, 5, 13), zr_b = __builtin_shufflevector(z, r, 2, 10, 3, 11, 6, 14, 7, 15);
-  const F8 p0 = __builtin_shufflevector(xy_a, zr_a, 0, 1, 8, 9, 4, 5, 12, 13), p1 = __builtin_shufflevector(xy_a, zr_a, 2, 3, 10, 11, 6, 7, 14, 15);
-  const F8 p2 = __builtin_shufflevector(xy_b, zr_b, 0, 1, 8, 9, 4, 5, 12, 13), p3 = __builtin_shufflevector(xy_b, zr_b, 2, 3, 10, 11, 6, 7, 14, 15);
-  const F8 out[4] = {__builtin_shufflevector(p0, p1, 0, 1, 2, 3, 8, 9, 10, 11), __builtin_shufflevector(p2, p3, 0, 1, 2, 3, 8, 9, 10, 11),
-                     __builtin_shufflevector(p0, p1, 4, 5, 6, 7, 12, 13, 14, 15), __builtin_shufflevector(p2, p3, 4, 5, 6, 7, 12, 13, 14, 15)};
-  __builtin_memcpy(to, out, sizeof out);
-}
-
 struct Turned {
   F8 x, y, z;
 };
-inline Turned turn(const Block& b, const float* m) {
-  const F8 x = load(b.x), y = load(b.y), z = load(b.z);
+inline Turned turn(F8 x, F8 y, F8 z, const float* m) {
   return {splat(m[0]) * x + splat(m[1]) * y + splat(m[2]) * z, splat(m[3]) * x + splat(m[4]) * y + splat(m[5]) * z,
           splat(m[6]) * x + splat(m[7]) * y + splat(m[8]) * z};
 }
 
-void turnBlocks(const Block* in, std::size_t count, const float* rotation, Block* out) {
-  for (std::size_t k = 0; k < count; ++k) {
-    const Turned t = turn(in[k], rotation);
-    store(out[k].x, t.x);
-    store(out[k].y, t.y);
-    store(out[k].z, t.z);
-    store(out[k].r, load(in[k].r));
-  }
-}
-
-void turnRecords(const Block* in, std::size_t count, const float* rotation, Sphere* out) {
-  for (std::size_t k = 0; k < count; ++k) {
-    const Turned t = turn(in[k], rotation);
-    storeRecords(out + 8 * k, t.x, t.y, t.z, load(in[k].r));
-  }
+inline const Block& toolBlock(const PairSearch& s, std::uint32_t b) {
+  Block& out = s.turned_tool[b];
+  if (s.turned_when[b] == s.now) return out;
+  const Block& in = s.tool.bound[b];
+  const Turned t = turn(load(in.x), load(in.y), load(in.z), s.rotation);
+  store(out.x, t.x);
+  store(out.y, t.y);
+  store(out.z, t.z);
+  store(out.r, load(in.r));
+  s.turned_when[b] = s.now;
+  return out;
 }
 
 struct Hits {
@@ -178,7 +163,7 @@ PairSearchResult findPairs(const PairSearch& s) {
   std::uint32_t *now = s.lists[0], *now_end = now, *next = s.lists[1];
   std::uint32_t work = 1;
   {
-    const Block& a = s.tool.bound[0];
+    const Block& a = toolBlock(s, 0);
     const Hits h = measure(a.x[0] + ox, a.y[0] + oy, a.z[0] + oz, a.r[0], s.object.bound[0]);
     if (s.tool.child_block[0] == 0 && s.object.child_block[0] == 0) {
       const unsigned hit = leafHits(s, h, 1, a.r[0], s.object.bound[0], [](unsigned) { return 0u; });
@@ -206,7 +191,7 @@ PairSearchResult findPairs(const PairSearch& s) {
         if (tb) {  // the object's node against the tool's lanes first
           const Block& b = s.object.bound[os >> 3];
           const unsigned k = os & 7;
-          rows = within(measure(b.x[k] - ox, b.y[k] - oy, b.z[k] - oz, b.r[k], s.tool.bound[tb]), s.inner_margin);
+          rows = within(measure(b.x[k] - ox, b.y[k] - oy, b.z[k] - oz, b.r[k], toolBlock(s, tb)), s.inner_margin);
           first = 8 * tb;
           ++work;
         } else {
@@ -215,7 +200,7 @@ PairSearchResult findPairs(const PairSearch& s) {
         }
         for (; rows; rows &= rows - 1) {
           const std::uint32_t slot = first + static_cast<std::uint32_t>(__builtin_ctz(rows));
-          const Block& a = s.tool.bound[slot >> 3];
+          const Block& a = s.turned_tool[slot >> 3];  // turned when its node was met
           const unsigned k = slot & 7;
           const Hits h = measure(a.x[k] + ox, a.y[k] + oy, a.z[k] + oz, a.r[k], object);
           ++work;
@@ -230,7 +215,7 @@ PairSearchResult findPairs(const PairSearch& s) {
         }
       } else {  // an object's leaf against the children of a tool node
         const Block& b = s.object.bound[os >> 3];
-        const Block& tool = s.tool.bound[tb];
+        const Block& tool = toolBlock(s, tb);
         const unsigned k = os & 7, tool_inner = (1u << s.tool.inner_lanes[tb]) - 1;
         const Hits h = measure(b.x[k] - ox, b.y[k] - oy, b.z[k] - oz, b.r[k], tool);
         ++work;
@@ -260,6 +245,10 @@ float makeRows(const RowRequest& q) {
     F8 rx, ry, rz, tr, cx, cy, cz, cr;
     transpose(tool, rx, ry, rz, tr);
     transpose(object, cx, cy, cz, cr);
+    const Turned arm = turn(rx, ry, rz, q.rotation);
+    rx = arm.x;
+    ry = arm.y;
+    rz = arm.z;
     F8 nx = (rx + ox) - cx, ny = (ry + oy) - cy, nz = (rz + oz) - cz;
     const F8 square = nx * nx + ny * ny + nz * nz, sum = tr + cr;
     const I8 apart = square > splat(1e-20f);  // else the centres coincide and +z is as good as any normal
@@ -314,7 +303,7 @@ WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, co
   return worst;
 }
 
-constexpr KernelTable kTable{turnBlocks, turnRecords, findPairs, makeRows, worstRow};
+constexpr KernelTable kTable{findPairs, makeRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

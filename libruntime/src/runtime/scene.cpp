@@ -24,7 +24,6 @@ CompiledTree compileTree(const SphereTree& tree, const Place& place) {
   std::fill_n(empty.z, 8, kFarAway);
   std::fill_n(empty.r, 8, 0.0f);
   out.bound.assign(blocks, empty);
-  out.cover.assign(blocks, empty);
   out.cover_records.assign(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
   out.child_block.assign(8 * blocks, 0);
   out.inner_lanes.assign(blocks, 0);
@@ -44,10 +43,8 @@ CompiledTree compileTree(const SphereTree& tree, const Place& place) {
     const Sphere& cover = tree.cover[node];
     const Sphere& bound = sphereOf(tree, node, SphereKind::Bound);
     const Eigen::Vector3d c = centreOf(cover);
-    put(out.cover[slot / 8], slot % 8, c, cover.radius);
     put(out.bound[slot / 8], slot % 8, centreOf(bound), bound.radius);
-    const Block& block = out.cover[slot / 8];
-    out.cover_records[slot] = {block.x[slot % 8], block.y[slot % 8], block.z[slot % 8], cover.radius};
+    out.cover_records[slot] = {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), cover.radius};
     out.exact[slot] = {c.x(), c.y(), c.z()};
     out.node[slot] = node;
     out.reach = std::max(out.reach, c.norm() + static_cast<double>(cover.radius));

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kPathTolerance = 0.01;     // deepest a leaf may dip in the middle of a step [mm]
 constexpr double kLeastMargin = 0.01;       // [mm]
-constexpr double kConverged = 1e-5;         // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr double kConverged = 2e-5;         // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr double kRounding = 3e-4;          // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
 constexpr int kMostLinearisations = 48;     // of one step
 constexpr int kMostRelaxations = 16;        // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
@@ -62,7 +63,7 @@ class Stepper {
 
   RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes) {
     const Stage stage(times_ ? &times_->rows : nullptr);
-    result_.work += 2 * groups(set.pairs.size()) + static_cast<std::uint32_t>(scene_.tool.cover.size());
+    result_.work += 2 * groups(set.pairs.size());
     ++result_.linearisations;
     result_.rows = static_cast<std::uint32_t>(set.pairs.size());
     return makeRows(scene_, set, pose, form, axes, workspace_);
@@ -150,13 +151,29 @@ class Stepper {
 
  private:
   static std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
+  void accelerate(const RowSet& set, const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet set, const Configuration& haptic, double path_tolerance, double largest_turn);
 
   const Scene& scene_;
   Workspace& workspace_;
   StageTimes* times_;
   StepResult& result_;
+  Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
+  bool has_last_ = false;
 };
+
+// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents, and the deeper the haptic tool is below a
+// bump, the slower. The last two of them tell the factor (a secant, as in Anderson's mixing), and the sum of the series. The QP
+// aims there instead; its rows are the same, so the step is as safe as the plain one.
+void Stepper::accelerate(const RowSet& set, const Vector6& want, const Vector6& plain) {
+  if (!has_last_) return;
+  const Vector6 change = plain - last_plain_;
+  const double shrink = -change.dot(last_way_), square = last_way_.squaredNorm();
+  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return;  // a corner lies between
+  Vector6 further = 3 * plain;  // off a ridge, where steps grow
+  if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
+  solve(set, want + further);
+}
 
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
 // than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b), and the true gap is the row's value
@@ -221,11 +238,13 @@ void Stepper::constrained(const Configuration& haptic) {
       continue;
     }
     const double back = solve(set, scaledVector(want));
-    const Displacement step = displacement(workspace_.answer.y);
-    if (workspace_.answer.y.norm() < kConverged) {
+    const Vector6 plain = workspace_.answer.y;
+    if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
       settled = true;
       break;
     }
+    if (back == 0 && workspace_.answer.active_count > 0) accelerate(set, scaledVector(want), plain);
+    const Displacement step = displacement(workspace_.answer.y);
     const bool straight = workspace_.answer.active_count == 0 && back == 0 && workspace_.answer.status == QpStatus::Optimal;
     length = reach(step);
     const double turn = step.rotation.norm(), left = std::max(0.0, margin - used);
@@ -244,6 +263,9 @@ void Stepper::constrained(const Configuration& haptic) {
       if (!accepted) part /= 2;
     }
     if (!accepted) break;  // rows that conflict: no way on from here in this step
+    last_plain_ = plain;
+    last_way_ = part * workspace_.answer.y;
+    has_last_ = true;
     used += part * length;
     record();
     if (straight && part == 1) {

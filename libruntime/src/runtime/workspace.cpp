@@ -21,8 +21,8 @@ void Workspace::FreeFloats::operator()(float* p) const { ::operator delete[](p, 
 
 Workspace::Workspace(const Scene& scene, Kernel wanted) : kernel(choose(wanted)) {
   const std::size_t capacity = scene.step_limits.max_pairs + 16;
-  tool_bound.resize(scene.tool.bound.size());
-  tool_cover.resize(8 * scene.tool.cover.size());
+  turned_tool.resize(scene.tool.bound.size());
+  turned_when.resize(scene.tool.bound.size());
   pairs.resize(capacity);
   list_a.resize(capacity);
   list_b.resize(capacity);

@@ -56,8 +56,7 @@ static_assert(sizeof(Block) == 128);
 
 struct CompiledTree {
   std::vector<Block> bound;                     // what the search tests: bounding spheres, and leaves
-  std::vector<Block> cover;                     // what touches; equal to `bound` at the leaves
-  std::vector<Sphere> cover_records;            // (slot) the same, one 16-byte record each
+  std::vector<Sphere> cover_records;            // (slot) what touches: cover spheres; equal to `bound` at the leaves
   std::vector<std::uint16_t> child_block;       // (slot) 0 for a leaf
   std::vector<std::uint8_t> inner_lanes;        // (block) lanes [0, n) are inner nodes, the others leaves or empty
   std::vector<std::array<double, 3>> exact;     // (slot) centre before rounding to float

@@ -31,8 +31,9 @@ class Workspace {
   const KernelTable* kernel;
 
   // Scratch of findPairs() and makeRows().
-  std::vector<Block> tool_bound;      // moved to the pose
-  std::vector<Sphere> tool_cover;     // (slot) moved to the pose
+  std::vector<Block> turned_tool;          // bounding spheres in world axes, about the reference point
+  std::vector<std::uint32_t> turned_when;  // (block) the search that turned it last
+  std::uint32_t pose_count = 0;            // searches so far
   std::vector<std::uint32_t> pairs, list_a, list_b;
   std::vector<PairRun> runs;
   std::vector<std::uint32_t> near_objects;
