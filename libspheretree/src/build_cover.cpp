@@ -2,9 +2,6 @@
 #include "spheretree/builder/build_cover.h"
 
 #include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <cstdio>
 
 #include "spheretree/builder/optimise_cover.h"
 #include "spheretree/builder/shrinking_balls.h"
@@ -14,21 +11,22 @@
 namespace spheretree::builder {
 
 namespace {
-double now() { return double(clock()) / CLOCKS_PER_SEC; }
+
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
   std::size_t medial_samples;  // points of the Delaunay triangulation and of the shrinking balls
   int rounds;
   std::uint64_t swap_work;
   double squeeze_moves;  // a sphere
+  std::uint64_t squeeze_work;
   int squeeze_failures;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
-    case Quality::Quick: return {16, 1500, 2500, 1, 20'000'000, 0.5, 2};
-    case Quality::Standard: return {40, 3000, 6000, 1, 200'000'000, 2, 4};
-    case Quality::Best: return {80, 6000, 12000, 3, 1'500'000'000, 8, 12};
+    case Quality::Quick: return {16, 1000, 2500, 1, 20'000'000, 0.5, 4'000'000, 2};
+    case Quality::Standard: return {40, 2000, 6000, 1, 200'000'000, 2, 25'000'000, 4};
+    case Quality::Best: return {80, 4000, 12000, 3, 1'500'000'000, 8, 400'000'000, 12};
   }
   return {};
 }
@@ -74,15 +72,15 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     CoverSettings cover_settings;
     cover_settings.spheres = spheres;
     cover_settings.rounds = effort.rounds;
-    cover_settings.swap_work = effort.swap_work;
+    cover_settings.swap_work = effort.swap_work / budget * std::max(spheres, budget / 10 + 1);
     cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
+    cover_settings.squeeze.work = effort.squeeze_work;
     cover_settings.squeeze.failures = effort.squeeze_failures;
     cover_settings.seed = settings.seed + spheres;
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    struct T { std::size_t n; double t0 = now(); ~T() { fprintf(stderr, "   level %zu: %.2f s\n", n, now() - t0); } } t{spheres};
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(2500, 60 * spheres)), cover_settings, progress);
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(1500, 60 * spheres)), cover_settings, progress);
   };
 
   progress.stage("cover");

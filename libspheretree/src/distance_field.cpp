@@ -133,7 +133,9 @@ DistanceField::DistanceField(const TriangleMesh& mesh) {
 NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
   NearestPoint best;
   double limit2 = limit * limit;
+  std::uint32_t tested = 0;
   tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+    tested += static_cast<std::uint32_t>(count);
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
       const NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
@@ -146,6 +148,7 @@ NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
       limit2 = best.distance * best.distance * (1 + 1e-15) + std::numeric_limits<double>::min();
     }
   });
+  best.tested = tested;
   return best;
 }
 

@@ -78,14 +78,16 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     double limit = (trial - near[(near_next + kMostNear - 1) % kMostNear]).norm();
     for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm());
     const double trial_reach = farthest(patch, trial);
+    best.work += patch.size();
     if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no need to ask
       step *= 0.5;
       continue;
     }
     const NearestPoint touch = field.nearest(trial, limit * (1 + 1e-9) + 1e-300);
     remember(touch.point);
+    best.work += touch.tested;
     if (trial_reach - touch.distance < best.stand_off && field.isInside(trial, touch)) {
-      best = {trial, touch.distance, trial_reach - touch.distance};
+      best = {trial, touch.distance, trial_reach - touch.distance, best.work};
       reach = trial_reach;
       step *= 1.3;
     } else {

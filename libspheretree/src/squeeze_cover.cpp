@@ -35,8 +35,9 @@ constexpr double kGapTolerance = 0.01;  // uncovered by less than this share of 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
  public:
-  Squeezer(const DistanceField& field, std::span<const Vector3d> points, std::vector<Ball> balls, std::uint64_t seed)
+  Squeezer(const DistanceField& field, std::span<const Vector3d> points, std::vector<Ball> balls, std::uint64_t seed, std::uint64_t& work)
       : field_(field),
+        work_(work),
         samples_(points),
         balls_(std::move(balls)),
         count_(samples_.size()),
@@ -72,8 +73,9 @@ class Squeezer {
     return most;
   }
 
-  // Moves balls until every sample is covered at stand-off `goal`. False if that takes more than `moves`.
-  bool reach(double goal, int moves, const Progress& progress) {
+  // Moves balls until every sample is covered at stand-off `goal`. False if that takes more than `moves`, or the work so far more than
+  // `most_work`.
+  bool reach(double goal, int moves, std::uint64_t most_work, const Progress& progress) {
     goal_ = goal;
     std::fill(count_.begin(), count_.end(), 0);
     std::fill(owner_.begin(), owner_.end(), 0);
@@ -84,7 +86,7 @@ class Squeezer {
     for (std::uint32_t s = 0; s < samples_.size(); ++s) open(s);
     for (std::uint32_t b = 0; b < balls_.size(); ++b) cover(b);
     for (int move = 1; !open_.empty(); ++move) {
-      if (move > moves) return false;
+      if (move > moves || work_ > most_work) return false;
       if (move % 64 == 0) progress.check();
       place(open_[static_cast<std::size_t>(random_() % open_.size())], static_cast<std::uint64_t>(move));
     }
@@ -184,6 +186,7 @@ class Squeezer {
       const double width = std::sqrt(goal_ * (2 * trial.radius + goal_));
       const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
       trial = {refit.centre, refit.clearance};
+      work_ += refit.work;
       if (refit.stand_off <= goal_) return cost;
       if (round == kDropRounds || patch_.size() == 1) return kInfinity;
       // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
@@ -206,6 +209,7 @@ class Squeezer {
   }
 
   const DistanceField& field_;
+  std::uint64_t& work_;  // triangles and points looked at by refits
   SampleIndex samples_;
   std::vector<Ball> balls_;  // radius d(c)
   double goal_ = 0;
@@ -270,8 +274,9 @@ class GapSampler {
 double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Vector3d>& points, std::vector<Ball>& inscribed,
                     const SqueezeSettings& settings, Progress& progress) {
   std::mt19937_64 random(settings.seed);
+  std::uint64_t work = 0;
   GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())));
-  auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random());
+  auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random(), work);
 
   // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
   const auto settle = [&](double h) {
@@ -284,8 +289,8 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
       was = squeezer->balls();
       points.insert(points.end(), missed.begin(), missed.end());
       for (const Vector3d& p : missed) squeezer->append(p);
-      if (squeezer->appended() > kMostAppended) squeezer = std::make_unique<Squeezer>(field, points, was, random());
-      if (!squeezer->reach(h, settings.moves, progress)) return false;
+      if (squeezer->appended() > kMostAppended) squeezer = std::make_unique<Squeezer>(field, points, was, random(), work);
+      if (!squeezer->reach(h, settings.moves, settings.work, progress)) return false;
     }
     return false;
   };
@@ -298,9 +303,9 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   inscribed = squeezer->balls();
   double step = settings.step;
   int failures = 0;
-  while (failures < settings.failures) {
+  while (failures < settings.failures && work < settings.work) {
     const double goal = h * (1 - step);
-    if (squeezer->reach(goal, settings.moves, progress) && settle(goal)) {
+    if (squeezer->reach(goal, settings.moves, settings.work, progress) && settle(goal)) {
       h = goal;
       inscribed = squeezer->balls();
       step = std::min(step * 1.3, 2 * settings.step);

@@ -23,6 +23,7 @@ struct NearestPoint {
   double distance = std::numeric_limits<double>::infinity();     // >= 0 [mm]
   std::uint32_t triangle = 0;                                    // index into the mesh given to the constructor
   std::uint8_t feature = 0;                                      // 0 face; 1..3 edge opposite corner 0..2; 4..6 corner 0..2
+  std::uint32_t tested = 0;                                      // triangles looked at: the cost of the query, the same everywhere
 };
 
 /// Nearest point of triangle a, b, c to p; fills point, distance and feature. Also right for degenerate triangles.

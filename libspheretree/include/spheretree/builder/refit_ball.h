@@ -13,6 +13,7 @@ struct Refit {
   Eigen::Vector3d centre;
   double clearance;  // distance from the centre to the surface, > 0: the centre is inside [mm]
   double stand_off;  // max |p - centre| - clearance over the patch [mm]
+  std::uint64_t work = 0;  // triangles and patch points looked at
 };
 
 /// Minimises max over p in `patch` of |p - c|, less d(c), over centres c inside the solid: a difference of two maxima, not smooth
