@@ -15,8 +15,13 @@
 #include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/builder/published_frame.h"
+#include "spheretree/builder/reduce_burst.h"
 #include "spheretree/builder/reduce_expand.h"
+#include "spheretree/builder/reduce_grid.h"
+#include "spheretree/builder/reduce_hubbard.h"
 #include "spheretree/builder/reduce_merge.h"
+#include "spheretree/builder/reduce_octree.h"
+#include "spheretree/builder/reduce_spawn.h"
 
 namespace spheretree::builder {
 
@@ -39,6 +44,19 @@ void validate(const BuildSettings& s) {
   require(s.threads >= 0, "threads must not be negative");
 }
 
+// The published method that builds by regions; Cover, Octree and Combined are none.
+Method methodOf(BuilderKind kind) {
+  switch (kind) {
+    case BuilderKind::Merge: return {reduceMerge, true};
+    case BuilderKind::Burst: return {reduceBurst, true};
+    case BuilderKind::Expand: return {reduceExpand, true};
+    case BuilderKind::Spawn: return {reduceSpawn, false};
+    case BuilderKind::Grid: return {reduceGrid, false};
+    case BuilderKind::Hubbard: return {reduceHubbard, true};
+    default: throw std::invalid_argument("build: '" + std::string(name(kind)) + "' cannot be combined; use merge, burst, expand, spawn, grid or hubbard");
+  }
+}
+
 LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
   PublishedSettings published;
   published.levels = settings.levels;
@@ -46,15 +64,18 @@ LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, con
   published.quality = settings.quality;
   published.tolerance_mm = settings.tolerance_mm;
   published.seed = settings.seed;
-  const auto byRegions = [&](std::initializer_list<Method> methods) {
-    return buildByRegions(mesh, field, std::vector<Method>(methods), published, progress);
-  };
+  std::vector<Method> methods;
   switch (settings.builder) {
     case BuilderKind::Cover: return buildCover(mesh, field, settings, progress);
-    case BuilderKind::Merge: return byRegions({{reduceMerge, true}});
-    case BuilderKind::Expand: return byRegions({{reduceExpand, true}});
-    default: throw BuildError("builder '" + std::string(name(settings.builder)) + "' is not available in this version; use cover, merge or expand");
+    case BuilderKind::Octree: return buildOctree(mesh, field, published, progress);
+    case BuilderKind::Combined: {
+      const std::vector<BuilderKind> usual{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst};
+      for (const BuilderKind member : settings.combine.empty() ? usual : settings.combine) methods.push_back(methodOf(member));
+      break;
+    }
+    default: methods.push_back(methodOf(settings.builder));
   }
+  return buildByRegions(mesh, field, methods, published, progress);
 }
 
 // Float32 holds 7 digits: far from the origin they would go into the place of the mesh, not into its shape.

@@ -4,7 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <compare>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -25,12 +27,13 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kFirstSites = 300;      // give about 1,000 balls, the paper's initial set
-constexpr std::size_t kLeastBalls = 200;      // of a region, as in the paper
-constexpr double kErrorFactor = 2;            // medial balls are this much better than the spheres that they become, as in the paper
-constexpr int kRefitRounds = 3;               // as in the paper
-constexpr double kNegligible = 1e-6;          // overhang that no child can be asked to improve, of the diagonal
-constexpr double kRefitGain = 1.25;           // a refit hardly ever lowers the worst overhang by more
+constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the paper's initial set
+constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
+constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper
+constexpr int kRefitRounds = 3;           // as in the paper
+constexpr std::size_t kFewNodes = 8;      // on a level: there is time to try more for each
+constexpr double kNegligible = 1e-6;      // overhang that no child can be asked to improve, of the diagonal
+constexpr double kRefitGain = 1.25;       // a refit hardly ever lowers the worst overhang by more
 
 struct Effort {
   std::size_t points_a_leaf, most_points, reducer_points, reducer_balls;
@@ -39,9 +42,12 @@ struct Effort {
 
 Effort effortOf(Quality quality) {
   switch (quality) {
-    case Quality::Quick: return {16, 200'000, 500, 600, 1};
-    case Quality::Standard: break;
-    case Quality::Best: return {96, 800'000, 2000, 2000, 3};
+    case Quality::Quick:
+      return {16, 200'000, 500, 600, 1};
+    case Quality::Standard:
+      break;
+    case Quality::Best:
+      return {96, 800'000, 2000, 2000, 3};
   }
   return {48, 400'000, 1000, 1200, 2};
 }
@@ -99,11 +105,13 @@ struct Node {
 
 class Frame {
  public:
-  Frame(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods, const PublishedSettings& settings, Progress& progress)
+  Frame(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods, const PublishedSettings& settings,
+        Progress& progress)
       : mesh_(mesh), field_(field), methods_(methods), settings_(settings), effort_(effortOf(settings.quality)), progress_(progress) {
     const double leaves = std::pow(settings.branching, settings.levels - 1);
     const auto wanted = static_cast<std::size_t>(std::min(leaves * static_cast<double>(effort_.points_a_leaf), 1e9));
-    surface_ = sampleRegions(mesh, field, std::clamp<std::size_t>(wanted, 8000, effort_.most_points), static_cast<std::size_t>(leaves), settings.seed);
+    surface_ = sampleRegions(mesh, field, std::clamp<std::size_t>(wanted, 8000, effort_.most_points), static_cast<std::size_t>(leaves),
+                             settings.seed);
     for (const Method& method : methods)
       if (method.uses_medial_axis && !axis_) axis_.emplace(field, farthestFirst(surface_.points, kFirstSites));
   }
@@ -118,8 +126,8 @@ class Frame {
       std::vector<std::uint32_t> active;  // nodes that get children
       for (std::uint32_t n = 0; n < nodes.size(); ++n)
         if (!isGoodEnough(nodes[n].ball)) active.push_back(n);
-      std::vector<std::vector<MedialBall>> pools;
-      const std::vector<std::vector<FittedBall>> children = reduceAll(nodes, active, owner, pools);
+      trials_ = active.size() <= kFewNodes ? 2 * static_cast<std::size_t>(settings_.branching) : 3;
+      const std::vector<std::vector<FittedBall>> children = reduceAll(nodes, active, owner);
       std::vector<FittedBall> balls;
       std::vector<std::uint32_t> parents;
       std::size_t next = 0;
@@ -132,9 +140,7 @@ class Frame {
         if (next < active.size() && active[next] == n) ++next;
       }
       if (balls.empty()) break;
-      std::vector<std::vector<MedialBall>> pool_of(nodes.size());
-      for (std::size_t a = 0; a < active.size(); ++a) pool_of[active[a]] = std::move(pools[a]);
-      settle(balls, parents, pool_of);
+      settle(balls, parents, nodes.size());
       nodes.clear();
       for (std::size_t b = 0; b < balls.size(); ++b) nodes.push_back({balls[b], parents[b]});
       append(out, nodes);
@@ -182,8 +188,8 @@ class Frame {
     return best;
   }
 
-  std::vector<std::vector<FittedBall>> reduceAll(const std::vector<Node>& nodes, const std::vector<std::uint32_t>& active, const std::vector<std::uint32_t>& owner,
-                                                 std::vector<std::vector<MedialBall>>& pools) {
+  std::vector<std::vector<FittedBall>> reduceAll(const std::vector<Node>& nodes, const std::vector<std::uint32_t>& active,
+                                                 const std::vector<std::uint32_t>& owner) {
     std::vector<std::uint32_t> number(nodes.size(), kNoParent);
     for (std::uint32_t a = 0; a < active.size(); ++a) number[active[a]] = a;
     std::vector<std::vector<Vector3d>> points(active.size());
@@ -194,7 +200,7 @@ class Frame {
       points[number[owner[i]]].push_back(surface_.points[i]);
       if (ball.radius > 0) inner[number[owner[i]]].push_back({ball.centre, ball.radius, ball.radius});
     }
-    pools.resize(active.size());
+    std::vector<std::vector<MedialBall>> pools(active.size());
     if (axis_ && !active.empty()) pools = refineAxis(nodes, active, number, owner);
     // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls fill up.
     for (std::size_t a = 0; axis_ && a < active.size(); ++a) {
@@ -215,7 +221,8 @@ class Frame {
     double mean = 0;
     for (const std::uint32_t n : active) mean += nodes[n].ball.overhang() / static_cast<double>(active.size());
     std::vector<AdaptiveMedialAxis::Target> targets;
-    for (const std::uint32_t n : active) targets.push_back({std::min(nodes[n].ball.overhang(), mean) / kErrorFactor, kLeastBalls, effort_.reducer_balls});
+    for (const std::uint32_t n : active)
+      targets.push_back({std::min(nodes[n].ball.overhang(), mean) / kErrorFactor, kLeastBalls, effort_.reducer_balls});
     std::vector<Eigen::AlignedBox3d> boxes;
     for (const Vector3d& p : surface_.points) boxes.emplace_back(p, p);
     const BoxTree tree(boxes, 8);
@@ -235,29 +242,31 @@ class Frame {
     return axis_->refine(region_of, targets, progress_);
   }
 
-  // No balls: the node's own ball holds its region, and no children would do better.
+  // No balls: one child is all that the region takes, and it would not be better than the node's own ball.
   std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<MedialBall>& pool, const FittedBall& own) {
     std::vector<FittedBall> alone{own};
     refitBalls(field_, points, alone, {}, 0, progress_);
-    // Too few points to divide; or more than its own ball holds, since balls grow for the division: any children are better.
     if (points.size() < 2) return alone;
-    const bool holds_all = alone[0].radius <= own.radius * (1 + 1e-9);
     const std::vector<Vector3d> few_points = farthestFirst(points, effort_.reducer_points);
     std::vector<FittedBall> best;
-    double least = holds_all ? own.overhang() * (1 - 1e-6) : kInfinity;
+    double least = kInfinity;
     for (const Method& method : methods_) {
       const double limit = best.empty() ? kInfinity : kRefitGain * least;
       std::vector<FittedBall> balls = cover(method, few_points, pool, static_cast<std::size_t>(settings_.branching), limit);
       if (balls.empty()) continue;
-      improve(method, few_points, pool, balls);
+      improve(few_points, balls);
       refitBalls(field_, points, balls, {}, 1, progress_);
       const double worst = worstOverhang(balls);
       if (worst < least) least = worst, best = std::move(balls);
     }
+    if (best.empty()) best = alone;
+    // The region may be more than the own ball holds, since balls grow for the division: then even one child is needed.
+    if (best.size() == 1 && alone[0].radius <= own.radius * (1 + 1e-9) && best[0].overhang() >= own.overhang() * (1 - 1e-6)) best.clear();
     return best;
   }
 
-  std::vector<FittedBall> cover(const Method& method, std::span<const Vector3d> points, const std::vector<MedialBall>& pool, std::size_t most, double limit) {
+  std::vector<FittedBall> cover(const Method& method, std::span<const Vector3d> points, const std::vector<MedialBall>& pool,
+                                std::size_t most, double limit) {
     Region region{field_, points, {}};
     if (method.uses_medial_axis) region.pool = pool;
     region.most = most;
@@ -272,23 +281,38 @@ class Frame {
     return balls;
   }
 
+  // Two balls for a patch, each for the points nearer to one of two far ends.
+  std::vector<FittedBall> halve(const std::vector<Vector3d>& points) {
+    const std::vector<Vector3d> ends = farthestFirst(points, 2);
+    if (ends.size() < 2) return {};
+    std::array<std::vector<Vector3d>, 2> half;
+    for (const Vector3d& p : points) half[(p - ends[1]).squaredNorm() < (p - ends[0]).squaredNorm()].push_back(p);
+    std::vector<FittedBall> balls;
+    for (const auto& part : half) {
+      if (part.empty()) return {};
+      const Ball smallest = smallestBall(part);
+      balls.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
+    }
+    refitBalls(field_, points, balls, {}, kRefitRounds, progress_);
+    return balls;
+  }
+
   // Splits the worst ball in two; if that makes one too many, takes away the one whose loss costs least. As long as it pays.
   // Greedy reducers need it: they cover a cube by one ball in the middle and seven corners, where eight octants do twice as well.
-  void improve(const Method& method, const std::vector<Vector3d>& points, const std::vector<MedialBall>& pool, std::vector<FittedBall>& balls) {
+  void improve(const std::vector<Vector3d>& points, std::vector<FittedBall>& balls) {
     const auto most = static_cast<std::size_t>(settings_.branching);
     for (std::size_t round = 0; round < 3 * most; ++round) {
       progress_.check();
       std::vector<FittedBall> split = balls;
       const std::vector<std::uint32_t> owner = assignDeepest(points, split);
-      const auto worst = std::max_element(split.begin(), split.end(), [](const FittedBall& a, const FittedBall& b) { return a.overhang() < b.overhang(); });
+      const auto worst = std::max_element(split.begin(), split.end(),
+                                          [](const FittedBall& a, const FittedBall& b) { return a.overhang() < b.overhang(); });
       if (isGoodEnough(*worst)) return;
       std::vector<Vector3d> part;
       for (std::size_t i = 0; i < points.size(); ++i)
         if (owner[i] == static_cast<std::uint32_t>(worst - split.begin())) part.push_back(points[i]);
-      const std::size_t spare = most > balls.size() ? most - balls.size() + 1 : 2;
-      std::vector<FittedBall> halves;
-      if (part.size() > 1) halves = cover(method, part, pool, spare, kInfinity);
-      const double before = worstOverhang(balls);
+      const double before = worst->overhang();
+      const std::vector<FittedBall> halves = halve(part);
       if (halves.size() < 2 || worstOverhang(halves) >= before) return;
       split.erase(worst);
       split.insert(split.end(), halves.begin(), halves.end());
@@ -298,9 +322,26 @@ class Frame {
         refitBalls(field_, points, split, {}, kRefitRounds, progress_);
         better = std::move(split);
       } else {
+        // The few whose loss looks cheapest before the others are refitted.
+        struct Loss {
+          double worst;
+          std::size_t ball;
+          auto operator<=>(const Loss&) const = default;
+        };
+        std::vector<Loss> losses;
+        const auto without = [&](std::size_t lost) {
+          std::vector<FittedBall> rest = split;
+          rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(lost));
+          return rest;
+        };
         for (std::size_t lost = 0; lost < split.size(); ++lost) {
-          std::vector<FittedBall> trial = split;
-          trial.erase(trial.begin() + static_cast<std::ptrdiff_t>(lost));
+          std::vector<FittedBall> trial = without(lost);
+          refitBalls(field_, points, trial, {}, 0, progress_);
+          losses.push_back({worstOverhang(trial), lost});
+        }
+        std::sort(losses.begin(), losses.end());
+        for (std::size_t k = 0; k < std::min(trials_, losses.size()); ++k) {
+          std::vector<FittedBall> trial = without(losses[k].ball);
           refitBalls(field_, points, trial, {}, kRefitRounds, progress_);
           const double now = worstOverhang(trial);
           if (now < least) least = now, better = std::move(trial);
@@ -312,13 +353,13 @@ class Frame {
   }
 
   // Refits the level as a whole, since a ball may serve its neighbours' regions too, and closes the gaps between the points.
-  void settle(std::vector<FittedBall>& balls, std::vector<std::uint32_t>& parents, const std::vector<std::vector<MedialBall>>& pools) {
+  void settle(std::vector<FittedBall>& balls, std::vector<std::uint32_t>& parents, std::size_t families) {
     refitLevel(balls, kRefitRounds);
     dropMarked(balls, parents, findRedundantOfLevel(balls, parents));
     for (int round = 0; round < effort_.gap_rounds; ++round) {
       addGaps(balls);
       refitLevel(balls, kRefitRounds);
-      if (round == 0) improveLevel(balls, parents, pools);
+      if (round == 0) improveLevel(balls, parents, families);
     }
     // What is left without a point still stands for its parent: as the ball that reaches nowhere out.
     for (FittedBall& ball : balls)
@@ -362,17 +403,17 @@ class Frame {
   }
 
   // Each family of siblings again, on the points that it owns by now.
-  void improveLevel(std::vector<FittedBall>& balls, std::vector<std::uint32_t>& parents, const std::vector<std::vector<MedialBall>>& pools) {
+  void improveLevel(std::vector<FittedBall>& balls, std::vector<std::uint32_t>& parents, std::size_t families) {
     const std::vector<std::uint32_t> owner = refitLevel(balls, 0);
-    std::vector<std::vector<FittedBall>> family(pools.size());
-    std::vector<std::vector<Vector3d>> points(pools.size());
+    std::vector<std::vector<FittedBall>> family(families);
+    std::vector<std::vector<Vector3d>> points(families);
     for (std::size_t b = 0; b < balls.size(); ++b) family[parents[b]].push_back(balls[b]);
     for (std::size_t i = 0; i < owner.size(); ++i)
       if (owner[i] < balls.size()) points[parents[owner[i]]].push_back(surface_.points[i]);
     tbb::parallel_for(std::size_t{0}, family.size(), [&](std::size_t a) {
       if (family[a].empty() || points[a].empty()) return;
       const std::vector<Vector3d> few_points = farthestFirst(points[a], effort_.reducer_points);
-      improve(methods_.front(), few_points, pools[a], family[a]);
+      improve(few_points, family[a]);
     });
     balls.clear();
     parents.clear();
@@ -400,21 +441,26 @@ class Frame {
   Effort effort_;
   Progress& progress_;
   SurfacePoints surface_;
+  std::size_t trials_ = 0;  // balls whose loss is tried out in full, on the present level
   std::optional<AdaptiveMedialAxis> axis_;
   std::vector<FittedBall> ended_;  // balls of nodes without children, on all levels so far
 };
 
 }  // namespace
 
-LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods, const PublishedSettings& settings,
-                          Progress& progress) {
-  if (methods.empty()) throw std::invalid_argument("published builders: no method given");
+void checkSettings(const PublishedSettings& settings) {
   if (settings.levels < kMinLevels || settings.levels > kMaxLevels)
     throw std::invalid_argument("published builders: levels is " + std::to_string(settings.levels) + ", must be 2 to 6");
   if (settings.branching < kMinBranching || settings.branching > kMaxBranching)
     throw std::invalid_argument("published builders: branching is " + std::to_string(settings.branching) + ", must be 2 to 8");
   if (!(settings.tolerance_mm >= 0) || !std::isfinite(settings.tolerance_mm))
     throw std::invalid_argument("published builders: the tolerance must be a length of 0 mm or more");
+}
+
+LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
+                          const PublishedSettings& settings, Progress& progress) {
+  if (methods.empty()) throw std::invalid_argument("published builders: no method given");
+  checkSettings(settings);
   return Frame(mesh, field, methods, settings, progress).run();
 }
 

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 14;
+constexpr int kBisections = 10;
 
 // gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are together.
 // Float, as it only steers the choice; radii are computed in double.

@@ -83,6 +83,22 @@ Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall
   return out;
 }
 
+double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
+  double most = 0;
+  for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
+  return std::sqrt(most);
+}
+
+// A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted: the inner ball
+// that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
+void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
+  const double reach = farthest(patch, ball.centre);
+  if (ball.clearance > 1e-2 * reach) return;
+  const NearestPoint touch = field.nearest(ball.centre);
+  const Ball inner = shrinkingBall(field, touch.point, field.pseudonormal(touch));
+  if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, inner.radius, 0};
+}
+
 }  // namespace
 
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
@@ -159,6 +175,7 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
     tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
       if (!fixed.empty() && fixed[b]) return;
       FittedBall& ball = balls[b];
+      if (round < rounds && !patch[b].empty()) moveInside(field, patch[b], ball);
       if (round < rounds && ball.clearance > 0 && patch[b].size() > 1) {
         const double overhang = std::max(0.0, ball.overhang());
         const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
@@ -166,9 +183,7 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
         ball.centre = refit.centre;
         ball.clearance = refit.clearance;
       }
-      double most = 0;
-      for (const Vector3d& p : patch[b]) most = std::max(most, (p - ball.centre).squaredNorm());
-      ball.radius = std::sqrt(most) * (1 + 1e-12);
+      ball.radius = farthest(patch[b], ball.centre) * (1 + 1e-12);
     });
   }
   return owner;

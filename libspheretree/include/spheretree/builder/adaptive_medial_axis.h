@@ -20,7 +20,7 @@ namespace spheretree::builder {
 
 struct MedialBall {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // inside the solid
-  double radius = 0;     // to the sites that the Voronoi vertex belongs to, >= clearance up to rounding [mm]
+  double radius = 0;                                 // to the sites that the Voronoi vertex belongs to, >= clearance up to rounding [mm]
   double clearance = 0;  // distance from the centre to the mesh, > 0; radius - clearance bounds the ball's overhang [mm]
 };
 

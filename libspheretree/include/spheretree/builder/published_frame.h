@@ -19,12 +19,15 @@
 namespace spheretree::builder {
 
 struct PublishedSettings {
-  int levels = 4;           // range [2, 6]; the root is level 0
-  int branching = 8;        // range [2, 8]
+  int levels = 4;     // range [2, 6]; the root is level 0
+  int branching = 8;  // range [2, 8]
   Quality quality = Quality::Standard;
   double tolerance_mm = 0;  // > 0: a node whose ball reaches out no farther ends early, and children are as few as possible
   std::uint64_t seed = 1;
 };
+
+/// @throws std::invalid_argument that names the setting out of range.
+void checkSettings(const PublishedSettings& settings);
 
 struct Method {
   Reducer reduce = nullptr;

@@ -9,7 +9,7 @@
 namespace spheretree::builder {
 
 /// Radius = clearance + stand-off for every medial ball; lazy greedy cover by newly covered points; bisection on the stand-off.
-/// Cost: O(balls * points) for each of about fifteen stand-offs. Ties go to the lower ball.
+/// Cost: O(balls * points) for each of about ten stand-offs. Ties go to the lower ball.
 std::vector<FittedBall> reduceExpand(const Region& region);
 
 }  // namespace spheretree::builder

@@ -8,10 +8,9 @@
 
 namespace spheretree::builder {
 
-/// Every point starts in the medial ball that it lies deepest in. Candidate pairs are neighbours, all pairs below 24 balls. The merged
-/// ball is the best of three: the smallest ball of the united points and a ball about either old centre. Merges that leave the
-/// worse of the two no worse go first, then the least overhang of the merged ball.
-/// Cost: O(balls log balls) merges of O(points) each. Ties go to the lower ball.
+/// Every point starts in the medial ball that it lies deepest in; neighbours merge (medial_clusters.h). The merged ball is the best
+/// of three: the smallest ball of the united points and a ball about either old centre.
+/// Cost: O(balls log balls) merges of O(points of the two) each.
 std::vector<FittedBall> reduceMerge(const Region& region);
 
 }  // namespace spheretree::builder

@@ -42,7 +42,8 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
 /// Cost: O((points + balls) log balls) for balls that overlap little.
 std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls);
 
-/// Rounds of assignDeepest followed by a refit of each ball to its points (refit_ball.h). The worst overhang never rises. A ball
+/// Rounds of assignDeepest followed by a refit of each ball to its points (refit_ball.h); a centre outside the solid
+/// moves in where that pays. The worst overhang never rises. A ball
 /// marked in `fixed` (empty: none) keeps its centre and never shrinks. Balls left without points get radius 0. Returns the owner
 /// of each point. `rounds` >= 0: with 0 the balls only shrink to their points.
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
