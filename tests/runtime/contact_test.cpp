@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/contact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "spheretree/runtime/workspace.h"
+#include "support/shape_trees.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using test::Random;
+
+struct Rig {
+  SceneDescription description;
+  Scene scene;
+  std::unique_ptr<Workspace> workspace;
+  explicit Rig(Kernel kernel = Kernel::Best) {
+    description.tool = test::rodTree(20, 40, 1);
+    description.reference_point = {1, 2, 12};
+    description.objects.push_back({test::boxTree({5, 5, 5}, {5, 5, 5}, 1.5), {{0, 0, -6}, rotationOf({0.3, 0.2, 0.1})}});
+    description.objects.push_back({test::ellipsoidTree({4, 4, 6}, 100, 1), {{8, 0, 0}, rotationOf({0, 1, 0})}});
+    std::string fault;
+    EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
+    workspace = std::make_unique<Workspace>(scene, kernel);
+  }
+  // d(tool leaf, object leaf) and radius sum of pair k, tool at `pose`, in double.
+  std::pair<double, double> distance(const PairSet& set, std::uint32_t k, const Configuration& pose) const {
+    const PairRun* run = set.runs.data();
+    while (k >= run->begin + run->count) ++run;
+    const std::uint32_t t = set.pairs[k] >> 16, o = set.pairs[k] & 0xffff;
+    const CompiledObject& object = scene.objects[run->object];
+    const Eigen::Vector3d c(scene.tool.exact[t][0], scene.tool.exact[t][1], scene.tool.exact[t][2]);
+    const Eigen::Vector3d b(object.tree.exact[o][0], object.tree.exact[o][1], object.tree.exact[o][2]);
+    return {(pose.orientation * c + pose.position - b - object.anchor).norm(),
+            static_cast<double>(scene.tool.cover_records[t].radius) + static_cast<double>(object.tree.cover_records[o].radius)};
+  }
+};
+
+double rowDot(const RowSet& set, std::uint32_t k, const Vector6& y) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 6; ++i) sum += static_cast<double>(set.rows.a[i][k]) * y[static_cast<int>(i)];
+  return sum / static_cast<double>(set.weight[k]);
+}
+
+TEST(Contact, RowsAreUnitAndTheGapsAreTrue) {
+  Rig rig;
+  Random random(1);
+  for (int n = 0; n < 20; ++n) {
+    const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
+    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
+    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    ASSERT_EQ(set.rows.count, pairs.pairs.size());
+    double smallest = 1e9;
+    for (std::uint32_t k = 0; k < set.rows.count; ++k) {
+      double square = 0;
+      for (const float* a : set.rows.a) square += static_cast<double>(a[k]) * static_cast<double>(a[k]);
+      EXPECT_NEAR(square, 1, 1e-6);
+      const auto [d, sum] = rig.distance(pairs, k, pose);
+      EXPECT_NEAR(static_cast<double>(-set.rows.b[k] / set.weight[k]), d - sum, 1e-5);
+      smallest = std::min(smallest, d - sum);
+    }
+    if (set.rows.count) {
+      EXPECT_NEAR(static_cast<double>(set.smallest_gap), smallest, 1e-5);
+    }
+    for (std::uint32_t k = set.rows.count; k % 8; ++k) EXPECT_LT(set.rows.b[k], -1e29f);  // padding is in no one's way
+  }
+}
+
+TEST(Contact, RowsAreTheDerivativeOfTheDistance) {
+  Rig rig;
+  Random random(2);
+  std::uint32_t checked = 0;
+  for (int n = 0; n < 20; ++n) {
+    const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
+    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
+    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    Displacement step{test::randomPoint(random, 1), test::randomPoint(random, 0.05)};
+    Vector6 y;
+    y << step.translation, rig.scene.angle_length * step.rotation;
+    const double h = 1e-5;
+    const Configuration plus = moved(pose, {h * step.translation, h * step.rotation}), minus = moved(pose, {-h * step.translation, -h * step.rotation});
+    for (std::uint32_t k = 0; k < set.rows.count; ++k, ++checked) {
+      const double slope = (rig.distance(pairs, k, plus).first - rig.distance(pairs, k, minus).first) / (2 * h);
+      EXPECT_NEAR(rowDot(set, k, y), slope, 2e-4);
+    }
+  }
+  EXPECT_GT(checked, 500u);
+}
+
+TEST(Contact, SquaredRowsAreThePapersTaylorFormula) {
+  Rig rig;
+  Random random(3);
+  std::uint32_t checked = 0;
+  for (int n = 0; n < 20; ++n) {
+    const double gamma = random.uniform(-3, 3), beta = random.uniform(-1.4, 1.4), alpha = random.uniform(-3, 3);
+    const auto poseAt = [](const Eigen::Vector3d& x, double g, double b, double a) {
+      return Configuration{x, rotationOf({0, 0, a}) * rotationOf({0, b, 0}) * rotationOf({g, 0, 0})};
+    };
+    const Eigen::Vector3d x = test::randomPoint(random, 6);
+    const Configuration pose = poseAt(x, gamma, beta, alpha);
+    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
+    Eigen::Matrix3d axes;
+    const Eigen::Matrix3d yaw = rotationOf({0, 0, alpha}).toRotationMatrix(), pitch = rotationOf({0, beta, 0}).toRotationMatrix();
+    axes << (yaw * pitch).col(0), yaw.col(1), Eigen::Vector3d::UnitZ();
+    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::SquaredDistance, axes, *rig.workspace);
+    const Eigen::Vector3d dx = test::randomPoint(random, 1), de = test::randomPoint(random, 0.05);
+    Vector6 y;
+    y << dx, rig.scene.angle_length * de;
+    const double h = 1e-5;
+    for (std::uint32_t k = 0; k < set.rows.count; ++k, ++checked) {
+      const auto value = [&](double t) {
+        const auto [d, sum] = rig.distance(pairs, k, poseAt(x + t * dx, gamma + t * de[0], beta + t * de[1], alpha + t * de[2]));
+        return d * d - sum * sum;
+      };
+      const double d = rig.distance(pairs, k, pose).first;
+      EXPECT_NEAR(rowDot(set, k, y) * 2 * d, (value(h) - value(-h)) / (2 * h), 1e-3 * (1 + d));
+      EXPECT_NEAR(static_cast<double>(-set.rows.b[k] / set.weight[k]) * 2 * d, value(0), 1e-4 * (1 + d));
+    }
+  }
+  EXPECT_GT(checked, 500u);
+}
+
+TEST(Contact, ADistanceRowIsOnTheSafeSide) {
+  // What the proof in docs/runtime.md rests on: the true gap after a step is at least the row's value less |r| angle^2 / 2.
+  Rig rig;
+  Random random(4);
+  for (int n = 0; n < 100; ++n) {
+    const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
+    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
+    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    const Displacement step{test::randomPoint(random, 2), test::randomPoint(random, 0.2)};
+    Vector6 y;
+    y << step.translation, rig.scene.angle_length * step.rotation;
+    const Configuration after = moved(pose, step);
+    const double loss = rig.scene.tool.reach * step.rotation.squaredNorm() / 2;
+    for (std::uint32_t k = 0; k < set.rows.count; ++k) {
+      const auto [d, sum] = rig.distance(pairs, k, after);
+      EXPECT_GE(d - sum, rowDot(set, k, y) - static_cast<double>(set.rows.b[k] / set.weight[k]) - loss - 1e-5);
+    }
+  }
+}
+
+TEST(Contact, CentresThatCoincideGetANormal) {
+  SceneDescription d;
+  d.tool = test::oneBallTree(1);
+  d.objects.push_back({test::oneBallTree(2), {}});
+  Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault));
+  Workspace workspace(scene);
+  const PairSet pairs = findPairs(scene, {}, 0, true, 1u << 30, workspace);
+  const RowSet set = makeRows(scene, pairs, {}, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace);
+  ASSERT_EQ(set.rows.count, 1u);
+  EXPECT_EQ(set.rows.a[2][0], 1);
+  EXPECT_EQ(set.rows.b[0], 3);
+  EXPECT_EQ(set.smallest_gap, -3);
+}
+
+TEST(Contact, KernelsGiveTheSameBits) {
+  if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "no AVX2 here";
+  Rig a(Kernel::Scalar), b(Kernel::Avx2);
+  Random random(5);
+  for (int n = 0; n < 20; ++n) {
+    const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
+    for (const RowForm form : {RowForm::TrueDistance, RowForm::SquaredDistance}) {
+      const Eigen::Matrix3d axes = test::randomRotation(random).toRotationMatrix();
+      const RowSet x = makeRows(a.scene, findPairs(a.scene, pose, 1, false, 1u << 30, *a.workspace), pose, form, axes, *a.workspace);
+      const RowSet y = makeRows(b.scene, findPairs(b.scene, pose, 1, false, 1u << 30, *b.workspace), pose, form, axes, *b.workspace);
+      ASSERT_EQ(x.rows.count, y.rows.count);
+      for (std::size_t i = 0; i < 6; ++i) EXPECT_TRUE(std::equal(x.rows.a[i], x.rows.a[i] + x.rows.count, y.rows.a[i]));
+      EXPECT_TRUE(std::equal(x.rows.b, x.rows.b + x.rows.count, y.rows.b));
+      EXPECT_EQ(x.smallest_gap, y.smallest_gap);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::runtime

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/runtime.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/runtime/step.h"
+#include "support/shape_trees.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr double kOrigin[3] = {0, 0, 0};
+constexpr st_pose kHere{{0, 0, 0}, {1, 0, 0, 0}};
+
+struct CScene {
+  st_scene* scene = st_scene_create();
+  ~CScene() { st_scene_destroy(scene); }
+};
+
+TEST(Runtime, StepsAsTheCppFaceDoes) {
+  SceneDescription d;
+  d.tool = test::rodTree(20, 40, 1);
+  d.reference_point = {0, 0, 10};
+  d.objects.push_back({test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
+  d.coupling = {2, 3000};
+  d.wrench_limits = {3, {50, 60, 70}};
+  d.step_limits = {4096, 50000};
+  Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault));
+
+  CScene c;
+  const std::vector<std::byte> tool = encodeSphereTree(d.tool), object = encodeSphereTree(d.objects[0].tree);
+  const double reference[3] = {0, 0, 10}, torque[3] = {50, 60, 70};
+  const Quaternion q = d.objects[0].pose.orientation;
+  const st_pose pose{{1, 2, 3}, {q.w(), q.x(), q.y(), q.z()}};
+  ASSERT_EQ(st_scene_set_tool(c.scene, tool.data(), tool.size(), reference), 0) << st_scene_error(c.scene);
+  ASSERT_EQ(st_scene_add_object(c.scene, object.data(), object.size(), &pose), 0) << st_scene_error(c.scene);
+  ASSERT_EQ(st_scene_set_coupling(c.scene, 2, 3000), 0);
+  ASSERT_EQ(st_scene_set_wrench_limits(c.scene, 3, torque), 0);
+  ASSERT_EQ(st_scene_set_step_limits(c.scene, 4096, 50000), 0);
+  for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
+    st_renderer* const renderer = st_renderer_create(c.scene, static_cast<int>(mode));
+    ASSERT_NE(renderer, nullptr) << st_scene_error(c.scene);
+    Workspace workspace(scene);
+    for (int n = 0; n < 200; ++n) {
+      const Configuration haptic{{1, 2, 25 - 0.1 * n}, rotationOf({0.002 * n, 0, 0})};
+      const Quaternion o = haptic.orientation;
+      const st_pose in{{1, 2, 25 - 0.1 * n}, {o.w(), o.x(), o.y(), o.z()}};
+      st_step out;
+      st_renderer_step(renderer, &in, &out);
+      const StepResult r = step(scene, haptic, mode, workspace);
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_EQ(out.graphic_tool.position_mm[k], r.graphic.position[k]);
+        ASSERT_EQ(out.wrench.force_n[k], r.wrench.force[k]);
+        ASSERT_EQ(out.limited_wrench.torque_n_mm[k], r.limited_wrench.torque[k]);
+      }
+      ASSERT_EQ(out.graphic_tool.orientation_wxyz[0], r.graphic.orientation.w());
+      ASSERT_EQ(out.faults, r.faults);
+      ASSERT_EQ(out.pairs, r.pairs);
+      ASSERT_EQ(out.work, r.work);
+    }
+    st_step out;
+    st_renderer_reset(renderer, nullptr);
+    const st_pose far_away{{500, 0, 0}, {1, 0, 0, 0}};
+    st_renderer_step(renderer, &far_away, &out);
+    EXPECT_EQ(out.graphic_tool.position_mm[0], 500);
+    EXPECT_EQ(out.wrench.force_n[0], 0);
+    st_renderer_destroy(renderer);
+  }
+}
+
+TEST(Runtime, SaysWhatIsWrong) {
+  CScene c;
+  const std::vector<std::byte> tree = encodeSphereTree(test::oneBallTree(1));
+  const auto expectError = [&](int result, const char* part) {
+    EXPECT_EQ(result, -1);
+    EXPECT_NE(std::string(st_scene_error(c.scene)).find(part), std::string::npos) << st_scene_error(c.scene);
+  };
+  EXPECT_STREQ(st_scene_error(c.scene), "");
+  EXPECT_EQ(st_renderer_create(c.scene, ST_CONSTRAINED), nullptr);
+  EXPECT_NE(std::string(st_scene_error(c.scene)).find("no tool"), std::string::npos);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, tree.size() / 2, tree.size() - 1}) expectError(st_scene_set_tool(c.scene, tree.data(), size, kOrigin), "tool: ");
+  expectError(st_scene_set_tool(c.scene, nullptr, 10, kOrigin), "tool: ");
+  expectError(st_scene_add_object(c.scene, tree.data(), 5, &kHere), "object 0: ");
+  expectError(st_scene_add_object(c.scene, tree.data(), tree.size(), nullptr), "object: ");
+  ASSERT_EQ(st_scene_set_tool(c.scene, tree.data(), tree.size(), kOrigin), 0);
+  ASSERT_EQ(st_scene_add_object(c.scene, tree.data(), tree.size(), &kHere), 0);
+  EXPECT_EQ(st_renderer_create(c.scene, 7), nullptr);
+  ASSERT_EQ(st_scene_set_coupling(c.scene, -1, 1000), 0);
+  EXPECT_EQ(st_renderer_create(c.scene, ST_PAPER), nullptr);
+  EXPECT_NE(std::string(st_scene_error(c.scene)).find("stiffness"), std::string::npos);
+  ASSERT_EQ(st_scene_set_coupling(c.scene, 1, 1000), 0);
+  st_renderer* const renderer = st_renderer_create(c.scene, ST_PAPER);
+  ASSERT_NE(renderer, nullptr) << st_scene_error(c.scene);
+  st_renderer_destroy(renderer);
+  st_renderer_destroy(nullptr);
+  st_scene_destroy(nullptr);
+  EXPECT_EQ(st_scene_set_coupling(nullptr, 1, 1), -1);
+  EXPECT_EQ(st_renderer_create(nullptr, ST_PAPER), nullptr);
+}
+
+TEST(Runtime, ARendererOutlivesItsScene) {
+  st_scene* const scene = st_scene_create();
+  const std::vector<std::byte> tree = encodeSphereTree(test::oneBallTree(1));
+  ASSERT_EQ(st_scene_set_tool(scene, tree.data(), tree.size(), kOrigin), 0);
+  ASSERT_EQ(st_scene_add_object(scene, tree.data(), tree.size(), &kHere), 0);
+  st_renderer* const renderer = st_renderer_create(scene, ST_CONSTRAINED);
+  st_scene_destroy(scene);
+  st_step out;
+  const st_pose start{{5, 0, 0}, {1, 0, 0, 0}}, inside{{1, 0, 0}, {1, 0, 0, 0}};
+  st_renderer_reset(renderer, &start);
+  st_renderer_step(renderer, &inside, &out);
+  EXPECT_NEAR(out.graphic_tool.position_mm[0], 2, 1e-3);
+  EXPECT_NEAR(out.wrench.force_n[0], 1, 1e-3);
+  st_renderer_destroy(renderer);
+}
+
+}  // namespace
+}  // namespace spheretree::runtime

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/runtime/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "support/shape_trees.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using test::Random;
+
+SceneDescription sound() {
+  SceneDescription d;
+  d.tool = test::randomTree(1, 4, 8);
+  d.tool.origin_mm = {1, 2, 3};
+  d.reference_point = {4, 5, 6};
+  Random random(2);
+  for (int i = 0; i < 3; ++i) d.objects.push_back({test::randomTree(random.next(), 5, 6), {test::randomPoint(random, 50), test::randomRotation(random)}});
+  return d;
+}
+
+TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
+  const SceneDescription d = sound();
+  Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  const auto check = [](const SphereTree& tree, const CompiledTree& compiled, const std::function<Eigen::Vector3d(Eigen::Vector3d)>& place) {
+    std::vector<int> seen(tree.nodeCount(), 0);
+    double reach = 0;
+    for (std::size_t slot = 0; slot < compiled.node.size(); ++slot) {
+      const std::uint32_t node = compiled.node[slot];
+      const Block& block = compiled.bound[slot / 8];
+      if (node == kNoNode) {
+        EXPECT_GT(block.x[slot % 8], 1e17f);
+        EXPECT_EQ(block.r[slot % 8], 0);
+        continue;
+      }
+      ++seen[node];
+      const Sphere &bound = sphereOf(tree, node, SphereKind::Bound), &cover = tree.cover[node];
+      const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+      const Eigen::Vector3d b = place(Eigen::Vector3d(bound.x, bound.y, bound.z) + origin), c = place(Eigen::Vector3d(cover.x, cover.y, cover.z) + origin);
+      EXPECT_LT((Eigen::Vector3d(block.x[slot % 8], block.y[slot % 8], block.z[slot % 8]) - b).norm(), 1e-5);
+      EXPECT_EQ(block.r[slot % 8], bound.radius);
+      const Sphere& record = compiled.cover_records[slot];
+      EXPECT_LT((Eigen::Vector3d(record.x, record.y, record.z) - c).norm(), 1e-5);
+      EXPECT_EQ(record.radius, cover.radius);
+      EXPECT_LT((Eigen::Vector3d(compiled.exact[slot][0], compiled.exact[slot][1], compiled.exact[slot][2]) - c).norm(), 1e-12);
+      reach = std::max(reach, c.norm() + static_cast<double>(cover.radius));
+      EXPECT_EQ(compiled.child_block[slot] == 0, tree.isLeaf(node));
+      EXPECT_EQ(slot % 8 < compiled.inner_lanes[slot / 8], !tree.isLeaf(node));
+      if (!tree.isLeaf(node)) {
+        EXPECT_EQ(compiled.node[8 * std::size_t{compiled.child_block[slot]}], tree.first_child[node]);
+      }
+    }
+    for (std::size_t n = 0; n < seen.size(); ++n) EXPECT_EQ(seen[n], 1) << "node " << n;
+    EXPECT_NEAR(compiled.reach, reach, 1e-9);
+  };
+  check(d.tool, scene.tool, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
+  for (std::size_t i = 0; i < d.objects.size(); ++i)
+    check(d.objects[i].tree, scene.objects[i].tree, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d {
+      return d.objects[i].pose.orientation * c + d.objects[i].pose.position - scene.objects[i].anchor;
+    });
+  EXPECT_DOUBLE_EQ(scene.angle_length, std::sqrt(1000));
+}
+
+TEST(Scene, RefusesWithTheReason) {
+  const auto refuse = [](const char* part, const std::function<void(SceneDescription&)>& spoil) {
+    SceneDescription d = sound();
+    spoil(d);
+    Scene scene;
+    std::string fault;
+    EXPECT_FALSE(compileScene(d, scene, fault)) << part;
+    EXPECT_NE(fault.find(part), std::string::npos) << fault;
+    EXPECT_TRUE(scene.objects.empty());  // unchanged
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refuse("translation stiffness", [](auto& d) { d.coupling.translation = 0; });
+  refuse("rotation stiffness", [&](auto& d) { d.coupling.rotation = nan; });
+  refuse("force limit", [](auto& d) { d.wrench_limits.force = -1; });
+  refuse("torque limit", [](auto& d) { d.wrench_limits.torque[1] = 0; });
+  refuse("max_pairs", [](auto& d) { d.step_limits.max_pairs = 191; });
+  refuse("max_pairs", [](auto& d) { d.step_limits.max_pairs = (1 << 20) + 1; });
+  refuse("max_work", [](auto& d) { d.step_limits.max_work = 999; });
+  refuse("tool: ", [](auto& d) { d.tool = {}; });
+  refuse("tool: ", [](auto& d) { d.tool.bound[0].radius *= 0.5f; });
+  refuse("tool: ", [&](auto& d) { d.reference_point[0] = nan; });
+  refuse("tool: ", [&](auto& d) { d.reference_point[0] = 1e9; });
+  refuse("object 1: ", [](auto& d) { d.objects[1].tree.cover[0].x += 1000; });
+  refuse("object 2: ", [&](auto& d) { d.objects[2].pose.position[1] = nan; });
+  refuse("object 2: ", [](auto& d) { d.objects[2].pose.orientation = Quaternion(0, 0, 0, 0); });
+  refuse("object 0: ", [](auto& d) { d.objects[0].pose.position[1] = 1e8; });
+}
+
+TEST(Scene, AnEmptyWorldIsFine) {
+  SceneDescription d = sound();
+  d.objects.clear();
+  Scene scene;
+  std::string fault;
+  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+}
+
+}  // namespace
+}  // namespace spheretree::runtime
