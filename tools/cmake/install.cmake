@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# The CMake package `spheretree`. Two export sets, so that a program that only needs the Apache rooms never looks for oneTBB.
+include(CMakePackageConfigHelpers)
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
+
+install(TARGETS spheretree_core spheretree_runtime spheretree_runtime_c spheretree_formats EXPORT spheretree_targets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY libruntime/include/ formats/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(EXPORT spheretree_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
+
+if(SPHERETREE_BUILDER)
+  install(TARGETS spheretree_builder EXPORT spheretree_builder_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(DIRECTORY libspheretree/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(EXPORT spheretree_builder_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
+endif()
+
+configure_package_config_file(tools/cmake/spheretree-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake
+  INSTALL_DESTINATION ${package_folder})
+# Before 1.0 a minor version may change the interface.
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/spheretree-config-version.cmake
+  DESTINATION ${package_folder})
+install(FILES LICENSE LICENSE-APACHE-2.0 LICENSE-GPL-3.0 DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,0 +1,32 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# tools/demo.sh [FOLDER]: builds the program, makes the sample meshes, builds and evaluates their sphere-trees, and draws them.
+# FOLDER, default out/demo, receives the results.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=${1:-out/demo}
+
+tools/setup.sh
+echo "== Building the program (build/release; a few minutes the first time)"
+cmake --preset release -DSPHERETREE_TESTS=OFF >/dev/null
+cmake --build --preset release --target spheretree make_samples
+spheretree=build/release/tools/spheretree/spheretree
+
+echo "== Making the sample meshes"
+mkdir -p "$out"
+build/release/samples/make_samples/make_samples "$out"
+for name in molar probe; do
+  echo "== $name: checking, building, evaluating, drawing"
+  view=1,1.6,0.9
+  [[ $name == probe ]] && view=0.2,-2,0.3
+  "$spheretree" check "$out/$name.obj"
+  "$spheretree" build "$out/$name.obj" -o "$out/$name.stree" --report "$out/$name.report.json"
+  "$spheretree" evaluate "$out/$name.obj" "$out/$name.stree"
+  "$spheretree" convert "$out/$name.stree" "$out/$name.glb"
+  "$spheretree" convert "$out/$name.stree" "$out/$name.png" --mesh "$out/$name.obj" --view $view --width 1200
+done
+echo
+echo "In $out, for molar and probe:"
+echo "  .obj  the mesh             .stree        its sphere-tree"
+echo "  .png  mesh and levels      .report.json  settings, figures of every level, seconds"
+echo "  .glb  every level as a mesh, for a glTF viewer"

@@ -1,0 +1,41 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# tools/setup.sh [--ci]: installs the Debian packages that building and testing need; with --ci those of .ci/run as well.
+# Only what is missing is installed, so that it needs neither network nor rights where all is there.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build python3
+  libeigen3-dev           # linear algebra
+  libcgal-dev             # builder: Delaunay triangulation, exact predicates
+  libtbb-dev              # builder: threads
+  libxxhash-dev           # builder: hashes of mesh and settings
+  nlohmann-json3-dev      # formats, program: JSON
+  libcli11-dev libpng-dev # program: command line, pictures
+  libgtest-dev            # tests
+)
+if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git); fi
+
+missing=()
+for package in "${packages[@]}"; do
+  [[ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" == installed ]] || missing+=("$package")
+done
+[[ ${#missing[@]} -eq 0 ]] && exit 0
+
+root=()
+if [[ $EUID -ne 0 ]]; then
+  if ! command -v sudo >/dev/null; then
+    echo "tools/setup.sh: these packages are missing; install them as root: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  root=(sudo)
+fi
+echo "Installing ${missing[*]}"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { "${root[@]}" apt-get update && "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"; } \
+  >"$log" 2>&1 </dev/null; then
+  cat "$log" >&2
+  echo "tools/setup.sh: the packages cannot be installed; apt-get says why above." >&2
+  exit 1
+fi

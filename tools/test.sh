@@ -1,0 +1,14 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# tools/test.sh [CTEST OPTION...]: builds everything and runs all tests; CTest's summary comes last.
+# PRESET=sanitize tests with AddressSanitizer and UndefinedBehaviorSanitizer, PRESET=clang what Clang makes; default release, with GCC.
+# SPHERETREE_JOBS=N builds and tests with N jobs; default: as many as the machine has.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+preset=${PRESET:-release}
+jobs=${SPHERETREE_JOBS:-$(nproc)}
+
+tools/setup.sh
+cmake --preset "$preset" -DSPHERETREE_TESTS=ON >/dev/null
+cmake --build --preset "$preset" --parallel "$jobs"
+ctest --preset "$preset" --parallel "$jobs" "$@"
