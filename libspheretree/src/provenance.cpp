@@ -45,7 +45,7 @@ Hash128 meshHash(const TriangleMesh& mesh) {
 
 std::string settingsText(const BuildSettings& settings) {
   std::string members;
-  for (const BuilderKind kind : settings.combine) members += (members.empty() ? "" : ",") + std::string(name(kind));
+  for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
          "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n";

@@ -46,7 +46,7 @@ struct Provenance {
   double tolerance_mm = 0;  // asked for; 0: none, the whole budget was used
   std::uint64_t triangle_count = 0;
   std::uint64_t seed = 0;
-  Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles as read
+  Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles, as handed to the builder
   Hash128 settings_hash{};  // XXH3-128 of the settings' text form
   friend bool operator==(const Provenance&, const Provenance&) = default;
 };

@@ -1,0 +1,362 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Drives the program as a user would: exit codes, messages, and that nothing half done is left behind.
+# Usage: program_test.sh PROGRAM CASE [ARGUMENTS OF THE CASE]
+program=$1
+case=$2
+shift 2
+folder=$(mktemp -d) || exit 1
+trap 'chmod -R u+rwx "$folder"; rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+mkdir work
+
+fail() {
+  echo "FAILED: $*" >&2
+  [ -f err ] && sed 's/^/  stderr: /' err >&2
+  exit 1
+}
+
+# expect CODE ARGUMENTS...: runs the program; stdout in `out`, stderr in `err`.
+expect() {
+  wanted=$1
+  shift
+  "$program" "$@" >out 2>err
+  code=$?
+  [ $code -eq "$wanted" ] || fail "exit code $code, not $wanted: spheretree $*"
+}
+
+says() { grep -q -e "$1" "$2" || fail "$2 does not say: $1"; }
+is_empty() { [ -z "$(ls -A "$1")" ] || fail "left behind in $1: $(ls -A "$1")"; }
+
+# Two levels: a root and two leaves.
+write_sph() {
+  printf '2 2\n0 0 0 2 1\n0.5 0 0 1.25 1\n-0.5 0.1 0 1.125 1\n' >"$1"
+}
+
+write_tetrahedron() {
+  printf 'v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' >"$1"
+}
+
+# A torus of 2 N^2 triangles.
+write_torus() {
+  awk -v n="$2" 'BEGIN {
+    pi = atan2(0, -1)
+    for (i = 0; i < n; ++i) for (j = 0; j < n; ++j) {
+      u = 2 * pi * i / n; v = 2 * pi * j / n; r = 10 + 3 * cos(v)
+      printf "v %.9f %.9f %.9f\n", r * cos(u), r * sin(u), 3 * sin(v)
+    }
+    for (i = 0; i < n; ++i) for (j = 0; j < n; ++j) {
+      a = i * n + j + 1; b = (i + 1) % n * n + j + 1; c = (i + 1) % n * n + (j + 1) % n + 1; d = i * n + (j + 1) % n + 1
+      printf "f %d %d %d\nf %d %d %d\n", a, b, c, a, c, d
+    }
+  }' >"$1"
+}
+
+case_help() {
+  expect 0 --help
+  for verb in build convert inspect; do
+    says "^  $verb" out
+    "$program" $verb --help >help || fail "no help of $verb"
+    says "Example:" help
+    says "default" help
+  done
+  expect 0 --version
+  says "^spheretree [0-9]" out
+}
+
+case_usage() {
+  expect 2
+  expect 2 no-such-verb
+  expect 2 build
+  expect 2 build mesh.obj
+  expect 2 inspect
+  expect 2 inspect a.stree --no-such-option
+  write_tetrahedron mesh.obj
+  for bad in "--levels 1" "--levels 7" "--levels x" "--branching 9" "--builder best" "--quality good" "--unit km" "--tolerance 0" \
+    "--tolerance -1" "--tolerance nan" "--tolerance inf" "--tolerance 1mm" "--seed -1" "--seed 18446744073709551616" "--threads -1" "--repair wrap" \
+    "--combine merge" "--builder combined --combine cover" "--progress loud"; do
+    # shellcheck disable=SC2086
+    expect 2 build mesh.obj -o work/a.stree $bad
+    [ -s err ] || fail "no message for $bad"
+    is_empty work
+  done
+  expect 2 build mesh.obj -o work/a.sph
+  says "convert" err
+  cp mesh.obj mesh.glb
+  expect 2 build mesh.glb -o work/a.stree --unit mm
+  write_sph a.sph
+  expect 2 convert a.sph work/a.txt
+  expect 2 convert mesh.obj work/a.stree
+  expect 2 convert a.sph work/a.stree --spheres bound
+  expect 2 convert a.sph work/b.sph --spheres all
+  is_empty work
+}
+
+case_inspect() {
+  write_sph a.sph
+  expect 0 convert a.sph a.stree
+  expect 0 inspect a.stree
+  says "sound" out
+  says "3, 1 of them inner, branching 2" out
+  expect 0 inspect a.stree --json
+  says '"valid": true' out
+  says '"nodes": 3' out
+}
+
+case_convert() {
+  write_sph a.sph
+  expect 0 convert a.sph a.stree
+  for ending in stree sph json glb; do
+    expect 0 convert a.stree "work/a.$ending"
+    [ -s "work/a.$ending" ] || fail "no $ending"
+    [ ! -s out ] && [ ! -s err ] || fail "convert is silent if all is well"
+  done
+  cmp a.stree work/a.stree || fail ".stree to .stree changes bytes"
+  expect 0 convert work/a.json b.stree
+  cmp a.stree b.stree || fail ".json is not lossless"
+  expect 0 convert work/a.sph c.stree
+  cmp a.stree c.stree || fail ".sph lost something of a tree that came from .sph"
+  expect 0 convert a.stree bound.sph --spheres bound
+  cmp -s bound.sph work/a.sph && fail "--spheres bound changes nothing"
+  expect 0 convert a.stree COVER.SPH --spheres cover
+  cmp COVER.SPH work/a.sph || fail "cover is the default"
+  expect 0 convert a.stree a.stree
+  cmp a.stree b.stree || fail "a file converted onto itself"
+}
+
+case_picture() {
+  write_sph a.sph
+  write_tetrahedron mesh.obj
+  expect 0 convert a.sph work/a.png --mesh mesh.obj --view -1,2,0.5 --width 300
+  # PNG: signature, then the width as the first field of the first chunk.
+  [ "$(od -An -tx1 -N4 work/a.png | tr -d ' ')" = 89504e47 ] || fail "no PNG"
+  [ "$(od -An -tu1 -j16 -N4 work/a.png | tr -s ' ')" = " 0 0 1 44" ] || fail "not 300 pixels wide"
+  expect 0 convert a.sph work/b.png --mesh mesh.obj --view -1,2,0.5 --width 300
+  cmp work/a.png work/b.png || fail "the same picture in other bytes"
+  expect 0 convert a.sph work/b.png --view 1,2,0.5 --width 300
+  cmp -s work/a.png work/b.png && fail "mesh and view change nothing"
+  rm work/*
+  for bad in "--width 99" "--width 3001" "--view 1,2" "--view 0,0,0" "--view 1,2,x" "--view nan,0,1" "--view inf,0,1"; do
+    # shellcheck disable=SC2086
+    expect 2 convert a.sph work/a.png $bad
+  done
+  expect 2 convert a.sph work/a.glb --mesh mesh.obj
+  expect 3 convert a.sph work/a.png --mesh missing.obj
+  is_empty work
+}
+
+case_evaluate() {
+  write_tetrahedron mesh.obj
+  printf '2 2\n2.5 2.5 2.5 10 1\n2 2 2 8.9 1\n5 5 5 7.5 1\n' >tree.sph
+  expect 0 evaluate mesh.obj tree.sph
+  says "^level  spheres" out
+  says "h_fin = " out
+  expect 0 evaluate mesh.obj tree.sph --json --no-limits --threads 1
+  cp out one
+  says '"schema": "spheretree.evaluation/1"' out
+  for key in diagonal_mm level spheres overhang_mm max bound p99 mean uncovered_fraction max_gap_mm excess_volume_fraction \
+    missing_volume_fraction leaves_outside_ancestor; do
+    says "\"$key\": " out
+  done
+  grep -q limit_mm out && fail "--no-limits leaves the limits in"
+  expect 0 evaluate mesh.obj tree.sph --json --no-limits --threads 2
+  cmp -s out one || fail "the result depends on the threads"
+  expect 0 evaluate mesh.obj tree.sph --json
+  says '"h_low": ' out
+  # A tree of another mesh is measured, with a warning; none for the right one or an imported tree.
+  expect 0 build mesh.obj -o tree.stree --levels 2 --quality quick -q
+  expect 0 evaluate mesh.obj tree.stree --no-limits
+  is_quiet
+  expect 0 evaluate mesh.obj tree.stree --no-limits --unit cm
+  says "another mesh" err
+  expect 2 evaluate mesh.obj mesh.obj
+  expect 2 evaluate mesh.obj tree.sph --unit yard
+  expect 3 evaluate missing.obj tree.sph
+  expect 3 evaluate mesh.obj missing.stree
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' >flat.obj
+  expect 4 evaluate flat.obj tree.sph
+}
+
+is_quiet() { [ ! -s err ] || fail "stderr is not empty"; }
+
+case_damaged_input() {
+  expect 3 inspect missing.stree
+  says "missing.stree" err
+  expect 3 inspect work
+  write_sph a.sph
+  expect 0 convert a.sph a.stree
+  head -c 300 a.stree >cut.stree
+  expect 4 inspect cut.stree
+  says "cut.stree" err
+  expect 4 inspect cut.stree --json
+  says '"valid": false' out
+  printf 'x' | cat a.stree - >long.stree
+  expect 4 inspect long.stree
+  expect 4 convert cut.stree work/a.sph
+  printf '2 2\n0 0 0 2 1\n' >short.sph
+  expect 4 convert short.sph work/a.stree
+  says "ends after 1 of 3 nodes" err
+  printf '{"schema": "spheretree.tree/2"}' >a.json
+  expect 4 convert a.json work/a.stree
+  : >empty.stree
+  expect 4 inspect empty.stree
+  expect 3 build missing.obj -o work/a.stree
+  : >empty.obj
+  expect 4 build empty.obj -o work/a.stree
+  is_empty work
+}
+
+case_unwritable_output() {
+  write_sph a.sph
+  write_tetrahedron mesh.obj
+  mkdir work/folder.stree
+  expect 3 convert a.sph work/folder.stree
+  expect 3 build mesh.obj -o work/folder.stree
+  rmdir work/folder.stree
+  expect 3 convert a.sph work/missing/a.stree
+  says "folder" err
+  expect 3 build mesh.obj -o work/missing/a.stree
+  expect 3 build mesh.obj -o work/a.stree --report work/missing/report.json
+  is_empty work
+  if [ -c /dev/full ]; then
+    ln -s /dev/full full.stree
+    expect 3 convert a.sph full.stree
+    says "space" err
+    [ -c /dev/full ] || fail "the device was replaced"
+    expect 3 build mesh.obj -o full.stree
+  fi
+}
+
+case_read_only_folder() {
+  write_sph a.sph
+  runner=
+  if [ "$(id -u)" -eq 0 ]; then
+    command -v setpriv >/dev/null || exit 77
+    chmod 755 "$folder"
+    runner="setpriv --reuid=65534 --regid=65534 --clear-groups"
+    $runner "$program" --version >/dev/null 2>&1 || exit 77
+  fi
+  chmod 555 work
+  $runner "$program" convert "$folder/a.sph" "$folder/work/a.stree" >out 2>err
+  code=$?
+  chmod 755 work
+  [ $code -eq 3 ] || fail "exit code $code, not 3"
+  says "cannot be written" err
+  is_empty work
+}
+
+case_standard_output_full() {
+  [ -c /dev/full ] || exit 77
+  write_sph a.sph
+  expect 0 convert a.sph a.stree
+  for arguments in "inspect a.stree" "inspect a.stree --json" "--help"; do
+    # shellcheck disable=SC2086
+    "$program" $arguments >/dev/full 2>err
+    code=$?
+    [ $code -eq 3 ] || fail "exit code $code, not 3: $arguments"
+  done
+}
+
+case_build() {
+  write_tetrahedron mesh.obj
+  expect 0 build mesh.obj -o work/a.stree --levels 3 --quality quick
+  says "work/a.stree" out
+  [ ! -s err ] || fail "talk although stderr is no terminal"
+  expect 0 inspect work/a.stree
+  expect 0 build mesh.obj -o work/inch.stree --levels 2 --unit in --quality quick
+  expect 0 inspect work/inch.stree --json
+  says '"unit_mm": 25.4' out
+  expect 5 build mesh.obj -o work/missed.stree --levels 2 --tolerance 1e-9 --quality quick
+  says "tolerance" err
+  expect 0 inspect work/missed.stree
+}
+
+case_build_is_deterministic() {
+  write_torus mesh.obj 24
+  expect 0 build mesh.obj -o work/a.stree --levels 3 --quality quick --threads 1
+  for threads in 2 3 8; do
+    expect 0 build mesh.obj -o work/b.stree --levels 3 --quality quick --threads $threads
+    cmp work/a.stree work/b.stree || fail "$threads threads give other bytes"
+  done
+}
+
+case_build_report() {
+  write_tetrahedron mesh.obj
+  expect 0 build mesh.obj -o work/a.stree --levels 2 --quality quick --report work/report.json
+  for words in '"schema": "spheretree.build/1"' '"settings_hash": "[0-9a-f]\{32\}"' '"overhang_bound_mm"' '"stages"'; do says "$words" work/report.json; done
+  expect 0 inspect work/a.stree --json
+  hash=$(sed -n 's/.*"settings_hash": "\([0-9a-f]*\)".*/\1/p' out)
+  says "\"settings_hash\": \"$hash\"" work/report.json
+}
+
+case_build_refuses_defects() {
+  write_tetrahedron whole.obj
+  grep -v 'f 2 3 4' whole.obj >open.obj
+  for repair in auto off; do
+    expect 4 build open.obj -o work/a.stree --repair $repair
+    says "open.obj" err
+    says "border" err
+    is_empty work
+  done
+  sed 's/^f \(.\) \(.\) \(.\)/f \3 \2 \1/' whole.obj >turned.obj
+  expect 4 build turned.obj -o work/a.stree --repair off
+  is_empty work
+  expect 0 build turned.obj -o work/a.stree --levels 2 --quality quick
+  says "inside out" err
+  expect 0 build turned.obj -o work/b.stree --levels 2 --quality quick -q
+  [ ! -s err ] || fail "-q is not quiet"
+  expect 0 build whole.obj -o work/c.stree --levels 2 --quality quick
+  expect 0 convert work/a.stree a.sph
+  expect 0 convert work/c.stree c.sph
+  cmp a.sph c.sph || fail "a turned mesh gives another tree"
+}
+
+case_build_interrupted() {
+  write_torus mesh.obj 120
+  for signal in INT TERM; do
+    "$program" build mesh.obj -o work/a.stree --quality best --levels 5 --progress json >out 2>err &
+    pid=$!
+    for _ in $(seq 600); do
+      grep -q '"stage"' err && grep -v -q '"stage":"\(read\|check\|distances\)"' err && break
+      kill -0 $pid 2>/dev/null || fail "ended before it could be interrupted"
+      sleep 0.1
+    done
+    kill -$signal $pid
+    wait $pid
+    code=$?
+    [ $code -eq 130 ] || fail "exit code $code, not 130, after $signal"
+    says "interrupted" err
+    is_empty work
+  done
+}
+
+case_progress() {
+  write_torus mesh.obj 40
+  expect 0 build mesh.obj -o work/a.stree --levels 3 --quality quick --progress json
+  says '^{"stage":"read","fraction":0' err
+  expect 0 build mesh.obj -o work/a.stree --levels 3 --quality quick --progress json -q
+  [ ! -s err ] || fail "-q is not quiet"
+  expect 0 build mesh.obj -o work/a.stree --levels 3 --quality quick --progress none
+  [ ! -s err ] || fail "none is not none"
+  write_sph a.sph
+  expect 0 convert a.sph a.stree --progress bar
+  [ ! -s err ] || fail "a bar for work of a few milliseconds"
+}
+
+case_file_format() {
+  expect_python() { "$@" >out 2>err || fail "the reader of the documentation refuses: $*"; }
+  write_sph a.sph
+  printf '3 3\n1 2 3 9.5 1\n1 0 0 1 1\n2 0 0 2 1\n3 0 0 3 1\n0 0 0 -1 0\n0 0 0 -1 0\n0 0 0 -1 0\n' >b.sph
+  printf '0.1 0 0 1 1\n0.2 0 0 1 1\n0.3 0 0 1 1\n0 0 0 -1 0\n0.4 0 0 1 1\n0 0 0 -1 0\n' >>b.sph
+  printf '1 2\n1e6 0 0 1 1\n' >c.sph
+  for name in a b c; do
+    expect 0 convert $name.sph $name.stree
+    expect 0 convert $name.stree $name.json
+    expect_python "$@" $name.stree $name.json
+  done
+  printf 'x' | dd of=b.stree bs=1 seek=330 conv=notrunc 2>/dev/null
+  "$@" b.stree 2>/dev/null && fail "the reader misses damage"
+  return 0
+}
+
+"case_$case" "$@"

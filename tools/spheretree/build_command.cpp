@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree build: mesh to sphere-tree.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "command.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+using builder::BuilderKind;
+using builder::Quality;
+using Json = nlohmann::ordered_json;
+
+constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,   BuilderKind::Burst, BuilderKind::Expand,
+                               BuilderKind::Spawn, BuilderKind::Grid,     BuilderKind::Hubbard, BuilderKind::Octree};
+constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand, BuilderKind::Spawn, BuilderKind::Grid};
+constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
+
+struct BuildOptions {
+  std::filesystem::path input, output, report;
+  std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge";
+  std::vector<std::string> combine;
+  builder::BuildSettings settings;
+};
+
+template <class Kinds>
+std::vector<std::string> namesOf(const Kinds& kinds) {
+  std::vector<std::string> names;
+  for (const auto kind : kinds) names.emplace_back(name(kind));
+  return names;
+}
+
+/// CLI11 has checked that `text` is one of the names.
+template <class Kinds>
+auto byName(const Kinds& kinds, const std::string& text) {
+  return *std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
+}
+
+double unitInMm(const std::string& unit) {
+  if (unit == "cm") return 10;
+  if (unit == "m") return 1000;
+  if (unit == "in") return 25.4;
+  return 1;
+}
+
+bool isGltf(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending == ".gltf" || ending == ".glb";
+}
+
+void checkOptions(const BuildOptions& options) {
+  if (options.output.extension() != ".stree")
+    throw UsageError(options.output.string() + ": the output's name must end in .stree. For other forms, see spheretree convert.");
+  if (!options.combine.empty() && options.builder != "combined")
+    throw UsageError("--combine is for --builder combined. Leave one of them out.");
+  if (!options.unit.empty() && isGltf(options.input))
+    throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
+  if (options.repair == "wrap") throw UsageError("--repair wrap: this version cannot wrap a mesh. Use --repair off and a closed mesh.");
+  formats::checkWritable(options.output);
+  if (!options.report.empty()) formats::checkWritable(options.report);
+}
+
+Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const builder::BuildResult& result,
+              const std::vector<std::string>& notes) {
+  const auto hex = [](const Hash128& hash) {
+    std::string text;
+    for (const std::uint8_t byte : hash) {
+      char digits[3];
+      std::snprintf(digits, sizeof digits, "%02x", byte);
+      text += digits;
+    }
+    return text;
+  };
+  const builder::BuildSettings& s = options.settings;
+  const builder::BuildStatistics& statistics = result.statistics;
+  Json settings;
+  settings["builder"] = name(s.builder);
+  settings["combine"] = options.combine;
+  settings["levels"] = s.levels;
+  settings["branching"] = s.branching;
+  settings["quality"] = name(s.quality);
+  settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
+  settings["unit_mm"] = s.unit_mm;
+  settings["parts"] = options.parts;
+  settings["repair"] = options.repair;
+  settings["seed"] = s.seed;
+  settings["threads"] = s.threads;
+
+  Json out;
+  out["schema"] = "spheretree.build/1";
+  out["generator"] = kGenerator;
+  out["input"] = options.input.string();
+  out["output"] = options.output.string();
+  out["settings"] = settings;
+  out["settings_hash"] = hex(builder::settingsHash(s));
+  out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
+                 {"hash", hex(builder::meshHash(mesh))},        {"diagonal_mm", result.tree.provenance.diagonal_mm},
+                 {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
+  out["notes"] = notes;
+  out["nodes"] = result.tree.nodeCount();
+  out["inner_nodes"] = result.tree.bound.size();
+  out["levels"] = Json::array();
+  for (std::size_t level = 0; level < statistics.levels.size(); ++level) {
+    const builder::LevelBuildStatistics& l = statistics.levels[level];
+    out["levels"].push_back(
+        {{"level", level}, {"spheres", l.spheres}, {"overhang_bound_mm", l.overhang_bound_mm}, {"largest_growth_mm", l.largest_growth_mm}});
+  }
+  out["certified_pieces"] = statistics.certified_pieces;
+  out["tolerance_met"] = s.tolerance_mm > 0 ? Json(statistics.tolerance_met) : Json(nullptr);
+  double total = 0;
+  out["stages"] = Json::array();
+  for (const builder::BuildStatistics::Stage& stage : statistics.stages) {
+    out["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}});
+    total += stage.seconds;
+  }
+  out["seconds"] = total;
+  return out;
+}
+
+void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
+  std::printf("%s: %zu nodes, every level covers the surface\n", options.output.c_str(), result.tree.nodeCount());
+  std::printf("level  spheres  overhang bound [mm]\n");
+  for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
+    const builder::LevelBuildStatistics& l = result.statistics.levels[level];
+    std::printf("%5zu  %7zu  %19.6g\n", level, l.spheres, l.overhang_bound_mm);
+  }
+}
+
+/// The mesh as the builders need it, with a note for each change; else refused.
+TriangleMesh sound(TriangleMesh mesh, const BuildOptions& options, std::vector<std::string>& notes) {
+  const builder::MeshReport report = builder::checkMesh(mesh);
+  const bool turns = options.repair == "auto" && report.fixable() && !report.clean();
+  if (!report.clean() && !turns)
+    throw builder::BuildError(options.input.string() + ": the mesh is refused:\n" + report.summary() +
+                              (options.repair == "auto" ? "\nThis version repairs nothing but surfaces that are inside out."
+                               : report.fixable()       ? "\n--repair auto turns it."
+                                                        : ""));
+  if (turns) {
+    notes.push_back(std::to_string(report.count(builder::DefectKind::InsideOut)) + " components were inside out and are turned.");
+    mesh = builder::orientOutward(std::move(mesh), report);
+  }
+  if (report.buriedComponents() > 0) {
+    notes.push_back(std::to_string(report.buriedComponents()) + " components lie within solid matter, bound nothing and are left out.");
+    mesh = builder::withoutBuried(mesh, report);
+  }
+  return mesh;
+}
+
+int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
+  checkOptions(options);
+  options.settings.builder = byName(kBuilders, options.builder);
+  options.settings.quality = byName(kQualities, options.quality);
+  if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
+  for (const std::string& member : options.combine) options.settings.combine.push_back(byName(kMembers, member));
+
+  progress.stage("read");
+  formats::MeshFile file = formats::readMesh(options.input, unitInMm(options.unit));
+  options.settings.unit_mm = file.unit_mm;
+  TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  std::vector<std::string> notes = std::move(file.notes);
+  progress.check();
+  progress.stage("check");
+  mesh = sound(std::move(mesh), options, notes);
+  if (!quiet)
+    for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
+  progress.check();
+
+  const builder::BuildResult result = builder::buildSphereTree(mesh, options.settings, progress);
+  progress.check();
+  formats::writeSphereTree(options.output, result.tree);
+  if (!options.report.empty()) formats::writeWhole(options.report, reportOf(options, mesh, result, notes).dump(2) + "\n");
+  printSummary(options, result);
+  if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
+    std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
+              << " mm is not met; the best result was written. Allow more --levels or a larger --tolerance.\n";
+    return kExitTargetMissed;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void addBuildCommand(Program& program) {
+  const auto options = std::make_shared<BuildOptions>();
+  CLI::App* app = addVerb(program, "build", "Build a certified sphere-tree of a closed triangle mesh",
+                          "spheretree build tooth.obj -o tooth.stree --tolerance 0.1",
+                          [options, &program](builder::Progress& progress) { return runBuild(*options, program.quiet, progress); });
+  app->add_option("INPUT", options->input, "Mesh to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("-o,--output", options->output, "Tree to write (.stree)")->required()->type_name("FILE");
+  app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(namesOf(kBuilders)));
+  app->add_option("--combine", options->combine,
+                  "Members of --builder combined, by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->allow_extra_args(false)  // else it would take INPUT for a member
+      ->check(CLI::IsMember(namesOf(kMembers)));
+  app->add_option("--levels", options->settings.levels, "Levels of the tree with the root, 2 to 6; default 4")
+      ->type_name("N")
+      ->check(CLI::Range(kMinLevels, kMaxLevels));
+  app->add_option("--branching", options->settings.branching, "Most children of a node, 2 to 8; default 8")
+      ->type_name("N")
+      ->check(CLI::Range(kMinBranching, kMaxBranching));
+  app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(namesOf(kQualities)));
+  app->add_option("--tolerance", options->settings.tolerance_mm,
+                  "Fewest spheres whose worst leaf overhang stays within this length in mm, above 0; default: none, all levels are filled")
+      ->type_name("MM")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool fits = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+        return fits ? std::string() : text + " is not a length above 0";
+      });
+  app->add_option("--unit", options->unit, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  app->add_option("--repair", options->repair,
+                  "What happens to a defective mesh: auto turns surfaces that are inside out and refuses other defects; off refuses any; "
+                  "wrap is not "
+                  "available in this version; default auto")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "off", "wrap"}));
+  app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of the one part to build; default merge")
+      ->type_name("NAME");
+  app->add_option("--seed", options->settings.seed, "Seed of all random choices, 0 to 2^64 - 1; default 1")
+      ->type_name("N")
+      ->check([](const std::string& text) {  // CLI11 would turn -1 into 2^64 - 1
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        return error == std::errc() && end == text.data() + text.size() ? std::string()
+                                                                        : text + " is not a whole number from 0 to 2^64 - 1";
+      });
+  app->add_option("--threads", options->settings.threads,
+                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  app->add_option("--report", options->report, "Also write settings, hashes, figures of each level and seconds as JSON")->type_name("FILE");
+}
+
+}  // namespace spheretree::tool

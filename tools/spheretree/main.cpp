@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "command.h"
+
+int main(int argc, char** argv) {
+  spheretree::tool::Program program;
+  addBuildCommand(program);
+  addCheckCommand(program);
+  addConvertCommand(program);
+  addEvaluateCommand(program);
+  addInspectCommand(program);
+  return runProgram(program, argc, argv);
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "progress_bar.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace spheretree::tool {
+namespace {
+
+constexpr std::chrono::milliseconds kQuietStart{500}, kRedraw{100};
+
+}  // namespace
+
+ProgressBar::ProgressBar(const std::string& kind, bool quiet) {
+  if (quiet || kind == "none")
+    kind_ = Kind::None;
+  else if (kind == "bar")
+    kind_ = Kind::Bar;
+  else if (kind == "plain")
+    kind_ = Kind::Plain;
+  else if (kind == "json")
+    kind_ = Kind::Json;
+  else
+    kind_ = ::isatty(STDERR_FILENO) ? Kind::Bar : Kind::None;
+}
+
+ProgressBar::~ProgressBar() {
+  if (bar_shown_) std::fprintf(stderr, "\r%79s\r", "");
+}
+
+void ProgressBar::stage(std::string_view name) {
+  stage_ = name;
+  stage_shown_ = false;
+  draw(0, true);
+}
+
+void ProgressBar::advance(double fraction) { draw(std::clamp(fraction, 0.0, 1.0), false); }
+
+double ProgressBar::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+void ProgressBar::draw(double fraction, bool new_stage) {
+  if (kind_ == Kind::None) return;
+  const Clock::time_point now = Clock::now();
+  if (!new_stage && now - last_drawn_ < kRedraw) return;
+  if (kind_ == Kind::Json) {
+    last_drawn_ = now;
+    const nlohmann::ordered_json line{{"stage", stage_}, {"fraction", fraction}, {"seconds", seconds()}};
+    std::fprintf(stderr, "%s\n", line.dump().c_str());
+    return;
+  }
+  if (now - start_ < kQuietStart) return;
+  last_drawn_ = now;
+  if (kind_ == Kind::Plain) {
+    if (!stage_shown_) std::fprintf(stderr, "%7.1f s  %s\n", seconds(), stage_.c_str());
+    stage_shown_ = true;
+    return;
+  }
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(fraction * kWidth);
+  std::fprintf(stderr, "\r%-30.30s [%.*s%*s] %3d %% %6.1f s", stage_.c_str(), filled, "##############################", kWidth - filled, "",
+               static_cast<int>(fraction * 100), seconds());
+  std::fflush(stderr);
+  bar_shown_ = true;
+}
+
+}  // namespace spheretree::tool
