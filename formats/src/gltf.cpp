@@ -486,6 +486,7 @@ class GltfReader {
     std::vector<std::uint64_t> roots;
     for (std::uint64_t n = 0; n < is_child.size(); ++n)
       if (!is_child[n]) roots.push_back(n);
+    if (roots.size() > 1) assembly_.note("No scene is named; all " + std::to_string(roots.size()) + " root nodes were read.");
     return roots;
   }
 

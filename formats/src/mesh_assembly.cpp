@@ -212,11 +212,12 @@ MeshFile MeshAssembly::finish(std::string format) {
     file.mesh.part_names = std::move(part_names_);
   }
 
-  if (cut_polygons_)
-    note(std::to_string(cut_polygons_) + (cut_polygons_ == 1 ? " polygon was" : " polygons were") +
-         " cut into triangles; from here on faces are counted as triangles.");
-  if (short_faces_) note(std::to_string(short_faces_) + " faces of fewer than three corners were left out.");
-  if (unused) note(std::to_string(unused) + " vertices that no face uses were left out.");
+  const auto noteCount = [&](std::size_t count, const char* one, const char* many, const char* what) {
+    if (count) note(std::to_string(count) + (count == 1 ? one : many) + what);
+  };
+  noteCount(cut_polygons_, " polygon was", " polygons were", " cut into triangles; from here on faces are counted as triangles.");
+  noteCount(short_faces_, " face", " faces", " of fewer than three corners left out.");
+  noteCount(unused, " vertex", " vertices", " that no face uses left out.");
   file.notes = std::move(notes_);
   return file;
 }
