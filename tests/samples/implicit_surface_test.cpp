@@ -60,7 +60,7 @@ TEST(ImplicitSurface, SmoothMaximumIsSymmetricAndClose) {
   for (double b = -2; b <= 2; b += 0.125) {
     EXPECT_EQ(smoothMax(0.5, b, 0.8), smoothMax(b, 0.5, 0.8));
     EXPECT_GE(smoothMax(0.5, b, 0.8), std::max(0.5, b));
-    EXPECT_LE(smoothMax(0.5, b, 0.8), std::max(0.5, b) + 0.2);
+    EXPECT_LE(smoothMax(0.5, b, 0.8), std::max(0.5, b) + 0.2 + 1e-15);
     EXPECT_EQ(smoothMin(0.5, b, 0.8), -smoothMax(-0.5, -b, 0.8));
     if (std::abs(b - 0.5) >= 0.8) EXPECT_EQ(smoothMax(0.5, b, 0.8), std::max(0.5, b));
   }
