@@ -30,6 +30,12 @@ namespace {
 }  // namespace
 void* operator new(std::size_t size) { return take(size, 16); }
 void* operator new(std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return take(size, 16); }
+void* operator new[](std::size_t size) { return take(size, 16); }
+void* operator new[](std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
+void operator delete[](void* p) noexcept { give(p); }
+void operator delete[](void* p, std::size_t) noexcept { give(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { give(p); }
 void operator delete(void* p) noexcept { give(p); }
 void operator delete(void* p, std::size_t) noexcept { give(p); }
 void operator delete(void* p, std::align_val_t) noexcept { give(p); }
@@ -383,7 +389,7 @@ TEST(Step, BadPosesDecay) {
   const StepResult good = rig.to({{4, 0, 0}, kUpright});
   EXPECT_NEAR(good.wrench.force.x(), 1, 1e-3);
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-  for (const Configuration& bad : {Configuration{{nan, 0, 0}, kUpright}, Configuration{{0, infinity, 0}, kUpright},
+  for (const Configuration& bad : {Configuration{{nan, 0, 0}, kUpright}, Configuration{{0, infinity, 0}, kUpright}, Configuration{{0, 0, 1e300}, kUpright},
                                    Configuration{{4, 0, 0}, Quaternion(0, 0, 0, 0)}, Configuration{{4, 0, 0}, Quaternion(nan, 0, 0, 1)}}) {
     const StepResult r = rig.to(bad);
     EXPECT_EQ(r.faults, kBadInput);

@@ -23,6 +23,8 @@ constexpr int kMostLinearisations = 48;     // of one step
 constexpr int kMostRelaxations = 16;        // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
 
+constexpr double kFarthest = 1e7;           // of a haptic pose from the origin [mm]
+
 class Stage {
  public:
   explicit Stage(std::uint64_t* total) : total_(total), start_(total ? now() : 0) {}
@@ -210,8 +212,8 @@ void Stepper::constrained(const Configuration& haptic) {
         pairs = search(now, margin, false);
       }
       if (pairs.coarse) {
-        if (best_depth == std::numeric_limits<double>::infinity()) coarseMove(pairs, haptic, path_tolerance, largest_turn);
-        else result_.faults |= kPairsFull;
+        result_.faults |= workLeft() ? kPairsFull : kWorkLimit;
+        if (workLeft() && best_depth == std::numeric_limits<double>::infinity()) coarseMove(pairs, haptic, path_tolerance, largest_turn);
         break;
       }
       findActive(pairs);
@@ -224,7 +226,7 @@ void Stepper::constrained(const Configuration& haptic) {
     const Displacement want = displacementBetween(now, haptic);
     double length = reach(want);
     if (pairs.pairs.empty()) {
-      workspace_.answer.active_count = 0;
+      workspace_.active_count = 0;
       result_.active = 0;
       if (length <= margin) {
         now = haptic;
@@ -240,6 +242,7 @@ void Stepper::constrained(const Configuration& haptic) {
     const double back = solve(set, scaledVector(want));
     const Vector6 plain = workspace_.answer.y;
     if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
+      keepActive(pairs);
       settled = true;
       break;
     }
@@ -276,7 +279,6 @@ void Stepper::constrained(const Configuration& haptic) {
       stale = true;
     }
   }
-  keepActive(pairs);
   // A way that ends with a turn may end a little inside. Push straight out, or fall back to the last pose that was free.
   for (int attempt = 0; attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
        ++attempt) {
@@ -299,7 +301,6 @@ void Stepper::constrained(const Configuration& haptic) {
 // The list is full even for the shortest way. Whole branches stand in, as the balls that cover them: none may come closer than it is.
 // That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and finds none.
 void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path_tolerance, double largest_turn) {
-  result_.faults |= kPairsFull;
   const Configuration from = workspace_.graphic;
   findActive(pairs);
   const RowSet set = rows(pairs, from);
@@ -365,7 +366,7 @@ void Stepper::paper(const Configuration& haptic) {
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace, StageTimes* times) noexcept {
   StepResult result;
   if (times) *times = {};
-  if (!isFinite(haptic_tool)) {
+  if (!isFinite(haptic_tool) || !(haptic_tool.position.cwiseAbs().maxCoeff() <= kFarthest)) {
     result.faults = kBadInput;
     workspace.wrench.force *= 0.9;
     workspace.wrench.torque *= 0.9;

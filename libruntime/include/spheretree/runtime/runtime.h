@@ -48,7 +48,7 @@ enum {
   ST_QP_STOPPED = 4,     /* the QP stopped early */
   ST_ROWS_CONFLICT = 8,  /* contacts contradict each other: the answer has the smallest worst violation */
   ST_PENETRATING = 16,   /* the graphic tool is inside an object by more than 0.001 mm */
-  ST_BAD_INPUT = 32      /* the pose was not finite: the tool rests and the wrench decays by 10 % a step */
+  ST_BAD_INPUT = 32      /* the pose was not finite or beyond 1e7 mm: the tool rests, the wrench decays by 10 % a step */
 };
 
 typedef struct st_step {

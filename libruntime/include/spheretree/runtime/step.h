@@ -24,7 +24,7 @@ enum StepFault : std::uint32_t {
   kQpStopped = 4,          // the QP stopped early
   kRowsConflict = 8,       // the rows contradict each other: the answer has the smallest worst violation
   kPenetrating = 16,       // the graphic tool is inside an object by more than kGapTolerance
-  kBadInput = 32,          // the haptic pose is not finite: the tool rests and the wrench decays by 10 % a step
+  kBadInput = 32,          // the haptic pose is not finite or beyond 1e7 mm: the tool rests and the wrench decays by 10 % a step
 };
 
 inline constexpr double kGapTolerance = 1e-3;  // the graphic tool is feasible if no leaf is deeper than this [mm]
