@@ -143,21 +143,27 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
   }
 }
 
+std::string counted(std::size_t count, const char* thing) { return std::to_string(count) + " " + thing + (count == 1 ? "" : "s"); }
+
 /// The mesh as the builders need it, with a note for each change; else refused.
 TriangleMesh sound(TriangleMesh mesh, const BuildOptions& options, std::vector<std::string>& notes) {
   const builder::MeshReport report = builder::checkMesh(mesh);
   const bool turns = options.repair == "auto" && report.fixable() && !report.clean();
-  if (!report.clean() && !turns)
-    throw builder::BuildError(options.input.string() + ": the mesh is refused:\n" + report.summary() +
-                              (options.repair == "auto" ? "\nThis version repairs nothing but surfaces that are inside out."
-                               : report.fixable()       ? "\n--repair auto turns it."
-                                                        : ""));
+  if (!report.clean() && !turns) {
+    std::string message = options.input.string() + ": the mesh is refused:\n" + report.summary();
+    while (message.back() == '\n') message.pop_back();
+    if (options.repair == "auto")
+      message += "\nThis version repairs nothing but surfaces that are inside out.";
+    else if (report.fixable())
+      message += "\n--repair auto turns it.";
+    throw builder::BuildError(message);
+  }
   if (turns) {
-    notes.push_back(std::to_string(report.count(builder::DefectKind::InsideOut)) + " components were inside out and are turned.");
+    notes.push_back("inside out and turned: " + counted(report.count(builder::DefectKind::InsideOut), "component") + ".");
     mesh = builder::orientOutward(std::move(mesh), report);
   }
   if (report.buriedComponents() > 0) {
-    notes.push_back(std::to_string(report.buriedComponents()) + " components lie within solid matter, bound nothing and are left out.");
+    notes.push_back("left out, since within solid matter they bound nothing: " + counted(report.buriedComponents(), "component") + ".");
     mesh = builder::withoutBuried(mesh, report);
   }
   return mesh;
