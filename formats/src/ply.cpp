@@ -86,7 +86,7 @@ class PlyReader {
         skip(element);
     }
     if (extra_values_)
-      assembly_.note(std::to_string(extra_values_) + " lines hold more values than the header declares; what is beyond was ignored.");
+      assembly_.note(std::to_string(extra_values_) + (extra_values_ == 1 ? " line holds" : " lines hold") + " more values than the header declares; what is beyond was ignored.");
     if (encoding_ != Encoding::Ascii && at_ < bytes_.size())
       assembly_.note(std::to_string(bytes_.size() - at_) + " bytes after the last element were ignored.");
     return assembly_.finish(encoding_ == Encoding::Ascii    ? "PLY (ASCII)"

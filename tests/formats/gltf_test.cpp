@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/gltf.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "spheretree/formats/errors.h"
+#include "support/mesh_measures.h"
+#include "support/sample_gltf.h"
+#include "support/scratch_folder.h"
+
+namespace spheretree::formats {
+namespace {
+
+using Json = nlohmann::json;
+using test::charsOf;
+using test::tetrahedronBuffer;
+using test::tetrahedronJson;
+using test::toGlb;
+using test::volumeOf;
+
+constexpr double kVolume = 1e9 / 6;  // of the tetrahedron [mm^3]
+
+MeshFile read(const Json& json, const std::string& buffer = tetrahedronBuffer()) { return readGltf(charsOf(toGlb(json, buffer)), "test.glb"); }
+
+std::string refusal(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
+  return test::refusalOf<FormatError>([&] { read(json, buffer); });
+}
+
+bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+template <class T>
+std::string bytesOf(std::initializer_list<T> values) {
+  return {reinterpret_cast<const char*>(values.begin()), values.size() * sizeof(T)};
+}
+
+TEST(Gltf, ReadsMetresAsMillimetres) {
+  const MeshFile file = read(tetrahedronJson());
+  EXPECT_EQ(file.mesh.positions.size(), 4u);
+  EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {2, 1, 3}}));  // numbered as they come
+  EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
+  EXPECT_EQ(file.unit_mm, 1000);
+  EXPECT_EQ(file.format, "GLB");
+  EXPECT_EQ(file.mesh.part_names, std::vector<std::string>{"tooth"});
+}
+
+TEST(Gltf, ADataUriStandsForTheBinaryChunk) {
+  Json json = tetrahedronJson();
+  json["buffers"][0]["uri"] =
+      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA";
+  const MeshFile file = readGltf(charsOf(json.dump()), "test.gltf");
+  EXPECT_EQ(file.format, "glTF");
+  EXPECT_EQ(file.mesh.positions, read(tetrahedronJson()).mesh.positions);
+  json["buffers"][0]["uri"] = "data:;base64,AAAA";
+  EXPECT_TRUE(has(refusal(json), "announces 72 bytes, but has 3")) << refusal(json);
+  json["buffers"][0]["uri"] = "data:;base64,A*AA";
+  EXPECT_TRUE(has(refusal(json), "\"*\""));
+}
+
+TEST(Gltf, NodeTransformsNestAndMirroringTurnsTheWinding) {
+  Json json = tetrahedronJson();
+  json["nodes"] = Json::parse(R"([{"children": [1], "matrix": [0,2,0,0, -2,0,0,0, 0,0,2,0, 5,6,7,1]},
+                                  {"children": [2], "scale": [-1, 1, 3], "translation": [1, 0, 0]},
+                                  {"mesh": 0, "rotation": [0, 0, 0.70710678, 0.70710678]}])");
+  const MeshFile file = read(json);
+  EXPECT_NEAR(volumeOf(file.mesh), kVolume * 24, kVolume * 1e-6);
+  // (1, 0, 0): turned to (0, 1, 0), scaled and moved to (1, 1, 0), then by the matrix to (-2, 2, 0) + (5, 6, 7).
+  bool is_found = false;
+  for (const Eigen::Vector3d& p : file.mesh.positions) is_found |= (p - Eigen::Vector3d(3000, 8000, 7000)).norm() < 1e-3;
+  EXPECT_TRUE(is_found);
+}
+
+TEST(Gltf, TheDefaultSceneCounts) {
+  Json json = tetrahedronJson();
+  json["nodes"].push_back({{"mesh", 0}, {"scale", {2, 2, 2}}});
+  json["scenes"].push_back({{"nodes", {1}}});
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  json["scene"] = 1;
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 8 * kVolume);
+  json.erase("scene");
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  json.erase("scenes");
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 9 * kVolume);  // all roots
+  json["nodes"][0]["children"] = {1};
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 9 * kVolume);
+  json["scene"] = 3;
+  EXPECT_TRUE(has(refusal(json), "scenes[3]"));
+}
+
+TEST(Gltf, StripsFansAndMissingIndices) {
+  Json json = tetrahedronJson();
+  json["accessors"][1]["count"] = 6;  // strip 0 1 2 3 0 1: the tetrahedron
+  json["meshes"][0]["primitives"][0]["mode"] = 5;
+  const std::string positions = tetrahedronBuffer().substr(0, 48);
+  const auto strip = read(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 3, 0, 2, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(strip.mesh.triangles.size(), 4u);
+  EXPECT_NEAR(volumeOf(strip.mesh), kVolume, 1);
+  const auto with_turns = read(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 1, 3, 3, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(with_turns.mesh.triangles.size(), 1u);  // repeated corners only turn a corner
+  json["meshes"][0]["primitives"][0]["mode"] = 6;
+  json["accessors"][1]["count"] = 5;  // fan round 3: three sides
+  const auto fan = read(json, positions + bytesOf<std::uint16_t>({3, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(fan.mesh.triangles.size(), 3u);
+  json = tetrahedronJson();
+  json["meshes"][0]["primitives"][0].erase("indices");
+  json["accessors"][0]["count"] = 3;
+  EXPECT_EQ(read(json).mesh.triangles.size(), 1u);
+  json["accessors"][0]["count"] = 4;
+  EXPECT_TRUE(has(refusal(json), "4 corners"));
+}
+
+TEST(Gltf, PointsAndLinesAreLeftOut) {
+  Json json = tetrahedronJson();
+  for (int mode = 0; mode < 4; ++mode) json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", mode}});
+  const MeshFile file = read(json);
+  EXPECT_EQ(file.mesh.triangles.size(), 4u);
+  ASSERT_EQ(file.notes.size(), 1u);
+  json["meshes"][0]["primitives"].erase(0);
+  EXPECT_TRUE(has(refusal(json), "no triangle"));
+  json["meshes"][0]["primitives"][0]["mode"] = 7;
+  EXPECT_TRUE(has(refusal(json), "meshes[0].primitives[0].mode is 7"));
+}
+
+TEST(Gltf, QuantisedIntegersOfEveryType) {
+  struct Case {
+    int component;
+    bool is_normalised;
+    double largest;  // what the largest number stands for [m]
+    std::string positions;
+  };
+  const Case cases[] = {
+      {5120, false, 127, bytesOf<std::int8_t>({0, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0})},
+      {5120, true, 1, bytesOf<std::int8_t>({0, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0})},
+      {5121, true, 1, bytesOf<std::uint8_t>({0, 0, 0, 0, 255, 0, 0, 0, 0, 255, 0, 0, 0, 0, 255, 0})},
+      {5122, true, 1, bytesOf<std::int16_t>({0, 0, 0, 0, 32767, 0, 0, 0, 0, 32767, 0, 0, 0, 0, 32767, 0})},
+      {5123, false, 65535, bytesOf<std::uint16_t>({0, 0, 0, 0, 65535, 0, 0, 0, 0, 65535, 0, 0, 0, 0, 65535, 0})},
+  };
+  for (const Case& c : cases) {
+    Json json = tetrahedronJson();
+    json["extensionsRequired"] = {"KHR_mesh_quantization"};
+    json["accessors"][0]["componentType"] = c.component;
+    json["accessors"][0]["normalized"] = c.is_normalised;
+    json["bufferViews"][0] = {{"buffer", 0}, {"byteLength", c.positions.size()}, {"byteStride", c.positions.size() / 4}};
+    json["bufferViews"][1]["byteOffset"] = c.positions.size();
+    json["buffers"][0]["byteLength"] = c.positions.size() + 24;
+    const MeshFile file = read(json, c.positions + tetrahedronBuffer().substr(48));
+    EXPECT_NEAR(volumeOf(file.mesh), kVolume * std::pow(c.largest, 3), 1e-9 * kVolume * std::pow(c.largest, 3)) << c.component;
+  }
+  // -128 and -127 of a signed byte both stand for -1.
+  Json json = tetrahedronJson();
+  json["accessors"][0]["componentType"] = 5120;
+  json["accessors"][0]["normalized"] = true;
+  const std::string bytes = bytesOf<std::int8_t>({-128, 0, 0, -127, 0, 0, 0, 127, 0, 0, 0, 127});
+  EXPECT_EQ(read(json, bytes + tetrahedronBuffer().substr(12)).mesh.positions.size(), 3u);
+}
+
+TEST(Gltf, SparseAccessorsReplaceElements) {
+  Json json = tetrahedronJson();
+  std::string buffer = tetrahedronBuffer();
+  buffer += bytesOf<std::uint16_t>({1, 3}) + bytesOf<float>({2, 0, 0, 0, 0, 2});
+  json["buffers"][0]["byteLength"] = 100;
+  json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 72}, {"byteLength", 4}});
+  json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 76}, {"byteLength", 24}});
+  json["accessors"][0]["sparse"] = {{"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5123}}}, {"values", {{"bufferView", 3}}}};
+  EXPECT_DOUBLE_EQ(volumeOf(read(json, buffer).mesh), 4 * kVolume);
+  const Json whole = json;
+  json["accessors"][0].erase("bufferView");  // the others are zero: 0 and 2 fall together
+  EXPECT_EQ(read(json, buffer).mesh.positions.size(), 3u);
+  json = whole;
+  json["accessors"][0]["sparse"]["count"] = 5;
+  EXPECT_TRUE(has(refusal(json, buffer), "replaces 5 of 4"));
+  buffer[72] = 3;  // 3, 3
+  EXPECT_TRUE(has(refusal(whole, buffer), "must rise"));
+  buffer[72] = 0, buffer[74] = 4;
+  EXPECT_TRUE(has(refusal(whole, buffer), "stay below 4"));
+}
+
+TEST(Gltf, RefusesWhatReachesBeyondItsBuffer) {
+  const auto with = [](const char* pointer, Json value) {
+    Json json = tetrahedronJson();
+    json[Json::json_pointer(pointer)] = std::move(value);
+    return refusal(json);
+  };
+  const std::uint64_t huge = std::uint64_t(1) << 63;
+  for (const std::uint64_t count : {std::uint64_t{5}, std::uint64_t{2147483648}, huge, ~std::uint64_t{0}})
+    EXPECT_TRUE(has(with("/accessors/0/count", count), "accessors[0] (offset 0, " + std::to_string(count))) << count;
+  EXPECT_TRUE(has(with("/accessors/0/byteOffset", ~std::uint64_t{0}), "accessors[0]"));
+  EXPECT_TRUE(has(with("/accessors/0/byteOffset", 4), "accessors[0]"));
+  EXPECT_TRUE(has(with("/bufferViews/1/byteOffset", 49), "bufferViews[1]"));
+  EXPECT_TRUE(has(with("/bufferViews/1/byteOffset", ~std::uint64_t{0} - 10), "bufferViews[1]"));
+  EXPECT_TRUE(has(with("/bufferViews/1/byteLength", huge), "bufferViews[1]"));
+  EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 8), "byteStride of 8"));
+  EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 252), "accessors[0]"));
+  EXPECT_TRUE(has(with("/bufferViews/1/byteStride", 4), "only vertex attributes"));
+  EXPECT_TRUE(has(with("/buffers/0/byteLength", 73), "announces 73 bytes, but has 72"));
+  EXPECT_TRUE(has(with("/accessors/0/count", 3), "names vertex 3"));
+  EXPECT_TRUE(has(with("/accessors/0/count", 0), "no element"));
+  EXPECT_TRUE(has(with("/accessors/0/count", -1), "accessors[0].count is not a whole number"));
+  EXPECT_TRUE(has(with("/accessors/0/count", "4"), "accessors[0].count"));
+  EXPECT_TRUE(has(with("/accessors/0/type", "VEC4"), "VEC3"));
+  EXPECT_TRUE(has(with("/accessors/0/componentType", 5125), "componentType 5125"));
+  EXPECT_TRUE(has(with("/accessors/1/componentType", 5126), "componentType 5126"));
+  EXPECT_TRUE(has(with("/nodes/0/mesh", 1), "meshes[1]"));
+  EXPECT_TRUE(has(with("/nodes/0/rotation", {0, 0, 0, 0}), "unit quaternion"));
+  EXPECT_TRUE(has(with("/nodes/0/scale", {1, "2", 3}), "nodes[0].scale"));
+  EXPECT_TRUE(has(with("/nodes/0/matrix", {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "affine"));
+  EXPECT_TRUE(has(with("/nodes/0/translation", {1e308, 0, 0}), "finite point"));
+  EXPECT_TRUE(has(with("/nodes/0/children", {0}), "nodes[0] is reached twice"));
+  EXPECT_TRUE(has(with("/scenes/0/nodes", {0, 0}), "nodes[0] is reached twice"));
+  EXPECT_TRUE(has(with("/nodes", 3), "nodes is not an array"));
+  EXPECT_TRUE(has(with("/asset/version", "1.0"), "\"1.0\""));
+}
+
+TEST(Gltf, RequiredExtensionsAreRefusedByName) {
+  for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "VENDOR_geometry"}) {
+    Json json = tetrahedronJson();
+    json["extensionsRequired"] = {name};
+    EXPECT_TRUE(has(refusal(json), name));
+    EXPECT_EQ(has(refusal(json), "without compression"), std::string_view(name) != "VENDOR_geometry");
+  }
+  Json json = tetrahedronJson();
+  json["extensionsRequired"] = {"KHR_materials_transmission", "KHR_texture_basisu"};
+  EXPECT_EQ(read(json).mesh.triangles.size(), 4u);
+}
+
+TEST(Gltf, DeepNodesAreReadAndDeepJsonIsRefused) {
+  Json json = tetrahedronJson();
+  json["nodes"] = Json::array();
+  for (int n = 0; n < 100000; ++n) json["nodes"].push_back({{"children", {n + 1}}});
+  json["nodes"].push_back({{"mesh", 0}});
+  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  std::string text = tetrahedronJson().dump();
+  text.back() = ',';
+  text += "\"extras\":" + std::string(1000000, '[') + std::string(1000000, ']') + "}";
+  EXPECT_TRUE(has(test::refusalOf<FormatError>([&] { readGltf(charsOf(text), "test.gltf"); }), "nested more than 64"));
+}
+
+TEST(Gltf, InstancesWithoutEndAreRefused) {
+  Json json = tetrahedronJson();
+  const Json primitive = json["meshes"][0]["primitives"][0];
+  for (int k = 0; k < 2000; ++k) json["meshes"][0]["primitives"].push_back(primitive);
+  for (int n = 1; n < 2000; ++n) {
+    json["nodes"].push_back({{"mesh", 0}});
+    json["scenes"][0]["nodes"].push_back(n);
+  }
+  EXPECT_TRUE(has(refusal(json), "4000000 triangles"));
+}
+
+TEST(Gltf, BuffersStayWithinTheFolder) {
+  const test::ScratchFolder scratch;
+  const std::filesystem::path folder = scratch.path() / "model";
+  std::filesystem::create_directories(folder / "data");
+  const auto write = [](const std::filesystem::path& path) { std::ofstream(path, std::ios::binary) << tetrahedronBuffer(); };
+  write(folder / "data" / "a b.bin");
+  write(scratch.path() / "outside.bin");
+  std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin");
+  std::filesystem::create_symlink(folder / "data", folder / "inner");
+  const auto readUri = [&](const std::string& uri) {
+    Json json = tetrahedronJson();
+    json["buffers"][0]["uri"] = uri;
+    return readGltf(charsOf(json.dump()), "test.gltf", folder).mesh.triangles.size();
+  };
+  const auto refusalUri = [&](const std::string& uri) {
+    return test::refusalOf<FormatError>([&] { readUri(uri); });
+  };
+  EXPECT_EQ(readUri("data/a%20b.bin"), 4u);
+  EXPECT_EQ(readUri("./data/a b.bin"), 4u);
+  EXPECT_EQ(readUri("inner/a b.bin"), 4u);
+  EXPECT_TRUE(has(refusalUri("../outside.bin"), "within the folder"));
+  EXPECT_TRUE(has(refusalUri("data/../../outside.bin"), "within the folder"));
+  EXPECT_TRUE(has(refusalUri("%2e%2e/outside.bin"), "within the folder"));
+  EXPECT_TRUE(has(refusalUri((scratch.path() / "outside.bin").string()), "within the folder"));
+  EXPECT_TRUE(has(refusalUri("link.bin"), "through a link"));
+  EXPECT_TRUE(has(refusalUri("https://example.com/a.bin"), "on this machine"));
+  EXPECT_TRUE(has(refusalUri("data"), "plain file"));
+  EXPECT_TRUE(has(refusalUri(std::string("a\0b", 3)), "zero character"));
+  EXPECT_THROW(readUri("missing.bin"), FileError);
+  Json json = tetrahedronJson();
+  json["buffers"][0]["uri"] = "data/a b.bin";
+  EXPECT_THROW(readGltf(charsOf(json.dump()), "test.gltf"), FormatError);  // no folder, no files
+}
+
+TEST(Gltf, EveryTruncationOfAGlbIsRefused) {
+  const std::string whole = toGlb(tetrahedronJson(), tetrahedronBuffer());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::vector<char> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_THROW(readGltf(cut, "test.glb"), FormatError) << size;
+  }
+  // A header that fits the cut: the chunks no longer do. Its last eight bytes count, too.
+  for (std::size_t size = 12; size < whole.size(); ++size) {
+    std::vector<char> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    const auto length = static_cast<std::uint32_t>(size);
+    std::memcpy(cut.data() + 8, &length, 4);
+    EXPECT_THROW(readGltf(cut, "test.glb"), FormatError) << size;
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::formats

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/stl.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "spheretree/formats/errors.h"
+#include "support/mesh_measures.h"
+
+namespace spheretree::formats {
+namespace {
+
+using test::charsOf;
+using test::volumeOf;
+
+constexpr float kCorners[4][3][3] = {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+std::string binary(const std::string& header = "", std::uint32_t count = 4) {
+  std::string bytes = header;
+  bytes.resize(80);
+  bytes.append(reinterpret_cast<const char*>(&count), 4);
+  for (const auto& facet : kCorners) {
+    bytes.append(12, '\0');
+    bytes.append(reinterpret_cast<const char*>(facet), sizeof facet);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+std::string ascii() {
+  std::string text = "solid tooth 11\n";
+  for (const auto& facet : kCorners) {
+    text += "facet normal 0 0 0\n outer loop\n";
+    for (const auto& p : facet) text += "  vertex " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+    text += " endloop\nendfacet\n";
+  }
+  return text + "endsolid tooth 11\n";
+}
+
+MeshFile read(std::string_view bytes) { return readStl(charsOf(bytes), "test.stl"); }
+
+std::string refusal(std::string_view bytes) {
+  return test::refusalOf<FormatError>([&] { read(bytes); });
+}
+
+bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+void expectTetrahedron(const MeshFile& file) {
+  EXPECT_EQ(file.mesh.positions.size(), 4u);
+  EXPECT_EQ(file.mesh.triangles.size(), 4u);
+  EXPECT_DOUBLE_EQ(volumeOf(file.mesh), 1.0 / 6);
+}
+
+TEST(Stl, BothKindsGiveTheSameWeldedMesh) {
+  const MeshFile a = read(ascii()), b = read(binary());
+  expectTetrahedron(a);
+  EXPECT_EQ(a.mesh.positions, b.mesh.positions);
+  EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+  EXPECT_EQ(a.format, "STL (ASCII)");
+  EXPECT_EQ(b.format, "STL (binary)");
+  EXPECT_EQ(a.mesh.part_names, std::vector<std::string>{"tooth 11"});
+}
+
+TEST(Stl, TheSizeTellsBinaryFromAscii) {
+  for (const char* header : {"solid", "solid tooth\nfacet normal 0 0 0\n outer loop\n", "\xef\xbb\xbfsolid x"}) {
+    const MeshFile file = read(binary(header));
+    EXPECT_EQ(file.format, "STL (binary)") << header;
+    expectTetrahedron(file);
+  }
+  EXPECT_EQ(read("\xef\xbb\xbf" + ascii()).format, "STL (ASCII)");
+}
+
+TEST(Stl, AWrongCountGivesWayToTheSize) {
+  for (const std::uint32_t count : {0u, 3u, 5u, 4294967280u}) {
+    const MeshFile file = read(binary("", count));
+    expectTetrahedron(file);
+    ASSERT_EQ(file.notes.size(), 1u);
+    EXPECT_TRUE(has(file.notes[0], std::to_string(count)) && has(file.notes[0], "all 4 were read")) << file.notes[0];
+  }
+}
+
+TEST(Stl, TrailingBytesAreIgnoredWithANote) {
+  const MeshFile file = read(binary() + "trailer");
+  expectTetrahedron(file);
+  ASSERT_EQ(file.notes.size(), 1u);
+  EXPECT_TRUE(has(file.notes[0], "7 bytes")) << file.notes[0];
+}
+
+TEST(Stl, EveryCutWithinAFacetIsRefused) {
+  const std::string whole = binary();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::vector<char> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));  // own buffer: ASan sees an over-read
+    const auto readCut = [&] { return readStl(cut, "test.stl"); };
+    if (size >= 84 && (size - 84) % 50 == 0 && size > 84)
+      EXPECT_FALSE(readCut().notes.empty()) << size;
+    else
+      EXPECT_THROW(readCut(), FormatError) << size;
+  }
+}
+
+TEST(Stl, EveryCutOfAnAsciiFileIsRefusedOrNoted) {
+  const std::string whole = ascii();
+  for (std::size_t size = 0; size + 18 < whole.size(); ++size) {  // the endsolid line is all that is missing later
+    const std::string cut = whole.substr(0, size);
+    MeshFile file;
+    try {
+      file = read(cut);
+    } catch (const FormatError& error) {
+      EXPECT_TRUE(has(error.what(), "test.stl")) << error.what();
+      continue;
+    }
+    EXPECT_TRUE(!file.notes.empty() && has(file.notes[0], "no endsolid")) << size;
+  }
+}
+
+TEST(Stl, RefusalsNameTheFacetAndTheValue) {
+  std::string bytes = binary();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(bytes.data() + 84 + 2 * 50 + 12 + 12 + 4, &nan, 4);
+  EXPECT_TRUE(has(refusal(bytes), "facet 3, corner 2")) << refusal(bytes);
+  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendfacet\nendsolid\n"), "line 5: facet 1 has 2 vertices"));
+  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nendsolid\n"), "line 6"));
+  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 zero 0\n"), "\"zero\""));
+  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 inf\n"), "\"inf\""));
+  EXPECT_TRUE(has(refusal("solid\nendsolid\n"), "no triangle"));
+  EXPECT_TRUE(has(refusal("neither"), "7 bytes"));
+  EXPECT_TRUE(has(refusal(""), "empty"));
+}
+
+TEST(Stl, SolidsAreParts) {
+  const std::string facet = "facet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n";
+  const MeshFile file = read("solid\n" + facet + "endsolid\nSOLID B\nFACET NORMAL nan nan nan\nOuter Loop\nVERTEX 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nENDFACET\nEndSolid B\n");
+  EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "B"}));
+  EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1}));
+}
+
+}  // namespace
+}  // namespace spheretree::formats

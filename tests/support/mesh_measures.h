@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Volume and area of a mesh by the plainest formula, and where the shared test meshes are.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::test {
+
+inline const std::filesystem::path kMeshes = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes";
+
+inline double volumeOf(const TriangleMesh& mesh) {
+  double sum = 0;
+  const Eigen::Vector3d origin = mesh.positions[0];
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    sum += (mesh.corner(t, 0) - origin).dot((mesh.corner(t, 1) - origin).cross(mesh.corner(t, 2) - origin)) / 6;
+  return sum;
+}
+
+inline double areaOf(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    sum += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm() / 2;
+  return sum;
+}
+
+inline std::span<const char> charsOf(std::string_view text) { return {text.data(), text.size()}; }
+
+/// What `read` throws of type Error says; empty if it does not.
+template <class Error, class Read>
+std::string refusalOf(Read&& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace spheretree::test
