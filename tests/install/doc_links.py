@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads to a file, and docs/README.md lists every page."""
+import re
+import sys
+from pathlib import Path
+
+root = Path(sys.argv[1])
+docs = root / "docs"
+pages = [root / "README.md", root / "CHANGELOG.md", *sorted(docs.rglob("*.md"))]
+faults, links, listed = [], 0, set()
+for page in pages:
+    text = re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+        if re.match(r"[a-z]+:", target):
+            continue
+        links += 1
+        found = (page.parent / target).resolve()
+        if not found.exists():
+            faults.append(f"{page.relative_to(root)}: the link to {target} leads nowhere")
+        if page == docs / "README.md":
+            listed.add(found)
+for page in docs.rglob("*.md"):
+    if page != docs / "README.md" and page.resolve() not in listed:
+        faults.append(f"docs/README.md does not list {page.relative_to(docs)}")
+if links < 10:
+    faults.append(f"only {links} links found: the test looks in the wrong place")
+print("\n".join(faults) if faults else f"{links} links, {len(pages)} pages: nothing to complain about")
+sys.exit(1 if faults else 0)
