@@ -9,52 +9,57 @@
 
 static void* library;
 
-/* One function of the library, by name. */
+static void stop(const char* why, int code) {
+  fprintf(stderr, "%s\n", why);
+  exit(code);
+}
 static void* function(const char* name) {
   void* found = dlsym(library, name);
-  if (!found) exit((fprintf(stderr, "%s\n", dlerror()), 1));
+  if (!found) stop(dlerror(), 1);
   return found;
 }
 #define USE(name) __typeof__(&name) p_##name = (__typeof__(&name))function(#name)
 
 static void* readFile(const char* path, size_t* size) {
   FILE* file = fopen(path, "rb");
-  if (!file) exit((perror(path), 3));
-  void* bytes = NULL;
+  if (!file) stop(path, 3);
+  char* bytes = NULL;
   *size = 0;
   for (size_t got = 1; got > 0; *size += got) {
-    bytes = realloc(bytes, *size + 65536);
-    if (!bytes) exit((fprintf(stderr, "no memory for %s\n", path), 1));
-    got = fread((char*)bytes + *size, 1, 65536, file);
+    if (!(bytes = realloc(bytes, *size + 65536))) stop("out of memory", 1);
+    got = fread(bytes + *size, 1, 65536, file);
   }
   fclose(file);
   return bytes;
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) exit((fprintf(stderr, "usage: %s LIBRARY TOOL.stree OBJECT.stree\n", argv[0]), 2));
-  library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
-  if (!library) exit((fprintf(stderr, "%s\n", dlerror()), 3));
-  USE(st_scene_create); USE(st_scene_set_tool); USE(st_scene_add_object); USE(st_scene_error); USE(st_scene_destroy);
-  USE(st_renderer_create); USE(st_renderer_step); USE(st_renderer_destroy);
-
+  if (argc != 4) stop("usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree", 2);
+  if (!(library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL))) stop(dlerror(), 3);
+  USE(st_scene_create);
+  USE(st_scene_set_tool);
+  USE(st_scene_add_object);
+  USE(st_scene_error);
+  USE(st_scene_destroy);
+  USE(st_renderer_create);
+  USE(st_renderer_step);
+  USE(st_renderer_destroy);
   const double reference_point[3] = {0, 0, 0};
   const st_pose object_pose = {{0, 0, 0}, {1, 0, 0, 0}};
   size_t tool_size, object_size;
   void *tool = readFile(argv[2], &tool_size), *object = readFile(argv[3], &object_size);
   st_scene* scene = p_st_scene_create();
-  if (!scene || p_st_scene_set_tool(scene, tool, tool_size, reference_point) || p_st_scene_add_object(scene, object, object_size, &object_pose))
-    exit((fprintf(stderr, "%s\n", p_st_scene_error(scene)), 4));
+  if (p_st_scene_set_tool(scene, tool, tool_size, reference_point)) stop(p_st_scene_error(scene), 4);
+  if (p_st_scene_add_object(scene, object, object_size, &object_pose)) stop(p_st_scene_error(scene), 4);
   st_renderer* renderer = p_st_renderer_create(scene, ST_CONSTRAINED);
-  if (!renderer) exit((fprintf(stderr, "%s\n", p_st_scene_error(scene)), 4));
-
+  if (!renderer) stop(p_st_scene_error(scene), 4);
+  printf("haptic z [mm]  graphic z [mm]  force z [N]\n");
   st_pose haptic = {{0, 0, 60}, {1, 0, 0, 0}}; /* comes down from above, 0.1 mm each servo step */
-  printf("haptic z [mm]  graphic z [mm]  force z [N]  pairs\n");
   for (int tick = 0; tick < 600; ++tick, haptic.position_mm[2] -= 0.1) {
     st_step step;
     p_st_renderer_step(renderer, &haptic, &step);
-    if (tick % 50 == 0)
-      printf("%13.3f  %14.3f  %11.3f  %5u\n", haptic.position_mm[2], step.graphic_tool.position_mm[2], step.limited_wrench.force_n[2], step.pairs);
+    if (tick % 50) continue;
+    printf("%13.3f  %14.3f  %11.3f\n", haptic.position_mm[2], step.graphic_tool.position_mm[2], step.limited_wrench.force_n[2]);
   }
   p_st_renderer_destroy(renderer);
   p_st_scene_destroy(scene);

@@ -2,6 +2,7 @@
 // Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each. Paced: one step each millisecond,
 // as a servo loop runs (caches and predictors go cold in between), each with a pose that was not seen before.
 // Usage: step_benchmark [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the built-in shapes.
+#include <time.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,10 +10,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <memory>
+#include <span>
 #include <string>
 #include <thread>
-#include <time.h>
 #include <vector>
 
 #include "spheretree/core/sphere_tree_codec.h"
@@ -44,7 +44,8 @@ SphereTree archTree(double width, double depth, double radius) {
   for (int i = 0; i < 64; ++i)
     for (int j = 0; j < 8; ++j) {
       const double angle = M_PI * (i + 0.5) / 64, turn = 2 * M_PI * j / 8;
-      balls.push_back(test::ball((width + 3 * std::cos(turn)) * std::cos(angle), (depth + 3 * std::cos(turn)) * std::sin(angle), 3 * std::sin(turn), radius));
+      balls.push_back(test::ball((width + 3 * std::cos(turn)) * std::cos(angle), (depth + 3 * std::cos(turn)) * std::sin(angle),
+                                 3 * std::sin(turn), radius));
     }
   return test::treeOfBalls(std::move(balls));
 }
@@ -57,7 +58,8 @@ SceneDescription mouth(const std::string& folder) {
   for (int i = 0; i < 28; ++i) {
     const double angle = M_PI * (i % 14 + 0.5) / 14;
     const bool upper = i >= 14;
-    d.objects.push_back({tooth, {{28 * std::cos(angle), 40 * std::sin(angle), upper ? 80.0 : 0.0}, rotationOf({upper ? M_PI : 0, 0, angle})}});
+    d.objects.push_back(
+        {tooth, {{28 * std::cos(angle), 40 * std::sin(angle), upper ? 80.0 : 0.0}, rotationOf({upper ? M_PI : 0, 0, angle})}});
   }
   d.objects.push_back({archTree(28, 40, 3), {{0, 0, -7}, Quaternion(1, 0, 0, 0)}});
   d.objects.push_back({archTree(28, 40, 3), {{0, 0, 87}, Quaternion(1, 0, 0, 0)}});
@@ -111,7 +113,6 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
   std::vector<double> micros, pairs, rows, linearisations, searches;
   std::uint32_t faults = 0;
   double penetration = 0;
-  StageTimes stages{}, sum{};
   auto next = Clock::now();
   for (std::size_t n = 0; n < poses.size(); ++n) {
     if (n % 500 == 0) resetTo({poses[n].position + Eigen::Vector3d(0, 0, 25), poses[n].orientation}, workspace);
@@ -121,11 +122,8 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
       if (Clock::now() - next > std::chrono::milliseconds(5)) next = Clock::now();
     }
     const double start = microsNow();
-    const StepResult r = step(scene, poses[n], mode, workspace, std::getenv("STAGES") ? &stages : nullptr);
+    const StepResult r = step(scene, poses[n], mode, workspace);
     const double end = microsNow();
-    sum.find += stages.find;
-    sum.rows += stages.rows;
-    sum.qp += stages.qp;
     faults |= r.faults;
     if (n % 500 < 20) continue;  // the way down from above
     micros.push_back(end - start);
@@ -135,11 +133,9 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
     searches.push_back(r.searches);
     penetration = std::max(penetration, r.penetration);
   }
-  std::printf("%-24s %6.0f %6.0f %5.0f %4.0f %4.0f | %7.1f %7.1f %7.1f %7.1f | %8.5f %2x", name, percentile(pairs, 0.5), percentile(pairs, 1),
-              percentile(linearisations, 0.5), percentile(linearisations, 0.99), percentile(searches, 1), percentile(micros, 0.5),
-              percentile(micros, 0.99), percentile(micros, 0.999), percentile(micros, 1), penetration, faults);
-  if (sum.find) std::printf(" | %llu %llu %llu", (unsigned long long)(sum.find / poses.size()), (unsigned long long)(sum.rows / poses.size()), (unsigned long long)(sum.qp / poses.size()));
-  std::printf("\n");
+  std::printf("%-24s %6.0f %6.0f %5.0f %4.0f %4.0f | %7.1f %7.1f %7.1f %7.1f | %8.5f %2x\n", name, percentile(pairs, 0.5),
+              percentile(pairs, 1), percentile(linearisations, 0.5), percentile(linearisations, 0.99), percentile(searches, 1),
+              percentile(micros, 0.5), percentile(micros, 0.99), percentile(micros, 0.999), percentile(micros, 1), penetration, faults);
 }
 
 }  // namespace
@@ -153,8 +149,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", fault.c_str());
     return 1;
   }
-  std::printf("%-24s %6s %6s %5s %4s %4s | %7s %7s %7s %7s | %8s %s\n", "case", "pairs", "most", "lin.", "p99", "srch", "median", "p99", "p99.9",
-              "max us", "deep mm", "faults");
+  std::printf("%-24s %6s %6s %5s %4s %4s | %7s %7s %7s %7s | %8s %s\n", "case", "pairs", "most", "lin.", "p99", "srch", "median", "p99",
+              "p99.9", "max us", "deep mm", "faults");
   for (const bool paced : {false, true})
     for (const std::uint32_t wanted : {1u, 150u, 2000u, 5000u}) {
       const std::vector<Configuration> poses = posesWith(scene, wanted, steps);

@@ -36,7 +36,8 @@ TEST(Rigid, KnownRotation) {
 TEST(Rigid, AStepLeadsWhereItWasMeasured) {
   Random random(2);
   for (int n = 0; n < 2000; ++n) {
-    const Configuration a{test::randomPoint(random, 100), test::randomRotation(random)}, b{test::randomPoint(random, 100), test::randomRotation(random)};
+    const Configuration a{test::randomPoint(random, 100), test::randomRotation(random)},
+        b{test::randomPoint(random, 100), test::randomRotation(random)};
     const Configuration c = moved(a, displacementBetween(a, b));
     EXPECT_LT((c.position - b.position).norm(), 1e-12);
     EXPECT_LT(rotationVector(c.orientation * b.orientation.conjugate()).norm(), 1e-9);

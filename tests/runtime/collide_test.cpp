@@ -27,7 +27,8 @@ std::set<Triple> triplesOf(const Scene& scene, const PairSet& set) {
   std::set<Triple> out;
   for (const PairRun& run : set.runs)
     for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k) {
-      const auto added = out.emplace(run.object, scene.tool.node[set.pairs[k] >> 16], scene.objects[run.object].tree.node[set.pairs[k] & 0xffff]);
+      const auto added =
+          out.emplace(run.object, scene.tool.node[set.pairs[k] >> 16], scene.objects[run.object].tree.node[set.pairs[k] & 0xffff]);
       EXPECT_TRUE(added.second) << "pair " << k << " twice";
     }
   return out;
@@ -67,7 +68,8 @@ SceneDescription randomScene(std::uint64_t seed) {
     object.tree.origin_mm = {random.uniform(-1000, 1000), 0, 30};
     object.pose = {test::randomPoint(random, 12) - Eigen::Vector3d(object.tree.origin_mm[0], 0, 30), Quaternion(1, 0, 0, 0)};
     if (i > 0) object.pose.orientation = test::randomRotation(random);
-    if (i > 0) object.pose.position = test::randomPoint(random, 12) - object.pose.orientation * Eigen::Vector3d(object.tree.origin_mm[0], 0, 30);
+    if (i > 0)
+      object.pose.position = test::randomPoint(random, 12) - object.pose.orientation * Eigen::Vector3d(object.tree.origin_mm[0], 0, 30);
     d.objects.push_back(std::move(object));
   }
   d.step_limits.max_pairs = 1 << 18;
@@ -108,7 +110,8 @@ TEST(Collide, DecidesTouchingPairsAsDoubleDoes) {
     }
   }
   const Configuration touching{{2, 0, 0}, Quaternion(1, 0, 0, 0)}, apart{{2 + 1e-12, 0, 0}, Quaternion(1, 0, 0, 0)};
-  EXPECT_GT(findPairs(scene, touching, 0, true, 1u << 30, workspace).pairs.size(), findPairs(scene, apart, 0, true, 1u << 30, workspace).pairs.size());
+  EXPECT_GT(findPairs(scene, touching, 0, true, 1u << 30, workspace).pairs.size(),
+            findPairs(scene, apart, 0, true, 1u << 30, workspace).pairs.size());
 }
 
 TEST(Collide, AFastSearchMissesNothing) {
@@ -134,7 +137,8 @@ TEST(Collide, KernelsGiveTheSamePairsInTheSameOrder) {
     Random random(seed);
     for (int n = 0; n < 10; ++n) {
       const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
-      const PairSet a = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, scalar), b = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, avx2);
+      const PairSet a = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, scalar),
+                    b = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, avx2);
       ASSERT_TRUE(std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end()));
       ASSERT_EQ(a.work, b.work);
     }
@@ -146,7 +150,8 @@ TEST(Collide, AFullListStillStandsForEveryPair) {
   d.tool = test::boxTree({6, 6, 6}, {8, 8, 8}, 1);
   for (int i = 0; i < 3; ++i) d.objects.push_back({test::boxTree({6, 6, 6}, {8, 8, 8}, 1), {{2.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});
   const Configuration pose{{1, 1, 1}, Quaternion(1, 0, 0, 0)};
-  for (const auto& [max_pairs, max_work] : {std::pair{192u, 1u << 30}, {1000u, 1u << 30}, {5000u, 1u << 30}, {1u << 18, 200u}, {1u << 18, 2000u}}) {
+  for (const auto& [max_pairs, max_work] :
+       {std::pair{192u, 1u << 30}, {1000u, 1u << 30}, {5000u, 1u << 30}, {1u << 18, 200u}, {1u << 18, 2000u}}) {
     d.step_limits.max_pairs = max_pairs;
     const Scene scene = compiled(d);
     Workspace workspace(scene);

@@ -81,7 +81,8 @@ TEST(Contact, RowsAreTheDerivativeOfTheDistance) {
     Vector6 y;
     y << step.translation, rig.scene.angle_length * step.rotation;
     const double h = 1e-5;
-    const Configuration plus = moved(pose, {h * step.translation, h * step.rotation}), minus = moved(pose, {-h * step.translation, -h * step.rotation});
+    const Configuration plus = moved(pose, {h * step.translation, h * step.rotation}),
+                        minus = moved(pose, {-h * step.translation, -h * step.rotation});
     for (std::uint32_t k = 0; k < set.rows.count; ++k, ++checked) {
       const double slope = (rig.distance(pairs, k, plus).first - rig.distance(pairs, k, minus).first) / (2 * h);
       EXPECT_NEAR(rowDot(set, k, y), slope, 2e-4);

@@ -86,7 +86,8 @@ TEST(Runtime, SaysWhatIsWrong) {
   EXPECT_STREQ(st_scene_error(c.scene), "");
   EXPECT_EQ(st_renderer_create(c.scene, ST_CONSTRAINED), nullptr);
   EXPECT_NE(std::string(st_scene_error(c.scene)).find("no tool"), std::string::npos);
-  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, tree.size() / 2, tree.size() - 1}) expectError(st_scene_set_tool(c.scene, tree.data(), size, kOrigin), "tool: ");
+  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, tree.size() / 2, tree.size() - 1})
+    expectError(st_scene_set_tool(c.scene, tree.data(), size, kOrigin), "tool: ");
   expectError(st_scene_set_tool(c.scene, nullptr, 10, kOrigin), "tool: ");
   expectError(st_scene_add_object(c.scene, tree.data(), 5, &kHere), "object 0: ");
   expectError(st_scene_add_object(c.scene, tree.data(), tree.size(), nullptr), "object: ");

@@ -20,7 +20,8 @@ SceneDescription sound() {
   d.tool.origin_mm = {1, 2, 3};
   d.reference_point = {4, 5, 6};
   Random random(2);
-  for (int i = 0; i < 3; ++i) d.objects.push_back({test::randomTree(random.next(), 5, 6), {test::randomPoint(random, 50), test::randomRotation(random)}});
+  for (int i = 0; i < 3; ++i)
+    d.objects.push_back({test::randomTree(random.next(), 5, 6), {test::randomPoint(random, 50), test::randomRotation(random)}});
   return d;
 }
 
@@ -29,7 +30,8 @@ TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
   Scene scene;
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
-  const auto check = [](const SphereTree& tree, const CompiledTree& compiled, const std::function<Eigen::Vector3d(Eigen::Vector3d)>& place) {
+  const auto check = [](const SphereTree& tree, const CompiledTree& compiled,
+                        const std::function<Eigen::Vector3d(Eigen::Vector3d)>& place) {
     std::vector<int> seen(tree.nodeCount(), 0);
     double reach = 0;
     for (std::size_t slot = 0; slot < compiled.node.size(); ++slot) {
@@ -43,7 +45,8 @@ TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
       ++seen[node];
       const Sphere &bound = sphereOf(tree, node, SphereKind::Bound), &cover = tree.cover[node];
       const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-      const Eigen::Vector3d b = place(Eigen::Vector3d(bound.x, bound.y, bound.z) + origin), c = place(Eigen::Vector3d(cover.x, cover.y, cover.z) + origin);
+      const Eigen::Vector3d b = place(Eigen::Vector3d(bound.x, bound.y, bound.z) + origin),
+                            c = place(Eigen::Vector3d(cover.x, cover.y, cover.z) + origin);
       EXPECT_LT((Eigen::Vector3d(block.x[slot % 8], block.y[slot % 8], block.z[slot % 8]) - b).norm(), 1e-5);
       EXPECT_EQ(block.r[slot % 8], bound.radius);
       const Sphere& record = compiled.cover_records[slot];

@@ -53,7 +53,8 @@ double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
     std::vector<Eigen::Vector4d> leaves;
     for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
       if (tree.isLeaf(n)) {
-        const Eigen::Vector3d w = at.orientation * (Eigen::Vector3d(tree.cover[n].x, tree.cover[n].y, tree.cover[n].z) - reference) + at.position;
+        const Eigen::Vector3d w =
+            at.orientation * (Eigen::Vector3d(tree.cover[n].x, tree.cover[n].y, tree.cover[n].z) - reference) + at.position;
         leaves.push_back({w.x(), w.y(), w.z(), tree.cover[n].radius});
       }
     return leaves;
@@ -167,8 +168,8 @@ TEST(Step, NeverPassesThroughAPlate) {
     Random random(static_cast<std::uint64_t>(thickness * 10));
     for (int run = 0; run < 24; ++run) {
       Rig& rig = run % 2 ? ball : probe;
-      const double speed = std::array{0.05, 0.5, 2.0, 50.0}[static_cast<std::size_t>(run) / 2 % 4], tilt = random.uniform(0, 80) * M_PI / 180,
-                   heading = random.uniform(0, 6.28);
+      const double speed = std::array{0.05, 0.5, 2.0, 50.0}[static_cast<std::size_t>(run) / 2 % 4],
+                   tilt = random.uniform(0, 80) * M_PI / 180, heading = random.uniform(0, 6.28);
       const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
       const Eigen::Vector3d target(random.uniform(-2, 2), random.uniform(-2, 2), 0);
       reset(*rig.workspace);
@@ -231,7 +232,8 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
 }
 
 TEST(Step, NoAngleIsSpecial) {
-  // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same scene turned elsewhere.
+  // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same scene turned
+  // elsewhere.
   const Quaternion elsewhere = rotationOf({0.7, -0.4, 1.1});
   SceneDescription d = scene(test::rodTree(60, 64, 1), test::boxTree({40, 0, 40}, {24, 1, 24}, 3));
   SceneDescription turned = d;
@@ -383,14 +385,43 @@ TEST(Step, SmallBudgetsStaySafe) {
   }
 }
 
+TEST(Step, AlwaysAnswers) {
+  // Random trees that overlap each other, jumps, large turns, starts inside, small budgets: finite, limited, within the budget.
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Random random(seed);
+    SceneDescription d;
+    d.tool = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7)));
+    d.reference_point = test::randomPoint(random, 10);
+    for (int i = 0; i < 3; ++i)
+      d.objects.push_back({test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))),
+                           {test::randomPoint(random, 10), test::randomRotation(random)}});
+    d.step_limits = {static_cast<std::uint32_t>(192 + random.below(4000)), static_cast<std::uint32_t>(1000 + random.below(60000))};
+    Rig rig(std::move(d));
+    for (int n = 0; n < 60; ++n) {
+      rig.mode = n / 20 % 2 ? Mode::Paper : Mode::Constrained;
+      Configuration haptic{test::randomPoint(random, n % 7 == 0 ? 1000 : 15), test::randomRotation(random)};
+      if (n % 5 == 0) haptic.orientation = Quaternion(0, 1, 0, 0);
+      const StepResult r = rig.to(haptic);
+      ASSERT_TRUE(isFinite(r.graphic)) << seed << ' ' << n;
+      ASSERT_NEAR(r.graphic.orientation.norm(), 1, 1e-9);
+      ASSERT_TRUE(r.limited_wrench.force.allFinite() && r.limited_wrench.torque.allFinite());
+      ASSERT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
+      ASSERT_FALSE(r.faults & kBadInput);
+      // What one search, one set of rows and one QP with all its relaxations can add after the last look at the budget.
+      ASSERT_LT(r.work, rig.scene.step_limits.max_work + 40 * 101 * (rig.scene.step_limits.max_pairs / 8 + 1) / 10) << seed << ' ' << n;
+    }
+  }
+}
+
 TEST(Step, BadPosesDecay) {
   Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
   rig.to({{6, 0, 0}, kUpright});
   const StepResult good = rig.to({{4, 0, 0}, kUpright});
   EXPECT_NEAR(good.wrench.force.x(), 1, 1e-3);
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-  for (const Configuration& bad : {Configuration{{nan, 0, 0}, kUpright}, Configuration{{0, infinity, 0}, kUpright}, Configuration{{0, 0, 1e300}, kUpright},
-                                   Configuration{{4, 0, 0}, Quaternion(0, 0, 0, 0)}, Configuration{{4, 0, 0}, Quaternion(nan, 0, 0, 1)}}) {
+  for (const Configuration& bad :
+       {Configuration{{nan, 0, 0}, kUpright}, Configuration{{0, infinity, 0}, kUpright}, Configuration{{0, 0, 1e300}, kUpright},
+        Configuration{{4, 0, 0}, Quaternion(0, 0, 0, 0)}, Configuration{{4, 0, 0}, Quaternion(nan, 0, 0, 1)}}) {
     const StepResult r = rig.to(bad);
     EXPECT_EQ(r.faults, kBadInput);
     EXPECT_EQ(r.graphic.position, good.graphic.position);

@@ -80,7 +80,8 @@ inline SphereTree treeOfBalls(std::vector<Sphere> balls, std::size_t branching =
     centre /= static_cast<double>(g.end - g.begin);
     double radius = 0;
     for (std::size_t i = g.begin; i < g.end; ++i)
-      radius = std::max(radius, (Eigen::Vector3d(balls[i].x, balls[i].y, balls[i].z) - centre).norm() + static_cast<double>(balls[i].radius));
+      radius =
+          std::max(radius, (Eigen::Vector3d(balls[i].x, balls[i].y, balls[i].z) - centre).norm() + static_cast<double>(balls[i].radius));
     tree.cover.push_back(ball(centre.x(), centre.y(), centre.z(), radius));
   }
   if (!linkNodes(tree)) return {};
@@ -114,7 +115,8 @@ inline SphereTree ellipsoidTree(const Eigen::Vector3d& half, int count, double g
   std::vector<Sphere> balls;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1.0) / count, rim = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
-    balls.push_back(ball((half.x() - grain) * rim * std::cos(angle), (half.y() - grain) * rim * std::sin(angle), (half.z() - grain) * z, grain));
+    balls.push_back(
+        ball((half.x() - grain) * rim * std::cos(angle), (half.y() - grain) * rim * std::sin(angle), (half.z() - grain) * z, grain));
   }
   return treeOfBalls(std::move(balls));
 }

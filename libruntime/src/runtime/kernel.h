@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h). All give the same bits: the same IEEE operations in
-// the same order, no contraction.
+// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h). All give the same bits: the same IEEE
+// operations in the same order, no contraction.
 #pragma once
 
 #include <array>
@@ -31,10 +31,10 @@ struct PairSearch {
   Block* turned_tool;          // a block is turned when it is first met
   std::uint32_t* turned_when;  // (block) the `now` of its last turn
   std::uint32_t now;           // names the pose
-  float offset[3];        // reference point from the anchor, world axes [mm]
-  float inner_margin;     // the margin and all that rounding can lose
-  float sure_margin;      // pairs of leaves within this are in, in float
-  float maybe_margin;     // beyond this they are out; between, the exact test decides
+  float offset[3];             // reference point from the anchor, world axes [mm]
+  float inner_margin;          // the margin and all that rounding can lose
+  float sure_margin;           // pairs of leaves within this are in, in float
+  float maybe_margin;          // beyond this they are out; between, the exact test decides
   ExactTest exact;
   std::uint32_t* pairs;     // output; written to [0, capacity + 8)
   std::uint32_t* lists[2];  // each capacity + 8
@@ -55,9 +55,9 @@ struct RowRequest {
   const Sphere* object;  // (slot)
   float offset[3];
   float inverse_angle_length;
-  bool squared;          // RowForm::SquaredDistance
-  float axes[9];         // row k: the axis of angle k; used if `squared`
-  float* a[6];           // written to [0, count + 8)
+  bool squared;   // RowForm::SquaredDistance
+  float axes[9];  // row k: the axis of angle k; used if `squared`
+  float* a[6];    // written to [0, count + 8)
   float* b;
   float* weight;
 };
@@ -69,7 +69,7 @@ struct WorstRow {
 
 struct KernelTable {
   PairSearchResult (*findPairs)(const PairSearch&);
-  float (*makeRows)(const RowRequest&);  // returns the smallest gap
+  float (*makeRows)(const RowRequest&);                                                              // returns the smallest gap
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

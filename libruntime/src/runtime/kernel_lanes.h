@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The body of the inner loops; included by one source for each instruction set. Everything here has internal linkage and calls no inline function of
-// the standard library or Eigen: the linker keeps one copy of such a function, which may be the one for the newer machine.
+// The body of the inner loops; included by one source for each instruction set. Everything here has internal linkage and calls no inline
+// function of the standard library or Eigen: the linker keeps one copy of such a function, which may be the one for the newer machine.
 #pragma once
 
 #if defined(__SSE2__)
@@ -90,8 +90,10 @@ inline void transpose(const Sphere* const s[8], F8& x, F8& y, F8& z, F8& r) {
     return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
   };
   const F8 p0 = pair(0), p1 = pair(1), p2 = pair(2), p3 = pair(3);
-  const F8 xy01 = __builtin_shufflevector(p0, p1, 0, 8, 1, 9, 4, 12, 5, 13), zr01 = __builtin_shufflevector(p0, p1, 2, 10, 3, 11, 6, 14, 7, 15);
-  const F8 xy23 = __builtin_shufflevector(p2, p3, 0, 8, 1, 9, 4, 12, 5, 13), zr23 = __builtin_shufflevector(p2, p3, 2, 10, 3, 11, 6, 14, 7, 15);
+  const F8 xy01 = __builtin_shufflevector(p0, p1, 0, 8, 1, 9, 4, 12, 5, 13),
+           zr01 = __builtin_shufflevector(p0, p1, 2, 10, 3, 11, 6, 14, 7, 15);
+  const F8 xy23 = __builtin_shufflevector(p2, p3, 0, 8, 1, 9, 4, 12, 5, 13),
+           zr23 = __builtin_shufflevector(p2, p3, 2, 10, 3, 11, 6, 14, 7, 15);
   x = __builtin_shufflevector(xy01, xy23, 0, 1, 8, 9, 4, 5, 12, 13);
   y = __builtin_shufflevector(xy01, xy23, 2, 3, 10, 11, 6, 7, 14, 15);
   z = __builtin_shufflevector(zr01, zr23, 0, 1, 8, 9, 4, 5, 12, 13);
@@ -150,7 +152,8 @@ inline unsigned leafHits(const PairSearch& s, const Hits& h, unsigned leaves, fl
   for (unsigned doubt = within(h, s.maybe_margin) & leaves & ~sure; doubt; doubt &= doubt - 1) {
     const unsigned lane = static_cast<unsigned>(__builtin_ctz(doubt));
     const std::uint32_t name = slots(lane);
-    if (touchesExactly(s.exact, name >> 16, name & 0xffff, static_cast<double>(radius) + static_cast<double>(block.r[lane]))) hits |= 1u << lane;
+    if (touchesExactly(s.exact, name >> 16, name & 0xffff, static_cast<double>(radius) + static_cast<double>(block.r[lane])))
+      hits |= 1u << lane;
   }
   return hits;
 }
@@ -176,7 +179,8 @@ PairSearchResult findPairs(const PairSearch& s) {
     std::uint32_t* const leaf_begin = leaf_end;  // of this level
     std::uint32_t* next_end = next;
     for (const std::uint32_t* item = now; item != now_end; ++item) {
-      if (static_cast<std::size_t>(leaf_end - s.pairs) + static_cast<std::size_t>(next_end - next) + 64 > s.capacity || work + 9 > s.max_work) {
+      if (static_cast<std::size_t>(leaf_end - s.pairs) + static_cast<std::size_t>(next_end - next) + 64 > s.capacity ||
+          work + 9 > s.max_work) {
         // The last whole level stands in: the leaf pairs of the levels before it and all its own pairs.
         leaf_end = leaf_begin;
         for (const std::uint32_t* k = now; k != now_end; ++k) *leaf_end++ = *k;
@@ -209,7 +213,8 @@ PairSearchResult findPairs(const PairSearch& s) {
           if (s.tool.child_block[slot]) {
             next_end = append(next_end, names, within(h, s.inner_margin));
           } else {
-            leaf_end = append(leaf_end, names, leafHits(s, h, 0xffu & ~object_inner, a.r[k], object, [&](unsigned lane) { return base + lane; }));
+            leaf_end =
+                append(leaf_end, names, leafHits(s, h, 0xffu & ~object_inner, a.r[k], object, [&](unsigned lane) { return base + lane; }));
             if (object_inner) next_end = append(next_end, names, within(h, s.inner_margin) & object_inner);
           }
         }
@@ -221,7 +226,8 @@ PairSearchResult findPairs(const PairSearch& s) {
         ++work;
         const std::uint32_t base = tb << 19 | os;
         const U8 names = splatU(base) + (kLanes << 16);
-        leaf_end = append(leaf_end, names, leafHits(s, h, 0xffu & ~tool_inner, b.r[k], tool, [&](unsigned lane) { return base + (lane << 16); }));
+        leaf_end =
+            append(leaf_end, names, leafHits(s, h, 0xffu & ~tool_inner, b.r[k], tool, [&](unsigned lane) { return base + (lane << 16); }));
         if (tool_inner) next_end = append(next_end, names, within(h, s.inner_margin) & tool_inner);
       }
     }
@@ -234,7 +240,8 @@ PairSearchResult findPairs(const PairSearch& s) {
 }
 
 float makeRows(const RowRequest& q) {
-  const F8 ox = splat(q.offset[0]), oy = splat(q.offset[1]), oz = splat(q.offset[2]), inverse = splat(q.inverse_angle_length), one = splat(1);
+  const F8 ox = splat(q.offset[0]), oy = splat(q.offset[1]), oz = splat(q.offset[2]), inverse = splat(q.inverse_angle_length),
+           one = splat(1);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const Sphere *tool[8], *object[8];

@@ -38,9 +38,7 @@ Configuration fromC(const st_pose& p) {
 st_pose toC(const Configuration& q) {
   return {{q.position.x(), q.position.y(), q.position.z()}, {q.orientation.w(), q.orientation.x(), q.orientation.y(), q.orientation.z()}};
 }
-st_wrench toC(const spheretree::Wrench& w) {
-  return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}};
-}
+st_wrench toC(const spheretree::Wrench& w) { return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}}; }
 
 // Runs `work`, which returns a fault or ""; no exception leaves this file.
 template <class Work>
@@ -125,7 +123,8 @@ int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_w
 st_renderer* st_renderer_create(st_scene* scene, int mode) {
   st_renderer* renderer = nullptr;
   guarded(scene, [&]() -> std::string {
-    if (mode != ST_CONSTRAINED && mode != ST_PAPER) return "mode " + std::to_string(mode) + " is unknown; ST_CONSTRAINED is 0, ST_PAPER is 1";
+    if (mode != ST_CONSTRAINED && mode != ST_PAPER)
+      return "mode " + std::to_string(mode) + " is unknown; ST_CONSTRAINED is 0, ST_PAPER is 1";
     if (scene->description.tool.cover.empty()) return "the scene has no tool; call st_scene_set_tool() first";
     rt::Scene compiled;
     std::string fault;
@@ -141,7 +140,7 @@ void st_renderer_destroy(st_renderer* renderer) { delete renderer; }
 void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out) {
   const rt::StepResult result = rt::step(renderer->scene, fromC(*haptic_tool), renderer->mode, renderer->workspace);
   *out = {toC(result.graphic), toC(result.wrench), toC(result.limited_wrench), result.penetration, result.faults, result.pairs,
-          result.rows,         result.active,      result.qp_iterations,          result.work};
+          result.rows,         result.active,      result.qp_iterations,       result.work};
 }
 
 void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool) {

@@ -57,7 +57,8 @@ CompiledTree compileTree(const SphereTree& tree, const Place& place) {
   };
   putNode(0, 0);
   for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
-    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) putNode(8 * (std::size_t{tree.bound_index[node]} + 1) + k, tree.first_child[node] + k);
+    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k)
+      putNode(8 * (std::size_t{tree.bound_index[node]} + 1) + k, tree.first_child[node] + k);
   return out;
 }
 
@@ -69,7 +70,8 @@ std::string faultInSettings(const SceneDescription& d) {
   if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");
   if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
   for (int k = 0; k < 3; ++k)
-    if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9)) return bad("torque limit [N mm]", d.wrench_limits.torque[k], "above 0, at most 1e9");
+    if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9))
+      return bad("torque limit [N mm]", d.wrench_limits.torque[k], "above 0, at most 1e9");
   const double least = std::max<double>(64, 64.0 * static_cast<double>(d.objects.size()));
   if (!inRange(d.step_limits.max_pairs, least, 1 << 20)) return bad("max_pairs", d.step_limits.max_pairs, "64 for each object .. 1048576");
   if (!inRange(d.step_limits.max_work, 1000, 1 << 30)) return bad("max_work", d.step_limits.max_work, "within 1000 .. 1073741824");

@@ -15,15 +15,15 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kPathTolerance = 0.01;     // deepest a leaf may dip in the middle of a step [mm]
-constexpr double kLeastMargin = 0.01;       // [mm]
-constexpr double kConverged = 2e-5;         // the graphic tool rests if the next step would be shorter [mm, scaled]
-constexpr double kRounding = 3e-4;          // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
-constexpr int kMostLinearisations = 48;     // of one step
-constexpr int kMostRelaxations = 16;        // of one QP with rows that conflict
+constexpr double kPathTolerance = 0.01;  // deepest a leaf may dip in the middle of a step [mm]
+constexpr double kLeastMargin = 0.01;    // [mm]
+constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
+constexpr int kMostLinearisations = 48;  // of one step
+constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
 
-constexpr double kFarthest = 1e7;           // of a haptic pose from the origin [mm]
+constexpr double kFarthest = 1e7;  // of a haptic pose from the origin [mm]
 
 class Stage {
  public:
@@ -70,13 +70,11 @@ class Stepper {
     result_.rows = static_cast<std::uint32_t>(set.pairs.size());
     return makeRows(scene_, set, pose, form, axes, workspace_);
   }
-  RowSet rows(const PairSet& set, const Configuration& pose) {
-    return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity());
-  }
+  RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
 
-  // The point nearest to `target` that all rows allow. Rows that contradict each other are all moved back by the same distance [mm], the least that
-  // lets them agree; returns that distance. Each certificate is a lower bound of it (its rows, moved back by less, still contradict each
-  // other), and the first bound at which the QP has an answer is therefore the least.
+  // The point nearest to `target` that all rows allow. Rows that contradict each other are all moved back by the same distance [mm], the
+  // least that lets them agree; returns that distance. Each certificate is a lower bound of it (its rows, moved back by less, still
+  // contradict each other), and the first bound at which the QP has an answer is therefore the least.
   double solve(const RowSet& set, const Vector6& target) {
     const Stage stage(times_ ? &times_->qp : nullptr);
     QpAnswer& answer = workspace_.answer;
@@ -164,15 +162,15 @@ class Stepper {
   bool has_last_ = false;
 };
 
-// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents, and the deeper the haptic tool is below a
-// bump, the slower. The last two of them tell the factor (a secant, as in Anderson's mixing), and the sum of the series. The QP
-// aims there instead; its rows are the same, so the step is as safe as the plain one.
+// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents, and the deeper the
+// haptic tool is below a bump, the slower. The last two of them tell the factor (a secant, as in Anderson's mixing), and the sum of the
+// series. The QP aims there instead; its rows are the same, so the step is as safe as the plain one.
 void Stepper::accelerate(const RowSet& set, const Vector6& want, const Vector6& plain) {
   if (!has_last_) return;
   const Vector6 change = plain - last_plain_;
   const double shrink = -change.dot(last_way_), square = last_way_.squaredNorm();
   if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return;  // a corner lies between
-  Vector6 further = 3 * plain;  // off a ridge, where steps grow
+  Vector6 further = 3 * plain;                                                      // off a ridge, where steps grow
   if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
   solve(set, want + further);
 }
@@ -280,7 +278,8 @@ void Stepper::constrained(const Configuration& haptic) {
     }
   }
   // A way that ends with a turn may end a little inside. Push straight out, or fall back to the last pose that was free.
-  for (int attempt = 0; attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
+  for (int attempt = 0;
+       attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
        ++attempt) {
     solve(set, Vector6::Zero());
     const Displacement step = displacement(workspace_.answer.y);
@@ -299,7 +298,8 @@ void Stepper::constrained(const Configuration& haptic) {
 }
 
 // The list is full even for the shortest way. Whole branches stand in, as the balls that cover them: none may come closer than it is.
-// That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and finds none.
+// That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and
+// finds none.
 void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path_tolerance, double largest_turn) {
   const Configuration from = workspace_.graphic;
   findActive(pairs);
@@ -309,7 +309,8 @@ void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path
   solve(set, scaledVector(displacementBetween(from, haptic)));
   keepActive(pairs);
   const Displacement step = displacement(workspace_.answer.y);
-  const double most = std::min({kLeastMargin, path_tolerance, 0.25 * scene_.smallest_radius_sum}), length = reach(step), turn = step.rotation.norm();
+  const double most = std::min({kLeastMargin, path_tolerance, 0.25 * scene_.smallest_radius_sum}), length = reach(step),
+               turn = step.rotation.norm();
   double part = 1;
   if (length > most) part = most / length;
   if (turn * part > largest_turn) part = largest_turn / turn;
@@ -327,9 +328,7 @@ Eigen::Vector3d eulerAngles(const Quaternion& q) {
   const Eigen::Matrix3d m = q.toRotationMatrix();
   return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), std::hypot(m(0, 0), m(1, 0))), std::atan2(m(1, 0), m(0, 0))};
 }
-Quaternion fromEuler(const Eigen::Vector3d& e) {
-  return rotationOf({0, 0, e[2]}) * rotationOf({0, e[1], 0}) * rotationOf({e[0], 0, 0});
-}
+Quaternion fromEuler(const Eigen::Vector3d& e) { return rotationOf({0, 0, e[2]}) * rotationOf({0, e[1], 0}) * rotationOf({e[0], 0, 0}); }
 
 void Stepper::paper(const Configuration& haptic) {
   Eigen::Vector3d before(workspace_.euler[0], workspace_.euler[1], workspace_.euler[2]);

@@ -29,14 +29,14 @@ struct PairRun {
 struct PairSet {
   std::span<const std::uint32_t> pairs;
   std::span<const PairRun> runs;
-  bool coarse = false;      // the lists or the work ran out: some pairs are inner nodes that stand for the leaves below them
-  std::uint32_t work = 0;   // 8-lane tests done
+  bool coarse = false;     // the lists or the work ran out: some pairs are inner nodes that stand for the leaves below them
+  std::uint32_t work = 0;  // 8-lane tests done
 };
 
-/// The pairs of the whole scene, tool at `pose`, gap <= `margin` [mm, >= 0], with at most `max_work` 8-lane tests. Held by `workspace` until the next
-/// search. `exact`: the set that double arithmetic gives, pair by pair; otherwise some pairs beyond the margin, by float rounding,
-/// may be among them, and none within is missed. Order: by object, then as the search meets them; always the same.
-/// Cost: a sphere test for each object, then about one 8-lane test for each pair. No allocation.
+/// The pairs of the whole scene, tool at `pose`, gap <= `margin` [mm, >= 0], with at most `max_work` 8-lane tests. Held by `workspace`
+/// until the next search. `exact`: the set that double arithmetic gives, pair by pair; otherwise some pairs beyond the margin, by float
+/// rounding, may be among them, and none within is missed. Order: by object, then as the search meets them; always the same. Cost: a sphere
+/// test for each object, then about one 8-lane test for each pair. No allocation.
 PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, bool exact, std::uint32_t max_work,
                   Workspace& workspace) noexcept;
 

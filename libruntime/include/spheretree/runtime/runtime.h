@@ -43,12 +43,12 @@ enum {
 
 /* Bits of st_step::faults. After each of them the limited wrench is safe to render. */
 enum {
-  ST_PAIRS_FULL = 1,     /* more pairs than max_pairs: upper levels of the trees stood in */
-  ST_WORK_LIMIT = 2,     /* max_work was used up: the graphic tool goes on in the next step */
-  ST_QP_STOPPED = 4,     /* the QP stopped early */
-  ST_ROWS_CONFLICT = 8,  /* contacts contradict each other: the answer has the smallest worst violation */
-  ST_PENETRATING = 16,   /* the graphic tool is inside an object by more than 0.001 mm */
-  ST_BAD_INPUT = 32      /* the pose was not finite or beyond 1e7 mm: the tool rests, the wrench decays by 10 % a step */
+  ST_PAIRS_FULL = 1,    /* more pairs than max_pairs: upper levels of the trees stood in */
+  ST_WORK_LIMIT = 2,    /* max_work was used up: the graphic tool goes on in the next step */
+  ST_QP_STOPPED = 4,    /* the QP stopped early */
+  ST_ROWS_CONFLICT = 8, /* contacts contradict each other: the answer has the smallest worst violation */
+  ST_PENETRATING = 16,  /* the graphic tool is inside an object by more than 0.001 mm */
+  ST_BAD_INPUT = 32     /* the pose was not finite or beyond 1e7 mm: the tool rests, the wrench decays by 10 % a step */
 };
 
 typedef struct st_step {
@@ -57,11 +57,11 @@ typedef struct st_step {
   st_wrench limited_wrench; /* the same within the wrench limits: what to render */
   double penetration_mm;    /* of the graphic tool; constrained mode */
   uint32_t faults;
-  uint32_t pairs;           /* of the last search */
-  uint32_t rows;            /* of the last QP */
-  uint32_t active;          /* rows that hold the tool */
+  uint32_t pairs;  /* of the last search */
+  uint32_t rows;   /* of the last QP */
+  uint32_t active; /* rows that hold the tool */
   uint32_t qp_iterations;
-  uint32_t work;            /* in the unit of max_work */
+  uint32_t work; /* in the unit of max_work */
 } st_step;
 
 /* "0.1.0" */

@@ -19,20 +19,20 @@ namespace spheretree::runtime {
 
 /// The spring between haptic and graphic tool; both > 0.
 struct Coupling {
-  double translation = 1;   // [N/mm]
-  double rotation = 1000;   // [N mm/rad]
+  double translation = 1;  // [N/mm]
+  double rotation = 1000;  // [N mm/rad]
 };
 
 /// Largest wrench that is rendered; all > 0.
 struct WrenchLimits {
-  double force = 8;                        // of the vector [N]
-  Eigen::Vector3d torque{188, 188, 48};    // of each component, world axes [N mm]
+  double force = 8;                      // of the vector [N]
+  Eigen::Vector3d torque{188, 188, 48};  // of each component, world axes [N mm]
 };
 
 /// What one step may cost. Both are counts, not clock time, so that a step is the same on every machine.
 struct StepLimits {
-  std::uint32_t max_pairs = 8192;     // leaf pairs at a time; 64 for each object .. 2^20
-  std::uint32_t max_work = 100'000;   // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
+  std::uint32_t max_pairs = 8192;    // leaf pairs at a time; 64 for each object .. 2^20
+  std::uint32_t max_work = 100'000;  // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
 };
 
 struct SceneObject {
@@ -55,14 +55,14 @@ struct alignas(128) Block {
 static_assert(sizeof(Block) == 128);
 
 struct CompiledTree {
-  std::vector<Block> bound;                     // what the search tests: bounding spheres, and leaves
-  std::vector<Sphere> cover_records;            // (slot) what touches: cover spheres; equal to `bound` at the leaves
-  std::vector<std::uint16_t> child_block;       // (slot) 0 for a leaf
-  std::vector<std::uint8_t> inner_lanes;        // (block) lanes [0, n) are inner nodes, the others leaves or empty
-  std::vector<std::array<double, 3>> exact;     // (slot) centre before rounding to float
-  std::vector<std::uint32_t> node;              // (slot) index in the SphereTree; kNoNode for an empty lane
-  double reach = 0;                             // no point of any sphere is farther from the frame's origin [mm]
-  float smallest_radius = 0;                    // of the leaves [mm]
+  std::vector<Block> bound;                  // what the search tests: bounding spheres, and leaves
+  std::vector<Sphere> cover_records;         // (slot) what touches: cover spheres; equal to `bound` at the leaves
+  std::vector<std::uint16_t> child_block;    // (slot) 0 for a leaf
+  std::vector<std::uint8_t> inner_lanes;     // (block) lanes [0, n) are inner nodes, the others leaves or empty
+  std::vector<std::array<double, 3>> exact;  // (slot) centre before rounding to float
+  std::vector<std::uint32_t> node;           // (slot) index in the SphereTree; kNoNode for an empty lane
+  double reach = 0;                          // no point of any sphere is farther from the frame's origin [mm]
+  float smallest_radius = 0;                 // of the leaves [mm]
 };
 inline constexpr std::uint32_t kNoNode = 0xffffffffu;
 

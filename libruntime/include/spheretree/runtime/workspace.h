@@ -45,12 +45,12 @@ class Workspace {
 
   // State from step to step.
   bool started = false;
-  Configuration haptic, graphic;              // of the last step
-  std::array<double, 3> euler{};              // of the graphic tool in paper mode: gamma, beta, alpha [rad]
-  Wrench wrench;                              // of the last step, not limited
-  std::array<PairName, 6> active_names{};     // rows that were active at the end of the last step
+  Configuration haptic, graphic;           // of the last step
+  std::array<double, 3> euler{};           // of the graphic tool in paper mode: gamma, beta, alpha [rad]
+  Wrench wrench;                           // of the last step, not limited
+  std::array<PairName, 6> active_names{};  // rows that were active at the end of the last step
   std::uint8_t active_count = 0;
-  QpAnswer answer;                            // of the last QP
+  QpAnswer answer;  // of the last QP
 };
 
 }  // namespace spheretree::runtime
