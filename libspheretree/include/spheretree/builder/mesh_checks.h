@@ -34,7 +34,7 @@ enum class DefectKind {
 std::string_view name(DefectKind kind);
 
 inline constexpr std::size_t kPlacesListed = 5;             // of each defect
-inline constexpr std::size_t kMaxCrossingPairs = 1'000'000;  // the search for self-intersections then stops
+inline constexpr std::size_t kMaxCrossingPairs = 100'000;  // the search for self-intersections then stops
 
 struct Place {
   std::vector<std::uint32_t> triangles;  // one, or the two of a pair, from 0
