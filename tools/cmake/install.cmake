@@ -9,6 +9,8 @@ install(DIRECTORY libruntime/include/ formats/include/ DESTINATION ${CMAKE_INSTA
 install(EXPORT spheretree_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
 
 if(SPHERETREE_BUILDER)
+  # CGAL is headers only and stays behind; what its arithmetic links does not.
+  target_link_libraries(spheretree_builder PRIVATE $<INSTALL_INTERFACE:gmp> $<INSTALL_INTERFACE:mpfr>)
   install(TARGETS spheretree_builder EXPORT spheretree_builder_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY libspheretree/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(EXPORT spheretree_builder_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
