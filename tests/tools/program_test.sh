@@ -310,6 +310,42 @@ case_build_refuses_defects() {
   expect 0 inspect work/b.stree
 }
 
+case_check() {
+  write_tetrahedron whole.obj
+  expect 0 check whole.obj
+  says "no defects" out
+  expect 0 check whole.obj --json --unit cm
+  says '"clean": true' out
+  says '"build": "accept"' out
+  says '"unit_mm": 10.0' out
+  says '"volume_mm3": 166666.6' out
+  grep -v 'f 2 3 4' whole.obj >open.obj
+  expect 4 check open.obj
+  says "border: 3 edges round 1 hole" out
+  says "a build refuses this mesh" out
+  expect 4 check open.obj --json
+  says '"kind": "border"' out
+  says '"build": "refuse"' out
+  sed 's/^f \(.\) \(.\) \(.\)/f \3 \2 \1/' whole.obj >turned.obj
+  expect 4 check turned.obj --json
+  says '"kind": "inside_out"' out
+  says '"build": "fix"' out
+  { echo 'o large'; cat whole.obj; printf 'o small\nv 1 1 1\nv 2 1 1\nv 1 2 1\nv 1 1 2\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >both.obj
+  expect 0 check both.obj
+  says 'part "small") lies wholly within solid matter' out
+  expect 0 check both.obj --json
+  says '"build": "fix"' out
+  expect 0 check both.obj --parts large
+  says "4 triangles" out
+  expect 4 check both.obj --parts none
+  says '"large", "small"' err
+  printf 'v 0 0 0\nf 1 2 3\n' >bad.obj
+  expect 4 check bad.obj
+  says "bad.obj: line 2" err
+  expect 3 check missing.obj
+  expect 2 check whole.obj --unit km
+}
+
 case_build_interrupted() {
   write_torus mesh.obj 120
   for signal in INT TERM; do
