@@ -100,11 +100,13 @@ void addConvertCommand(Program& program) {
   app->add_option("OUT", options->output, "File to write; its kind is told from the ending .stree, .sph, .json, .glb or .png")
       ->required()
       ->type_name("FILE");
-  app->add_option("--spheres", options->spheres,
-                  "Spheres of inner nodes in .sph, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")
+  app->add_option(
+         "--spheres", options->spheres,
+         "Spheres of inner nodes in .sph, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")
       ->type_name("KIND")
       ->check(CLI::IsMember({"cover", "bound"}));
-  app->add_option("--mesh", options->mesh, "Mesh that the tree was built from, to be drawn beside it in .png; default: none")->type_name("FILE");
+  app->add_option("--mesh", options->mesh, "Mesh that the tree was built from, to be drawn beside it in .png; default: none")
+      ->type_name("FILE");
   app->add_option("--view", options->view, "Direction from the object to the eye in .png, three numbers; default 1,-2,1")
       ->type_name("X,Y,Z")
       ->delimiter(',')
