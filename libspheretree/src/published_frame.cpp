@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <compare>
 #include <limits>
@@ -281,16 +280,21 @@ class Frame {
     return balls;
   }
 
-  // Two balls for a patch, each for the points nearer to one of two far ends.
-  std::vector<FittedBall> halve(const std::vector<Vector3d>& points) {
-    const std::vector<Vector3d> ends = farthestFirst(points, 2);
-    if (ends.size() < 2) return {};
-    std::array<std::vector<Vector3d>, 2> half;
-    for (const Vector3d& p : points) half[(p - ends[1]).squaredNorm() < (p - ends[0]).squaredNorm()].push_back(p);
+  // Balls for the parts of a patch: each point goes with the nearest of some ends that lie far from each other.
+  std::vector<FittedBall> breakUp(const std::vector<Vector3d>& points, std::size_t parts) {
+    const std::vector<Vector3d> ends = farthestFirst(points, parts);
+    if (ends.size() < parts) return {};
+    std::vector<std::vector<Vector3d>> part(parts);
+    for (const Vector3d& p : points) {
+      std::size_t nearest = 0;
+      for (std::size_t k = 1; k < parts; ++k)
+        if ((p - ends[k]).squaredNorm() < (p - ends[nearest]).squaredNorm()) nearest = k;
+      part[nearest].push_back(p);
+    }
     std::vector<FittedBall> balls;
-    for (const auto& part : half) {
-      if (part.empty()) return {};
-      const Ball smallest = smallestBall(part);
+    for (const auto& own : part) {
+      if (own.empty()) continue;
+      const Ball smallest = smallestBall(own);
       balls.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
     }
     refitBalls(field_, points, balls, {}, kRefitRounds, progress_);
@@ -312,7 +316,10 @@ class Frame {
       for (std::size_t i = 0; i < points.size(); ++i)
         if (owner[i] == static_cast<std::uint32_t>(worst - split.begin())) part.push_back(points[i]);
       const double before = worst->overhang();
-      const std::vector<FittedBall> halves = halve(part);
+      std::vector<FittedBall> halves = breakUp(part, 2);
+      // Half a cube reaches out farther than the cube, an octant does not.
+      const std::size_t spare = most - std::min(most, balls.size()) + 1;
+      if (spare > 2 && (halves.size() < 2 || worstOverhang(halves) >= before)) halves = breakUp(part, spare);
       if (halves.size() < 2 || worstOverhang(halves) >= before) return;
       split.erase(worst);
       split.insert(split.end(), halves.begin(), halves.end());

@@ -25,7 +25,8 @@ struct Region {
   std::uint64_t seed = 1;                                  // for methods that draw
 };
 
-/// At least one and at most `most` balls, each point of the region in one of them; none if `limit` cannot be reached. Pure: same
+/// At least one and at most `most` balls, each point of the region in one of them; none if `limit` is not
+/// reached. Pure: same
 /// region, same balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
 

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/published_frame.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "spheretree/builder/certify_cover.h"
+#include "spheretree/builder/reduce_burst.h"
+#include "spheretree/builder/reduce_expand.h"
+#include "spheretree/builder/reduce_grid.h"
+#include "spheretree/builder/reduce_hubbard.h"
+#include "spheretree/builder/reduce_merge.h"
+#include "spheretree/builder/reduce_spawn.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Named {
+  std::string name;
+  std::vector<Method> methods;
+};
+
+std::vector<Named> allMethods() {
+  const Method merge{reduceMerge, true}, burst{reduceBurst, true}, expand{reduceExpand, true}, spawn{reduceSpawn, false},
+      grid{reduceGrid, false}, hubbard{reduceHubbard, true};
+  return {{"merge", {merge}},
+          {"burst", {burst}},
+          {"expand", {expand}},
+          {"spawn", {spawn}},
+          {"grid", {grid}},
+          {"hubbard", {hubbard}},
+          {"combined", {expand, merge, burst}}};
+}
+
+PublishedSettings quick(int levels) {
+  PublishedSettings settings;
+  settings.levels = levels;
+  settings.quality = Quality::Quick;
+  return settings;
+}
+
+// The level set, as certification and the tree file see it, and the worst bound of its overhang [mm].
+struct LevelSet {
+  std::vector<Ball> balls;
+  double worst = 0;
+};
+LevelSet levelSetOf(const LevelBalls& tree, std::size_t level, const DistanceField& field) {
+  LevelSet set;
+  for (std::size_t l = 0; l <= level; ++l) {
+    std::vector<char> ended(tree.balls[l].size(), l == level);
+    if (l < level) {
+      std::fill(ended.begin(), ended.end(), char{1});
+      for (const std::uint32_t parent : tree.parents[l + 1]) ended[parent] = 0;
+    }
+    for (std::size_t i = 0; i < ended.size(); ++i)
+      if (ended[i]) set.balls.push_back(tree.balls[l][i]);
+  }
+  for (const Ball& b : set.balls) set.worst = std::max(set.worst, b.radius + field.signedDistance(b.centre));
+  return set;
+}
+
+void expectSound(const LevelBalls& tree, const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings) {
+  ASSERT_EQ(tree.balls.size(), tree.parents.size());
+  ASSERT_LE(tree.balls.size(), static_cast<std::size_t>(settings.levels));
+  ASSERT_EQ(tree.balls[0].size(), 1u);
+  Progress progress;
+  for (std::size_t level = 0; level < tree.balls.size(); ++level) {
+    SCOPED_TRACE("level " + std::to_string(level));
+    ASSERT_EQ(tree.balls[level].size(), tree.parents[level].size());
+    for (const Ball& b : tree.balls[level]) {
+      EXPECT_TRUE(b.centre.allFinite());
+      EXPECT_TRUE(std::isfinite(b.radius));
+      EXPECT_GT(b.radius, 0);
+    }
+    if (level > 0) {
+      std::map<std::uint32_t, int> children;
+      for (const std::uint32_t parent : tree.parents[level]) {
+        ASSERT_LT(parent, tree.balls[level - 1].size());
+        ++children[parent];
+      }
+      for (const auto& [parent, count] : children) EXPECT_LE(count, settings.branching) << "children of " << parent;
+    }
+    const LevelSet set = levelSetOf(tree, level, field);
+    const CertifiedCover cover = certifyCover(mesh, set.balls, Vector3d::Zero(), 1e-3 * field.diagonal(), progress);
+    EXPECT_LE(cover.largest_growth, 0.02 * field.diagonal()) << "the levels cover up to small gaps";
+  }
+}
+
+TEST(PublishedFrame, EveryMethodMakesASoundTree) {
+  for (const TriangleMesh& mesh :
+       {test::boxMesh({0, 0, 0}, {1, 1, 1}), test::boxMesh({0, 0, 0}, {1, 1, 0.01}), test::torusMesh(5, 1, 24, 10)}) {
+    const DistanceField field(mesh);
+    for (const Named& named : allMethods()) {
+      SCOPED_TRACE(named.name + ", " + std::to_string(mesh.triangles.size()) + " triangles");
+      const PublishedSettings settings = quick(3);
+      Progress progress;
+      const LevelBalls tree = buildByRegions(mesh, field, named.methods, settings, progress);
+      expectSound(tree, mesh, field, settings);
+      ASSERT_EQ(tree.balls.size(), 3u);
+      // Deeper levels are finer.
+      EXPECT_LT(levelSetOf(tree, 1, field).worst, levelSetOf(tree, 0, field).worst);
+      EXPECT_LT(levelSetOf(tree, 2, field).worst, 0.8 * levelSetOf(tree, 1, field).worst);
+    }
+  }
+}
+
+TEST(PublishedFrame, SameBallsForAnyNumberOfThreads) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  const DistanceField field(mesh);
+  for (const Named& named : allMethods()) {
+    SCOPED_TRACE(named.name);
+    std::vector<LevelBalls> trees;
+    for (const std::size_t threads : {1, 2, 4}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      Progress progress;
+      trees.push_back(buildByRegions(mesh, field, named.methods, quick(3), progress));
+    }
+    for (std::size_t t = 1; t < trees.size(); ++t) {
+      ASSERT_EQ(trees[t].parents, trees[0].parents);
+      for (std::size_t level = 0; level < trees[0].balls.size(); ++level)
+        for (std::size_t i = 0; i < trees[0].balls[level].size(); ++i) {
+          EXPECT_EQ(trees[t].balls[level][i].centre, trees[0].balls[level][i].centre);
+          EXPECT_EQ(trees[t].balls[level][i].radius, trees[0].balls[level][i].radius);
+        }
+    }
+  }
+}
+
+TEST(PublishedFrame, AnyBranching) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {3, 2, 1});
+  const DistanceField field(mesh);
+  for (const int branching : {2, 3, 5}) {
+    PublishedSettings settings = quick(4);
+    settings.branching = branching;
+    Progress progress;
+    const std::vector<Method> methods{{reduceExpand, true}};
+    expectSound(buildByRegions(mesh, field, methods, settings, progress), mesh, field, settings);
+  }
+}
+
+TEST(PublishedFrame, ASphereNeedsOneBall) {
+  const TriangleMesh mesh = test::sphereMesh(2, 4);
+  const DistanceField field(mesh);
+  PublishedSettings settings = quick(4);
+  settings.tolerance_mm = 0.05;  // above what the facets make
+  Progress progress;
+  const LevelBalls tree = buildByRegions(mesh, field, std::vector<Method>{{reduceMerge, true}}, settings, progress);
+  EXPECT_EQ(tree.balls.size(), 1u);
+}
+
+TEST(PublishedFrame, ALooserToleranceTakesFewerBalls) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  const DistanceField field(mesh);
+  std::size_t before = 0;
+  for (const double tolerance : {0.0, 0.4, 0.8}) {
+    PublishedSettings settings = quick(4);
+    settings.tolerance_mm = tolerance;
+    Progress progress;
+    const LevelBalls tree = buildByRegions(mesh, field, std::vector<Method>{{reduceExpand, true}}, settings, progress);
+    std::size_t count = 0;
+    for (const auto& level : tree.balls) count += level.size();
+    if (before > 0) {
+      EXPECT_LT(count, before) << "tolerance " << tolerance;
+    }
+    before = count;
+    if (tolerance > 0) {
+      EXPECT_LE(levelSetOf(tree, tree.balls.size() - 1, field).worst, 1.05 * tolerance);
+    }
+  }
+}
+
+TEST(PublishedFrame, RefusesSettingsOutOfRange) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
+  const DistanceField field(mesh);
+  const std::vector<Method> methods{{reduceGrid, false}};
+  Progress progress;
+  for (auto spoil : std::vector<void (*)(PublishedSettings&)>{
+           [](PublishedSettings& s) { s.levels = 1; }, [](PublishedSettings& s) { s.levels = 7; },
+           [](PublishedSettings& s) { s.branching = 9; }, [](PublishedSettings& s) { s.branching = 1; },
+           [](PublishedSettings& s) { s.tolerance_mm = -1; }}) {
+    PublishedSettings settings;
+    spoil(settings);
+    EXPECT_THROW(buildByRegions(mesh, field, methods, settings, progress), std::invalid_argument);
+  }
+  EXPECT_THROW(buildByRegions(mesh, field, {}, {}, progress), std::invalid_argument);
+}
+
+TEST(PublishedFrame, CanBeCancelled) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  const DistanceField field(mesh);
+  Progress progress;
+  progress.cancel();
+  EXPECT_THROW(buildByRegions(mesh, field, std::vector<Method>{{reduceMerge, true}}, {}, progress), Cancelled);
+}
+
+// A plain reader for the meshes outside the project: v and f lines alone.
+TriangleMesh readObj(const std::filesystem::path& path) {
+  TriangleMesh mesh;
+  std::ifstream in(path);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string key, word;
+    words >> key;
+    if (key == "v") {
+      Vector3d p;
+      words >> p.x() >> p.y() >> p.z();
+      mesh.positions.push_back(p);
+    } else if (key == "f") {
+      std::vector<std::uint32_t> face;
+      while (words >> word) face.push_back(static_cast<std::uint32_t>(std::stoul(word)) - 1);
+      for (std::size_t i = 2; i < face.size(); ++i) mesh.triangles.push_back({face[0], face[i - 1], face[i]});
+    }
+  }
+  return mesh;
+}
+
+struct Reference {
+  const char *mesh, *builder;
+  double worst;  // overhang of the leaves that the reference toolkit reaches, of the diagonal, with part of the surface uncovered
+};
+
+// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not. The plate and
+// the probe are left out: there the toolkit leaves 7.3 and 3.5 per cent of the surface open and is 10 to 25 per cent lower for it.
+TEST(PublishedFrame, ReachesNoFartherOutThanTheReferenceToolkit) {
+  const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "toolkit";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs " << folder;
+  const Reference references[] = {{"tooth", "merge", 0.0443},       {"tooth", "expand", 0.0458}, {"tooth", "burst", 0.0478},
+                                  {"bunny-2000", "expand", 0.0264}, {"cube", "merge", 0.0229},   {"cube", "expand", 0.0204}};
+  for (const Reference& reference : references) {
+    SCOPED_TRACE(std::string(reference.mesh) + " " + reference.builder);
+    const TriangleMesh mesh = readObj(folder / (std::string(reference.mesh) + ".obj"));
+    const DistanceField field(mesh);
+    const std::vector<Named> all = allMethods();
+    const auto named = std::find_if(all.begin(), all.end(), [&](const Named& n) { return n.name == reference.builder; });
+    ASSERT_NE(named, all.end());
+    Progress progress;
+    const LevelBalls tree = buildByRegions(mesh, field, named->methods, {}, progress);
+    const LevelSet leaves = levelSetOf(tree, tree.balls.size() - 1, field);
+    const CertifiedCover cover = certifyCover(mesh, leaves.balls, Vector3d::Zero(), 1e-4 * field.diagonal(), progress);
+    double worst = 0;
+    for (const Sphere& s : cover.spheres) worst = std::max(worst, s.radius + field.signedDistance(Vector3d(s.x, s.y, s.z)));
+    EXPECT_LE(worst, reference.worst * field.diagonal());
+  }
+}
+
+// Meshes on which other programs crash or leave most of the surface open.
+TEST(PublishedFrame, MeshesThatBreakOthers) {
+  const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs " << folder;
+  for (const char* file : {"toolkit/plate.obj", "bench/organic_spot.obj", "bench/cad_fandisk.obj"}) {
+    SCOPED_TRACE(file);
+    const TriangleMesh mesh = readObj(folder / file);
+    ASSERT_FALSE(mesh.triangles.empty());
+    const DistanceField field(mesh);
+    for (const Named& named : allMethods()) {
+      if (named.name != "merge" && named.name != "expand") continue;
+      SCOPED_TRACE(named.name);
+      Progress progress;
+      const PublishedSettings settings = quick(4);
+      expectSound(buildByRegions(mesh, field, named.methods, settings, progress), mesh, field, settings);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::builder

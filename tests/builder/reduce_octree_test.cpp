@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/reduce_octree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "spheretree/builder/certify_cover.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+TEST(ReduceOctree, CubeIsKnown) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
+  const DistanceField field(mesh);
+  Progress progress;
+  const LevelBalls tree = buildOctree(mesh, field, {}, progress);
+  ASSERT_EQ(tree.balls.size(), 4u);
+  const std::size_t counts[] = {1, 8, 56, 296};  // cells of an n x n x n grid that touch the outside
+  for (std::size_t level = 0; level < 4; ++level) {
+    EXPECT_EQ(tree.balls[level].size(), counts[level]);
+    const double cell = std::pow(0.5, static_cast<double>(level));
+    for (const Ball& b : tree.balls[level]) EXPECT_LE(b.radius + field.signedDistance(b.centre), (std::sqrt(0.75) - 0.5) * cell + 1e-9);
+  }
+}
+
+TEST(ReduceOctree, EveryLevelCoversByItself) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 30, 12);
+  const DistanceField field(mesh);
+  Progress progress;
+  for (const int branching : {2, 5, 8}) {
+    PublishedSettings settings;
+    settings.branching = branching;
+    const LevelBalls tree = buildOctree(mesh, field, settings, progress);
+    for (std::size_t level = 0; level < tree.balls.size(); ++level) {
+      const CertifiedCover cover = certifyCover(mesh, tree.balls[level], Eigen::Vector3d::Zero(), 1e-3, progress);
+      EXPECT_LT(cover.largest_growth, 1e-2) << "rounding, and pieces cut where the cells meet";
+      if (level == 0) continue;
+      std::vector<int> children(tree.balls[level - 1].size(), 0);
+      for (const std::uint32_t parent : tree.parents[level]) ++children.at(parent);
+      EXPECT_LE(*std::max_element(children.begin(), children.end()), branching);
+    }
+  }
+}
+
+TEST(ReduceOctree, EndsWhereTheToleranceIsMet) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
+  const DistanceField field(mesh);
+  Progress progress;
+  PublishedSettings settings;
+  settings.tolerance_mm = 0.2;  // met by the octants
+  EXPECT_EQ(buildOctree(mesh, field, settings, progress).balls.size(), 2u);
+  settings.levels = 9;
+  EXPECT_THROW(buildOctree(mesh, field, settings, progress), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
