@@ -80,7 +80,6 @@ PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, 
     workspace.runs.push_back({i, count, found.count});
     count += found.count;
   }
-  std::fill_n(workspace.pairs.data() + count, 8, 0u);  // the row kernel reads whole groups of 8
   set.pairs = {workspace.pairs.data(), count};
   set.runs = workspace.runs;
   return set;

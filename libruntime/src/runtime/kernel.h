@@ -48,7 +48,7 @@ struct PairSearchResult {
 };
 
 struct RowRequest {
-  const std::uint32_t* pairs;  // readable to count + 8, all valid
+  const std::uint32_t* pairs;
   std::uint32_t count;
   const Sphere* tool;    // (slot) as it stands in the scene
   float rotation[9];     // tool axes to world axes, row-major

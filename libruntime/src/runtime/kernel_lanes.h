@@ -244,10 +244,16 @@ float makeRows(const RowRequest& q) {
            one = splat(1);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const std::uint32_t* pairs = q.pairs + i;
+    std::uint32_t tail[8];
+    if (i + 8 > q.count) {  // the last pair fills up: what stands beyond belongs to another object
+      for (std::uint32_t k = 0; k < 8; ++k) tail[k] = q.pairs[i + k < q.count ? i + k : q.count - 1];
+      pairs = tail;
+    }
     const Sphere *tool[8], *object[8];
     for (unsigned k = 0; k < 8; ++k) {
-      tool[k] = q.tool + (q.pairs[i + k] >> 16);
-      object[k] = q.object + (q.pairs[i + k] & 0xffff);
+      tool[k] = q.tool + (pairs[k] >> 16);
+      object[k] = q.object + (pairs[k] & 0xffff);
     }
     F8 rx, ry, rz, tr, cx, cy, cz, cr;
     transpose(tool, rx, ry, rz, tr);
@@ -264,12 +270,7 @@ float makeRows(const RowRequest& q) {
     ny = select(apart, ny * scale, splat(0));
     nz = select(apart, nz * scale, one);
     F8 gap = d - sum;
-    if (i + 8 > q.count) {  // the lanes past the end repeat whatever pairs stand there: they must not count
-      const I8 in = (I8)(kLanes < splatU(q.count - i));
-      smallest = select((gap < smallest) & in, gap, smallest);
-    } else {
-      smallest = select(gap < smallest, gap, smallest);
-    }
+    smallest = select(gap < smallest, gap, smallest);
     F8 ax = (ry * nz - rz * ny) * inverse, ay = (rz * nx - rx * nz) * inverse, az = (rx * ny - ry * nx) * inverse;
     if (q.squared) {
       gap = gap * (d + sum) * (splat(0.5f) * scale);
