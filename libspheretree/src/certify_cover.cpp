@@ -20,6 +20,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
+constexpr double kRelative = 0.02;         // share of a growth to which it is the least: without it, pieces grow as the square of a hole
+constexpr double kShareOfHole = 0.05;
 constexpr std::size_t kMostForHoles = 12;  // balls near a piece; with more, it is split first: all pairs are tried
 
 struct Piece {
@@ -172,8 +174,11 @@ class HoleFinder {
   template <class Report>
   void run(const Piece& piece, std::span<const std::uint32_t> near, Report report) {
     if (near.empty()) {
-      const Vector3d p = centroidOf(piece);
-      report(p, gapAt(index_, p, near));
+      Vector3d p = centroidOf(piece);
+      double most = gapAt(index_, p, near);
+      for (const Vector3d& corner : piece.corner)
+        if (const double g = gapAt(index_, corner, near); g > most) p = corner, most = g;
+      if (most > tolerance_) report(p, most);
       return;
     }
     near_ = near;
@@ -206,7 +211,15 @@ class HoleFinder {
       if (!(g > depth)) break;
       p = q, depth = g;
     }
+    depth = nearestOfAll(p, depth);
     if (depth > tolerance_) report(p, depth);
+  }
+  // A ball that does not touch the piece may be nearer to a point of it than all that do.
+  double nearestOfAll(const Vector3d& p, double depth) const {
+    index_.tree.searchWithin(p, std::max(0.0, depth) * depth, [&](std::size_t first, std::size_t count) {
+      for (std::size_t s = first; s < first + count; ++s) depth = std::min(depth, (p - index_.balls[s].centre).norm() - index_.balls[s].radius);
+    });
+    return depth;
   }
   std::array<std::uint32_t, 3> threeNearest(const Vector3d& p) const {
     std::array<std::uint32_t, 3> slots{};
@@ -358,7 +371,8 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
             if (side > fine) return false;
             Growth growth = leastGrowth(index, piece, near);
             growth.need += margin;
-            if (side > resolution && growth.need - index.balls[growth.slot].radius > allowed) return false;
+            const double more = growth.need - index.balls[growth.slot].radius;
+            if (side > std::max(resolution, kRelative * more) && more > allowed) return false;
             part.growth.push_back(growth);
             ++part.pieces;
             return true;

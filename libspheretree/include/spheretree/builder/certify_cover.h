@@ -18,13 +18,14 @@
 namespace spheretree::builder {
 
 struct CertifiedCover {
-  std::vector<Sphere> spheres;  // (as many as balls), centres relative to the origin; radii rounded up
+  std::vector<Sphere> spheres;  // (as many as balls), centres relative to the origin; grown radii rounded up, others to nearest
   double largest_growth = 0;    // most that one radius grew to close a gap [mm]
   std::size_t pieces = 0;       // triangle pieces in the proof, each in one sphere
 };
 
 /// Rounds `balls` to float32 about `origin` and grows them until they cover `mesh`. Gaps are closed to within `resolution` [mm]
-/// of the least growth; > 0, a thousandth of the stand-off is a good choice. Deterministic for any number of threads.
+/// (> 0, a thousandth of the stand-off is a good choice), or 2 % if that is more, of the growth that the deepest gap found asks for.
+/// Deterministic for any number of threads.
 /// Cost: O(triangles + pieces), a piece tests the few balls near its triangle.
 /// @throws std::invalid_argument for no balls, or a ball that float32 cannot hold.
 CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Eigen::Vector3d& origin, double resolution,

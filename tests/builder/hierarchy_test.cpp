@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/hierarchy.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+
+#include "spheretree/builder/ball.h"
+#include "support/random.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+using Levels = std::vector<std::vector<Sphere>>;
+using Parents = std::vector<std::vector<std::uint32_t>>;
+
+Sphere sphere(const Vector3d& c, double radius) {
+  return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(radius)};
+}
+
+Vector3d centre(const Sphere& s) { return {s.x, s.y, s.z}; }
+
+// Spheres scattered over a flat box, smaller the deeper.
+Levels randomLevels(const std::vector<std::size_t>& sizes, std::uint64_t seed) {
+  test::Random random(seed);
+  Levels levels;
+  for (const std::size_t size : sizes) {
+    levels.emplace_back();
+    for (std::size_t i = 0; i < size; ++i) {
+      const Vector3d c = random.inBox({-10, -7, -1}, {10, 7, 1});
+      levels.back().push_back(sphere(c, random.between(0.8, 1.2) * 12 / std::sqrt(static_cast<double>(size))));
+    }
+  }
+  return levels;
+}
+
+double sumOfSquaredBounds(const SphereTree& tree) {
+  double sum = 0;
+  for (const Sphere& b : tree.bound) sum += static_cast<double>(b.radius) * static_cast<double>(b.radius);
+  return sum;
+}
+
+// What one would write first: every child under the nearest parent that has room, children in the order given.
+Parents nearestFirst(const Levels& levels, std::size_t capacity) {
+  Parents parents(levels.size());
+  for (std::size_t level = 1; level < levels.size(); ++level) {
+    std::vector<std::size_t> members(levels[level - 1].size(), 0);
+    for (const Sphere& s : levels[level]) {
+      std::uint32_t best = 0;
+      double least = std::numeric_limits<double>::infinity();
+      for (std::uint32_t p = 0; p < members.size(); ++p) {
+        const double distance = (centre(s) - centre(levels[level - 1][p])).norm();
+        if (members[p] < capacity && distance < least) least = distance, best = p;
+      }
+      ++members[best];
+      parents[level].push_back(best);
+    }
+  }
+  return parents;
+}
+
+TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
+  const std::vector<std::tuple<int, std::vector<std::size_t>>> cases{
+      {2, {1, 2, 4, 8}}, {3, {1, 2, 5, 15}}, {4, {1, 4, 13, 40, 100}}, {8, {1, 8, 64, 512}}, {8, {1, 7, 7, 8}}, {5, {1, 1, 1}}};
+  for (const auto& [branching, sizes] : cases) {
+    const Levels levels = randomLevels(sizes, 1);
+    const Parents parents = groupLevels(levels, branching);
+    ASSERT_EQ(parents.size(), levels.size());
+    EXPECT_TRUE(parents[0].empty());
+    for (std::size_t level = 1; level < levels.size(); ++level) {
+      ASSERT_EQ(parents[level].size(), levels[level].size());
+      std::vector<int> members(levels[level - 1].size(), 0);
+      for (const std::uint32_t p : parents[level]) ++members.at(p);
+      EXPECT_LE(*std::max_element(members.begin(), members.end()), branching);
+      EXPECT_GE(*std::min_element(members.begin(), members.end()), 1);
+    }
+    const SphereTree tree = assembleTree(levels, parents, branching);
+    EXPECT_EQ(findFault(tree), "") << "bounding spheres enclose, breadth first, consecutive";
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+      // The same spheres on the same level, in whatever order.
+      std::vector<Sphere> stored(tree.cover.begin() + tree.level_begin[level], tree.cover.begin() + tree.level_begin[level + 1]), given = levels[level];
+      const auto less = [](const Sphere& a, const Sphere& b) { return std::tie(a.x, a.y, a.z, a.radius) < std::tie(b.x, b.y, b.z, b.radius); };
+      std::sort(stored.begin(), stored.end(), less);
+      std::sort(given.begin(), given.end(), less);
+      EXPECT_EQ(stored, given);
+    }
+  }
+}
+
+TEST(Hierarchy, GroupsTighterThanNearestFirst) {
+  double ours = 0, plain = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const Levels levels = randomLevels({1, 8, 60, 300}, seed);
+    const double a = sumOfSquaredBounds(assembleTree(levels, groupLevels(levels, 8), 8));
+    const double b = sumOfSquaredBounds(assembleTree(levels, nearestFirst(levels, 8), 8));
+    EXPECT_LT(a, b) << "seed " << seed;
+    ours += a;
+    plain += b;
+  }
+  EXPECT_LT(ours, 0.9 * plain);
+}
+
+// Parents whose own spheres say nothing: moves and swaps alone must find the two clusters.
+TEST(Hierarchy, FindsClustersThatTheParentsDoNotShow) {
+  Levels levels{{sphere({0, 0, 0}, 30)}, {sphere({0, 0, 0}, 0.1), sphere({0, 0, 0}, 0.1)}, {}};
+  test::Random random(3);
+  for (int i = 0; i < 8; ++i) levels[2].push_back(sphere(Vector3d(i % 2 ? 10 : -10, 0, 0) + random.inCube(1), 0.5));
+  const Parents parents = groupLevels(levels, 4);
+  for (std::size_t i = 2; i < 8; ++i) EXPECT_EQ(parents[2][i], parents[2][i % 2]) << i;
+  EXPECT_NE(parents[2][0], parents[2][1]);
+}
+
+// Six children under two parents of three: all 20 groupings.
+TEST(Hierarchy, IsNearTheBestOfAllGroupings) {
+  double ours = 0, optimal = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Levels levels = randomLevels({1, 2, 6}, seed);
+    const auto cost = [&](const Parents& parents) { return sumOfSquaredBounds(assembleTree(levels, parents, 3)); };
+    double best = std::numeric_limits<double>::infinity();
+    for (unsigned mask = 0; mask < 64; ++mask) {
+      Parents parents{{}, {0, 0}, {}};
+      for (unsigned c = 0; c < 6; ++c) parents[2].push_back(mask >> c & 1);
+      if (std::count(parents[2].begin(), parents[2].end(), 1u) == 3) best = std::min(best, cost(parents));
+    }
+    const double found = cost(groupLevels(levels, 3));
+    EXPECT_LE(found, 1.3 * best) << "seed " << seed;
+    ours += found;
+    optimal += best;
+  }
+  EXPECT_LE(ours, 1.04 * optimal);
+}
+
+TEST(Hierarchy, NodesMayEndEarlyAndStandBehindTheirInnerSiblings) {
+  const Levels levels = randomLevels({1, 3, 2}, 4);
+  const SphereTree tree = assembleTree(levels, {{}, {0, 0, 0}, {2, 2}}, 3);  // only sphere 2 has children
+  EXPECT_EQ(findFault(tree), "");
+  EXPECT_EQ(tree.cover[1], levels[1][2]);
+  EXPECT_EQ(tree.child_count, (std::vector<std::uint8_t>{3, 2, 0, 0, 0, 0}));
+  EXPECT_EQ(levelSet(tree, 2).size(), 4u) << "two leaves of level 1 stand for their part";
+}
+
+TEST(Hierarchy, RefusesWhatMakesNoTree) {
+  EXPECT_THROW(groupLevels(randomLevels({1, 2, 9}, 1), 4), std::invalid_argument);
+  const Levels levels = randomLevels({1, 2, 3}, 1);
+  EXPECT_THROW(assembleTree({}, {}, 4), std::invalid_argument);
+  EXPECT_THROW(assembleTree(randomLevels({2, 2}, 1), {{}, {0, 1}}, 4), std::invalid_argument);
+  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}}, 4), std::invalid_argument) << "a level without parents";
+  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 1}}, 4), std::invalid_argument) << "a sphere without a parent";
+  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 1, 2}}, 4), std::invalid_argument) << "a parent out of range";
+  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 0, 0}}, 2), std::invalid_argument) << "too many children";
+}
+
+}  // namespace
+}  // namespace spheretree::builder
