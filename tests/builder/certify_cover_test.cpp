@@ -18,7 +18,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-CertifiedCover certify(const TriangleMesh& mesh, std::span<const Ball> balls, double resolution, const Vector3d& origin = Vector3d::Zero()) {
+CertifiedCover certify(const TriangleMesh& mesh, std::span<const Ball> balls, double resolution,
+                       const Vector3d& origin = Vector3d::Zero()) {
   Progress progress;
   return certifyCover(mesh, balls, origin, resolution, progress);
 }
@@ -132,7 +133,8 @@ TEST(CertifyCover, WorksFarFromTheOrigin) {
 // Few small balls far from large triangles: the work must not grow with the square of what is open.
 TEST(CertifyCover, LargeHolesTakeFewPieces) {
   const TriangleMesh plane = rectangle(10, 10);
-  std::vector<std::vector<Ball>> sets{{{{0, 0, 40}, 1}}, {{{-30, 0, 9}, 1}, {{30, 5, 9}, 1}}, {{{-8, -8, 5}, 1}, {{8, 8, -5}, 1}, {{8, -7, 3}, 2}}};
+  std::vector<std::vector<Ball>> sets{
+      {{{0, 0, 40}, 1}}, {{{-30, 0, 9}, 1}, {{30, 5, 9}, 1}}, {{{-8, -8, 5}, 1}, {{8, 8, -5}, 1}, {{8, -7, 3}, 2}}};
   test::Random random(8);
   for (int k = 1; k < 6; ++k) {
     sets.emplace_back();

@@ -64,8 +64,8 @@ Parents nearestFirst(const Levels& levels, std::size_t capacity) {
 }
 
 TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
-  const std::vector<std::tuple<int, std::vector<std::size_t>>> cases{
-      {2, {1, 2, 4, 8}}, {3, {1, 2, 5, 15}}, {4, {1, 4, 13, 40, 100}}, {8, {1, 8, 64, 512}}, {8, {1, 7, 7, 8}}, {5, {1, 1, 1}}};
+  const std::vector<std::tuple<int, std::vector<std::size_t>>> cases{{2, {1, 2, 4, 8}},    {3, {1, 2, 5, 15}}, {4, {1, 4, 13, 40, 100}},
+                                                                     {8, {1, 8, 64, 512}}, {8, {1, 7, 7, 8}},  {5, {1, 1, 1}}};
   for (const auto& [branching, sizes] : cases) {
     const Levels levels = randomLevels(sizes, 1);
     const Parents parents = groupLevels(levels, branching);
@@ -82,8 +82,11 @@ TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
     EXPECT_EQ(findFault(tree), "") << "bounding spheres enclose, breadth first, consecutive";
     for (std::size_t level = 0; level < levels.size(); ++level) {
       // The same spheres on the same level, in whatever order.
-      std::vector<Sphere> stored(tree.cover.begin() + tree.level_begin[level], tree.cover.begin() + tree.level_begin[level + 1]), given = levels[level];
-      const auto less = [](const Sphere& a, const Sphere& b) { return std::tie(a.x, a.y, a.z, a.radius) < std::tie(b.x, b.y, b.z, b.radius); };
+      std::vector<Sphere> stored(tree.cover.begin() + tree.level_begin[level], tree.cover.begin() + tree.level_begin[level + 1]),
+          given = levels[level];
+      const auto less = [](const Sphere& a, const Sphere& b) {
+        return std::tie(a.x, a.y, a.z, a.radius) < std::tie(b.x, b.y, b.z, b.radius);
+      };
       std::sort(stored.begin(), stored.end(), less);
       std::sort(given.begin(), given.end(), less);
       EXPECT_EQ(stored, given);

@@ -40,7 +40,9 @@ TEST(SampleIndex, HoldsEveryPointOnce) {
   EXPECT_EQ(index[500], points.back()) << "appended points take the next slot";
   std::vector<Vector3d> held;
   for (std::size_t i = 0; i < index.size(); ++i) held.push_back(index[i]);
-  const auto less = [](const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end()); };
+  const auto less = [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  };
   std::sort(points.begin(), points.end(), less);
   std::sort(held.begin(), held.end(), less);
   EXPECT_EQ(points, held);

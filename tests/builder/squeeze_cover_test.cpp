@@ -82,7 +82,8 @@ TEST(SqueezeCover, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
   EXPECT_LE(test::largestGap(test::densePoints(mesh, 80, 3), grown(result.balls, result.stand_off)), 0.0101 * result.stand_off);
   ASSERT_GT(result.points.size(), points.size());
   EXPECT_TRUE(std::equal(points.begin(), points.end(), result.points.begin())) << "found points are appended";
-  for (const Vector3d& p : std::span(result.points).subspan(points.size())) EXPECT_LT(test::bruteDistance(mesh, p), 0.02 * result.stand_off);
+  for (const Vector3d& p : std::span(result.points).subspan(points.size()))
+    EXPECT_LT(test::bruteDistance(mesh, p), 0.02 * result.stand_off);
 }
 
 TEST(SqueezeCover, WithoutMovesTheCoverStillHolds) {
