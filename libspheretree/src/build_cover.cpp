@@ -14,19 +14,21 @@ namespace {
 
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
-  std::size_t medial_samples;  // points of the Delaunay triangulation and of the shrinking balls
+  std::size_t medial_samples;    // points of the Delaunay triangulation, at least three a sphere
+  std::size_t touching_samples;  // of them, those that get a shrinking ball
   int rounds;
   std::uint64_t swap_work;
   double squeeze_moves;  // a sphere
   std::uint64_t squeeze_work;
+  double squeeze_step;
   int squeeze_failures;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
-    case Quality::Quick: return {16, 1000, 2500, 1, 20'000'000, 0.5, 4'000'000, 2};
-    case Quality::Standard: return {40, 2000, 6000, 1, 200'000'000, 2, 25'000'000, 4};
-    case Quality::Best: return {80, 4000, 12000, 3, 1'500'000'000, 8, 400'000'000, 12};
+    case Quality::Quick: return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2};
+    case Quality::Standard: return {16, 1000, 4000, 1500, 1, 100'000'000, 0.5, 20'000'000, 0.05, 4};
+    case Quality::Best: return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12};
   }
   return {};
 }
@@ -44,7 +46,7 @@ std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
 std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort, std::uint64_t seed,
                              Progress& progress) {
   SampleSettings sampling;
-  sampling.count = std::max(effort.medial_samples, 6 * spheres);
+  sampling.count = std::max(effort.medial_samples, 3 * spheres);
   sampling.seed = seed;
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
   std::vector<Eigen::Vector3d> points;
@@ -52,7 +54,7 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
   progress.check();
   std::vector<Ball> pool = voronoiBalls(points, field);
   progress.check();
-  const std::vector<Ball> touching = shrinkingBalls(samples, field);
+  const std::vector<Ball> touching = shrinkingBalls(thinned(samples, effort.touching_samples), field);
   pool.insert(pool.end(), touching.begin(), touching.end());
   return pool;
 }
@@ -74,13 +76,14 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     cover_settings.rounds = effort.rounds;
     cover_settings.swap_work = effort.swap_work / budget * std::max(spheres, budget / 10 + 1);
     cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
+    cover_settings.squeeze.step = effort.squeeze_step;
     cover_settings.squeeze.work = effort.squeeze_work;
     cover_settings.squeeze.failures = effort.squeeze_failures;
     cover_settings.seed = settings.seed + spheres;
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(1500, 60 * spheres)), cover_settings, progress);
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(400, 60 * spheres)), cover_settings, progress);
   };
 
   progress.stage("cover");

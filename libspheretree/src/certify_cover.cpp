@@ -20,8 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
-constexpr double kRelative = 0.02;         // share of a growth to which it is the least: without it, pieces grow as the square of a hole
-constexpr double kShareOfHole = 0.05;
+constexpr double kRelative = 0.1;          // share of a growth to which it is the least: without it, pieces grow as the square of a hole
 constexpr std::size_t kMostForHoles = 12;  // balls near a piece; with more, it is split first: all pairs are tried
 
 struct Piece {

@@ -16,9 +16,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kCentring = 24;             // steps towards the centre of an enclosing ball: within a few per cent
-constexpr std::size_t kNeighbours = 8;    // parents that a child is tried under
-constexpr int kPasses = 6;
+constexpr int kCentring = 12;             // steps towards the centre of an enclosing ball: within a few per cent
+constexpr std::size_t kNeighbours = 6;    // parents that a child is tried under
+constexpr int kPasses = 4;
 constexpr double kWorthwhile = 1e-9;      // relative gain below which a swap is rounding
 
 Ball toBall(const Sphere& s) { return {Vector3d(s.x, s.y, s.z), s.radius}; }

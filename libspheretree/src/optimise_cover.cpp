@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kBisections = 4;  // of the greedy cover: what is left of the interval, the later steps take in their stride
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Which candidate covers which sample at which stand-off: the entries with gap = |p - c| - d(c) <= limit, by candidate and by
@@ -423,7 +424,7 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     const SampleIndex samples(everyNth<Vector3d>(points, few));
     const std::vector<Ball> some = everyNth<Ball>(candidates, few);
     for (double low = 0, high = 0.01 * field.diagonal(); h == 0; low = high, high *= 2) {
-      const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, 6, progress);
+      const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
       if (!greedy.chosen.empty()) h = greedy.stand_off;
     }
   }
@@ -432,7 +433,7 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   const SampleIndex samples(points);
   std::vector<Ball> balls;
   for (double low = 0.5 * h, high = 1.05 * h; balls.empty(); low = high, high *= 1.3) {
-    const Greedy greedy = bisectGreedy(GapTable(samples, candidates, high), low, high, n, 6, progress);
+    const Greedy greedy = bisectGreedy(GapTable(samples, candidates, high), low, high, n, kBisections, progress);
     for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
     h = greedy.stand_off;
   }

@@ -28,8 +28,9 @@ constexpr std::size_t kAsked = 6;       // balls asked to take a point
 constexpr int kDropRounds = 8;          // in which a ball gives points up for a new one
 constexpr int kRefitSteps = 14;
 constexpr std::uint64_t kTabu = 8;      // moves for which a ball that gave something up is asked last, at most
-constexpr int kGapRounds = 12;          // of reaching a goal and sampling what it left uncovered
+constexpr int kGapRounds = 16;          // of reaching a goal and sampling what it left uncovered
 constexpr std::size_t kMostAppended = 300;  // samples behind the index before it is made anew
+constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
 constexpr double kGapTolerance = 0.01;  // uncovered by less than this share of the stand-off is left to the certificate
 
 // The balls, the samples, and who covers what at the present goal.
@@ -295,11 +296,9 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
     return false;
   };
 
-  double h = squeezer->standOff(0.01 * field.diagonal());
-  for (double rise = 0.01; !settle(h); rise *= 1.5) {
-    squeezer->setBalls(inscribed);
-    h = std::max(h * (1 + rise), squeezer->standOff(h));
-  }
+  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then.
+  double h = kStart * squeezer->standOff(0.01 * field.diagonal());
+  while (!settle(h)) h *= kRise;
   inscribed = squeezer->balls();
   double step = settings.step;
   int failures = 0;
