@@ -9,6 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "spheretree/formats/errors.h"
 #include "support/shapes.h"
 
 namespace spheretree {
@@ -148,6 +149,14 @@ TEST(Picture, RefusesAViewOfNoDirectionAndAWidthOutOfRange) {
   for (const int width : {-1, 0, kMinPictureWidth - 1, kMaxPictureWidth + 1}) {
     EXPECT_THROW(drawPicture(nullptr, tree, SphereKind::Cover, {.width = width}), std::invalid_argument);
   }
+}
+
+TEST(Picture, RefusesAMeshTooLargeToBeDrawn) {
+  const SphereTree tree = twoLevels({0, 0, 0, 2}, {{0, 0, 0, 2}});
+  const TriangleMesh huge = test::boxMesh(Eigen::Vector3d::Constant(-1e31), Eigen::Vector3d::Constant(1e31));
+  EXPECT_THROW(drawPicture(&huge, tree, SphereKind::Cover, {.width = 100}), formats::FormatError);
+  const TriangleMesh large = test::boxMesh(Eigen::Vector3d::Constant(-1e29), Eigen::Vector3d::Constant(1e29));
+  EXPECT_FALSE(drawPicture(&large, tree, SphereKind::Cover, {.width = 100}).empty());
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree convert: one form of a tree to another, or to a picture, by the names' endings.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 
 #include "command.h"
 #include "picture.h"
@@ -66,8 +68,9 @@ int runConvert(const ConvertOptions& options, builder::Progress& progress) {
     throw UsageError(options.output.string() + ": the output's name must end in .stree, .sph, .json, .glb or .png.");
   if (to != ".png" && (!options.mesh.empty() || !options.view.empty() || options.width > 0))
     throw UsageError("--mesh, --view and --width are for pictures (.png). Leave them out.");
-  if (!options.view.empty() && std::all_of(options.view.begin(), options.view.end(), [](double v) { return v == 0; }))
-    throw UsageError("--view 0,0,0 is no direction. Give a point to look from, such as 1,-2,1.");
+  const double length =
+      std::accumulate(options.view.begin(), options.view.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
+  if (!options.view.empty() && !(length > 0)) throw UsageError("--view is no direction. Give a point to look from, such as 1,-2,1.");
   if (!options.spheres.empty() && to != ".sph" && to != ".glb" && to != ".png")
     throw UsageError("--spheres is for .sph, .glb and .png; " + to + " always holds both kinds of spheres. Leave it out.");
   const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;

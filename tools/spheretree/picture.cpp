@@ -10,6 +10,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "spheretree/formats/errors.h"
+
 namespace spheretree {
 namespace {
 
@@ -321,7 +323,8 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
     all.add(panel.extent.right, panel.extent.bottom, 0);
     breadth += panel.extent.width();
   }
-  if (!(breadth < kLargest) || !(all.height() < kLargest)) throw std::invalid_argument("The mesh or the tree is too large to be drawn.");
+  if (!(breadth < kLargest) || !(all.height() < kLargest))
+    throw formats::FormatError("The mesh or the tree is too large to be drawn: it spans more than 1e30 mm.");
   const int gap = std::max(4, settings.width / 60);
   const double gaps = gap * static_cast<double>(panels.size() + 1);
   // [pixels/mm]; the picture is at most as high as wide.
