@@ -143,7 +143,7 @@ class Frame {
       nodes.clear();
       for (std::size_t b = 0; b < balls.size(); ++b) nodes.push_back({balls[b], parents[b]});
       append(out, nodes);
-      owner = divide(balls);
+      if (level + 1 < settings_.levels) owner = divide(balls);
     }
     return out;
   }
