@@ -96,7 +96,7 @@ TEST(OptimiseCover, SlabComesNearTheHexagonalCovering) {
   const double k = 1.2091995761561452 * side * side / (std::numbers::pi * static_cast<double>(n));
   const double formula = 0.5 * (std::sqrt(1 + 4 * k) - 1);
   const Cover cover = optimise(slab, touchingBalls(slab, 2000), quick(n), 4000);
-  EXPECT_LT(cover.stand_off, 1.2 * formula);
+  EXPECT_LT(cover.stand_off, 1.3 * formula);
   EXPECT_GT(cover.stand_off, 0.9 * formula);
 }
 
