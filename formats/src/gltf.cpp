@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Specification: Khronos, glTF 2.0, ISO/IEC 12113:2022. Section numbers below are of that.
+// On the JSON itself rather than through tinygltf 2.7.0, which reads up to 8 bytes beyond a truncated GLB, recurses without limit into
+// nested extras, takes properties of a wrong type for missing ones, and refuses a mesh for the sake of its images.
 #include "spheretree/formats/gltf.h"
 
 #include <Eigen/Geometry>
@@ -117,8 +119,7 @@ class GltfReader {
     visitNodes();
     if (has_skin_) assembly_.note("Skins were not applied: the mesh is read in the pose in which it is stored.");
     if (skipped_modes_) assembly_.note(std::to_string(skipped_modes_) + " primitives of points or lines were left out.");
-    if (!has_primitive_)
-      assembly_.refuse("no node of its scene has a mesh. Export the scene again with its meshes.");
+    if (!has_primitive_) assembly_.refuse("no node of its scene has a mesh. Export the scene again with its meshes.");
     return assembly_.finish(is_binary ? "GLB" : "glTF");
   }
 
@@ -127,7 +128,8 @@ class GltfReader {
 
   std::span<const char> openContainer() {
     constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
-    if (bytes_.size() < 20) assembly_.refuse("is a GLB of only " + std::to_string(bytes_.size()) + " bytes. It is cut off: copy or export it again.");
+    if (bytes_.size() < 20)
+      assembly_.refuse("is a GLB of only " + std::to_string(bytes_.size()) + " bytes. It is cut off: copy or export it again.");
     if (const std::uint32_t version = littleUint32(bytes_.data() + 4); version != 2)
       assembly_.refuse("is GLB of version " + std::to_string(version) + "; only version 2 is read. Export it as glTF 2.0.");
     const std::uint32_t length = littleUint32(bytes_.data() + 8);
@@ -145,7 +147,8 @@ class GltfReader {
       if (size > rest.size())
         assembly_.refuse(where + " announces " + std::to_string(size) + " bytes, but " + std::to_string(rest.size()) +
                          " are left. The file is cut off or damaged: copy or export it again.");
-      if ((chunk == 0) != (type == kJsonChunk)) assembly_.refuse(where + " is of the wrong type: a GLB begins with one JSON chunk. Export it again.");
+      if ((chunk == 0) != (type == kJsonChunk))
+        assembly_.refuse(where + " is of the wrong type: a GLB begins with one JSON chunk. Export it again.");
       if (chunk == 0) json = rest.first(size);
       if (chunk == 1 && type == kBinChunk) binary_chunk_ = rest.first(size);
       rest = rest.subspan(size);
@@ -165,7 +168,8 @@ class GltfReader {
       if (in_string) continue;
       if (c == '[' || c == '{') ++depth;
       if (c == ']' || c == '}') --depth;
-      if (depth > kMaxJsonDepth) assembly_.refuse("its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep. Export it again.");
+      if (depth > kMaxJsonDepth)
+        assembly_.refuse("its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep. Export it again.");
     }
     try {
       root_ = Json::parse(text.begin(), text.end());
@@ -233,12 +237,14 @@ class GltfReader {
     const Json* asset = find(root_, "asset");
     if (!asset || !asset->is_object()) refuse("asset", "is missing");
     const std::string version = findText(*asset, "version"), least = findText(*asset, "minVersion");
-    if (!version.starts_with("2.")) assembly_.refuse("is glTF of version " + inQuotes(version) + "; only 2.0 is read. Export it as glTF 2.0.");
+    if (!version.starts_with("2."))
+      assembly_.refuse("is glTF of version " + inQuotes(version) + "; only 2.0 is read. Export it as glTF 2.0.");
     if (!least.empty() && least != "2.0") assembly_.refuse("needs glTF " + inQuotes(least) + "; only 2.0 is read. Export it as glTF 2.0.");
   }
 
   void checkExtensions() {
-    static constexpr std::string_view kHarmless[] = {"KHR_mesh_quantization", "KHR_lights_punctual", "KHR_animation_pointer", "KHR_xmp_json_ld"};
+    static constexpr std::string_view kHarmless[] = {"KHR_mesh_quantization", "KHR_lights_punctual", "KHR_animation_pointer",
+                                                     "KHR_xmp_json_ld"};
     static constexpr std::string_view kHarmlessKinds[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "EXT_lights_"};
     for (const Json& entry : array("extensionsRequired")) {
       if (!entry.is_string()) refuse("extensionsRequired", "holds something other than names");
@@ -246,7 +252,8 @@ class GltfReader {
       const auto is_kind = [&](std::string_view kind) { return name.starts_with(kind); };
       if (std::find(std::begin(kHarmless), std::end(kHarmless), name) != std::end(kHarmless)) continue;
       if (std::any_of(std::begin(kHarmlessKinds), std::end(kHarmlessKinds), is_kind)) continue;
-      const bool is_compressed = name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression" || name == "KHR_meshopt_compression";
+      const bool is_compressed =
+          name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression" || name == "KHR_meshopt_compression";
       assembly_.refuse("requires the extension " + inQuotes(name) + ", which is not read here. " +
                        (is_compressed ? "Export the mesh without compression, or unpack the file with a glTF tool."
                                       : "Export the mesh without it, or convert it to OBJ, STL or PLY."));
@@ -311,7 +318,12 @@ class GltfReader {
     std::uint32_t bits = 0;
     int filled = 0;
     for (const char c : text) {
-      const int value = c >= 'A' && c <= 'Z' ? c - 'A' : c >= 'a' && c <= 'z' ? c - 'a' + 26 : c >= '0' && c <= '9' ? c - '0' + 52 : c == '+' ? 62 : c == '/' ? 63 : -1;
+      const int value = c >= 'A' && c <= 'Z'   ? c - 'A'
+                        : c >= 'a' && c <= 'z' ? c - 'a' + 26
+                        : c >= '0' && c <= '9' ? c - '0' + 52
+                        : c == '+'             ? 62
+                        : c == '/'             ? 63
+                                               : -1;
       if (value < 0) refuse(where + ".uri", "has " + inQuotes(std::string_view(&c, 1)) + " in its base64 data");
       bits = (bits << 6 | static_cast<std::uint32_t>(value)) & 0xffffff;
       if ((filled += 6) >= 8) bytes.push_back(static_cast<char>(bits >> (filled -= 8)));
@@ -320,7 +332,9 @@ class GltfReader {
   }
 
   std::string percentDecoded(std::string_view uri, const std::string& where) const {
-    const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; };
+    const auto digit = [](char c) {
+      return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    };
     std::string result;
     for (std::size_t i = 0; i < uri.size(); ++i) {
       char c = uri[i];
@@ -337,7 +351,8 @@ class GltfReader {
   /// The file beside or below the glTF file that a URI names; also after all symbolic links.
   std::filesystem::path resolve(const std::string& uri, const std::string& where) const {
     const auto refuseUri = [&](const std::string& why) {
-      assembly_.refuse(where + " lies in " + inQuotes(uri) + ", which " + why + ". Put the buffer into the folder of the glTF file, or export a GLB.");
+      assembly_.refuse(where + " lies in " + inQuotes(uri) + ", which " + why +
+                       ". Put the buffer into the folder of the glTF file, or export a GLB.");
     };
     if (folder_.empty()) refuseUri("is another file, and none is read here");
     if (uri.find("://") != std::string::npos) refuseUri("is not a file on this machine");
@@ -357,16 +372,16 @@ class GltfReader {
   }
 
   /// `count` elements in a bufferView from `offset` on.
-  Elements open(const Json& object, std::uint64_t view_index, std::uint64_t count, std::uint64_t component, std::size_t components, bool may_stride,
-                const std::string& where) {
+  Elements open(const Json& object, std::uint64_t view_index, std::uint64_t count, std::uint64_t component, std::size_t components,
+                bool may_stride, const std::string& where) {
     const Json& view = element("bufferViews", view_index, where);
     const std::string view_where = place("bufferViews", view_index);
     if (const Json* extensions = find(view, "extensions"); extensions && extensions->is_object())
       for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
-        if (extensions->contains(name))
-          assembly_.note(view_where + " was read as its fallback without " + name + ".");
+        if (extensions->contains(name)) assembly_.note(view_where + " was read as its fallback without " + name + ".");
     const std::span<const char> data = buffer(getUnsigned(view, "buffer", view_where), view_where);
-    const std::uint64_t offset = findUnsigned(view, "byteOffset", view_where).value_or(0), length = getUnsigned(view, "byteLength", view_where);
+    const std::uint64_t offset = findUnsigned(view, "byteOffset", view_where).value_or(0),
+                        length = getUnsigned(view, "byteLength", view_where);
     if (offset > data.size() || length > data.size() - offset)
       refuse(view_where, "(offset " + std::to_string(offset) + ", length " + std::to_string(length) + ") reaches beyond the " +
                              std::to_string(data.size()) + " bytes of its buffer");
@@ -374,7 +389,8 @@ class GltfReader {
     const std::optional<std::uint64_t> stride = findUnsigned(view, "byteStride", view_where);
     if (stride && !may_stride) refuse(view_where, "has a byteStride, which only vertex attributes may have");
     if (stride && (*stride < size || *stride > 252))
-      refuse(view_where, "has a byteStride of " + std::to_string(*stride) + ", not within " + std::to_string(size) + " (the element) and 252");
+      refuse(view_where,
+             "has a byteStride of " + std::to_string(*stride) + ", not within " + std::to_string(size) + " (the element) and 252");
     const std::uint64_t start = findUnsigned(object, "byteOffset", where).value_or(0), step = stride.value_or(size);
     // In this order no sum or product can overflow.
     if (start > length || count > (length - start) / step + 1 || (count - 1) * step + size > length - start)
@@ -415,7 +431,8 @@ class GltfReader {
     const std::uint64_t count = getUnsigned(*sparse, "count", sparse_where);
     const Json *indices = find(*sparse, "indices"), *values = find(*sparse, "values");
     if (!indices || !indices->is_object() || !values || !values->is_object()) refuse(sparse_where, "lacks its indices or values");
-    if (count == 0 || count > result.count) refuse(sparse_where, "replaces " + std::to_string(count) + " of " + std::to_string(result.count) + " elements");
+    if (count == 0 || count > result.count)
+      refuse(sparse_where, "replaces " + std::to_string(count) + " of " + std::to_string(result.count) + " elements");
     const std::string indices_where = sparse_where + ".indices", values_where = sparse_where + ".values";
     result.sparse_indices = open(*indices, getUnsigned(*indices, "bufferView", indices_where), count,
                                  componentOf(*indices, {kUint8, kUint16, kUint32}, indices_where), 1, false, indices_where);
@@ -424,7 +441,8 @@ class GltfReader {
     for (std::uint64_t k = 0; k < count; ++k) {
       const std::uint64_t at = result.sparse_indices.unsignedAt(k);
       if (at >= result.count || (k > 0 && at <= result.sparse_indices.unsignedAt(k - 1)))
-        refuse(indices_where, "element " + std::to_string(k) + " is " + std::to_string(at) + "; they must rise and stay below " + std::to_string(result.count));
+        refuse(indices_where, "element " + std::to_string(k) + " is " + std::to_string(at) + "; they must rise and stay below " +
+                                  std::to_string(result.count));
     }
     return result;
   }
@@ -462,7 +480,8 @@ class GltfReader {
       if (!(std::abs(norm - 1) < 0.01)) refuse(where + ".rotation", "is not a unit quaternion");
       pose.linear = rotation.normalized().toRotationMatrix();  // stored as float32, hence rounded
     }
-    if (std::array<double, 3> s; findNumbers(node, "scale", where, s)) pose.linear = pose.linear * Eigen::Vector3d(s[0], s[1], s[2]).asDiagonal();
+    if (std::array<double, 3> s; findNumbers(node, "scale", where, s))
+      pose.linear = pose.linear * Eigen::Vector3d(s[0], s[1], s[2]).asDiagonal();
     if (std::array<double, 3> t; findNumbers(node, "translation", where, t)) pose.offset << t[0], t[1], t[2];
     return pose;
   }
@@ -480,7 +499,8 @@ class GltfReader {
     const std::size_t scene_count = array("scenes").size();
     const std::optional<std::uint64_t> scene = findUnsigned(root_, "scene", "the file");
     if (scene || scene_count > 0) {
-      if (!scene && scene_count > 1) assembly_.note("No default scene is named; the first of " + std::to_string(scene_count) + " was read.");
+      if (!scene && scene_count > 1)
+        assembly_.note("No default scene is named; the first of " + std::to_string(scene_count) + " was read.");
       if (scene && scene_count > 1)
         assembly_.note("The default scene " + std::to_string(*scene) + " of " + std::to_string(scene_count) + " was read.");
       return indexList(element("scenes", scene.value_or(0), "\"scene\""), "nodes", place("scenes", scene.value_or(0)));
@@ -488,7 +508,8 @@ class GltfReader {
     std::vector<bool> is_child(array("nodes").size());
     for (std::uint64_t n = 0; n < is_child.size(); ++n)
       for (const std::uint64_t child : indexList(element("nodes", n, ""), "children", place("nodes", n))) {
-        if (child >= is_child.size()) refuse(place("nodes", n), "names " + place("nodes", child) + ", but there are only " + std::to_string(is_child.size()));
+        if (child >= is_child.size())
+          refuse(place("nodes", n), "names " + place("nodes", child) + ", but there are only " + std::to_string(is_child.size()));
         is_child[child] = true;
       }
     std::vector<std::uint64_t> roots;
@@ -557,8 +578,8 @@ class GltfReader {
       if (find(object, "sparse")) refuse(indices_where, "holds indices in sparse form, which is not read here");
       const std::uint64_t count = getUnsigned(object, "count", indices_where);
       if (count == 0) refuse(indices_where, "has no element");
-      indices = open(object, getUnsigned(object, "bufferView", indices_where), count, componentOf(object, {kUint8, kUint16, kUint32}, indices_where), 1,
-                     false, indices_where);
+      indices = open(object, getUnsigned(object, "bufferView", indices_where), count,
+                     componentOf(object, {kUint8, kUint16, kUint32}, indices_where), 1, false, indices_where);
     }
     const std::uint64_t corners = indices ? indices->count : points.count;
     if (mode == 4 ? corners % 3 != 0 : corners < 3)
@@ -575,7 +596,8 @@ class GltfReader {
         for (std::uint64_t& c : corner) {
           c = indices->unsignedAt(c);
           if (c >= points.count)
-            refuse(where, "names vertex " + std::to_string(c) + " in triangle " + std::to_string(t) + ", but there are only " + std::to_string(points.count));
+            refuse(where, "names vertex " + std::to_string(c) + " in triangle " + std::to_string(t) + ", but there are only " +
+                              std::to_string(points.count));
         }
       }
       // Strips repeat vertices to turn a corner; such triangles are not meant.

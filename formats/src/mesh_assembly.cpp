@@ -41,9 +41,7 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& positions, c
 
 using Point2 = std::array<double, 2>;
 
-double turn(const Point2& a, const Point2& b, const Point2& c) {
-  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-}
+double turn(const Point2& a, const Point2& b, const Point2& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
 
 /// Ear clipping of a polygon that runs counter-clockwise: emits index triples into `points`. Ears are taken in order, so that the
 /// result depends on nothing but the polygon; what has no ear left (it crosses itself) is cut into a fan.
@@ -182,9 +180,10 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
 
 MeshFile MeshAssembly::finish(std::string format) {
   if (triangles_.empty())
-    refuse("has no triangle" + std::string(short_faces_ ? ", only faces of fewer than three corners"
-                                           : positions_.empty() ? " and no vertex"
-                                                                : ", only vertices, lines or points") +
+    refuse("has no triangle" +
+           std::string(short_faces_         ? ", only faces of fewer than three corners"
+                       : positions_.empty() ? " and no vertex"
+                                            : ", only vertices, lines or points") +
            ". A solid needs faces: export the surface as triangles.");
   MeshFile file;
   file.unit_mm = unit_mm_;

@@ -19,7 +19,7 @@ class MeshAssembly {
   MeshAssembly(std::string name, double unit_mm);
 
   const std::string& name() const { return name_; }
-  [[noreturn]] void refuse(const std::string& what) const;                     // "NAME: what"
+  [[noreturn]] void refuse(const std::string& what) const;                        // "NAME: what"
   [[noreturn]] void refuseLine(std::size_t line, const std::string& what) const;  // "NAME: line 12: what"
 
   /// Reads one coordinate of the file's own unit; `line` for messages.
@@ -48,9 +48,9 @@ class MeshAssembly {
   std::vector<std::uint32_t> part_;
   std::vector<std::string> part_names_;
   std::map<std::string, std::uint32_t, std::less<>> part_index_;
-  std::string part_name_;               // of the faces to come
+  std::string part_name_;  // of the faces to come
   std::uint32_t current_part_ = 0;
-  bool part_entered_ = false;           // part_name_ has an entry in part_names_
+  bool part_entered_ = false;  // part_name_ has an entry in part_names_
   std::size_t cut_polygons_ = 0, short_faces_ = 0;
   std::vector<std::string> notes_;
 };

@@ -90,10 +90,10 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
   if (!by_extension && !by_content)
     throw FormatError(name + ": is of no format that is read here: .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these.");
   // A binary STL may begin with any text: its reader tells by the size.
-  const Kind kind = by_extension == Kind::Stl && by_content != Kind::Ply && by_content != Kind::Gltf && by_content != Kind::Obj &&
-                            by_content != Kind::Off
-                        ? Kind::Stl
-                        : by_content.value_or(by_extension.value_or(Kind::Obj));
+  const Kind kind =
+      by_extension == Kind::Stl && by_content != Kind::Ply && by_content != Kind::Gltf && by_content != Kind::Obj && by_content != Kind::Off
+          ? Kind::Stl
+          : by_content.value_or(by_extension.value_or(Kind::Obj));
   MeshFile result;
   switch (kind) {
     case Kind::Obj:
@@ -114,7 +114,8 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
       break;
   }
   if (by_extension && by_extension != kind)
-    result.notes.push_back("Its name ends in " + inQuotes(path.extension().string()) + ", but it holds " + nameOf(kind) + " and was read as such.");
+    result.notes.push_back("Its name ends in " + inQuotes(path.extension().string()) + ", but it holds " + nameOf(kind) +
+                           " and was read as such.");
   return result;
 }
 
@@ -125,7 +126,8 @@ TriangleMesh selectPart(const TriangleMesh& mesh, std::string_view name) {
     std::string known;
     for (std::size_t i = 0; i < std::min(mesh.part_names.size(), kListed); ++i) known += (i ? ", " : "") + inQuotes(mesh.part_names[i]);
     if (mesh.part_names.size() > kListed) known += " and " + std::to_string(mesh.part_names.size() - kListed) + " more";
-    throw FormatError("the mesh has no part " + inQuotes(name) + (known.empty() ? "; it has no named parts." : "; its parts are " + known + "."));
+    throw FormatError("the mesh has no part " + inQuotes(name) +
+                      (known.empty() ? "; it has no named parts." : "; its parts are " + known + "."));
   }
   const auto wanted = static_cast<std::uint32_t>(found - mesh.part_names.begin());
   constexpr std::uint32_t kNone = 0xffffffff;

@@ -21,7 +21,6 @@ class ObjReader {
   ObjReader(std::span<const char> text, const std::string& name, double unit_mm) : assembly_(name, unit_mm), lines_(text) {}
 
   MeshFile read() {
-    // Sizes are not announced; a guess from the size of the file would hold memory that is not needed.
     std::string_view line;
     while (nextStatement(line)) {
       const std::string_view keyword = takeWord(line);
@@ -45,8 +44,7 @@ class ObjReader {
       assembly_.addPolygon(std::span<const std::uint32_t>(waiting_corners_).subspan(from, polygon.corners));
       from += polygon.corners;
     }
-    if (free_forms_)
-      assembly_.note(std::to_string(free_forms_) + " free-form curves or surfaces were left out; only polygons are read.");
+    if (free_forms_) assembly_.note(std::to_string(free_forms_) + " free-form curves or surfaces were left out; only polygons are read.");
     return assembly_.finish("OBJ");
   }
 
@@ -98,9 +96,11 @@ class ObjReader {
     for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line)) {
       std::int64_t number = 0;
       if (!parseInteger(word.substr(0, word.find('/')), number))
-        assembly_.refuseLine(line_, faceName() + " has the corner " + inQuotes(word) + ", which names no vertex. A corner is written 7, 7/2 or 7/2/5.");
+        assembly_.refuseLine(
+            line_, faceName() + " has the corner " + inQuotes(word) + ", which names no vertex. A corner is written 7, 7/2 or 7/2/5.");
       if (number == 0)
-        assembly_.refuseLine(line_, faceName() + " names vertex 0; OBJ counts vertices from 1. Export the mesh again with a program that writes valid OBJ.");
+        assembly_.refuseLine(
+            line_, faceName() + " names vertex 0; OBJ counts vertices from 1. Export the mesh again with a program that writes valid OBJ.");
       if (number < -count)
         assembly_.refuseLine(line_, faceName() + " names vertex " + std::to_string(number) + " (counted backwards), but there are only " +
                                         std::to_string(count) + " vertices so far. Export the mesh again.");

@@ -34,7 +34,8 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
     if (prefix.find_first_not_of("STCN4n") != std::string_view::npos)
       assembly.refuseLine(lines.number(), inQuotes(row) + " is no OFF header. Export the mesh again.");
     if (prefix.find_first_of("4n") != std::string_view::npos)
-      assembly.refuseLine(lines.number(), inQuotes(prefix) + "OFF has vertices of more than three coordinates. Export the mesh as plain OFF.");
+      assembly.refuseLine(lines.number(),
+                          inQuotes(prefix) + "OFF has vertices of more than three coordinates. Export the mesh as plain OFF.");
     row = trimmed(row.substr(keyword + 3));
     if (row.starts_with("BINARY")) assembly.refuseLine(lines.number(), "binary OFF is not read. Export the mesh as text OFF, PLY or STL.");
     if (row.empty() && !nextRow(lines, row)) assembly.refuse("ends after its header. It is cut off: copy or export it again.");
@@ -43,7 +44,8 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
   for (std::int64_t& count : counts) {
     const std::string_view word = takeWord(row);
     if (!parseInteger(word, count) || count < 0)
-      assembly.refuseLine(lines.number(), inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
+      assembly.refuseLine(lines.number(),
+                          inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
   }
   const auto vertices = static_cast<std::uint64_t>(counts[0]), faces = static_cast<std::uint64_t>(counts[1]);
   // The shortest vertex is "0 0 0", the shortest face "0", each with a line end; the last may lack it.
@@ -54,11 +56,14 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
 
   for (std::uint64_t vertex = 0; vertex < vertices; ++vertex) {
     if (!nextRow(lines, row))
-      assembly.refuse("ends after " + std::to_string(vertex) + " of " + std::to_string(vertices) + " vertices. It is cut off: copy or export it again.");
+      assembly.refuse("ends after " + std::to_string(vertex) + " of " + std::to_string(vertices) +
+                      " vertices. It is cut off: copy or export it again.");
     double p[3];
     for (double& coordinate : p) {
       const std::string_view word = takeWord(row);
-      if (word.empty()) assembly.refuseLine(lines.number(), "vertex " + std::to_string(vertex) + " needs three coordinates on its line. Export the mesh again.");
+      if (word.empty())
+        assembly.refuseLine(lines.number(),
+                            "vertex " + std::to_string(vertex) + " needs three coordinates on its line. Export the mesh again.");
       coordinate = assembly.number(word, lines.number());
     }  // a normal, a colour or a texture coordinate may follow
     if (!assembly.addVertex(p[0], p[1], p[2]))
@@ -67,21 +72,23 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
   std::vector<std::uint32_t> corners;
   for (std::uint64_t face = 0; face < faces; ++face) {
     if (!nextRow(lines, row))
-      assembly.refuse("ends after " + std::to_string(face) + " of " + std::to_string(faces) + " faces. It is cut off: copy or export it again.");
+      assembly.refuse("ends after " + std::to_string(face) + " of " + std::to_string(faces) +
+                      " faces. It is cut off: copy or export it again.");
     const std::string face_name = "face " + std::to_string(face);
     std::int64_t count = 0;
     if (const std::string_view word = takeWord(row); !parseInteger(word, count) || count < 0)
-      assembly.refuseLine(lines.number(), face_name + " begins with " + inQuotes(word) + " instead of its number of corners. Export the mesh again.");
+      assembly.refuseLine(lines.number(),
+                          face_name + " begins with " + inQuotes(word) + " instead of its number of corners. Export the mesh again.");
     corners.clear();
     for (std::int64_t k = 0; k < count; ++k) {
       const std::string_view word = takeWord(row);
       std::int64_t index = 0;
       if (word.empty())
-        assembly.refuseLine(lines.number(), face_name + " announces " + std::to_string(count) + " corners, but its line has " + std::to_string(k) +
-                                                ". The file is cut off or damaged: copy or export it again.");
+        assembly.refuseLine(lines.number(), face_name + " announces " + std::to_string(count) + " corners, but its line has " +
+                                                std::to_string(k) + ". The file is cut off or damaged: copy or export it again.");
       if (!parseInteger(word, index) || index < 0 || static_cast<std::uint64_t>(index) >= vertices)
-        assembly.refuseLine(lines.number(), face_name + " names vertex " + inQuotes(word) + "; valid are 0 to " + std::to_string(counts[0] - 1) +
-                                                ". Export the mesh again.");
+        assembly.refuseLine(lines.number(), face_name + " names vertex " + inQuotes(word) + "; valid are 0 to " +
+                                                std::to_string(counts[0] - 1) + ". Export the mesh again.");
       corners.push_back(static_cast<std::uint32_t>(index));
     }  // a colour may follow
     assembly.addPolygon(corners);

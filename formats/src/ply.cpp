@@ -21,10 +21,10 @@ enum class Encoding { Ascii, Little, Big };
 
 std::optional<Scalar> scalarOf(std::string_view word) {
   static constexpr std::pair<std::string_view, Scalar> kNames[] = {
-      {"char", Scalar::Int8},      {"int8", Scalar::Int8},        {"uchar", Scalar::Uint8},   {"uint8", Scalar::Uint8},
-      {"short", Scalar::Int16},    {"int16", Scalar::Int16},      {"ushort", Scalar::Uint16}, {"uint16", Scalar::Uint16},
-      {"int", Scalar::Int32},      {"int32", Scalar::Int32},      {"uint", Scalar::Uint32},   {"uint32", Scalar::Uint32},
-      {"float", Scalar::Float32},  {"float32", Scalar::Float32},  {"double", Scalar::Float64}, {"float64", Scalar::Float64}};
+      {"char", Scalar::Int8},     {"int8", Scalar::Int8},       {"uchar", Scalar::Uint8},    {"uint8", Scalar::Uint8},
+      {"short", Scalar::Int16},   {"int16", Scalar::Int16},     {"ushort", Scalar::Uint16},  {"uint16", Scalar::Uint16},
+      {"int", Scalar::Int32},     {"int32", Scalar::Int32},     {"uint", Scalar::Uint32},    {"uint32", Scalar::Uint32},
+      {"float", Scalar::Float32}, {"float32", Scalar::Float32}, {"double", Scalar::Float64}, {"float64", Scalar::Float64}};
   for (const auto& [name, scalar] : kNames)
     if (name == word) return scalar;
   return std::nullopt;
@@ -71,8 +71,9 @@ class PlyReader {
     const Element *vertex = findOne("vertex"), *face = findOne("face");
     if (!vertex) assembly_.refuse("has no element \"vertex\". Export the mesh again.");
     if (!face) {
-      assembly_.refuse(findOne("tristrips") ? "has triangle strips in place of faces. Export the mesh as faces."
-                                            : "has no element \"face\", only points. A solid needs faces: export the surface as triangles.");
+      assembly_.refuse(findOne("tristrips")
+                           ? "has triangle strips in place of faces. Export the mesh as faces."
+                           : "has no element \"face\", only points. A solid needs faces: export the surface as triangles.");
     }
     planVertex(*vertex);
     planFace(*face);
@@ -86,7 +87,8 @@ class PlyReader {
         skip(element);
     }
     if (extra_values_)
-      assembly_.note(std::to_string(extra_values_) + (extra_values_ == 1 ? " line holds" : " lines hold") + " more values than the header declares; what is beyond was ignored.");
+      assembly_.note(std::to_string(extra_values_) + (extra_values_ == 1 ? " line holds" : " lines hold") +
+                     " more values than the header declares; what is beyond was ignored.");
     if (encoding_ != Encoding::Ascii && at_ < bytes_.size())
       assembly_.note(std::to_string(bytes_.size() - at_) + " bytes after the last element were ignored.");
     return assembly_.finish(encoding_ == Encoding::Ascii    ? "PLY (ASCII)"
@@ -180,7 +182,8 @@ class PlyReader {
   void planVertex(const Element& element) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::string name(1, "xyz"[axis]);
-      const auto found = std::find_if(element.properties.begin(), element.properties.end(), [&](const Property& p) { return p.name == name; });
+      const auto found =
+          std::find_if(element.properties.begin(), element.properties.end(), [&](const Property& p) { return p.name == name; });
       if (found == element.properties.end() || found->count_type)
         assembly_.refuse("its vertices have no property " + inQuotes(name) + ". Export the mesh again.");
       coordinate_[axis] = static_cast<std::size_t>(found - element.properties.begin());
@@ -239,7 +242,8 @@ class PlyReader {
 
   std::string_view takeText() {
     const std::string_view word = takeWord(text_);
-    if (word.empty()) refuseRow("has fewer values on its line than the header declares. The file is cut off or damaged: export the mesh again.");
+    if (word.empty())
+      refuseRow("has fewer values on its line than the header declares. The file is cut off or damaged: export the mesh again.");
     return word;
   }
 

@@ -50,8 +50,9 @@ bool looksAscii(std::span<const char> bytes) {
 
 MeshFile readBinary(std::span<const char> bytes, MeshAssembly& assembly) {
   if (bytes.size() < kHeaderBytes)
-    assembly.refuse("has " + std::to_string(bytes.size()) +
-                    " bytes: neither an ASCII STL (it does not begin with \"solid\") nor a binary one (at least 84 bytes). Export the mesh again.");
+    assembly.refuse(
+        "has " + std::to_string(bytes.size()) +
+        " bytes: neither an ASCII STL (it does not begin with \"solid\") nor a binary one (at least 84 bytes). Export the mesh again.");
   const std::uint32_t announced = littleUint32(bytes.data() + 80);
   const std::size_t room = (bytes.size() - kHeaderBytes) / kFacetBytes, spare = (bytes.size() - kHeaderBytes) % kFacetBytes;
   std::size_t count = announced;
@@ -72,8 +73,8 @@ MeshFile readBinary(std::span<const char> bytes, MeshAssembly& assembly) {
       std::array<double, 3> p;
       for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = std::bit_cast<float>(littleUint32(at + 4 * axis));
       if (!assembly.addVertex(p[0], p[1], p[2]))
-        assembly.refuse("facet " + std::to_string(facet + 1) + ", corner " + std::to_string(corner + 1) + ": (" + std::to_string(p[0]) + ", " +
-                        std::to_string(p[1]) + ", " + std::to_string(p[2]) + ") is not a finite point. Export the mesh again.");
+        assembly.refuse("facet " + std::to_string(facet + 1) + ", corner " + std::to_string(corner + 1) + ": (" + std::to_string(p[0]) +
+                        ", " + std::to_string(p[1]) + ", " + std::to_string(p[2]) + ") is not a finite point. Export the mesh again.");
     }
     const std::uint32_t last = assembly.vertexCount();
     assembly.addTriangle(last - 3, last - 2, last - 1);
@@ -90,15 +91,20 @@ MeshFile readAscii(std::span<const char> bytes, MeshAssembly& assembly) {
   while (lines.next(line)) {
     for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line)) {
       if (in_facet && (isWord(word, "facet") || isWord(word, "solid") || isWord(word, "endsolid")))
-        assembly.refuseLine(lines.number(), facetName() + " (line " + std::to_string(facet_line) + ") has no endfacet. Export the mesh again.");
+        assembly.refuseLine(lines.number(),
+                            facetName() + " (line " + std::to_string(facet_line) + ") has no endfacet. Export the mesh again.");
       if (isWord(word, "vertex")) {
         if (!in_facet) assembly.refuseLine(lines.number(), "a vertex outside a facet. Export the mesh again.");
         if (++corners > 3)
-          assembly.refuseLine(lines.number(), facetName() + " has more than three vertices; a facet of an STL file is a triangle. Export the mesh as triangles.");
+          assembly.refuseLine(
+              lines.number(),
+              facetName() + " has more than three vertices; a facet of an STL file is a triangle. Export the mesh as triangles.");
         double p[3];
         for (double& coordinate : p) {
           const std::string_view value = takeWord(line);
-          if (value.empty()) assembly.refuseLine(lines.number(), "a vertex needs three coordinates on its line. The file is cut off or damaged: export the mesh again.");
+          if (value.empty())
+            assembly.refuseLine(lines.number(),
+                                "a vertex needs three coordinates on its line. The file is cut off or damaged: export the mesh again.");
           coordinate = assembly.number(value, lines.number());
         }
         if (!assembly.addVertex(p[0], p[1], p[2]))
@@ -113,7 +119,8 @@ MeshFile readAscii(std::span<const char> bytes, MeshAssembly& assembly) {
       } else if (isWord(word, "endfacet")) {
         if (!in_facet) assembly.refuseLine(lines.number(), "endfacet without a facet. Export the mesh again.");
         if (corners != 3)
-          assembly.refuseLine(lines.number(), facetName() + " has " + std::to_string(corners) + " vertices instead of three. Export the mesh again.");
+          assembly.refuseLine(lines.number(),
+                              facetName() + " has " + std::to_string(corners) + " vertices instead of three. Export the mesh again.");
         const std::uint32_t last = assembly.vertexCount();
         assembly.addTriangle(last - 3, last - 2, last - 1);
         in_facet = false;
@@ -131,8 +138,7 @@ MeshFile readAscii(std::span<const char> bytes, MeshAssembly& assembly) {
       }
     }
   }
-  if (in_facet)
-    assembly.refuseLine(lines.number(), "the file ends within " + facetName() + ". It is cut off: copy or export it again.");
+  if (in_facet) assembly.refuseLine(lines.number(), "the file ends within " + facetName() + ". It is cut off: copy or export it again.");
   if (!ended) assembly.note("The last solid has no endsolid; the file may be cut off.");
   return assembly.finish("STL (ASCII)");
 }

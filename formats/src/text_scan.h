@@ -50,7 +50,7 @@ class Lines {
     ++number_;
     return true;
   }
-  std::size_t number() const { return number_; }  // of the line last returned, from 1
+  std::size_t number() const { return number_; }                                         // of the line last returned, from 1
   std::size_t remaining() const { return at_ < text_.size() ? text_.size() - at_ : 0; }  // [bytes]
 
  private:

@@ -44,7 +44,7 @@ class Groups {  // union-find; the root of a group is its lowest member
   std::vector<std::uint32_t> parent_;
 };
 
-struct Side {  // one triangle at one edge
+struct Side {          // one triangle at one edge
   std::uint64_t edge;  // lower vertex << 32 | higher vertex
   std::uint32_t triangle;
   std::uint8_t corner;  // the edge runs from this corner to the next
@@ -105,9 +105,7 @@ class MeshCheck {
     return std::move(report_);
   }
 
-  Place triangleAt(std::uint32_t t) const {
-    return {{t}, {}, mesh_.corner(t, 0) / 3 + mesh_.corner(t, 1) / 3 + mesh_.corner(t, 2) / 3};
-  }
+  Place triangleAt(std::uint32_t t) const { return {{t}, {}, mesh_.corner(t, 0) / 3 + mesh_.corner(t, 1) / 3 + mesh_.corner(t, 2) / 3}; }
   Place edgeAt(const Side& side) const {
     return {{side.triangle}, {side.low(), side.high()}, mesh_.positions[side.low()] / 2 + mesh_.positions[side.high()] / 2};
   }
@@ -215,7 +213,8 @@ class MeshCheck {
         sides_.push_back({std::uint64_t{std::min(a, b)} << 32 | std::max(a, b), t, k, a < b});
       }
     }
-    std::sort(sides_.begin(), sides_.end(), [](const Side& a, const Side& b) { return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle); });
+    std::sort(sides_.begin(), sides_.end(),
+              [](const Side& a, const Side& b) { return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle); });
   }
 
   /// Calls `visit(first, last)` with the sides of each edge.
@@ -379,7 +378,8 @@ class MeshCheck {
 
   void findOrientation() {
     if (!is_closed_ || report_.has(DefectKind::DegenerateFace) || report_.has(DefectKind::DuplicateFace)) {
-      report_.not_checked.push_back("Whether it is inside out, and whether parts lie within parts, was not checked: that takes a closed mesh of consistent winding.");
+      report_.not_checked.push_back(
+          "Whether it is inside out, and whether parts lie within parts, was not checked: that takes a closed mesh of consistent winding.");
       return;
     }
     std::vector<Component>& components = report_.components;
@@ -501,45 +501,45 @@ std::string pointText(const Eigen::Vector3d& p) {
   return "(" + numberText(p.x()) + ", " + numberText(p.y()) + ", " + numberText(p.z()) + ")";
 }
 
-std::string counted(std::size_t count, const char* noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : std::string_view(noun).ends_with("x") ? "es" : "s");
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
 struct Wording {
-  const char* noun;    // what is counted
-  const char* advice;  // what to do
+  const char *one, *many;  // what is counted
+  const char* advice;      // what to do
 };
 
 Wording wordingOf(DefectKind kind) {
   switch (kind) {
     case DefectKind::NoTriangles:
-      return {"mesh", "Export the surface as triangles."};
+      return {"mesh", "meshes", "Export the surface as triangles."};
     case DefectKind::BadIndex:
-      return {"triangle", "Export the mesh again."};
+      return {"triangle", "triangles", "Export the mesh again."};
     case DefectKind::NonFinite:
-      return {"triangle", "Export the mesh again, or delete these vertices and close the holes."};
+      return {"triangle", "triangles", "Export the mesh again, or delete these vertices and close the holes."};
     case DefectKind::Scale:
-      return {"mesh", "Give the unit of the file: the diagonal must lie between 1e-9 and 1e12 mm."};
+      return {"mesh", "meshes", "Give the unit of the file: the diagonal must lie between 1e-9 and 1e12 mm."};
     case DefectKind::DegenerateFace:
-      return {"triangle", "Remove zero-area faces and weld close vertices."};
+      return {"triangle", "triangles", "Remove zero-area faces and weld close vertices."};
     case DefectKind::DuplicateFace:
-      return {"triangle", "Remove duplicate faces."};
+      return {"triangle", "triangles", "Remove duplicate faces."};
     case DefectKind::NonManifoldEdge:
-      return {"edge", "Remove inner walls and fins, or separate bodies that share an edge."};
+      return {"edge", "edges", "Remove inner walls and fins, or separate bodies that share an edge."};
     case DefectKind::NonManifoldVertex:
-      return {"vertex", "Separate the bodies that meet in this vertex, or join them properly."};
+      return {"vertex", "vertices", "Separate the bodies that meet in this vertex, or join them properly."};
     case DefectKind::ClashingWinding:
-      return {"edge", "Make the face orientation consistent (\"recalculate normals\")."};
+      return {"edge", "edges", "Make the face orientation consistent (\"recalculate normals\")."};
     case DefectKind::Border:
-      return {"edge", "Close the holes, and weld vertices along cracks."};
+      return {"edge", "edges", "Close the holes, and weld vertices along cracks."};
     case DefectKind::NoVolume:
-      return {"component", "Give it a thickness, or delete it."};
+      return {"component", "components", "Give it a thickness, or delete it."};
     case DefectKind::InsideOut:
-      return {"component", "A build turns it round; so does \"flip normals\"."};
+      return {"component", "components", "A build turns it round; so does \"flip normals\"."};
     case DefectKind::SelfIntersection:
       break;
   }
-  return {"pair of triangles", "Join overlapping bodies by a boolean union, and remove folds."};
+  return {"pair of triangles", "pairs of triangles", "Join overlapping bodies by a boolean union, and remove folds."};
 }
 
 }  // namespace
@@ -594,18 +594,16 @@ std::string MeshReport::summary() const {
     const Wording wording = wordingOf(d.kind);
     text += std::string(name(d.kind)) + ": ";
     if (d.kind == DefectKind::Scale) {
-      text += "the box is " + numberText(high.x() - low.x()) + " x " + numberText(high.y() - low.y()) + " x " + numberText(high.z() - low.z()) + " mm";
+      text += "the box is " + numberText(high.x() - low.x()) + " x " + numberText(high.y() - low.y()) + " x " +
+              numberText(high.z() - low.z()) + " mm";
     } else if (d.kind == DefectKind::NoTriangles) {
       text += "the mesh is empty";
     } else {
       if (d.is_lower_bound) text += "more than ";
-      const std::string noun = wording.noun;
-      text += noun == "vertex" ? std::to_string(d.count) + (d.count == 1 ? " vertex" : " vertices")
-              : noun == "pair of triangles" ? std::to_string(d.count) + (d.count == 1 ? " pair of triangles" : " pairs of triangles")
-                                            : counted(d.count, wording.noun);
+      text += counted(d.count, wording.one, wording.many);
     }
     if (d.kind == DefectKind::Border && !holes.empty())
-      text += " round " + counted(holes.size(), "hole") + ", the longest " + numberText(holes[0].length) + " mm";
+      text += " round " + counted(holes.size(), "hole", "holes") + ", the longest " + numberText(holes[0].length) + " mm";
     if (!d.first.empty() && !d.first[0].triangles.empty()) {
       const Place& place = d.first[0];
       text += d.count == 1 ? "; at triangle " : "; the first at triangle ";

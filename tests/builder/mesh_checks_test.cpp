@@ -84,7 +84,8 @@ TEST(MeshChecks, HolesAreListedLongestFirst) {
   TriangleMesh mesh = sphereMesh(10, 3);
   // The hole round the vertex at +z, then one triangle near -z.
   std::erase_if(mesh.triangles, [&](const Triangle& t) { return t[0] == 4 || t[1] == 4 || t[2] == 4; });
-  const auto last = std::find_if(mesh.triangles.begin(), mesh.triangles.end(), [](const Triangle& t) { return t[0] == 5 || t[1] == 5 || t[2] == 5; });
+  const auto last =
+      std::find_if(mesh.triangles.begin(), mesh.triangles.end(), [](const Triangle& t) { return t[0] == 5 || t[1] == 5 || t[2] == 5; });
   mesh.triangles.erase(last);
   const MeshReport report = checkMesh(mesh);
   ASSERT_EQ(report.holes.size(), 2u);
@@ -154,8 +155,18 @@ struct Nest {
 
 TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
   const Nest nests[] = {
-      {{1}, "o"},           {{-1}, "O"},          {{1, -1}, "oc"},      {{1, 1}, "ob"},          {{-1, 1}, "OC"},          {{-1, -1}, "OB"},
-      {{1, -1, 1}, "oco"},  {{1, 1, -1}, "obb"},  {{1, -1, -1}, "ocO"}, {{-1, 1, -1}, "OCO"},    {{1, -1, 1, -1}, "ococ"}, {{1, 1, 1}, "obb"},
+      {{1}, "o"},
+      {{-1}, "O"},
+      {{1, -1}, "oc"},
+      {{1, 1}, "ob"},
+      {{-1, 1}, "OC"},
+      {{-1, -1}, "OB"},
+      {{1, -1, 1}, "oco"},
+      {{1, 1, -1}, "obb"},
+      {{1, -1, -1}, "ocO"},
+      {{-1, 1, -1}, "OCO"},
+      {{1, -1, 1, -1}, "ococ"},
+      {{1, 1, 1}, "obb"},
       {{1, 1, -1, -1}, "obbc"},
   };
   for (const Nest& nest : nests) {
@@ -304,12 +315,12 @@ TEST(MeshChecks, TrianglesThatTouchOrFoldOntoEachOtherIntersect) {
     return checkMesh(mesh).count(DefectKind::SelfIntersection);
   };
   const Eigen::Vector3d o(0, 0, 0), x(4, 0, 0), y(0, 4, 0);
-  EXPECT_EQ(crossings({o, x, y, {3, 3, 0}}, {{0, 1, 2}, {1, 3, 2}}), 0u);              // side by side
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}}, {{0, 1, 2}, {2, 1, 3}}), 1u);              // folded flat
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}}, {{0, 1, 2}, {2, 1, 3}}), 0u);         // almost
+  EXPECT_EQ(crossings({o, x, y, {3, 3, 0}}, {{0, 1, 2}, {1, 3, 2}}), 0u);                             // side by side
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}}, {{0, 1, 2}, {2, 1, 3}}), 1u);                             // folded flat
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}}, {{0, 1, 2}, {2, 1, 3}}), 0u);                        // almost
   EXPECT_EQ(crossings({o, x, y, {1, 1, 0}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 1u);       // a corner touches
   EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 0u);  // almost
-  EXPECT_EQ(crossings({o, x, y, {2, 2, 1}, {2, 2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1u);  // shares a corner and cuts through
+  EXPECT_EQ(crossings({o, x, y, {2, 2, 1}, {2, 2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1u);                 // shares a corner and cuts through
   EXPECT_EQ(crossings({o, x, y, {-2, -2, 1}, {-2, -2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 0u);
 }
 

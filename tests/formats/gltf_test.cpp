@@ -23,7 +23,9 @@ using test::volumeOf;
 
 constexpr double kVolume = 1e9 / 6;  // of the tetrahedron [mm^3]
 
-MeshFile read(const Json& json, const std::string& buffer = tetrahedronBuffer()) { return readGltf(charsOf(toGlb(json, buffer)), "test.glb"); }
+MeshFile read(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
+  return readGltf(charsOf(toGlb(json, buffer)), "test.glb");
+}
 
 std::string refusal(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
   return test::refusalOf<FormatError>([&] { read(json, buffer); });
@@ -49,7 +51,8 @@ TEST(Gltf, ReadsMetresAsMillimetres) {
 TEST(Gltf, ADataUriStandsForTheBinaryChunk) {
   Json json = tetrahedronJson();
   json["buffers"][0]["uri"] =
-      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA";
+      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/"
+      "AAACAAEAAAABAAMAAAADAAIAAQACAAMA";
   const MeshFile file = readGltf(charsOf(json.dump()), "test.gltf");
   EXPECT_EQ(file.format, "glTF");
   EXPECT_EQ(file.mesh.positions, read(tetrahedronJson()).mesh.positions);
@@ -163,7 +166,8 @@ TEST(Gltf, SparseAccessorsReplaceElements) {
   json["buffers"][0]["byteLength"] = 100;
   json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 72}, {"byteLength", 4}});
   json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 76}, {"byteLength", 24}});
-  json["accessors"][0]["sparse"] = {{"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5123}}}, {"values", {{"bufferView", 3}}}};
+  json["accessors"][0]["sparse"] = {
+      {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5123}}}, {"values", {{"bufferView", 3}}}};
   EXPECT_DOUBLE_EQ(volumeOf(read(json, buffer).mesh), 4 * kVolume);
   const Json whole = json;
   json["accessors"][0].erase("bufferView");  // the others are zero: 0 and 2 fall together
@@ -262,9 +266,7 @@ TEST(Gltf, BuffersStayWithinTheFolder) {
     json["buffers"][0]["uri"] = uri;
     return readGltf(charsOf(json.dump()), "test.gltf", folder).mesh.triangles.size();
   };
-  const auto refusalUri = [&](const std::string& uri) {
-    return test::refusalOf<FormatError>([&] { readUri(uri); });
-  };
+  const auto refusalUri = [&](const std::string& uri) { return test::refusalOf<FormatError>([&] { readUri(uri); }); };
   EXPECT_EQ(readUri("data/a%20b.bin"), 4u);
   EXPECT_EQ(readUri("./data/a b.bin"), 4u);
   EXPECT_EQ(readUri("inner/a b.bin"), 4u);

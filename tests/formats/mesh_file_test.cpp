@@ -39,9 +39,10 @@ TEST(MeshFile, ReadsByContentWhereTheExtensionIsWrong) {
     const char *name, *format;
     std::string bytes;
   };
-  const Case cases[] = {{"a.obj", "OBJ", kObj}, {"b.OBJ", "OBJ", kObj},      {"c.stl", "OBJ", kObj}, {"d.xyz", "OBJ", "# by hand\no x\n" + kObj},
-                        {"e.ply", "OFF", kOff}, {"f.off", "OFF", kOff},      {"g", "OFF", kOff},     {"h.obj", "GLB", glb},
-                        {"i.gltf", "GLB", glb}, {"j.off", "OFF", kOff.substr(4)}};
+  const Case cases[] = {
+      {"a.obj", "OBJ", kObj}, {"b.OBJ", "OBJ", kObj},          {"c.stl", "OBJ", kObj}, {"d.xyz", "OBJ", "# by hand\no x\n" + kObj},
+      {"e.ply", "OFF", kOff}, {"f.off", "OFF", kOff},          {"g", "OFF", kOff},     {"h.obj", "GLB", glb},
+      {"i.gltf", "GLB", glb}, {"j.off", "OFF", kOff.substr(4)}};
   for (const Case& c : cases) {
     const MeshFile file = readMesh(write(scratch.path() / c.name, c.bytes));
     EXPECT_EQ(file.format, c.format) << c.name;
@@ -118,17 +119,34 @@ TEST(MeshFile, BenchMeshesHaveTheirKnownVolumeAreaAndGenus) {
 TEST(MeshFile, DamagedTeethHaveTheirKnownVolume) {
   if (!std::filesystem::exists(kMeshes)) GTEST_SKIP() << "no " << kMeshes;
   constexpr double kTooth = 1169.20992;  // [mm^3]; the glTF files hold it in metres
-  const std::map<std::string, double> volumes = {
-      {"tooth_clean.obj", 1},           {"tooth_all_flipped.obj", -1},        {"tooth_negative_indices_crlf.obj", 1},
-      {"tooth_quads_mixed.obj", 1},     {"tooth_big_endian_double.ply", 1},   {"tooth_binary_starts_with_solid.stl", 1},
-      {"tooth_absurd_count.stl", 1},    {"tooth_far_from_origin_text.obj", 1}, {"tooth_huge_1e9.obj", 1e27},
-      {"tooth_tiny_1e-6.obj", 1e-18},   {"tooth_squashed_flat.obj", 1e-4},    {"tooth_degenerate_faces.obj", 1},
-      {"tooth_t_junctions.obj", 1},     {"teeth_overlapping.stl", 2},         {"teeth_bowtie_vertex.obj", 2},
-      {"tooth_plain.glb", 1},           {"tooth_negative_scale.glb", 1},      {"tooth_nested_transforms.glb", 8},
-      {"tooth_no_indices.glb", 1},      {"tooth_quantised_int16.glb", 1},     {"tooth_sparse.gltf", 1},
-      {"tooth_two_scenes.glb", 1.125},  {"tooth_sparse_no_bufferview.gltf", 1}, {"tooth_interleaved.gltf", 1},
-      {"tooth_unreferenced_node.glb", 1}, {"tooth_with_points_and_lines.glb", 1}, {"tooth_no_scene.glb", 2},  // two root nodes
-      {"hostile_deep_nodes.glb", 1}};
+  const std::map<std::string, double> volumes = {{"tooth_clean.obj", 1},
+                                                 {"tooth_all_flipped.obj", -1},
+                                                 {"tooth_negative_indices_crlf.obj", 1},
+                                                 {"tooth_quads_mixed.obj", 1},
+                                                 {"tooth_big_endian_double.ply", 1},
+                                                 {"tooth_binary_starts_with_solid.stl", 1},
+                                                 {"tooth_absurd_count.stl", 1},
+                                                 {"tooth_far_from_origin_text.obj", 1},
+                                                 {"tooth_huge_1e9.obj", 1e27},
+                                                 {"tooth_tiny_1e-6.obj", 1e-18},
+                                                 {"tooth_squashed_flat.obj", 1e-4},
+                                                 {"tooth_degenerate_faces.obj", 1},
+                                                 {"tooth_t_junctions.obj", 1},
+                                                 {"teeth_overlapping.stl", 2},
+                                                 {"teeth_bowtie_vertex.obj", 2},
+                                                 {"tooth_plain.glb", 1},
+                                                 {"tooth_negative_scale.glb", 1},
+                                                 {"tooth_nested_transforms.glb", 8},
+                                                 {"tooth_no_indices.glb", 1},
+                                                 {"tooth_quantised_int16.glb", 1},
+                                                 {"tooth_sparse.gltf", 1},
+                                                 {"tooth_two_scenes.glb", 1.125},
+                                                 {"tooth_sparse_no_bufferview.gltf", 1},
+                                                 {"tooth_interleaved.gltf", 1},
+                                                 {"tooth_unreferenced_node.glb", 1},
+                                                 {"tooth_with_points_and_lines.glb", 1},
+                                                 {"tooth_no_scene.glb", 2},  // two root nodes
+                                                 {"hostile_deep_nodes.glb", 1}};
   for (const auto& [name, factor] : volumes) {
     const TriangleMesh mesh = readMesh(kMeshes / "failure" / "tooth" / name).mesh;
     // 16-bit coordinates round the tooth itself.
@@ -227,8 +245,7 @@ TEST(MeshFile, EveryFailureFileEndsInAMeshOrANamedRefusal) {
       triangles[name] = file.mesh.triangles.size();
       EXPECT_FALSE(file.mesh.triangles.empty()) << name;
       for (const Eigen::Vector3d& p : file.mesh.positions) EXPECT_TRUE(p.allFinite()) << name;
-      for (const Triangle& t : file.mesh.triangles)
-        EXPECT_LT(*std::max_element(t.begin(), t.end()), file.mesh.positions.size()) << name;
+      for (const Triangle& t : file.mesh.triangles) EXPECT_LT(*std::max_element(t.begin(), t.end()), file.mesh.positions.size()) << name;
     } catch (const FormatError& error) {
       ++refused;
       refusals[name] = error.what();

@@ -68,11 +68,11 @@ TEST(Obj, WaysOfWritingTheSameMeshGiveTheSameMesh) {
       replaced(kTetrahedron, "\n", " # a comment\n"),
       "\xef\xbb\xbf" + kTetrahedron,
       kTetrahedron.substr(0, kTetrahedron.size() - 1),
-      replaced(kTetrahedron, "v 1 0 0", "v +1.0 0e0 -0. 0.5 0.5 nan"),                        // weights and colours follow
-      "# C:\\models\\\n" + replaced(kTetrahedron, "f 1 3 2", "f 1 \\\n3 \\\r\n2"),            // continued lines; not that of a comment
+      replaced(kTetrahedron, "v 1 0 0", "v +1.0 0e0 -0. 0.5 0.5 nan"),              // weights and colours follow
+      "# C:\\models\\\n" + replaced(kTetrahedron, "f 1 3 2", "f 1 \\\n3 \\\r\n2"),  // continued lines; not that of a comment
       replaced(replaced(kTetrahedron, "f 1 3 2", "f 1/1 3/7/2 2//9"), "f 2 3 4", "fo 2// 3 4"),
       "vn 0 0 1\nvt 0 0\nmtllib a.mtl\nusemtl x\ns off\n" + kTetrahedron + "l 1 2\np 1\n",
-      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -1 -2\nv 0 0 1\nf 1 2 -1\nf 1 4 3\nf 2 3 4",           // negative: counted backwards
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -1 -2\nv 0 0 1\nf 1 2 -1\nf 1 4 3\nf 2 3 4",  // negative: counted backwards
       replaced(kTetrahedron, "v 0 0 0", "v 0 0 -0.0"),
   };
   for (const std::string& text : variants) {
@@ -89,7 +89,8 @@ TEST(Obj, AFaceMayComeBeforeItsVertices) {
 }
 
 TEST(Obj, GroupsAndObjectsNameParts) {
-  const MeshFile file = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng crown of 11\nf 1 2 4\no root#1 # comment\nf 1 3 4\ng crown of 11\nf 2 3 4\n");
+  const MeshFile file =
+      read("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng crown of 11\nf 1 2 4\no root#1 # comment\nf 1 3 4\ng crown of 11\nf 2 3 4\n");
   EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "crown of 11", "root#1"}));
   EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1, 2, 1}));
 }
@@ -145,7 +146,8 @@ TEST(Obj, ConcavePolygonsAreCoveredExactlyOnce) {
         ASSERT_EQ(file.mesh.triangles.size(), n - 2);
         double signed_area = 0, area = 0;  // seen along z
         for (std::size_t t = 0; t < n - 2; ++t) {
-          const Eigen::Vector3d normal = (file.mesh.corner(t, 1) - file.mesh.corner(t, 0)).cross(file.mesh.corner(t, 2) - file.mesh.corner(t, 0));
+          const Eigen::Vector3d normal =
+              (file.mesh.corner(t, 1) - file.mesh.corner(t, 0)).cross(file.mesh.corner(t, 2) - file.mesh.corner(t, 0));
           signed_area += normal.z() / 2;
           area += std::abs(normal.z()) / 2;
         }
@@ -182,7 +184,8 @@ TEST(Obj, RefusalsNameTheLineAndTheValue) {
   EXPECT_TRUE(says(refusal(""), {"no triangle"}));
   EXPECT_TRUE(says(refusal("\xff\xfev"), {"UTF-16"}));
   EXPECT_TRUE(says(refusal(std::string_view("\0v\0 ", 4)), {"UTF-16"}));
-  EXPECT_TRUE(says(test::refusalOf<FormatError>([] { read("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1e10); }), {"line 1", "smaller unit"}));
+  EXPECT_TRUE(
+      says(test::refusalOf<FormatError>([] { read("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1e10); }), {"line 1", "smaller unit"}));
 }
 
 TEST(Obj, ALargeConcavePolygonIsRefusedRatherThanCutForHours) {

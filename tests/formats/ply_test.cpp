@@ -60,10 +60,10 @@ class Writer {
     const std::string c = coordinate;
     std::string header;
     for (const std::string& line :
-         {std::string("ply"), std::string("format binary_") + (is_big_ ? "big" : "little") + "_endian 1.0", std::string("comment end_header"),
-          std::string("element vertex 4"), std::string("property uchar red"), "property " + c + " z", "property " + c + " y",
-          std::string("property list ushort float weights"), "property " + c + " x", std::string("element camera 1"),
-          std::string("property int32 a"), std::string("property int8 b"), std::string("element face 4"),
+         {std::string("ply"), std::string("format binary_") + (is_big_ ? "big" : "little") + "_endian 1.0",
+          std::string("comment end_header"), std::string("element vertex 4"), std::string("property uchar red"), "property " + c + " z",
+          "property " + c + " y", std::string("property list ushort float weights"), "property " + c + " x",
+          std::string("element camera 1"), std::string("property int32 a"), std::string("property int8 b"), std::string("element face 4"),
           std::string("property list uint8 float64 texcoord"), std::string("property list ") + count + " " + index + " vertex_index",
           std::string("property int16 flags"), std::string("end_header")})
       header += line + line_end_;

@@ -16,7 +16,10 @@ namespace {
 using test::charsOf;
 using test::volumeOf;
 
-constexpr float kCorners[4][3][3] = {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+constexpr float kCorners[4][3][3] = {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}},
+                                     {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}},
+                                     {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+                                     {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 std::string binary(const std::string& header = "", std::uint32_t count = 4) {
   std::string bytes = header;
@@ -132,7 +135,9 @@ TEST(Stl, RefusalsNameTheFacetAndTheValue) {
 
 TEST(Stl, SolidsAreParts) {
   const std::string facet = "facet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n";
-  const MeshFile file = read("solid\n" + facet + "endsolid\nSOLID B\nFACET NORMAL nan nan nan\nOuter Loop\nVERTEX 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nENDFACET\nEndSolid B\n");
+  const MeshFile file = read(
+      "solid\n" + facet +
+      "endsolid\nSOLID B\nFACET NORMAL nan nan nan\nOuter Loop\nVERTEX 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nENDFACET\nEndSolid B\n");
   EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "B"}));
   EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1}));
 }

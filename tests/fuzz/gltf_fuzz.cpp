@@ -10,7 +10,8 @@ namespace spheretree::fuzz {
 std::vector<std::string> seeds() {
   nlohmann::json json = test::tetrahedronJson();
   const std::string plain = test::toGlb(json, test::tetrahedronBuffer());
-  json["nodes"] = nlohmann::json::parse(R"([{"children": [1], "scale": [-1, 2, 1]}, {"mesh": 0, "rotation": [0, 0, 0, 1], "translation": [1, 0, 0]}])");
+  json["nodes"] =
+      nlohmann::json::parse(R"([{"children": [1], "scale": [-1, 2, 1]}, {"mesh": 0, "rotation": [0, 0, 0, 1], "translation": [1, 0, 0]}])");
   json["meshes"][0]["primitives"][0]["mode"] = 5;
   json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 50}, {"byteLength", 4}});
   json["accessors"][0]["sparse"] = {

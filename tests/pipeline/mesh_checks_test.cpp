@@ -39,9 +39,10 @@ TEST(MeshChecksOnFiles, SoundMeshesAreClean) {
     ++checked;
   }
   EXPECT_EQ(checked, 13u);
-  for (const char* name : {"dental/molar_with_pulp.obj", "dental/handpiece_with_bur.obj", "dental/mandible_with_teeth.ply", "dental/tongue_scan.ply",
-                           "dental/soft_palate.obj", "dental/tongue_coarse.glb", "dental/tooth_FDI36_molar.stl", "failure/mesh/7_8ths_cube.stl",
-                           "failure/mesh/hull-body.obj", "failure/mesh/Havocglass8_right.obj", "failure/stl/wrongHeader.bin.stl"}) {
+  for (const char* name :
+       {"dental/molar_with_pulp.obj", "dental/handpiece_with_bur.obj", "dental/mandible_with_teeth.ply", "dental/tongue_scan.ply",
+        "dental/soft_palate.obj", "dental/tongue_coarse.glb", "dental/tooth_FDI36_molar.stl", "failure/mesh/7_8ths_cube.stl",
+        "failure/mesh/hull-body.obj", "failure/mesh/Havocglass8_right.obj", "failure/stl/wrongHeader.bin.stl"}) {
     const MeshReport report = checkMesh(formats::readMesh(kMeshes / name).mesh);
     EXPECT_TRUE(report.clean()) << name << "\n" << report.summary();
   }

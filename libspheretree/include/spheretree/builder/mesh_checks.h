@@ -33,7 +33,7 @@ enum class DefectKind {
 /// "non-manifold edge"; in reports and as key of JSON, with '_' in place of blanks and hyphens.
 std::string_view name(DefectKind kind);
 
-inline constexpr std::size_t kPlacesListed = 5;             // of each defect
+inline constexpr std::size_t kPlacesListed = 5;            // of each defect
 inline constexpr std::size_t kMaxCrossingPairs = 100'000;  // the search for self-intersections then stops
 
 struct Place {
@@ -44,9 +44,9 @@ struct Place {
 
 struct Defect {
   DefectKind kind;
-  std::size_t count = 0;              // of triangles, edges, vertices, components or pairs
-  bool is_lower_bound = false;        // there may be more: the search was stopped
-  std::vector<Place> first;           // at most kPlacesListed, in the order of the mesh
+  std::size_t count = 0;        // of triangles, edges, vertices, components or pairs
+  bool is_lower_bound = false;  // there may be more: the search was stopped
+  std::vector<Place> first;     // at most kPlacesListed, in the order of the mesh
 };
 
 /// Border edges that hang together: usually one hole.
@@ -71,9 +71,9 @@ struct MeshReport {
   double volume = 0;  // signed sum over all triangles, about the centre of the box; tells something only of a closed mesh [mm^3]
   double area = 0;    // [mm^2]
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();  // box of the vertices in use [mm]
-  std::vector<Defect> defects;          // in the order of DefectKind
-  std::vector<Hole> holes;              // longest first
-  std::vector<Component> components;    // by first triangle
+  std::vector<Defect> defects;                                                    // in the order of DefectKind
+  std::vector<Hole> holes;                                                        // longest first
+  std::vector<Component> components;                                              // by first triangle
   std::vector<std::uint32_t> component_of;  // for each triangle; empty if the mesh could not be searched
   std::vector<std::string> not_checked;     // checks that earlier defects make meaningless; whole sentences
 
