@@ -27,7 +27,7 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick: return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2};
-    case Quality::Standard: return {16, 1000, 4000, 1500, 1, 100'000'000, 0.5, 20'000'000, 0.05, 4};
+    case Quality::Standard: return {16, 1000, 4000, 1500, 1, 60'000'000, 0.5, 30'000'000, 0.05, 6};
     case Quality::Best: return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12};
   }
   return {};
