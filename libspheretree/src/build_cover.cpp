@@ -26,9 +26,12 @@ struct Effort {
 
 Effort effortOf(Quality quality) {
   switch (quality) {
-    case Quality::Quick: return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2};
-    case Quality::Standard: return {16, 1000, 4000, 1500, 1, 60'000'000, 0.5, 30'000'000, 0.05, 6};
-    case Quality::Best: return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12};
+    case Quality::Quick:
+      return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2};
+    case Quality::Standard:
+      return {16, 1000, 4000, 1500, 1, 60'000'000, 0.5, 30'000'000, 0.05, 6};
+    case Quality::Best:
+      return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12};
   }
   return {};
 }
@@ -43,8 +46,8 @@ std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
 }
 
 // Voronoi vertices and shrinking balls of one sampling of the surface, fine enough for `spheres`.
-std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort, std::uint64_t seed,
-                             Progress& progress) {
+std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort,
+                             std::uint64_t seed, Progress& progress) {
   SampleSettings sampling;
   sampling.count = std::max(effort.medial_samples, 3 * spheres);
   sampling.seed = seed;
@@ -83,7 +86,8 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(400, 60 * spheres)), cover_settings, progress);
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(400, 60 * spheres)),
+                         cover_settings, progress);
   };
 
   progress.stage("cover");

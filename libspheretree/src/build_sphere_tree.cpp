@@ -29,9 +29,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kFar = 16;                 // mesh diagonals from its frame's origin at which float32 needs an origin of its own
-constexpr double kResolution = 2e-3;        // of certification, as a share of the stand-off
-constexpr double kLeastResolution = 1e-7;   // ... and of the diagonal
+constexpr double kFar = 16;                // mesh diagonals from its frame's origin at which float32 needs an origin of its own
+constexpr double kResolution = 2e-3;       // of certification, as a share of the stand-off
+constexpr double kLeastResolution = 1e-7;  // ... and of the diagonal
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(std::string("build: ") + what);
@@ -47,13 +47,21 @@ void validate(const BuildSettings& s) {
 // The published method that builds by regions; Cover, Octree and Combined are none.
 Method methodOf(BuilderKind kind) {
   switch (kind) {
-    case BuilderKind::Merge: return {reduceMerge, true};
-    case BuilderKind::Burst: return {reduceBurst, true};
-    case BuilderKind::Expand: return {reduceExpand, true};
-    case BuilderKind::Spawn: return {reduceSpawn, false};
-    case BuilderKind::Grid: return {reduceGrid, false};
-    case BuilderKind::Hubbard: return {reduceHubbard, true};
-    default: throw std::invalid_argument("build: '" + std::string(name(kind)) + "' cannot be combined; use merge, burst, expand, spawn, grid or hubbard");
+    case BuilderKind::Merge:
+      return {reduceMerge, true};
+    case BuilderKind::Burst:
+      return {reduceBurst, true};
+    case BuilderKind::Expand:
+      return {reduceExpand, true};
+    case BuilderKind::Spawn:
+      return {reduceSpawn, false};
+    case BuilderKind::Grid:
+      return {reduceGrid, false};
+    case BuilderKind::Hubbard:
+      return {reduceHubbard, true};
+    default:
+      throw std::invalid_argument("build: '" + std::string(name(kind)) +
+                                  "' cannot be combined; use merge, burst, expand, spawn, grid or hubbard");
   }
 }
 
@@ -66,14 +74,17 @@ LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, con
   published.seed = settings.seed;
   std::vector<Method> methods;
   switch (settings.builder) {
-    case BuilderKind::Cover: return buildCover(mesh, field, settings, progress);
-    case BuilderKind::Octree: return buildOctree(mesh, field, published, progress);
+    case BuilderKind::Cover:
+      return buildCover(mesh, field, settings, progress);
+    case BuilderKind::Octree:
+      return buildOctree(mesh, field, published, progress);
     case BuilderKind::Combined: {
       const std::vector<BuilderKind> usual{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst};
       for (const BuilderKind member : settings.combine.empty() ? usual : settings.combine) methods.push_back(methodOf(member));
       break;
     }
-    default: methods.push_back(methodOf(settings.builder));
+    default:
+      methods.push_back(methodOf(settings.builder));
   }
   return buildByRegions(mesh, field, methods, published, progress);
 }
@@ -158,7 +169,8 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
     result.statistics.levels[l].overhang_bound_mm = most;
   }
   result.statistics.levels.resize(static_cast<std::size_t>(tree.levelCount()));
-  result.statistics.tolerance_met = !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
+  result.statistics.tolerance_met =
+      !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
 
   Provenance& from = tree.provenance;
   from.builder = name(settings.builder);
@@ -183,24 +195,36 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
 
 std::string_view name(BuilderKind kind) {
   switch (kind) {
-    case BuilderKind::Cover: return "cover";
-    case BuilderKind::Combined: return "combined";
-    case BuilderKind::Merge: return "merge";
-    case BuilderKind::Burst: return "burst";
-    case BuilderKind::Expand: return "expand";
-    case BuilderKind::Spawn: return "spawn";
-    case BuilderKind::Grid: return "grid";
-    case BuilderKind::Hubbard: return "hubbard";
-    case BuilderKind::Octree: return "octree";
+    case BuilderKind::Cover:
+      return "cover";
+    case BuilderKind::Combined:
+      return "combined";
+    case BuilderKind::Merge:
+      return "merge";
+    case BuilderKind::Burst:
+      return "burst";
+    case BuilderKind::Expand:
+      return "expand";
+    case BuilderKind::Spawn:
+      return "spawn";
+    case BuilderKind::Grid:
+      return "grid";
+    case BuilderKind::Hubbard:
+      return "hubbard";
+    case BuilderKind::Octree:
+      return "octree";
   }
   return "";
 }
 
 std::string_view name(Quality quality) {
   switch (quality) {
-    case Quality::Quick: return "quick";
-    case Quality::Standard: return "standard";
-    case Quality::Best: return "best";
+    case Quality::Quick:
+      return "quick";
+    case Quality::Standard:
+      return "standard";
+    case Quality::Best:
+      return "best";
   }
   return "";
 }

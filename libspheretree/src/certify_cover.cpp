@@ -112,7 +112,9 @@ class Splitter {
     Piece piece;
     std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
   };
-  static double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
+  static double side2(const Piece& p, std::size_t opposite) {
+    return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm();
+  }
 
   const BallIndex& index_;
   double margin_;
@@ -216,7 +218,8 @@ class HoleFinder {
   // A ball that does not touch the piece may be nearer to a point of it than all that do.
   double nearestOfAll(const Vector3d& p, double depth) const {
     index_.tree.searchWithin(p, std::max(0.0, depth) * depth, [&](std::size_t first, std::size_t count) {
-      for (std::size_t s = first; s < first + count; ++s) depth = std::min(depth, (p - index_.balls[s].centre).norm() - index_.balls[s].radius);
+      for (std::size_t s = first; s < first + count; ++s)
+        depth = std::min(depth, (p - index_.balls[s].centre).norm() - index_.balls[s].radius);
     });
     return depth;
   }
@@ -285,7 +288,8 @@ class HoleFinder {
       if (!holds(piece, n, p)) continue;
       bool open = true;
       for (const std::uint32_t slot : near_)
-        open = open && (slot == i || slot == j || (p - index_.balls[slot].centre).squaredNorm() > index_.balls[slot].radius * index_.balls[slot].radius);
+        open = open && (slot == i || slot == j ||
+                        (p - index_.balls[slot].centre).squaredNorm() > index_.balls[slot].radius * index_.balls[slot].radius);
       // If the hole reaches beyond the piece, its deepest point may lie there: then at least a point just inside the hole is reported.
       if (open) climb(piece, n, p + (2 * sign * tolerance_) * chord.normalized(), report);
     }
@@ -326,7 +330,8 @@ class HoleFinder {
 
 }  // namespace
 
-CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution, Progress& progress) {
+CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution,
+                            Progress& progress) {
   if (balls.empty()) throw std::invalid_argument("certify: no balls");
   constexpr double kLargest = std::numeric_limits<float>::max() / 4;
   std::vector<Ball> stored;  // what float32 holds
@@ -349,7 +354,8 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   std::vector<Ball> in_mesh_frame = stored;
   for (Ball& b : in_mesh_frame) b.centre += origin;
   double largest_gap = 0;
-  for (const CoverGap& gap : findCoverGaps(mesh, all, in_mesh_frame, 0.5 * resolution, progress)) largest_gap = std::max(largest_gap, gap.gap);
+  for (const CoverGap& gap : findCoverGaps(mesh, all, in_mesh_frame, 0.5 * resolution, progress))
+    largest_gap = std::max(largest_gap, gap.gap);
 
   // Then the proof: every piece in one ball, grown by no more than the largest gap asks for. A piece that growth would close is
   // split a little further first: most such pieces lie in two balls that both need none.

@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kCentring = 12;             // steps towards the centre of an enclosing ball: within a few per cent
-constexpr std::size_t kNeighbours = 6;    // parents that a child is tried under
+constexpr int kCentring = 12;           // steps towards the centre of an enclosing ball: within a few per cent
+constexpr std::size_t kNeighbours = 6;  // parents that a child is tried under
 constexpr int kPasses = 4;
-constexpr double kWorthwhile = 1e-9;      // relative gain below which a swap is rounding
+constexpr double kWorthwhile = 1e-9;  // relative gain below which a swap is rounding
 
 Ball toBall(const Sphere& s) { return {Vector3d(s.x, s.y, s.z), s.radius}; }
 
@@ -48,7 +48,12 @@ Ball enclosing(const std::vector<Ball>& balls) {
 class Grouping {
  public:
   Grouping(const std::vector<Ball>& parents, const std::vector<Ball>& children, std::size_t capacity)
-      : parents_(parents), children_(children), capacity_(capacity), members_(parents.size()), parent_(children.size()), bound_(parents.size()) {
+      : parents_(parents),
+        children_(children),
+        capacity_(capacity),
+        members_(parents.size()),
+        parent_(children.size()),
+        bound_(parents.size()) {
     assignAll();
     fillEmpty();
     for (std::size_t p = 0; p < parents_.size(); ++p) bound_[p] = boundOf(p, members_[p]);
@@ -202,8 +207,10 @@ std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vecto
   return parents;
 }
 
-SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents, int branching) {
-  if (levels.empty() || levels[0].size() != 1 || parents.size() != levels.size()) throw std::invalid_argument("hierarchy: level 0 must be one sphere");
+SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents,
+                        int branching) {
+  if (levels.empty() || levels[0].size() != 1 || parents.size() != levels.size())
+    throw std::invalid_argument("hierarchy: level 0 must be one sphere");
   std::vector<std::vector<std::vector<std::uint32_t>>> children(levels.size());  // (level)(sphere) -> indices on the next level
   for (std::size_t level = 0; level < levels.size(); ++level) children[level].resize(levels[level].size());
   for (std::size_t level = 1; level < levels.size(); ++level) {
@@ -222,7 +229,8 @@ SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const st
       std::vector<std::uint32_t>& mine = children[level][i];
       if (mine.size() > static_cast<std::size_t>(branching)) throw std::invalid_argument("hierarchy: a sphere with too many children");
       // Those with children of their own first, as the file asks; otherwise in the order given.
-      if (level + 1 < levels.size()) std::stable_partition(mine.begin(), mine.end(), [&](std::uint32_t c) { return !children[level + 1][c].empty(); });
+      if (level + 1 < levels.size())
+        std::stable_partition(mine.begin(), mine.end(), [&](std::uint32_t c) { return !children[level + 1][c].empty(); });
       tree.cover.push_back(levels[level][i]);
       tree.child_count.push_back(static_cast<std::uint8_t>(mine.size()));
       next.insert(next.end(), mine.begin(), mine.end());

@@ -52,7 +52,8 @@ class GapTable {
     for (std::size_t c = 0; c < n; ++c) candidate_begin_[c + 1] = candidate_begin_[c] + count[c];
     by_candidate_.resize(candidate_begin_[n]);
     tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-      std::copy(found[chunk].begin(), found[chunk].end(), by_candidate_.begin() + static_cast<std::ptrdiff_t>(candidate_begin_[chunk * kChunk]));
+      std::copy(found[chunk].begin(), found[chunk].end(),
+                by_candidate_.begin() + static_cast<std::ptrdiff_t>(candidate_begin_[chunk * kChunk]));
     });
     transpose(samples.size());
   }
@@ -138,7 +139,12 @@ std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size
 class SwapSearch {
  public:
   SwapSearch(GapTable& table, std::vector<std::uint32_t> chosen, std::uint64_t seed)
-      : table_(table), chosen_(std::move(chosen)), selected_(table.candidates(), 0), weight_(table.samples(), 1), stamp_(table.candidates(), 0), random_(seed) {
+      : table_(table),
+        chosen_(std::move(chosen)),
+        selected_(table.candidates(), 0),
+        weight_(table.samples(), 1),
+        stamp_(table.candidates(), 0),
+        random_(seed) {
     for (const std::uint32_t c : chosen_) selected_[c] = 1;
   }
 
@@ -222,7 +228,8 @@ class SwapSearch {
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
       const std::uint32_t c = chosen_[i];
       if (c == last_added_) continue;
-      if (best == kNone || score_[c] < score_[chosen_[best]] || (score_[c] == score_[chosen_[best]] && stamp_[c] < stamp_[chosen_[best]])) best = i;
+      if (best == kNone || score_[c] < score_[chosen_[best]] || (score_[c] == score_[chosen_[best]] && stamp_[c] < stamp_[chosen_[best]]))
+        best = i;
     }
     return best == kNone ? 0 : best;
   }
@@ -299,9 +306,9 @@ class SwapSearch {
 };
 
 struct Assignment {
-  std::vector<Vector3d> points;     // samples, those of one ball together
-  std::vector<std::size_t> begin;   // (balls + 1)
-  double stand_off = 0;             // largest gap
+  std::vector<Vector3d> points;    // samples, those of one ball together
+  std::vector<std::size_t> begin;  // (balls + 1)
+  double stand_off = 0;            // largest gap
   std::span<const Vector3d> patch(std::size_t b) const { return {points.data() + begin[b], begin[b + 1] - begin[b]}; }
 };
 
@@ -341,7 +348,8 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
 }
 
 // Passes of assignment and refit; keeps the best set of balls seen. `balls` have radius d(c).
-double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes, const Progress& progress) {
+double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
+                const Progress& progress) {
   std::vector<Ball> now = balls;
   double best = stand_off, reach = stand_off;
   for (int pass = 0; pass <= passes; ++pass) {
@@ -366,7 +374,8 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
 
 // Centres below sharp convex edges and corners. A ball that reaches an edge best has its centre about the stand-off deep, where the
 // medial axis that samples find is too thin to hold a choice.
-void addFeatureCandidates(const DistanceField& field, std::span<const SurfaceSample> samples, double stand_off, std::vector<Ball>& candidates) {
+void addFeatureCandidates(const DistanceField& field, std::span<const SurfaceSample> samples, double stand_off,
+                          std::vector<Ball>& candidates) {
   for (const SurfaceSample& s : samples) {
     if (!s.feature) continue;
     for (const double depth : {0.6, 1.0, 1.6, 2.5}) {

@@ -11,10 +11,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMostNear = 12;   // surface points remembered
-constexpr std::size_t kMostFar = 48;    // patch points of the epsilon-subdifferential
+constexpr std::size_t kMostNear = 12;  // surface points remembered
+constexpr std::size_t kMostFar = 48;   // patch points of the epsilon-subdifferential
 constexpr int kGilbertSteps = 24;
-constexpr double kFlat = 0.05;          // shortest subgradient that still counts as a slope
+constexpr double kFlat = 0.05;  // shortest subgradient that still counts as a slope
 
 double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
   double most = 0;

@@ -12,8 +12,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kClose = 1e-3;    // a ball empty up to this share of its radius is good enough
-constexpr int kMostRounds = 40;    // each round at least touches a new feature; ten are rare
+constexpr double kClose = 1e-3;  // a ball empty up to this share of its radius is good enough
+constexpr int kMostRounds = 40;  // each round at least touches a new feature; ten are rare
 
 }  // namespace
 
@@ -38,9 +38,8 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
 
 std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field) {
   std::vector<Ball> all(samples.size());
-  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
-    all[i] = shrinkingBall(field, samples[i].point, samples[i].normal);
-  });
+  tbb::parallel_for(std::size_t{0}, samples.size(),
+                    [&](std::size_t i) { all[i] = shrinkingBall(field, samples[i].point, samples[i].normal); });
   std::vector<Ball> balls;
   for (const Ball& b : all)
     if (b.radius > 0) balls.push_back(b);

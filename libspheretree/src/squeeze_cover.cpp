@@ -24,14 +24,14 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kAsked = 6;       // balls asked to take a point
-constexpr int kDropRounds = 8;          // in which a ball gives points up for a new one
+constexpr std::size_t kAsked = 6;  // balls asked to take a point
+constexpr int kDropRounds = 8;     // in which a ball gives points up for a new one
 constexpr int kRefitSteps = 14;
-constexpr std::uint64_t kTabu = 8;      // moves for which a ball that gave something up is asked last, at most
-constexpr int kGapRounds = 16;          // of reaching a goal and sampling what it left uncovered
-constexpr std::size_t kMostAppended = 300;  // samples behind the index before it is made anew
+constexpr std::uint64_t kTabu = 8;            // moves for which a ball that gave something up is asked last, at most
+constexpr int kGapRounds = 16;                // of reaching a goal and sampling what it left uncovered
+constexpr std::size_t kMostAppended = 300;    // samples behind the index before it is made anew
 constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
-constexpr double kGapTolerance = 0.01;  // uncovered by less than this share of the stand-off is left to the certificate
+constexpr double kGapTolerance = 0.01;        // uncovered by less than this share of the stand-off is left to the certificate
 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
@@ -64,7 +64,8 @@ class Squeezer {
   double standOff(double guess) const {
     std::vector<double> least(samples_.size(), kInfinity);
     for (const Ball& b : balls_)
-      samples_.within(b.centre, b.radius + guess, [&](std::uint32_t s, double distance) { least[s] = std::min(least[s], distance - b.radius); });
+      samples_.within(b.centre, b.radius + guess,
+                      [&](std::uint32_t s, double distance) { least[s] = std::min(least[s], distance - b.radius); });
     double most = 0;
     for (std::size_t s = 0; s < least.size(); ++s) {
       if (least[s] == kInfinity)
@@ -159,7 +160,8 @@ class Squeezer {
       if (idle != kNone && private_[idle] < least_cost) {
         const NearestPoint here = field_.nearest(p);
         const Ball medial = shrinkingBall(field_, here.point, field_.pseudonormal(here));
-        if (medial.radius > 0 && (medial.centre - p).norm() - medial.radius <= goal_) least_cost = private_[idle], chosen = idle, to = medial;
+        if (medial.radius > 0 && (medial.centre - p).norm() - medial.radius <= goal_)
+          least_cost = private_[idle], chosen = idle, to = medial;
       }
     }
     if (least_cost > 0) {

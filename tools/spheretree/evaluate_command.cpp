@@ -11,6 +11,7 @@
 
 #include "command.h"
 #include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -109,7 +110,17 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
   formats::MeshFile file = formats::readMesh(options.mesh, options.unit_mm);
-  const TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  progress.check();
+  // The same solid that a build would take: turned outward, and without what lies within solid matter.
+  const builder::MeshReport report = builder::checkMesh(mesh);
+  if (!report.clean() && !report.fixable() && !program.quiet)
+    std::cerr << "spheretree: warning: " << options.mesh.string()
+              << " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.\n";
+  if (report.clean() || report.fixable()) {
+    mesh = builder::orientOutward(std::move(mesh), report);
+    if (report.buriedComponents() > 0) mesh = builder::withoutBuried(mesh, report);
+  }
   progress.check();
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))

@@ -325,7 +325,7 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
   }
   if (!(breadth < kLargest) || !(all.height() < kLargest))
     throw formats::FormatError("The mesh or the tree is too large to be drawn: it spans more than 1e30 mm.");
-  const int gap = std::max(4, settings.width / 60);
+  const int half_gap = std::max(2, settings.width / 120), gap = 2 * half_gap;
   const double gaps = gap * static_cast<double>(panels.size() + 1);
   // [pixels/mm]; the picture is at most as high as wide.
   const double scale = std::min((settings.width - gaps) / breadth, (settings.width - 2.0 * gap) / all.height());
@@ -337,7 +337,7 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
   double left = (settings.width - breadth * scale - gaps) / 2 + gap;
   for (const Panel& panel : panels) {
     const int width = static_cast<int>(std::ceil(panel.extent.width() * scale)) + gap;
-    const Vector3d corner(panel.extent.left - gap / 2 / scale, all.top - gap / scale, centreOf(tree.cover[0]).z());
+    const Vector3d corner(panel.extent.left - half_gap / scale, all.top - gap / scale, centreOf(tree.cover[0]).z());
     Layer spheres(width * kSuper, image.height * kSuper), solid(panel.mesh ? spheres.width : 0, panel.mesh ? spheres.height : 0);
     for (std::size_t k = 0; k < panel.nodes.size(); ++k) {
       const std::uint32_t node = panel.nodes[k];
@@ -350,7 +350,7 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
       for (const Vector3d& p : points) screen.push_back((p - corner) * to_samples);
       drawMesh(solid, *mesh, screen, kMeshColour);
     }
-    resolve(image, static_cast<int>(left) - gap / 2, spheres, solid, palette, reach);
+    resolve(image, static_cast<int>(left) - half_gap, spheres, solid, palette, reach);
     left += panel.extent.width() * scale + gap;
   }
   return encodePng(image);

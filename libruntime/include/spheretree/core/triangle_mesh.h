@@ -15,13 +15,11 @@ using Triangle = std::array<std::uint32_t, 3>;  // vertex indices
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> positions;  // [mm], frame of the file after its unit scale
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> part;         // one for each triangle: index into part_names; empty: all of part 0
-  std::vector<std::string> part_names;     // at least one name once `part` is filled; "" for an unnamed part
+  std::vector<std::uint32_t> part;      // one for each triangle: index into part_names; empty: all of part 0
+  std::vector<std::string> part_names;  // at least one name once `part` is filled; "" for an unnamed part
 
   /// Corner `k` (0..2) of triangle `t`.
-  const Eigen::Vector3d& corner(std::size_t t, int k) const {
-    return positions[triangles[t][static_cast<std::size_t>(k)]];
-  }
+  const Eigen::Vector3d& corner(std::size_t t, int k) const { return positions[triangles[t][static_cast<std::size_t>(k)]]; }
 };
 
 }  // namespace spheretree

@@ -22,14 +22,14 @@ std::string_view name(Quality quality);
 
 struct BuildSettings {
   BuilderKind builder = BuilderKind::Cover;
-  std::vector<BuilderKind> combine;    // members of Combined
-  int levels = 4;                      // range [2, 6]; the root is level 0
-  int branching = 8;                   // range [2, 8]
+  std::vector<BuilderKind> combine;  // members of Combined
+  int levels = 4;                    // range [2, 6]; the root is level 0
+  int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
-  double tolerance_mm = 0;             // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
-  double unit_mm = 1;                  // only recorded: unit of the source file [mm]
-  std::uint64_t seed = 1;              // any value
-  int threads = 0;                     // 0: as many as the machine has; the result does not depend on it
+  double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
+  double unit_mm = 1;       // only recorded: unit of the source file [mm]
+  std::uint64_t seed = 1;   // any value
+  int threads = 0;          // 0: as many as the machine has; the result does not depend on it
 };
 
 struct LevelBuildStatistics {

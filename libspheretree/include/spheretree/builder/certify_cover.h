@@ -33,8 +33,8 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
 
 /// A point of the surface that no ball holds.
 struct CoverGap {
-  Eigen::Vector3d point;   // [mm]
-  double gap;              // distance to the nearest ball [mm]
+  Eigen::Vector3d point;  // [mm]
+  double gap;             // distance to the nearest ball [mm]
   std::uint32_t triangle;
 };
 

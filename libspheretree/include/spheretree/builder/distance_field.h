@@ -19,11 +19,11 @@
 namespace spheretree::builder {
 
 struct NearestPoint {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();               // on the surface [mm]
-  double distance = std::numeric_limits<double>::infinity();     // >= 0 [mm]
-  std::uint32_t triangle = 0;                                    // index into the mesh given to the constructor
-  std::uint8_t feature = 0;                                      // 0 face; 1..3 edge opposite corner 0..2; 4..6 corner 0..2
-  std::uint32_t tested = 0;                                      // triangles looked at: the cost of the query, the same everywhere
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();            // on the surface [mm]
+  double distance = std::numeric_limits<double>::infinity();  // >= 0 [mm]
+  std::uint32_t triangle = 0;                                 // index into the mesh given to the constructor
+  std::uint8_t feature = 0;                                   // 0 face; 1..3 edge opposite corner 0..2; 4..6 corner 0..2
+  std::uint32_t tested = 0;                                   // triangles looked at: the cost of the query, the same everywhere
 };
 
 /// Nearest point of triangle a, b, c to p; fills point, distance and feature. Also right for degenerate triangles.
@@ -67,8 +67,8 @@ class DistanceField {
   };
   BoxTree tree_;
   std::vector<Face> faces_;
-  std::vector<std::uint32_t> slot_;               // triangle -> slot
-  std::vector<Pseudonormals> pseudonormals_;      // by triangle
+  std::vector<std::uint32_t> slot_;           // triangle -> slot
+  std::vector<Pseudonormals> pseudonormals_;  // by triangle
   Eigen::AlignedBox3d box_;
   double diagonal_ = 0, area_ = 0, volume_ = 0;
 };

@@ -12,11 +12,13 @@ namespace spheretree::builder {
 /// than `branching` children and, as far as the counts allow, none has none.
 /// Bottom-up; on each level a capacitated assignment by the growth that a parent's cover sphere needs, then moves and swaps between
 /// neighbours as long as the sum of the squared radii of the bounding spheres falls. Deterministic, sequential.
-/// Cost: O(children * parents) a level, then O(n * branching^2) a pass. @throws std::invalid_argument if a level has more than branching times its parents.
+/// Cost: O(children * parents) a level, then O(n * branching^2) a pass. @throws std::invalid_argument if a level has more than branching
+/// times its parents.
 std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vector<Sphere>>& levels, int branching);
 
 /// The tree of the levels and parents: breadth first, bounding spheres, sphere counts. The spheres of a level without children end
 /// early. Overhang bounds and provenance are left to the caller. @throws std::invalid_argument for parents that make no tree.
-SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents, int branching);
+SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents,
+                        int branching);
 
 }  // namespace spheretree::builder

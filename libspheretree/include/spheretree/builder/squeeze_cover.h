@@ -13,11 +13,11 @@
 namespace spheretree::builder {
 
 struct SqueezeSettings {
-  double step = 0.02;         // each goal is this share below the last, at first; range (0, 0.5)
-  int moves = 1000;           // balls moved before a goal is given up; >= 0
+  double step = 0.02;                // each goal is this share below the last, at first; range (0, 0.5)
+  int moves = 1000;                  // balls moved before a goal is given up; >= 0
   std::uint64_t work = 100'000'000;  // triangles and points that refits look at before the search ends: bounds its time on any mesh
-  int failures = 4;           // goals given up, each halves the step, before the search ends; >= 0
-  double gap_spacing = 0.03;  // new samples are this far apart, as a share of the width of a patch; > 0
+  int failures = 4;                  // goals given up, each halves the step, before the search ends; >= 0
+  double gap_spacing = 0.03;         // new samples are this far apart, as a share of the width of a patch; > 0
   std::uint64_t seed = 1;
 };
 
@@ -28,7 +28,7 @@ struct SqueezeSettings {
 /// A goal below the present stand-off leaves some samples uncovered. Each in turn is given to a ball near it: the ball is refitted to
 /// the samples that it alone covers and to the new one. If no ball can take it, the one that has to give up least does, and
 /// what it gave up is open in its place. Samples that are open often weigh more, as in the swap search.
-double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Eigen::Vector3d>& points, std::vector<Ball>& inscribed,
-                    const SqueezeSettings& settings, Progress& progress);
+double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Eigen::Vector3d>& points,
+                    std::vector<Ball>& inscribed, const SqueezeSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

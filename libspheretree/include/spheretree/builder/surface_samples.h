@@ -18,8 +18,8 @@ struct SurfaceSample {
 };
 
 struct SampleSettings {
-  std::size_t count = 20000;         // wanted points on faces; features come on top, at most half as many
-  double sharp_angle = 0.5235987756; // faces that turn by more than this make an edge a feature [rad], 30 degrees
+  std::size_t count = 20000;          // wanted points on faces; features come on top, at most half as many
+  double sharp_angle = 0.5235987756;  // faces that turn by more than this make an edge a feature [rad], 30 degrees
   std::uint64_t seed = 1;
 };
 
