@@ -73,40 +73,86 @@ class Grouping {
     return enclosing(scratch_);
   }
 
-  // Cheapest pairs first: how far a child sticks out of a parent's own sphere.
+  // Compact groups by halving the children across their longest extent, in the proportion of the parents on either side; then each
+  // group to the parent whose own sphere it goes with best.
   void assignAll() {
-    struct Pair {
-      double growth;
-      std::uint32_t child, parent;
+    std::vector<std::uint32_t> order(children_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::vector<std::vector<std::uint32_t>> groups;
+    struct Part {
+      std::size_t first, last, parents;
     };
-    std::vector<Pair> pairs;
-    near_.resize(children_.size());
-    for (std::uint32_t c = 0; c < children_.size(); ++c) {
-      std::vector<Pair> all;
-      for (std::uint32_t p = 0; p < parents_.size(); ++p)
-        all.push_back({(children_[c].centre - parents_[p].centre).norm() + children_[c].radius - parents_[p].radius, c, p});
-      const std::size_t kept = std::min(all.size(), 2 * kNeighbours);
-      const auto less = [](const Pair& a, const Pair& b) { return a.growth != b.growth ? a.growth < b.growth : a.parent < b.parent; };
-      std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(kept), all.end(), less);
-      for (std::size_t i = 0; i < std::min(kept, kNeighbours); ++i) near_[c].push_back(all[i].parent);
-      pairs.insert(pairs.end(), all.begin(), all.begin() + static_cast<std::ptrdiff_t>(kept));
-    }
-    std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
-      return a.growth != b.growth ? a.growth < b.growth : a.child != b.child ? a.child < b.child : a.parent < b.parent;
-    });
-    std::vector<char> placed(children_.size(), 0);
-    for (const Pair& pair : pairs)
-      if (!placed[pair.child] && members_[pair.parent].size() < capacity_) join(pair.child, pair.parent), placed[pair.child] = 1;
-    for (std::uint32_t c = 0; c < children_.size(); ++c) {
-      if (placed[c]) continue;
-      std::uint32_t best = 0;
-      double least = std::numeric_limits<double>::infinity();
-      for (std::uint32_t p = 0; p < parents_.size(); ++p) {
-        if (members_[p].size() == capacity_) continue;
-        const double growth = (children_[c].centre - parents_[p].centre).norm() - parents_[p].radius;
-        if (growth < least) least = growth, best = p;
+    std::vector<Part> parts{{0, order.size(), parents_.size()}};
+    while (!parts.empty()) {
+      const Part part = parts.back();
+      parts.pop_back();
+      if (part.parents == 1) {
+        groups.emplace_back(order.begin() + static_cast<std::ptrdiff_t>(part.first),
+                            order.begin() + static_cast<std::ptrdiff_t>(part.last));
+        continue;
       }
-      join(c, best);
+      Eigen::AlignedBox3d box;
+      for (std::size_t i = part.first; i < part.last; ++i) box.extend(children_[order[i]].centre);
+      int axis = 0;
+      if (!box.isEmpty()) box.sizes().maxCoeff(&axis);
+      const std::size_t count = part.last - part.first, left = part.parents / 2, right = part.parents - left;
+      std::size_t here = (count * left + part.parents / 2) / part.parents;
+      here = std::min(here, left * capacity_);
+      if (count - here > right * capacity_) here = count - right * capacity_;
+      std::sort(order.begin() + static_cast<std::ptrdiff_t>(part.first), order.begin() + static_cast<std::ptrdiff_t>(part.last),
+                [&](std::uint32_t x, std::uint32_t y) {
+                  const double cx = children_[x].centre[axis], cy = children_[y].centre[axis];
+                  return cx != cy ? cx < cy : x < y;
+                });
+      parts.push_back({part.first + here, part.last, right});
+      parts.push_back({part.first, part.first + here, left});
+    }
+    // Greedy by the ball about both, then exchanges.
+    std::vector<Ball> about;
+    for (const auto& group : groups) {
+      scratch_.clear();
+      for (const std::uint32_t c : group) scratch_.push_back(children_[c]);
+      about.push_back(scratch_.empty() ? Ball{} : enclosing(scratch_));
+    }
+    const auto price = [&](std::size_t g, std::size_t p) {
+      if (groups[g].empty()) return cost(parents_[p]);
+      const double distance = (about[g].centre - parents_[p].centre).norm();
+      const double radius = std::max({about[g].radius, parents_[p].radius, 0.5 * (distance + about[g].radius + parents_[p].radius)});
+      return radius * radius;
+    };
+    std::vector<std::size_t> of_parent(parents_.size());  // group of each parent
+    std::vector<char> taken(groups.size(), 0);
+    std::vector<std::size_t> by_size(parents_.size());
+    std::iota(by_size.begin(), by_size.end(), std::size_t{0});
+    std::stable_sort(by_size.begin(), by_size.end(), [&](std::size_t x, std::size_t y) { return parents_[x].radius > parents_[y].radius; });
+    for (const std::size_t p : by_size) {
+      std::size_t best = groups.size();
+      for (std::size_t g = 0; g < groups.size(); ++g)
+        if (!taken[g] && (best == groups.size() || price(g, p) < price(best, p))) best = g;
+      taken[best] = 1;
+      of_parent[p] = best;
+    }
+    for (int pass = 0, changed = 1; pass < kPasses && changed; ++pass) {
+      changed = 0;
+      for (std::size_t p = 0; p < parents_.size(); ++p)
+        for (std::size_t q = p + 1; q < parents_.size(); ++q) {
+          const double now = price(of_parent[p], p) + price(of_parent[q], q);
+          if (price(of_parent[q], p) + price(of_parent[p], q) < now * (1 - kWorthwhile)) std::swap(of_parent[p], of_parent[q]), changed = 1;
+        }
+    }
+    for (std::uint32_t p = 0; p < parents_.size(); ++p)
+      for (const std::uint32_t c : groups[of_parent[p]]) join(c, p);
+    // A child is later tried under the parents whose groups are nearest.
+    near_.resize(children_.size());
+    std::vector<std::pair<double, std::uint32_t>> by_distance(parents_.size());
+    for (std::uint32_t c = 0; c < children_.size(); ++c) {
+      for (std::uint32_t p = 0; p < parents_.size(); ++p) {
+        const Ball& group = about[of_parent[p]];
+        by_distance[p] = {(children_[c].centre - group.centre).norm() + children_[c].radius - group.radius, p};
+      }
+      const std::size_t kept = std::min(by_distance.size(), kNeighbours);
+      std::partial_sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(kept), by_distance.end());
+      for (std::size_t i = 0; i < kept; ++i) near_[c].push_back(by_distance[i].second);
     }
   }
   void join(std::uint32_t child, std::uint32_t parent) {

@@ -10,10 +10,11 @@ namespace spheretree::builder {
 
 /// A parent for every sphere of the levels 1 and deeper: (levels)(spheres) -> index on the level above, level 0 empty. No parent has more
 /// than `branching` children and, as far as the counts allow, none has none.
-/// Bottom-up; on each level a capacitated assignment by the growth that a parent's cover sphere needs, then moves and swaps between
-/// neighbours as long as the sum of the squared radii of the bounding spheres falls. Deterministic, sequential.
-/// Cost: O(children * parents) a level, then O(n * branching^2) a pass. @throws std::invalid_argument if a level has more than branching
-/// times its parents.
+/// Bottom-up; on each level the children are halved across their longest extent into as many compact groups as there are parents, each
+/// group goes to the parent whose own sphere it goes with best, and then children move and swap between neighbours as long as the sum of
+/// the squared radii of the bounding spheres falls. Deterministic, sequential.
+/// Cost: O((children + parents) * parents) a level, then O(n * branching^2) a pass. @throws std::invalid_argument if a level has more than
+/// branching times its parents.
 std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vector<Sphere>>& levels, int branching);
 
 /// The tree of the levels and parents: breadth first, bounding spheres, sphere counts. The spheres of a level without children end
