@@ -11,6 +11,7 @@ packages=(
   libtbb-dev              # builder: threads
   libxxhash-dev           # builder: hashes of mesh and settings
   nlohmann-json3-dev      # formats, program: JSON
+  libtinygltf-dev         # formats: glTF
   libcli11-dev libpng-dev # program: command line, pictures
   libgtest-dev            # tests
 )

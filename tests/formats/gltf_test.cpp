@@ -175,6 +175,9 @@ TEST(Gltf, SparseAccessorsReplaceElements) {
   json = whole;
   json["accessors"][0]["sparse"]["count"] = 5;
   EXPECT_TRUE(has(refusal(json, buffer), "replaces 5 of 4"));
+  json = whole;
+  json["accessors"][0]["sparse"]["values"]["byteOffset"] = std::uint64_t{1} << 32;  // 0 in 32 bits
+  EXPECT_TRUE(has(refusal(json, buffer), "accessors[0].sparse.values.byteOffset is 4294967296"));
   buffer[72] = 3;  // 3, 3
   EXPECT_TRUE(has(refusal(whole, buffer), "must rise"));
   buffer[72] = 0, buffer[74] = 4;
@@ -197,7 +200,10 @@ TEST(Gltf, RefusesWhatReachesBeyondItsBuffer) {
   EXPECT_TRUE(has(with("/bufferViews/1/byteLength", huge), "bufferViews[1]"));
   EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 8), "byteStride of 8"));
   EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 252), "accessors[0]"));
+  EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 14), "multiple of 4"));
+  EXPECT_TRUE(has(with("/bufferViews/0/byteStride", 256), "multiple of 4"));
   EXPECT_TRUE(has(with("/bufferViews/1/byteStride", 4), "only vertex attributes"));
+  EXPECT_TRUE(has(with("/buffers/0/byteLength", 0), "buffers[0] has no bytes"));
   EXPECT_TRUE(has(with("/buffers/0/byteLength", 73), "announces 73 bytes, but has 72"));
   EXPECT_TRUE(has(with("/accessors/0/count", 3), "names vertex 3"));
   EXPECT_TRUE(has(with("/accessors/0/count", 0), "no element"));
@@ -207,6 +213,8 @@ TEST(Gltf, RefusesWhatReachesBeyondItsBuffer) {
   EXPECT_TRUE(has(with("/accessors/0/componentType", 5125), "componentType 5125"));
   EXPECT_TRUE(has(with("/accessors/1/componentType", 5126), "componentType 5126"));
   EXPECT_TRUE(has(with("/nodes/0/mesh", 1), "meshes[1]"));
+  EXPECT_TRUE(has(with("/nodes/0/mesh", std::uint64_t{1} << 32), "meshes[4294967296]"));  // 0 in 32 bits
+  EXPECT_TRUE(has(with("/meshes/0/primitives/0/indices", std::uint64_t{1} << 32), "accessors[4294967296]"));
   EXPECT_TRUE(has(with("/nodes/0/rotation", {0, 0, 0, 0}), "unit quaternion"));
   EXPECT_TRUE(has(with("/nodes/0/scale", {1, "2", 3}), "nodes[0].scale"));
   EXPECT_TRUE(has(with("/nodes/0/matrix", {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "affine"));
@@ -239,6 +247,55 @@ TEST(Gltf, DeepNodesAreReadAndDeepJsonIsRefused) {
   text.back() = ',';
   text += "\"extras\":" + std::string(1000000, '[') + std::string(1000000, ']') + "}";
   EXPECT_TRUE(has(test::refusalOf<FormatError>([&] { readGltf(charsOf(text), "test.gltf"); }), "nested more than 64"));
+}
+
+TEST(Gltf, WhatNoMeshNeedsDoesNoHarm) {
+  Json json = tetrahedronJson();
+  json["images"] = {{{"uri", "missing.png"}}, {{"bufferView", 99}}, 7};
+  json["textures"] = "none";
+  json["materials"] = {{{"pbrMetallicRoughness", 3}}};
+  json["animations"] = {{{"channels", {1}}}};
+  json["cameras"] = {5};
+  json["skins"] = {5};
+  json["extensions"] = {{"KHR_lights_punctual", {{"lights", {1, 2}}}}};
+  json["extras"] = {{"nodes", {1, "2"}}};
+  json["accessors"].push_back({{"type", "VEC17"}, {"count", -1}});
+  json["bufferViews"].push_back({{"buffer", "none"}});
+  json["buffers"].push_back({{"byteLength", 9}, {"uri", "missing.bin"}});
+  json["meshes"].push_back({{"primitives", {{{"mode", 99}}}}});  // that no node names
+  json["nodes"][0]["weights"] = "none";
+  json["nodes"][0]["camera"] = -4;
+  json["nodes"][0]["extensions"] = 1;
+  json["meshes"][0]["primitives"][0]["material"] = "none";
+  json["meshes"][0]["primitives"][0]["targets"] = {1, {{"POSITION", 1000}}};
+  json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = "none";
+  const MeshFile file = read(json);
+  EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
+  EXPECT_TRUE(file.notes.empty());
+}
+
+TEST(Gltf, SkinsAndFallbacksAreNoted) {
+  Json json = tetrahedronJson();
+  json["nodes"][0]["skin"] = 0;
+  json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 1}};
+  const MeshFile file = read(json);
+  ASSERT_EQ(file.notes.size(), 2u);
+  EXPECT_TRUE(has(file.notes[0], "bufferViews[0] was read as its fallback without EXT_meshopt_compression"));
+  EXPECT_TRUE(has(file.notes[1], "Skins"));
+}
+
+TEST(Gltf, ABufferMayBeLongerThanAnnounced) {
+  Json json = tetrahedronJson();
+  EXPECT_DOUBLE_EQ(volumeOf(read(json, tetrahedronBuffer() + std::string(40, 'x')).mesh), kVolume);
+  json["buffers"].push_back({{"byteLength", 5}, {"uri", "data:;base64,AAAAAAAAAAAA"}});
+  json["bufferViews"][1]["buffer"] = 1;
+  EXPECT_TRUE(has(refusal(json), "beyond the 5 bytes of its buffer"));
+}
+
+TEST(Gltf, TooManyElementsAreRefused) {
+  Json json = tetrahedronJson();
+  json["nodes"] = Json::array_t(1'000'000, Json::object());
+  EXPECT_TRUE(has(refusal(json), "more than 1000000 nodes"));
 }
 
 TEST(Gltf, InstancesWithoutEndAreRefused) {
