@@ -24,7 +24,7 @@ struct CertifiedCover {
 };
 
 /// Rounds `balls` to float32 about `origin` and grows them until they cover `mesh`. Gaps are closed to within `resolution` [mm]
-/// (> 0, a thousandth of the stand-off is a good choice), or 2 % if that is more, of the growth that the deepest gap found asks for.
+/// (> 0, a thousandth of the stand-off is a good choice), or 10 % if that is more, of the growth that the deepest gap found asks for.
 /// Deterministic for any number of threads.
 /// Cost: O(triangles + pieces), a piece tests the few balls near its triangle.
 /// @throws std::invalid_argument for no balls, or a ball that float32 cannot hold.
