@@ -3,9 +3,9 @@
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
 
-install(TARGETS spheretree_core spheretree_runtime spheretree_runtime_c spheretree_formats EXPORT spheretree_targets
+install(TARGETS spheretree_core spheretree_runtime spheretree_runtime_c spheretree_formats spheretree_device EXPORT spheretree_targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY libruntime/include/ formats/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY libruntime/include/ formats/include/ device/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT spheretree_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
 
 if(SPHERETREE_BUILDER)

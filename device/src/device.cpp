@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/device/device.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <ctime>
+
+#include "spheretree/device/emergency_stop.h"
+
+namespace spheretree::device {
+namespace {
+
+constexpr std::int64_t kPeriodNs = 1'000'000;
+
+std::int64_t nowNs() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void sleepUntil(std::int64_t ns) noexcept {  // libstdc++'s steady clock is CLOCK_MONOTONIC
+  const timespec at{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+  }
+}
+
+SafetySettings narrowed(SafetySettings settings, const DeviceInfo& info) {
+  settings.max_force = std::min(settings.max_force, info.max_force);
+  settings.max_torque = settings.max_torque.cwiseMin(info.max_torque);
+  settings.continuous_force = std::min(settings.continuous_force, info.continuous_force);
+  settings.continuous_torque = settings.continuous_torque.cwiseMin(info.continuous_torque);
+  return settings;
+}
+
+}  // namespace
+
+void Device::start(Renderer& renderer, const SafetySettings& safety, Clock clock) {
+  if (started_) throw DeviceError(DeviceFault::Refused, info_.model + " runs already: stop it first");
+  if (clock == Clock::Stepped && !info_.can_step)
+    throw DeviceError(DeviceFault::Refused, info_.model + " has a clock of its own and cannot be stepped: use the real clock");
+  if (const std::string fault = findFault(safety); !fault.empty()) throw DeviceError(DeviceFault::Refused, "safety settings: " + fault);
+  renderer_ = &renderer;
+  safety_ = Safety(narrowed(safety, info_));
+  clock_ = clock;
+  stop_ = rearm_ = false;
+  fault_ = DeviceFault::None;
+  vendor_code_ = 0;
+  ticks_ = late_ticks_ = 0;
+  safety_bits_ = safety_so_far_ = 0;
+  phase_ = Phase::Running;
+  started_ns_ = nowNs();
+  try {
+    begin(clock);
+    if (clock == Clock::Real && !hasOwnClock()) thread_ = std::thread([this] { runRealTime(); });
+  } catch (...) {
+    phase_ = Phase::Stopped;
+    throw;
+  }
+  started_ = true;
+}
+
+bool Device::step() noexcept { return started_ && clock_ == Clock::Stepped && advanceOnce(); }
+
+void Device::stop() noexcept {
+  if (!started_) return;
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+  end();
+  started_ = false;
+  finish(Phase::Stopped);
+}
+
+DeviceStatus Device::status() const noexcept {
+  return {phase_.load(), fault_.load(), vendor_code_.load(), ticks_.load(), late_ticks_.load(), safety_bits_.load(), safety_so_far_.load()};
+}
+
+Wrench Device::tick(DeviceState state) noexcept {
+  state.tick = ticks_.load(std::memory_order_relaxed);
+  state.time = clock_ == Clock::Real ? static_cast<double>(nowNs() - started_ns_) * 1e-9 : static_cast<double>(state.tick) * kServoPeriod;
+  if (rearm_.exchange(false, std::memory_order_relaxed)) safety_.rearm();
+  if (EmergencyStop::requested()) safety_.emergencyStop();
+  const Wrench wrench = safety_.limit(state, renderer_->render(state));
+  ticks_.fetch_add(1, std::memory_order_relaxed);
+  safety_bits_.store(safety_.events(), std::memory_order_relaxed);
+  safety_so_far_.fetch_or(safety_.events(), std::memory_order_relaxed);
+  if (safety_.events() & kEmergencyStop) finish(Phase::Halted);
+  return wrench;
+}
+
+void Device::finish(Phase phase, DeviceFault fault, std::int32_t vendor_code) noexcept {
+  Phase running = Phase::Running;  // the first reason stays
+  if (phase_.compare_exchange_strong(running, phase) && fault != DeviceFault::None) {
+    vendor_code_ = vendor_code;
+    fault_ = fault;
+  }
+}
+
+bool Device::advanceOnce() noexcept {
+  if (phase_.load(std::memory_order_relaxed) != Phase::Running) return false;
+  if (advance()) return true;
+  finish(Phase::Ended);
+  return false;
+}
+
+void Device::runRealTime() noexcept {
+  std::int64_t due = nowNs();
+  while (!stop_.load(std::memory_order_relaxed) && advanceOnce()) {
+    due += kPeriodNs;
+    const std::int64_t late = nowNs() - due;
+    if (late < 0) {
+      sleepUntil(due);
+    } else if (late > kPeriodNs) {  // whole periods are lost, never made up for in a burst
+      late_ticks_.fetch_add(1, std::memory_order_relaxed);
+      due += late - late % kPeriodNs;
+    }
+  }
+}
+
+}  // namespace spheretree::device

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/device/emergency_stop.h"
+
+#include <atomic>
+
+namespace spheretree::device {
+namespace {
+
+// All that a handler may touch: lock-free, so async-signal-safe, and seen by the servo thread at its next step.
+std::atomic<int> caught_signal{0};
+std::atomic<bool> stop_requested{false};
+std::atomic<int> living{0};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+extern "C" void onSignal(int number) {
+  caught_signal.store(number, std::memory_order_relaxed);
+  stop_requested.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+EmergencyStop::EmergencyStop() {
+  struct sigaction action = {};
+  action.sa_handler = onSignal;
+  sigemptyset(&action.sa_mask);
+  for (int k = 0; k < 3; ++k) sigaction(kSignals[k], &action, &former_[k]);
+  living.fetch_add(1);
+}
+
+EmergencyStop::~EmergencyStop() {
+  for (int k = 0; k < 3; ++k) sigaction(kSignals[k], &former_[k], nullptr);
+  if (living.fetch_sub(1) > 1) return;
+  caught_signal.store(0);
+  stop_requested.store(false);
+}
+
+void EmergencyStop::request() noexcept { stop_requested.store(true, std::memory_order_relaxed); }
+bool EmergencyStop::requested() noexcept { return stop_requested.load(std::memory_order_relaxed); }
+int EmergencyStop::signal() noexcept { return caught_signal.load(std::memory_order_relaxed); }
+
+}  // namespace spheretree::device
