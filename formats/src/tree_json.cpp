@@ -6,12 +6,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "json_element.h"
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::formats {
 namespace {
 
-using nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "spheretree.tree/1";
@@ -28,76 +28,30 @@ std::string toHex(const Hash128& hash) {
 
 OrderedJson toJson(const Sphere& s) { return OrderedJson::array({s.x, s.y, s.z, s.radius}); }
 
-/// An element of the text with its path, for messages.
-class Element {
- public:
-  Element(const json& value, std::string path, const std::string& name) : value_(value), path_(std::move(path)), name_(name) {}
+Hash128 readHash(const JsonElement& e) {
+  const std::string hex = e.text();
+  Hash128 hash{};
+  const auto digit = [&](char c) -> unsigned {
+    if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
+    if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
+    e.fail("is not 32 digits 0-9 a-f");
+  };
+  if (hex.size() != 2 * hash.size()) e.fail("is not 32 digits 0-9 a-f");
+  for (std::size_t i = 0; i < hash.size(); ++i) hash[i] = static_cast<std::uint8_t>(digit(hex[2 * i]) << 4 | digit(hex[2 * i + 1]));
+  return hash;
+}
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw FormatError(name_ + ": " + (path_.empty() ? "the text" : path_) + " " + what + ". See docs/file_format.md for the schema.");
-  }
-  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
-  Element at(const char* key) const {
-    if (!value_.is_object()) fail("is not an object");
-    const auto found = value_.find(key);
-    if (found == value_.end()) fail(std::string("has no \"") + key + "\"");
-    return {*found, path_.empty() ? key : path_ + "." + key, name_};
-  }
-  std::size_t size() const {
-    if (!value_.is_array()) fail("is not an array");
-    return value_.size();
-  }
-  Element item(std::size_t index) const { return {value_[index], path_ + "[" + std::to_string(index) + "]", name_}; }
+Sphere readSphere(const JsonElement& e) {
+  if (e.size() != 4) e.fail("is not [x, y, z, radius]");
+  Sphere s{};
+  s.x = e.item(0).smallNumber();
+  s.y = e.item(1).smallNumber();
+  s.z = e.item(2).smallNumber();
+  s.radius = e.item(3).smallNumber();
+  return s;
+}
 
-  bool isNull() const { return value_.is_null(); }
-  double number() const {
-    if (!value_.is_number()) fail("is not a number");
-    const double value = value_.get<double>();
-    if (!std::isfinite(value)) fail("is not finite");
-    return value;
-  }
-  float smallNumber() const {
-    const double value = number();
-    if (std::abs(value) > std::numeric_limits<float>::max()) fail("is too large for a float");
-    return static_cast<float>(value);
-  }
-  std::uint64_t whole(std::uint64_t most) const {
-    if (!value_.is_number_unsigned() || value_.get<std::uint64_t>() > most) fail("is not a whole number from 0 to " + std::to_string(most));
-    return value_.get<std::uint64_t>();
-  }
-  std::string text() const {
-    if (!value_.is_string()) fail("is not a text");
-    return value_.get<std::string>();
-  }
-  Hash128 hash() const {
-    const std::string hex = text();
-    Hash128 hash{};
-    const auto digit = [&](char c) -> unsigned {
-      if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-      if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
-      fail("is not 32 digits 0-9 a-f");
-    };
-    if (hex.size() != 2 * hash.size()) fail("is not 32 digits 0-9 a-f");
-    for (std::size_t i = 0; i < hash.size(); ++i) hash[i] = static_cast<std::uint8_t>(digit(hex[2 * i]) << 4 | digit(hex[2 * i + 1]));
-    return hash;
-  }
-  Sphere sphere() const {
-    if (size() != 4) fail("is not [x, y, z, radius]");
-    Sphere s{};
-    s.x = item(0).smallNumber();
-    s.y = item(1).smallNumber();
-    s.z = item(2).smallNumber();
-    s.radius = item(3).smallNumber();
-    return s;
-  }
-
- private:
-  const json& value_;
-  std::string path_;
-  const std::string& name_;
-};
-
-Provenance readProvenance(const Element& e) {
+Provenance readProvenance(const JsonElement& e) {
   Provenance p;
   p.builder = e.at("builder").text();
   p.quality = e.at("quality").text();
@@ -109,8 +63,8 @@ Provenance readProvenance(const Element& e) {
   p.tolerance_mm = e.at("tolerance_mm").number();
   p.triangle_count = e.at("triangle_count").whole(std::numeric_limits<std::uint64_t>::max());
   p.seed = e.at("seed").whole(std::numeric_limits<std::uint64_t>::max());
-  p.mesh_hash = e.at("mesh_hash").hash();
-  p.settings_hash = e.at("settings_hash").hash();
+  p.mesh_hash = readHash(e.at("mesh_hash"));
+  p.settings_hash = readHash(e.at("settings_hash"));
   return p;
 }
 
@@ -163,35 +117,31 @@ std::string writeTreeJson(const SphereTree& tree) {
 }
 
 SphereTree parseTreeJson(std::string_view text, const std::string& name) {
-  json parsed;
-  try {
-    parsed = json::parse(text.begin(), text.end());
-  } catch (const json::exception& error) {
-    throw FormatError(name + ": is not JSON: " + error.what());
-  }
-  const Element root(parsed, "", name);
-  if (const Element schema = root.at("schema"); schema.text() != kSchema) schema.fail(std::string("is not \"") + kSchema + "\"");
+  const JsonSource source{name, "docs/file_format.md"};
+  const nlohmann::json parsed = parseJson(text, source);
+  const JsonElement root(parsed, "", source);
+  if (const JsonElement schema = root.at("schema"); schema.text() != kSchema) schema.fail(std::string("is not \"") + kSchema + "\"");
   if (root.has("unit") && root.at("unit").text() != "mm") root.at("unit").fail("is not \"mm\"");
 
   SphereTree tree;
   tree.branching = static_cast<std::uint8_t>(root.at("branching").whole(kMaxBranching));
   if (root.has("origin_mm")) {
-    const Element origin = root.at("origin_mm");
+    const JsonElement origin = root.at("origin_mm");
     if (origin.size() != 3) origin.fail("is not [x, y, z]");
     for (std::size_t axis = 0; axis < 3; ++axis) tree.origin_mm[axis] = origin.item(axis).number();
   }
   if (root.has("provenance")) tree.provenance = readProvenance(root.at("provenance"));
 
-  const Element nodes = root.at("nodes");
+  const JsonElement nodes = root.at("nodes");
   const std::size_t count = nodes.size();
   if (count < 1 || count > kMaxNodes) nodes.fail("has " + std::to_string(count) + " nodes, not 1 to " + std::to_string(kMaxNodes));
   for (std::size_t i = 0; i < count; ++i) {
-    const Element node = nodes.item(i);
-    tree.cover.push_back(node.at("cover").sphere());
+    const JsonElement node = nodes.item(i);
+    tree.cover.push_back(readSphere(node.at("cover")));
     tree.child_count.push_back(static_cast<std::uint8_t>(node.at("child_count").whole(kMaxBranching)));
     if (node.has("bound")) {
       if (tree.child_count.back() == 0) node.at("bound").fail("belongs to a node without children");
-      tree.bound.push_back(node.at("bound").sphere());
+      tree.bound.push_back(readSphere(node.at("bound")));
     }
   }
   if (!linkNodes(tree)) nodes.fail("do not make one tree of at most 6 levels, breadth first, inner siblings ahead of leaves");
@@ -203,12 +153,12 @@ SphereTree parseTreeJson(std::string_view text, const std::string& name) {
   }
   if (tree.bound.empty()) encloseDescendants(tree);
   if (root.has("levels")) {
-    const Element levels = root.at("levels");
+    const JsonElement levels = root.at("levels");
     for (std::size_t i = 0; i < levels.size(); ++i) {
-      const Element level = levels.item(i);
+      const JsonElement level = levels.item(i);
       LevelStatistics s;
       s.sphere_count = static_cast<std::uint32_t>(level.at("spheres").whole(kMaxNodes));
-      const Element overhang = level.at("overhang_bound_mm");
+      const JsonElement overhang = level.at("overhang_bound_mm");
       s.overhang_bound = overhang.isNull() ? kUnproven : overhang.smallNumber();
       s.smallest_radius = level.at("smallest_radius_mm").smallNumber();
       s.largest_radius = level.at("largest_radius_mm").smallNumber();

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene (*.scene.json, schema "spheretree.scene/1"): a tool and objects as meshes or sphere-trees, their places, how each tree is
+// to be built, the coupling of the tool and the limits of the wrench. Every field, its range and default: docs/scene_file.md
+// Units: mm, N, N mm, rad. World frame; an object's pose takes the frame of its mesh to the world.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "spheretree/core/rigid.h"
+
+namespace spheretree::formats {
+
+inline constexpr std::size_t kMaxSceneObjects = 4096;
+inline constexpr double kMaxSceneLength = 1e6;  // of any coordinate or tolerance [mm]
+
+/// How a tree is built; what is absent is taken from the scene's defaults, and then from those of `spheretree build`.
+struct TreeSettings {
+  std::optional<std::string> builder;  // a name of `spheretree build --builder`
+  std::optional<std::string> quality;  // quick, standard, best
+  std::optional<std::string> repair;   // auto, off, wrap
+  std::optional<int> levels;           // 2 .. 6
+  std::optional<int> branching;        // 2 .. 8
+  std::optional<double> tolerance_mm;  // > 0; absent: the whole budget of leaves
+  std::optional<std::uint64_t> seed;
+  friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
+};
+
+/// `own` where it says something, else `defaults`.
+TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults);
+
+/// The tool or an object: a mesh to build a tree from, or a tree.
+struct SceneItem {
+  std::string name;                             // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
+  std::filesystem::path mesh, tree;             // exactly one is set; as written: relative to the folder of the scene file, or absolute
+  std::string part;                             // of the mesh file; "": all of it
+  Configuration pose;                           // of the mesh frame in the world; of the tool: unused, it is where the hand is
+  Eigen::Vector3d reference_point_mm{0, 0, 0};  // of the tool, in its mesh frame; of an object: unused
+  TreeSettings settings;                        // its own, not merged
+};
+
+/// A region of the world in which its own tolerance holds.
+struct WorkRegion {
+  enum class Shape { Sphere, Box };
+  std::string name;  // may be empty
+  Shape shape = Shape::Sphere;
+  Eigen::Vector3d centre_mm{0, 0, 0};                 // of a sphere
+  double radius_mm = 0;                               // of a sphere, > 0
+  Eigen::Vector3d low_mm{0, 0, 0}, high_mm{0, 0, 0};  // of a box, low < high
+  double tolerance_mm = 0;                            // > 0
+};
+
+/// Surfaces that a ball of this radius cannot touch, as it moves from outside the scene's box through free space, need no more accuracy
+/// than `tolerance_mm`.
+struct Reach {
+  double radius_mm = 0;     // > 0: no thicker than the tool's thinnest part that may touch
+  double tolerance_mm = 0;  // > 0
+};
+
+struct SceneFile {
+  std::string unit = "mm";  // of meshes without one (not glTF): mm, cm, m, in. Fields that end in _mm are in mm whatever it is
+  TreeSettings defaults;
+  double translation_n_per_mm = 1;            // > 0, coupling
+  double rotation_n_mm_per_rad = 1000;        // > 0, coupling
+  double force_n = 8;                         // > 0, limit of the force
+  Eigen::Vector3d torque_n_mm{188, 188, 48};  // > 0, limit of each component
+  SceneItem tool;
+  std::vector<SceneItem> objects;  // 1 .. kMaxSceneObjects
+  std::vector<WorkRegion> work;
+  std::optional<Reach> reach;
+};
+
+/// One unit of `unit` in mm; `unit` is one of mm, cm, m, in.
+double unitInMm(std::string_view unit);
+
+/// Where `path` of a scene file leads: relative to the folder that `scene_path` is in.
+std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path);
+
+/// Every field is checked: type, range, finite, unit quaternion (made exact), unique names; unknown keys are refused.
+/// Whether meshes and trees exist is not looked at.
+/// @throws FileError if the file cannot be read, FormatError with the path of the element and what is wrong.
+SceneFile readScene(const std::filesystem::path& path);
+
+/// The same from a text; `name` stands in front of messages. @throws FormatError
+SceneFile parseScene(std::string_view text, const std::string& name);
+
+/// parseScene(sceneText(s)) gives s, numbers without loss. What is at its default is left out where the schema allows it.
+std::string sceneText(const SceneFile& scene);
+
+}  // namespace spheretree::formats

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// A value of a JSON text that nobody vouches for, with its path in the text: every access checks, and says where it failed.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "spheretree/formats/errors.h"
+#include "text_scan.h"
+
+namespace spheretree::formats {
+
+/// Where a text comes from and where its schema is explained; for messages.
+struct JsonSource {
+  std::string name, page;
+};
+
+/// @throws FormatError with the place of the first mistake.
+inline nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
+  try {
+    return nlohmann::json::parse(text.begin(), text.end());
+  } catch (const nlohmann::json::exception& error) {
+    throw FormatError(source.name + ": is not JSON: " + error.what());
+  }
+}
+
+/// Letters to insert, drop or change until `a` is `b` (Levenshtein).
+inline std::size_t editDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i] != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+/// Refers to the value and the source, which must outlive it.
+class JsonElement {
+ public:
+  JsonElement(const nlohmann::json& value, std::string path, const JsonSource& source)
+      : value_(value), path_(std::move(path)), source_(source) {}
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FormatError(source_.name + ": " + (path_.empty() ? "the text" : path_) + " " + what + ". See " + source_.page +
+                      " for the schema.");
+  }
+
+  // Objects
+  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
+  JsonElement at(const char* key) const {
+    if (!value_.is_object()) fail("is not an object");
+    const auto found = value_.find(key);
+    if (found == value_.end()) fail(std::string("has no \"") + key + "\"");
+    return {*found, path_.empty() ? key : path_ + "." + key, source_};
+  }
+  /// Refuses a key that is none of these: most likely a typing mistake, and then its value would be lost without a word.
+  void onlyKeys(std::initializer_list<std::string_view> known) const {
+    if (!value_.is_object()) fail("is not an object");
+    for (const auto& item : value_.items()) {
+      const std::string& key = item.key();
+      if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+      const std::string_view shown = std::string_view(key).substr(0, 40);
+      const auto nearest = std::min_element(known.begin(), known.end(), [&](std::string_view a, std::string_view b) {
+        return editDistance(shown, a) < editDistance(shown, b);
+      });
+      fail("has the unknown key " + inQuotes(key) + "; the nearest known one is \"" + std::string(*nearest) + "\"");
+    }
+  }
+
+  // Arrays
+  std::size_t size() const {
+    if (!value_.is_array()) fail("is not an array");
+    return value_.size();
+  }
+  JsonElement item(std::size_t index) const { return {value_[index], path_ + "[" + std::to_string(index) + "]", source_}; }
+
+  // Values
+  bool isNull() const { return value_.is_null(); }
+  double number() const {
+    if (!value_.is_number()) fail("is not a number");
+    const double value = value_.get<double>();
+    if (!std::isfinite(value)) fail("is not finite");
+    return value;
+  }
+  float smallNumber() const {
+    const double value = number();
+    if (std::abs(value) > std::numeric_limits<float>::max()) fail("is too large for a float");
+    return static_cast<float>(value);
+  }
+  std::uint64_t whole(std::uint64_t most, std::uint64_t least = 0) const {
+    const bool fits = value_.is_number_unsigned() && value_.get<std::uint64_t>() >= least && value_.get<std::uint64_t>() <= most;
+    if (!fits) fail("is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+    return value_.get<std::uint64_t>();
+  }
+  std::string text() const {
+    if (!value_.is_string()) fail("is not a text");
+    return value_.get<std::string>();
+  }
+
+ private:
+  const nlohmann::json& value_;
+  std::string path_;
+  const JsonSource& source_;
+};
+
+}  // namespace spheretree::formats

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/scene_file.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <span>
+
+#include "json_element.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::formats {
+namespace {
+
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSchema = "spheretree.scene/1";
+constexpr std::uint64_t kMostBytes = 16 << 20;
+constexpr std::size_t kLongestName = 64, kLongestText = 4096;
+constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
+constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
+constexpr std::array<const char*, 3> kQualities{"quick", "standard", "best"};
+constexpr std::array<const char*, 3> kRepairs{"auto", "off", "wrap"};
+
+std::string shortNumber(double value) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.9g", value);
+  return digits;
+}
+
+std::string shortText(const JsonElement& e) {
+  std::string text = e.text();
+  if (text.size() > kLongestText) e.fail("is longer than " + std::to_string(kLongestText) + " bytes");
+  if (text.find('\0') != std::string::npos) e.fail("holds a zero byte");
+  return text;
+}
+
+std::string oneOf(const JsonElement& e, std::span<const char* const> allowed) {
+  const std::string text = e.text();
+  std::string all;
+  for (const char* known : allowed) {
+    if (text == known) return text;
+    all += all.empty() ? known : std::string(", ") + known;
+  }
+  e.fail("is " + inQuotes(text) + ", not one of " + all);
+}
+
+double above0(const JsonElement& e, double most) {
+  const double value = e.number();
+  if (!(value > 0 && value <= most)) e.fail("is " + shortNumber(value) + ", not above 0 and at most " + shortNumber(most));
+  return value;
+}
+
+Vector3d vector(const JsonElement& e, double most = kMaxSceneLength) {
+  if (e.size() != 3) e.fail("is not [x, y, z]");
+  Vector3d v;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    v[static_cast<Eigen::Index>(axis)] = e.item(axis).number();
+    if (std::abs(e.item(axis).number()) > most) e.item(axis).fail("is beyond " + shortNumber(most));
+  }
+  return v;
+}
+
+Quaternion unitQuaternion(const JsonElement& e) {
+  if (e.size() != 4) e.fail("is not [w, x, y, z]");
+  const Quaternion q(e.item(0).number(), e.item(1).number(), e.item(2).number(), e.item(3).number());
+  const double length = q.norm();
+  if (!(std::abs(length - 1) <= 1e-3)) e.fail("has length " + shortNumber(length) + ", not 1");
+  // One that is a unit already up to rounding stays as it is, so that a file written from it says the same.
+  return std::abs(length - 1) <= 1e-15 ? q : Quaternion(q.normalized());
+}
+
+std::string fileSafeName(const JsonElement& e) {
+  const std::string name = e.text();
+  const auto plain = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
+  };
+  const bool safe =
+      !name.empty() && name.size() <= kLongestName && name[0] != '.' && name[0] != '-' && std::all_of(name.begin(), name.end(), plain);
+  if (!safe) {
+    e.fail("is " + inQuotes(name) + ", not safe as a file name: use 1 to " + std::to_string(kLongestName) +
+           " letters, digits, _, - and . (not - or . first)");
+  }
+  return name;
+}
+
+#define SPHERETREE_TREE_SETTINGS "builder", "quality", "repair", "levels", "branching", "tolerance_mm", "seed"
+
+TreeSettings readSettings(const JsonElement& e) {
+  TreeSettings s;
+  if (e.has("builder")) s.builder = oneOf(e.at("builder"), kBuilders);
+  if (e.has("quality")) s.quality = oneOf(e.at("quality"), kQualities);
+  if (e.has("repair")) s.repair = oneOf(e.at("repair"), kRepairs);
+  if (e.has("levels")) s.levels = static_cast<int>(e.at("levels").whole(6, 2));
+  if (e.has("branching")) s.branching = static_cast<int>(e.at("branching").whole(8, 2));
+  if (e.has("tolerance_mm")) s.tolerance_mm = above0(e.at("tolerance_mm"), kMaxSceneLength);
+  if (e.has("seed")) s.seed = e.at("seed").whole(std::numeric_limits<std::uint64_t>::max());
+  return s;
+}
+
+SceneItem readItem(const JsonElement& e) {
+  SceneItem item;
+  item.name = fileSafeName(e.at("name"));
+  if (e.has("mesh") == e.has("tree")) e.fail(e.has("mesh") ? "has both \"mesh\" and \"tree\"" : "has neither \"mesh\" nor \"tree\"");
+  const JsonElement source = e.at(e.has("mesh") ? "mesh" : "tree");
+  const std::string path = shortText(source);
+  if (path.empty()) source.fail("is empty");
+  (e.has("mesh") ? item.mesh : item.tree) = path;
+  if (e.has("part")) {
+    if (!e.has("mesh")) e.at("part").fail("is for a mesh; a tree has no parts");
+    item.part = shortText(e.at("part"));
+    if (item.part.empty()) e.at("part").fail("is empty; leave it out for the whole mesh");
+  }
+  item.settings = readSettings(e);
+  return item;
+}
+
+WorkRegion readRegion(const JsonElement& e) {
+  e.onlyKeys({"name", "sphere", "box", "tolerance_mm"});
+  WorkRegion region;
+  if (e.has("name")) region.name = shortText(e.at("name"));
+  region.tolerance_mm = above0(e.at("tolerance_mm"), kMaxSceneLength);
+  if (e.has("sphere") == e.has("box")) e.fail(e.has("box") ? "has both \"sphere\" and \"box\"" : "has neither \"sphere\" nor \"box\"");
+  if (e.has("sphere")) {
+    const JsonElement sphere = e.at("sphere");
+    sphere.onlyKeys({"centre_mm", "radius_mm"});
+    region.centre_mm = vector(sphere.at("centre_mm"));
+    region.radius_mm = above0(sphere.at("radius_mm"), kMaxSceneLength);
+  } else {
+    const JsonElement box = e.at("box");
+    box.onlyKeys({"low_mm", "high_mm"});
+    region.shape = WorkRegion::Shape::Box;
+    region.low_mm = vector(box.at("low_mm"));
+    region.high_mm = vector(box.at("high_mm"));
+    if (!(region.low_mm.array() < region.high_mm.array()).all()) box.fail("has a low_mm that is not below its high_mm on every axis");
+  }
+  return region;
+}
+
+void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
+  if (root.has("coupling")) {
+    const JsonElement coupling = root.at("coupling");
+    coupling.onlyKeys({"translation_n_per_mm", "rotation_n_mm_per_rad"});
+    if (coupling.has("translation_n_per_mm")) scene.translation_n_per_mm = above0(coupling.at("translation_n_per_mm"), 1e6);
+    if (coupling.has("rotation_n_mm_per_rad")) scene.rotation_n_mm_per_rad = above0(coupling.at("rotation_n_mm_per_rad"), 1e9);
+  }
+  if (!root.has("limits")) return;
+  const JsonElement limits = root.at("limits");
+  limits.onlyKeys({"force_n", "torque_n_mm"});
+  if (limits.has("force_n")) scene.force_n = above0(limits.at("force_n"), 1e6);
+  if (limits.has("torque_n_mm")) {
+    const JsonElement torque = limits.at("torque_n_mm");
+    scene.torque_n_mm = vector(torque, 1e9);
+    for (std::size_t axis = 0; axis < 3; ++axis) (void)above0(torque.item(axis), 1e9);
+  }
+}
+
+void refuseTwins(const JsonElement& root, const SceneFile& scene) {
+  std::map<std::string, std::string> seen;  // by the name in lower case: some file systems know no other
+  const auto lower = [](std::string name) {
+    for (char& c : name)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return name;
+  };
+  seen[lower(scene.tool.name)] = "the tool";
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto [other, is_new] = seen.emplace(lower(scene.objects[i].name), "objects[" + std::to_string(i) + "]");
+    if (!is_new)
+      root.at("objects").item(i).at("name").fail("is " + inQuotes(scene.objects[i].name) + ", the name of " + other->second +
+                                                 " but for case; give it a name of its own");
+  }
+}
+
+Json toJson(const Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+void addSettings(Json& out, const TreeSettings& s) {
+  if (s.builder) out["builder"] = *s.builder;
+  if (s.quality) out["quality"] = *s.quality;
+  if (s.repair) out["repair"] = *s.repair;
+  if (s.levels) out["levels"] = *s.levels;
+  if (s.branching) out["branching"] = *s.branching;
+  if (s.tolerance_mm) out["tolerance_mm"] = *s.tolerance_mm;
+  if (s.seed) out["seed"] = *s.seed;
+}
+
+Json toJson(const SceneItem& item) {
+  Json out{{"name", item.name}};
+  if (!item.mesh.empty())
+    out["mesh"] = item.mesh.string();
+  else
+    out["tree"] = item.tree.string();
+  if (!item.part.empty()) out["part"] = item.part;
+  return out;
+}
+
+Json toJson(const WorkRegion& region) {
+  Json out = Json::object();
+  if (!region.name.empty()) out["name"] = region.name;
+  if (region.shape == WorkRegion::Shape::Sphere)
+    out["sphere"] = {{"centre_mm", toJson(region.centre_mm)}, {"radius_mm", region.radius_mm}};
+  else
+    out["box"] = {{"low_mm", toJson(region.low_mm)}, {"high_mm", toJson(region.high_mm)}};
+  out["tolerance_mm"] = region.tolerance_mm;
+  return out;
+}
+
+}  // namespace
+
+TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults) {
+  TreeSettings s = defaults;
+  if (own.builder) s.builder = own.builder;
+  if (own.quality) s.quality = own.quality;
+  if (own.repair) s.repair = own.repair;
+  if (own.levels) s.levels = own.levels;
+  if (own.branching) s.branching = own.branching;
+  if (own.tolerance_mm) s.tolerance_mm = own.tolerance_mm;
+  if (own.seed) s.seed = own.seed;
+  return s;
+}
+
+double unitInMm(std::string_view unit) {
+  if (unit == "cm") return 10;
+  if (unit == "m") return 1000;
+  if (unit == "in") return 25.4;
+  return 1;
+}
+
+std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path) {
+  return (scene_path.parent_path() / path).lexically_normal();  // an absolute `path` stays as it is
+}
+
+SceneFile parseScene(std::string_view text, const std::string& name) {
+  const JsonSource source{name, "docs/scene_file.md"};
+  const nlohmann::json parsed = parseJson(text, source);
+  const JsonElement root(parsed, "", source);
+  if (const JsonElement schema = root.at("schema"); schema.text() != kSchema) schema.fail(std::string("is not \"") + kSchema + "\"");
+  root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "objects", "work", "reach"});
+
+  SceneFile scene;
+  if (root.has("unit")) scene.unit = oneOf(root.at("unit"), kUnits);
+  if (root.has("defaults")) {
+    root.at("defaults").onlyKeys({SPHERETREE_TREE_SETTINGS});
+    scene.defaults = readSettings(root.at("defaults"));
+  }
+  readCouplingAndLimits(root, scene);
+
+  const JsonElement tool = root.at("tool");
+  tool.onlyKeys({"name", "mesh", "tree", "part", "reference_point_mm", SPHERETREE_TREE_SETTINGS});
+  scene.tool = readItem(tool);
+  if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
+
+  const JsonElement objects = root.at("objects");
+  const std::size_t count = objects.size();
+  if (count < 1 || count > kMaxSceneObjects)
+    objects.fail("has " + std::to_string(count) + " objects, not 1 to " + std::to_string(kMaxSceneObjects));
+  for (std::size_t i = 0; i < count; ++i) {
+    const JsonElement object = objects.item(i);
+    object.onlyKeys({"name", "mesh", "tree", "part", "position_mm", "quaternion_wxyz", SPHERETREE_TREE_SETTINGS});
+    SceneItem item = readItem(object);
+    if (object.has("position_mm")) item.pose.position = vector(object.at("position_mm"));
+    if (object.has("quaternion_wxyz")) item.pose.orientation = unitQuaternion(object.at("quaternion_wxyz"));
+    scene.objects.push_back(std::move(item));
+  }
+  refuseTwins(root, scene);
+
+  if (root.has("work")) {
+    const JsonElement work = root.at("work");
+    if (work.size() > kMaxSceneObjects) work.fail("has more than " + std::to_string(kMaxSceneObjects) + " regions");
+    for (std::size_t i = 0; i < work.size(); ++i) scene.work.push_back(readRegion(work.item(i)));
+  }
+  if (root.has("reach")) {
+    const JsonElement reach = root.at("reach");
+    reach.onlyKeys({"radius_mm", "tolerance_mm"});
+    scene.reach = Reach{above0(reach.at("radius_mm"), kMaxSceneLength), above0(reach.at("tolerance_mm"), kMaxSceneLength)};
+  }
+  return scene;
+}
+
+SceneFile readScene(const std::filesystem::path& path) {
+  const std::vector<std::byte> bytes = readFile(path, kMostBytes);
+  return parseScene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+}
+
+std::string sceneText(const SceneFile& scene) {
+  Json out{{"schema", kSchema}, {"unit", scene.unit}};
+  Json defaults = Json::object();
+  addSettings(defaults, scene.defaults);
+  if (!defaults.empty()) out["defaults"] = std::move(defaults);
+  out["coupling"] = {{"translation_n_per_mm", scene.translation_n_per_mm}, {"rotation_n_mm_per_rad", scene.rotation_n_mm_per_rad}};
+  out["limits"] = {{"force_n", scene.force_n}, {"torque_n_mm", toJson(scene.torque_n_mm)}};
+  out["tool"] = toJson(scene.tool);
+  out["tool"]["reference_point_mm"] = toJson(scene.tool.reference_point_mm);
+  addSettings(out["tool"], scene.tool.settings);
+  out["objects"] = Json::array();
+  for (const SceneItem& object : scene.objects) {
+    Json item = toJson(object);
+    const Quaternion& q = object.pose.orientation;
+    item["position_mm"] = toJson(object.pose.position);
+    item["quaternion_wxyz"] = Json::array({q.w(), q.x(), q.y(), q.z()});
+    addSettings(item, object.settings);
+    out["objects"].push_back(std::move(item));
+  }
+  if (!scene.work.empty()) {
+    out["work"] = Json::array();
+    for (const WorkRegion& region : scene.work) out["work"].push_back(toJson(region));
+  }
+  if (scene.reach) out["reach"] = {{"radius_mm", scene.reach->radius_mm}, {"tolerance_mm", scene.reach->tolerance_mm}};
+  try {
+    return out.dump(1) + "\n";
+  } catch (const nlohmann::json::exception&) {
+    throw FormatError("a scene with a name or path that is not UTF-8 cannot be written. Rename it.");
+  }
+}
+
+}  // namespace spheretree::formats

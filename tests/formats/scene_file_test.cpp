@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/scene_file.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "support/random.h"
+#include "support/scratch_folder.h"
+
+namespace spheretree::formats {
+namespace {
+
+constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
+ "defaults": {"builder": "cover", "levels": 4, "tolerance_mm": 0.1},
+ "coupling": {"translation_n_per_mm": 2.0, "rotation_n_mm_per_rad": 900.0},
+ "limits": {"force_n": 7.5, "torque_n_mm": [100, 90, 48]},
+ "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [1, 2, 3], "tolerance_mm": 0.05},
+ "objects": [
+  {"name": "tooth_11", "mesh": "mouth.obj", "part": "tooth 11", "position_mm": [1, 0, -2.5], "quaternion_wxyz": [0, 1, 0, 0],
+   "tolerance_mm": 0.2, "quality": "best", "repair": "off", "branching": 4, "seed": 18446744073709551615},
+  {"name": "tongue", "tree": "trees/tongue.stree"}],
+ "work": [{"name": "pocket", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 5}, "tolerance_mm": 0.05},
+          {"box": {"low_mm": [0, 0, 0], "high_mm": [1, 1, 1]}, "tolerance_mm": 0.01}],
+ "reach": {"radius_mm": 0.25, "tolerance_mm": 1}})";
+
+constexpr const char* kLeast = R"({"schema": "spheretree.scene/1", "tool": {"name": "t", "mesh": "t.obj"},
+ "objects": [{"name": "o", "tree": "o.stree"}]})";
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)parseScene(text, "a.scene.json");
+  } catch (const FormatError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(SceneFile, ReadsEveryField) {
+  const SceneFile s = parseScene(kFull, "a.scene.json");
+  EXPECT_EQ(s.unit, "cm");
+  EXPECT_EQ(s.translation_n_per_mm, 2);
+  EXPECT_EQ(s.rotation_n_mm_per_rad, 900);
+  EXPECT_EQ(s.force_n, 7.5);
+  EXPECT_EQ(s.torque_n_mm, Eigen::Vector3d(100, 90, 48));
+  EXPECT_EQ(s.tool.name, "probe");
+  EXPECT_EQ(s.tool.mesh, "probe.obj");
+  EXPECT_EQ(s.tool.reference_point_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(s.tool.settings.tolerance_mm, 0.05);
+  ASSERT_EQ(s.objects.size(), 2u);
+  const SceneItem& tooth = s.objects[0];
+  EXPECT_EQ(tooth.part, "tooth 11");
+  EXPECT_EQ(tooth.pose.position, Eigen::Vector3d(1, 0, -2.5));
+  EXPECT_EQ(tooth.pose.orientation.x(), 1);
+  EXPECT_EQ(tooth.settings.seed, 18446744073709551615u);
+  EXPECT_TRUE(s.objects[1].mesh.empty());
+  EXPECT_EQ(s.objects[1].tree, "trees/tongue.stree");
+  EXPECT_EQ(s.objects[1].pose.orientation.w(), 1);
+  ASSERT_EQ(s.work.size(), 2u);
+  EXPECT_EQ(s.work[0].radius_mm, 5);
+  EXPECT_EQ(s.work[1].shape, WorkRegion::Shape::Box);
+  EXPECT_EQ(s.work[1].high_mm, Eigen::Vector3d(1, 1, 1));
+  ASSERT_TRUE(s.reach);
+  EXPECT_EQ(s.reach->radius_mm, 0.25);
+
+  const TreeSettings merged = mergedSettings(tooth.settings, s.defaults);
+  EXPECT_EQ(merged.tolerance_mm, 0.2);
+  EXPECT_EQ(merged.builder, "cover");
+  EXPECT_EQ(merged.levels, 4);
+  EXPECT_EQ(merged.branching, 4);
+  EXPECT_EQ(mergedSettings({}, s.defaults), s.defaults);
+}
+
+TEST(SceneFile, HasTheDefaultsOfTheContract) {
+  const SceneFile s = parseScene(kLeast, "a.scene.json");
+  EXPECT_EQ(s.unit, "mm");
+  EXPECT_EQ(s.translation_n_per_mm, 1);
+  EXPECT_EQ(s.rotation_n_mm_per_rad, 1000);
+  EXPECT_EQ(s.force_n, 8);
+  EXPECT_EQ(s.torque_n_mm, Eigen::Vector3d(188, 188, 48));
+  EXPECT_EQ(s.defaults, TreeSettings());
+  EXPECT_FALSE(s.reach);
+}
+
+TEST(SceneFile, SurvivesARoundTrip) {
+  for (const char* text : {kFull, kLeast}) {
+    const std::string once = sceneText(parseScene(text, "a"));
+    EXPECT_EQ(sceneText(parseScene(once, "b")), once);
+  }
+  const nlohmann::json before = nlohmann::json::parse(kFull), after = nlohmann::json::parse(sceneText(parseScene(kFull, "a")));
+  for (const char* key : {"unit", "defaults", "coupling", "limits", "tool", "work", "reach"}) EXPECT_EQ(before[key], after[key]) << key;
+  EXPECT_EQ(before["objects"][0], after["objects"][0]);
+  // Rotations of any kind, as they were normalised once, come back bit for bit.
+  test::Random random(5);
+  SceneFile scene = parseScene(kFull, "a");
+  for (int i = 0; i < 200; ++i) {
+    scene.objects[0].pose.orientation = rotationOf(random.direction() * random.between(0, 3)).normalized();
+    const std::string text = sceneText(scene);
+    EXPECT_EQ(sceneText(parseScene(text, "b")), text);
+  }
+}
+
+TEST(SceneFile, MakesAQuaternionAUnit) {
+  const SceneFile s = parseScene(replaced(kFull, "[0, 1, 0, 0]", "[0.7071, 0.7071, 0, 0]"), "a");
+  EXPECT_NEAR(s.objects[0].pose.orientation.norm(), 1, 1e-15);
+  EXPECT_EQ(s.objects[0].pose.orientation.w(), s.objects[0].pose.orientation.x());
+}
+
+TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"spheretree.scene/1", "spheretree.scene/2", "schema is not \"spheretree.scene/1\""},
+      {"\"cm\"", "\"feet\"", "unit is \"feet\", not one of mm, cm, m, in"},
+      {"\"builder\": \"cover\"", "\"builder\": \"covers\"", "defaults.builder is \"covers\", not one of cover, combined"},
+      {"\"levels\": 4", "\"levels\": 7", "defaults.levels is not a whole number from 2 to 6"},
+      {"\"levels\": 4", "\"levels\": 4.5", "defaults.levels is not a whole number"},
+      {"\"levels\": 4", "\"level\": 4", "defaults has the unknown key \"level\"; the nearest known one is \"levels\""},
+      {"\"coupling\"", "\"cuopling\"", "the text has the unknown key \"cuopling\"; the nearest known one is \"coupling\""},
+      {"2.0", "0", "coupling.translation_n_per_mm is 0, not above 0"},
+      {"2.0", "\"2\"", "coupling.translation_n_per_mm is not a number"},
+      {"7.5", "-1", "limits.force_n is -1, not above 0"},
+      {"[100, 90, 48]", "[100, 90]", "limits.torque_n_mm is not [x, y, z]"},
+      {"[100, 90, 48]", "[100, 0, 48]", "limits.torque_n_mm[1] is 0, not above 0"},
+      {"[1, 2, 3]", "[1, 2, 1e7]", "tool.reference_point_mm[2] is beyond 1000000"},
+      {"\"tolerance_mm\": 0.05", "\"tolerance_mm\": 0", "tool.tolerance_mm is 0, not above 0"},
+      {"\"reference_point_mm\"", "\"position_mm\"", "tool has the unknown key \"position_mm\""},
+      {"\"probe\"", "\"../probe\"", "tool.name is \"../probe\", not safe as a file name"},
+      {"\"probe\"", "\"\"", "tool.name is \"\", not safe as a file name"},
+      {"\"probe\"", "\".probe\"", "not safe as a file name"},
+      {"\"probe\"", "\"Tongue\"", "objects[1].name is \"tongue\", the name of the tool but for case"},
+      {"\"tongue\"", "\"tooth_11\"", "objects[1].name is \"tooth_11\", the name of objects[0]"},
+      {"\"mesh\": \"mouth.obj\"", "\"mesh\": \"\"", "objects[0].mesh is empty"},
+      {"\"mesh\": \"mouth.obj\"", "\"tree\": \"mouth.stree\"", "objects[0].part is for a mesh"},
+      {"\"tree\": \"trees/tongue.stree\"", "\"tree\": \"a\", \"mesh\": \"b\"", "objects[1] has both \"mesh\" and \"tree\""},
+      {", \"tree\": \"trees/tongue.stree\"", "", "objects[1] has neither \"mesh\" nor \"tree\""},
+      {"[0, 1, 0, 0]", "[0, 1.1, 0, 0]", "objects[0].quaternion_wxyz has length 1.1, not 1"},
+      {"[0, 1, 0, 0]", "[0, 0, 0, 0]", "objects[0].quaternion_wxyz has length 0, not 1"},
+      {"[0, 1, 0, 0]", "[0, 1, 0]", "objects[0].quaternion_wxyz is not [w, x, y, z]"},
+      {"18446744073709551615", "-1", "objects[0].seed is not a whole number"},
+      {"\"radius_mm\": 5", "\"radius_mm\": -5", "work[0].sphere.radius_mm is -5, not above 0"},
+      {"\"low_mm\": [0, 0, 0]", "\"low_mm\": [0, 1, 0]", "work[1].box has a low_mm that is not below its high_mm"},
+      {"\"box\"", "\"cube\"", "work[1] has the unknown key \"cube\""},
+      {"\"radius_mm\": 0.25, ", "", "reach has no \"radius_mm\""}};
+  for (const auto& [from, to, message] : cases) {
+    const std::string said = refusal(replaced(kFull, from, to));
+    EXPECT_NE(said.find(message), std::string::npos) << from << " -> " << to << ": " << said;
+    EXPECT_EQ(said.rfind("a.scene.json: ", 0), 0u);
+  }
+  EXPECT_NE(refusal("").find("is not JSON"), std::string::npos);
+  EXPECT_NE(refusal("[]").find("is not an object"), std::string::npos);
+  EXPECT_NE(refusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
+}
+
+// A cut or a changed byte gives a scene that can be written and read again, or a refusal: never anything else.
+TEST(SceneFile, SurvivesMutation) {
+  const std::string full = kFull;
+  const auto tryIt = [](const std::string& text) {
+    try {
+      const SceneFile s = parseScene(text, "a");
+      EXPECT_TRUE(isFinite(s.objects.at(0).pose));
+      const std::string again = sceneText(s);
+      EXPECT_EQ(sceneText(parseScene(again, "b")), again);
+      return true;
+    } catch (const FormatError&) {
+      return false;
+    }
+  };
+  for (std::size_t length = 0; length < full.size(); ++length) EXPECT_FALSE(tryIt(full.substr(0, length))) << length;
+  test::Random random(1);
+  int accepted = 0;
+  for (int i = 0; i < 5000; ++i) {
+    std::string text = full;
+    for (std::size_t n = 1 + random.below(3); n-- > 0;) {
+      const std::size_t at = random.below(text.size());
+      if (random.below(3) == 0)
+        text.erase(at, 1 + random.below(6));
+      else
+        text[at] = "0123456789-.eE\"{}[],:nul\\ \x01\xff"[random.below(26)];
+    }
+    accepted += tryIt(text);
+  }
+  EXPECT_GT(accepted, 100);  // else only the JSON reader was tested
+}
+
+TEST(SceneFile, TakesPathsFromItsOwnFolder) {
+  EXPECT_EQ(scenePath("a/b.scene.json", "m.obj"), "a/m.obj");
+  EXPECT_EQ(scenePath("b.scene.json", "m.obj"), "m.obj");
+  EXPECT_EQ(scenePath("a/b.scene.json", "../c/m.obj"), "c/m.obj");
+  EXPECT_EQ(scenePath("a/b.scene.json", "/c/m.obj"), "/c/m.obj");
+}
+
+TEST(SceneFile, ReadsAFile) {
+  const test::ScratchFolder folder;
+  writeWhole(folder.path() / "a.scene.json", std::string_view(kFull));
+  EXPECT_EQ(readScene(folder.path() / "a.scene.json").objects.size(), 2u);
+  EXPECT_THROW((void)readScene(folder.path() / "b.scene.json"), FileError);
+}
+
+}  // namespace
+}  // namespace spheretree::formats
