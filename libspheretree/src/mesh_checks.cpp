@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "spheretree/builder/mesh_checks.h"
 
-#include <CGAL/Box_intersection_d/Box_with_info_d.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/box_intersection_d.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -17,6 +15,7 @@
 #include <utility>
 
 #include "spheretree/builder/box_tree.h"
+#include "spheretree/builder/crossing_triangles.h"
 
 namespace spheretree::builder {
 namespace {
@@ -166,13 +165,11 @@ class MeshCheck {
   void findDegenerateFaces() {
     points_.reserve(mesh_.positions.size());
     for (const Eigen::Vector3d& p : mesh_.positions) points_.emplace_back(p.x(), p.y(), p.z());
-    is_flat_.resize(mesh_.triangles.size());
     has_edges_.resize(mesh_.triangles.size());
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       const auto [a, b, c] = mesh_.triangles[t];
       has_edges_[t] = a != b && b != c && c != a;
-      is_flat_[t] = !has_edges_[t] || CGAL::collinear(points_[a], points_[b], points_[c]);
-      if (is_flat_[t]) add(DefectKind::DegenerateFace, triangleAt(t));
+      if (isFlat(mesh_, t)) add(DefectKind::DegenerateFace, triangleAt(t));
     }
   }
 
@@ -309,64 +306,18 @@ class MeshCheck {
 
   // --- self-intersections ---
 
-  /// Whether two triangles that are not flat meet anywhere but in shared corners and edges. Exact.
-  bool cross(std::uint32_t t, std::uint32_t u) const {
-    const Triangle &a = mesh_.triangles[t], &b = mesh_.triangles[u];
-    std::array<int, 3> shared_a{}, shared_b{};
-    int shared = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j)
-        if (a[i] == b[j]) shared_a[i] = shared_b[j] = 1, ++shared;
-    const auto point = [&](const Triangle& triangle, std::size_t k) -> const Point& { return points_[triangle[k % 3]]; };
-    if (shared == 3) return false;  // a duplicate, named as such
-    if (shared == 2) {
-      // They meet elsewhere only if they are folded flat onto each other.
-      const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 0) - shared_a.begin());
-      const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 0) - shared_b.begin());
-      return CGAL::coplanar(point(a, i + 1), point(a, i + 2), point(a, i), point(b, j)) &&
-             CGAL::coplanar_orientation(point(a, i + 1), point(a, i + 2), point(a, i), point(b, j)) == CGAL::POSITIVE;
-    }
-    const Kernel::Triangle_3 ta(point(a, 0), point(a, 1), point(a, 2)), tb(point(b, 0), point(b, 1), point(b, 2));
-    if (shared == 0) return CGAL::do_intersect(ta, tb);
-    // Two triangles that share one corner and meet elsewhere: the side opposite the corner of one of them meets the other.
-    const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 1) - shared_a.begin());
-    const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 1) - shared_b.begin());
-    return CGAL::do_intersect(ta, Kernel::Segment_3(point(b, j + 1), point(b, j + 2))) ||
-           CGAL::do_intersect(tb, Kernel::Segment_3(point(a, i + 1), point(a, i + 2)));
-  }
-
   void findCrossings() {
-    using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
-    std::vector<Box> boxes;
-    boxes.reserve(mesh_.triangles.size());
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (is_flat_[t]) continue;
-      const auto [a, b, c] = mesh_.triangles[t];
-      boxes.emplace_back(points_[a].bbox() + points_[b].bbox() + points_[c].bbox(), t);
-    }
-    struct Enough {};
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    bool is_stopped = false;
-    try {
-      CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-        if (!cross(a.info(), b.info())) return;
-        if (pairs.size() == kMaxCrossingPairs) throw Enough{};
-        pairs.push_back(std::minmax(a.info(), b.info()));
-      });
-    } catch (const Enough&) {
-      is_stopped = true;
-    }
-    std::sort(pairs.begin(), pairs.end());
+    const CrossingTriangles found = findCrossingTriangles(mesh_, kMaxCrossingPairs);
     crosses_other_.resize(report_.components.size());
-    crossings_known_ = !is_stopped;
-    for (const auto& [t, u] : pairs) {
+    crossings_known_ = !found.is_stopped;
+    for (const auto& [t, u] : found.pairs) {
       Place place = triangleAt(t);
       place.triangles.push_back(u);
       add(DefectKind::SelfIntersection, std::move(place));
       const std::uint32_t ct = report_.component_of[t], cu = report_.component_of[u];
       if (ct != cu) crosses_other_[ct] = crosses_other_[cu] = true;
     }
-    if (is_stopped) defect(DefectKind::SelfIntersection).is_lower_bound = true;
+    if (found.is_stopped) defect(DefectKind::SelfIntersection).is_lower_bound = true;
   }
 
   // --- orientation and nesting ---
@@ -485,7 +436,7 @@ class MeshCheck {
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double scale_ = 1, largest_coordinate_ = 0;  // half the diagonal of the box; of any axis [mm]
   std::vector<Point> points_;
-  std::vector<bool> is_flat_, has_edges_;  // for each triangle: degenerate; three different corners
+  std::vector<bool> has_edges_;  // for each triangle: three different corners
   std::vector<Side> sides_;
   bool is_closed_ = false, crossings_known_ = true;
   std::vector<bool> crosses_other_;  // for each component
