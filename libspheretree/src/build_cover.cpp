@@ -22,16 +22,17 @@ struct Effort {
   std::uint64_t squeeze_work;
   double squeeze_step;
   int squeeze_failures;
+  double gap_tolerance;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2};
+      return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2, 0.04};
     case Quality::Standard:
-      return {24, 1000, 6000, 1500, 1, 100'000'000, 0.5, 60'000'000, 0.04, 6};
+      return {24, 1000, 6000, 1500, 1, 100'000'000, 0.5, 60'000'000, 0.04, 6, 0.02};
     case Quality::Best:
-      return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12};
+      return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12, 0.01};
   }
   return {};
 }
@@ -82,6 +83,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     cover_settings.squeeze.step = effort.squeeze_step;
     cover_settings.squeeze.work = effort.squeeze_work;
     cover_settings.squeeze.failures = effort.squeeze_failures;
+    cover_settings.squeeze.gap_tolerance = effort.gap_tolerance;
     cover_settings.seed = settings.seed + spheres;
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);

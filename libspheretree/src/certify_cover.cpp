@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -21,7 +20,8 @@ namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
 constexpr double kRelative = 0.1;          // share of a growth to which it is the least: without it, pieces grow as the square of a hole
-constexpr std::size_t kMostForHoles = 12;  // balls near a piece; with more, it is split first: all pairs are tried
+constexpr double kDeepEnough = 0.5;        // a point with this share of a gap stands for the gap ...
+constexpr double kNearby = 2;              // ... as far as that many times its own from it
 
 struct Piece {
   std::array<Vector3d, 3> corner;
@@ -63,6 +63,10 @@ class Splitter {
   // true if that is the end of it, false to have it split.
   template <class Held, class Open>
   void run(const Piece& triangle, Held held, Open open) {
+    if (isHeld(triangle, last_held_)) {  // the ball that held the piece before: neighbours follow each other in a mesh
+      held();
+      return;
+    }
     frames_.clear();
     near_.clear();
     const Vector3d middle = centroidOf(triangle);
@@ -75,18 +79,22 @@ class Splitter {
       const Frame frame = frames_.back();
       frames_.pop_back();
       near_.resize(frame.near_end);
+      if (isHeld(frame.piece, last_held_)) {
+        held();
+        continue;
+      }
       const Vector3d centroid = centroidOf(frame.piece);
-      const double reach = radiusAbout(frame.piece, centroid);
+      const double reach = radiusAbout(frame.piece, centroid) + margin_;
       // Keep the balls that touch the piece, for its children; stop at one that holds it.
       bool is_held = false;
       const std::size_t begin = near_.size();
       for (std::size_t i = frame.near_begin; i < frame.near_end && !is_held; ++i) {
         const std::uint32_t slot = near_[i];
         const Ball& ball = index_.balls[slot];
-        const double distance = (centroid - ball.centre).norm();
-        if (distance > ball.radius + reach + margin_) continue;
+        const double d2 = (centroid - ball.centre).squaredNorm();
+        if (d2 > (ball.radius + reach) * (ball.radius + reach)) continue;
         near_.push_back(slot);
-        is_held = distance <= ball.radius && radiusAbout(frame.piece, ball.centre) + margin_ <= ball.radius;
+        if (d2 <= ball.radius * ball.radius && isHeld(frame.piece, slot)) last_held_ = slot, is_held = true;
       }
       if (is_held) {
         held();
@@ -112,12 +120,21 @@ class Splitter {
     Piece piece;
     std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
   };
+  bool isHeld(const Piece& piece, std::uint32_t slot) const {
+    const Ball& ball = index_.balls[slot];
+    const double within = ball.radius - margin_;
+    if (!(within >= 0)) return false;
+    for (const Vector3d& p : piece.corner)
+      if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
+    return true;
+  }
   static double side2(const Piece& p, std::size_t opposite) {
     return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm();
   }
 
   const BallIndex& index_;
   double margin_;
+  std::uint32_t last_held_ = 0;
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> near_;
 };
@@ -138,18 +155,20 @@ float roundUp(double x) {
   return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
 }
 
-// The ball that must grow least to hold a piece, among those near it, or among all if none is near.
+// The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the lower number.
 struct Growth {
   std::uint32_t slot;
-  double need;
+  double need;  // its radius then
+  double more;  // than its radius now: no point of the piece has a larger gap
 };
 Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const std::uint32_t> near) {
-  Growth best{0, std::numeric_limits<double>::infinity()};
-  double least = std::numeric_limits<double>::infinity();
+  Growth best{0, 0, std::numeric_limits<double>::infinity()};
   const auto consider = [&](std::uint32_t slot) {
-    const double need = radiusAbout(piece, index.balls[slot].centre);
-    const double growth = need - index.balls[slot].radius;
-    if (growth < least || (growth == least && index.original(slot) < index.original(best.slot))) least = growth, best = {slot, need};
+    const Ball& ball = index.balls[slot];
+    const double enough = ball.radius + best.more;
+    if ((piece.corner[0] - ball.centre).squaredNorm() > enough * enough) return;
+    const double need = radiusAbout(piece, ball.centre), more = need - ball.radius;
+    if (more < best.more || (more == best.more && index.original(slot) < index.original(best.slot))) best = {slot, need, more};
   };
   if (!near.empty()) {
     for (const std::uint32_t slot : near) consider(slot);
@@ -159,70 +178,45 @@ Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const s
   return best;
 }
 
-// Distance from a point to the nearest ball among those near it; 0 in a ball.
-double gapAt(const BallIndex& index, const Vector3d& p, std::span<const std::uint32_t> near) {
-  const Growth growth = leastGrowth(index, {{p, p, p}}, near);
-  return std::max(0.0, growth.need - index.balls[growth.slot].radius);
+// Distance from a point to the nearest ball, 0 in a ball; `limit` if it is more.
+double gapAt(const BallIndex& index, const Vector3d& p, double limit) {
+  double gap = limit;
+  index.tree.searchWithin(p, limit * limit, [&](std::size_t first, std::size_t count) {
+    for (std::size_t s = first; s < first + count; ++s) gap = std::min(gap, (p - index.balls[s].centre).norm() - index.balls[s].radius);
+  });
+  return std::max(0.0, gap);
 }
 
-// The deepest places of the holes that a few balls leave in one piece. In the plane of the piece the balls are discs. A hole has
-// corners of the piece, crossings of its sides with a disc or crossings of two discs in its rim; the gap in it is largest at a
-// corner, on a side, or at a point as far from three balls.
-class HoleFinder {
+// Finds where a hole between three balls is deepest in the plane of a triangle, with the balls within `reach` of `about`.
+class HoleClimber {
  public:
-  HoleFinder(const BallIndex& index, double tolerance) : index_(index), tolerance_(tolerance) {}
-
-  template <class Report>
-  void run(const Piece& piece, std::span<const std::uint32_t> near, Report report) {
-    if (near.empty()) {
-      Vector3d p = centroidOf(piece);
-      double most = gapAt(index_, p, near);
-      for (const Vector3d& corner : piece.corner)
-        if (const double g = gapAt(index_, corner, near); g > most) p = corner, most = g;
-      if (most > tolerance_) report(p, most);
-      return;
-    }
-    near_ = near;
-    const Vector3d normal = (piece.corner[1] - piece.corner[0]).cross(piece.corner[2] - piece.corner[0]);
-    const double length = normal.norm();
-    const Vector3d n = length > 0 ? Vector3d(normal / length) : Vector3d::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      climb(piece, n, piece.corner[k], report);
-      alongSide(piece, n, piece.corner[k], piece.corner[(k + 1) % 3], report);
-    }
-    if (!(length > 0)) return;
-    for (std::size_t i = 0; i < near.size(); ++i)
-      for (std::size_t j = i + 1; j < near.size(); ++j) crossings(piece, n, near[i], near[j], report);
+  HoleClimber(const BallIndex& index, const Piece& triangle, const Vector3d& about, double reach) : index_(index), triangle_(triangle) {
+    index.tree.searchWithin(about, reach * reach, [&](std::size_t first, std::size_t count) {
+      for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
+    });
+    normal_ = (triangle.corner[1] - triangle.corner[0]).cross(triangle.corner[2] - triangle.corner[0]).normalized();
   }
 
- private:
+  // The point about `p` that is as far from the three balls nearest to it; `p` itself if there is none in the triangle.
+  Vector3d climb(Vector3d p) const {
+    double depth = gap(p);
+    for (int round = 0; round < 3 && near_.size() >= 3; ++round) {
+      const Vector3d q = equidistant(p, threeNearest(p));
+      if (!q.allFinite() || !holds(q)) break;
+      const double g = gap(q);
+      if (!(g > depth)) break;
+      p = q, depth = g;
+    }
+    return p;
+  }
+
   double gap(const Vector3d& p) const {
     double least = std::numeric_limits<double>::infinity();
     for (const std::uint32_t slot : near_) least = std::min(least, (p - index_.balls[slot].centre).norm() - index_.balls[slot].radius);
     return least;
   }
-  // Reports the deepest point of the hole at `p`: as far from three balls, again and again with the three nearest there.
-  template <class Report>
-  void climb(const Piece& piece, const Vector3d& n, Vector3d p, Report report) const {
-    double depth = gap(p);
-    for (int round = 0; round < 3 && near_.size() >= 3; ++round) {
-      const Vector3d q = equidistant(p, n, threeNearest(p));
-      if (!q.allFinite() || !holds(piece, n, q)) break;
-      const double g = gap(q);
-      if (!(g > depth)) break;
-      p = q, depth = g;
-    }
-    depth = nearestOfAll(p, depth);
-    if (depth > tolerance_) report(p, depth);
-  }
-  // A ball that does not touch the piece may be nearer to a point of it than all that do.
-  double nearestOfAll(const Vector3d& p, double depth) const {
-    index_.tree.searchWithin(p, std::max(0.0, depth) * depth, [&](std::size_t first, std::size_t count) {
-      for (std::size_t s = first; s < first + count; ++s)
-        depth = std::min(depth, (p - index_.balls[s].centre).norm() - index_.balls[s].radius);
-    });
-    return depth;
-  }
+
+ private:
   std::array<std::uint32_t, 3> threeNearest(const Vector3d& p) const {
     std::array<std::uint32_t, 3> slots{};
     std::array<double, 3> gaps;
@@ -236,74 +230,14 @@ class HoleFinder {
     }
     return slots;
   }
-
-  // The deepest point of each stretch of a side that no ball holds.
-  template <class Report>
-  void alongSide(const Piece& piece, const Vector3d& n, const Vector3d& a, const Vector3d& b, Report report) {
-    const Vector3d d = b - a;
-    const double aa = d.squaredNorm();
-    if (!(aa > 0)) return;
-    spans_.clear();
-    for (const std::uint32_t slot : near_) {
-      const Ball& ball = index_.balls[slot];
-      const Vector3d m = a - ball.centre;
-      const double half_b = m.dot(d), c = m.squaredNorm() - ball.radius * ball.radius, disc = half_b * half_b - aa * c;
-      if (!(disc > 0)) continue;
-      const double root = std::sqrt(disc);
-      if (-half_b + root > 0 && -half_b - root < aa) spans_.push_back({(-half_b - root) / aa, (-half_b + root) / aa});
-    }
-    std::sort(spans_.begin(), spans_.end());
-    spans_.push_back({1.0, 1.0});
-    double reached = 0;
-    for (const auto& [from, to] : spans_) {
-      if (from > reached) {
-        constexpr int kSteps = 8;
-        double best = 0, best_t = reached;
-        for (int k = 0; k <= kSteps; ++k) {
-          const double t = reached + (std::min(from, 1.0) - reached) * k / kSteps, g = gap(a + t * d);
-          if (g > best) best = g, best_t = t;
-        }
-        climb(piece, n, a + best_t * d, report);
-      }
-      reached = std::max(reached, to);
-    }
-  }
-
-  // Where the discs of two balls cross inside the piece and outside every other ball, a hole begins: go to its deepest point.
-  template <class Report>
-  void crossings(const Piece& piece, const Vector3d& n, std::uint32_t i, std::uint32_t j, Report report) const {
-    const Ball &a = index_.balls[i], &b = index_.balls[j];
-    const double height_a = (a.centre - piece.corner[0]).dot(n), height_b = (b.centre - piece.corner[0]).dot(n);
-    const double ra2 = a.radius * a.radius - height_a * height_a, rb2 = b.radius * b.radius - height_b * height_b;
-    if (!(ra2 > 0) || !(rb2 > 0)) return;
-    const Vector3d ca = a.centre - height_a * n, cb = b.centre - height_b * n;
-    const double d2 = (cb - ca).squaredNorm();
-    if (!(d2 > 0)) return;
-    const double along = 0.5 * (1 + (ra2 - rb2) / d2);  // foot of the common chord, as a share of the way from ca to cb
-    const double half2 = ra2 - along * along * d2;
-    if (!(half2 > 0)) return;
-    const Vector3d foot = ca + along * (cb - ca), chord = n.cross(cb - ca) * std::sqrt(half2 / d2);
-    for (const double sign : {1.0, -1.0}) {
-      const Vector3d p = foot + sign * chord;
-      if (!holds(piece, n, p)) continue;
-      bool open = true;
-      for (const std::uint32_t slot : near_)
-        open = open && (slot == i || slot == j ||
-                        (p - index_.balls[slot].centre).squaredNorm() > index_.balls[slot].radius * index_.balls[slot].radius);
-      // If the hole reaches beyond the piece, its deepest point may lie there: then at least a point just inside the hole is reported.
-      if (open) climb(piece, n, p + (2 * sign * tolerance_) * chord.normalized(), report);
-    }
-  }
-
-  static bool holds(const Piece& piece, const Vector3d& n, const Vector3d& p) {
+  bool holds(const Vector3d& p) const {
     for (std::size_t k = 0; k < 3; ++k)
-      if ((piece.corner[(k + 1) % 3] - piece.corner[k]).cross(p - piece.corner[k]).dot(n) < 0) return false;
+      if ((triangle_.corner[(k + 1) % 3] - triangle_.corner[k]).cross(p - triangle_.corner[k]).dot(normal_) < 0) return false;
     return true;
   }
-
   // Newton's method in the plane for the point with the same gap to three balls.
-  Vector3d equidistant(Vector3d p, const Vector3d& n, const std::array<std::uint32_t, 3>& slots) const {
-    const Vector3d u = n.unitOrthogonal(), v = n.cross(u);
+  Vector3d equidistant(Vector3d p, const std::array<std::uint32_t, 3>& slots) const {
+    const Vector3d u = normal_.unitOrthogonal(), v = normal_.cross(u);
     for (int step = 0; step < 6; ++step) {
       std::array<Vector3d, 3> slope;
       std::array<double, 3> g;
@@ -323,9 +257,9 @@ class HoleFinder {
   }
 
   const BallIndex& index_;
-  double tolerance_;
-  std::span<const std::uint32_t> near_;
-  std::vector<std::pair<double, double>> spans_;
+  const Piece& triangle_;
+  std::vector<std::uint32_t> near_;
+  Vector3d normal_;
 };
 
 }  // namespace
@@ -348,18 +282,10 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   const double margin = roundingMargin(mesh, origin);
   const std::size_t triangles = mesh.triangles.size();
   const std::size_t chunks = (triangles + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  // First the depth of the deepest hole, so that no ball grows more than that asks for.
-  std::vector<std::uint32_t> all(triangles);
-  std::iota(all.begin(), all.end(), 0u);
-  std::vector<Ball> in_mesh_frame = stored;
-  for (Ball& b : in_mesh_frame) b.centre += origin;
-  double largest_gap = 0;
-  for (const CoverGap& gap : findCoverGaps(mesh, all, in_mesh_frame, 0.5 * resolution, progress))
-    largest_gap = std::max(largest_gap, gap.gap);
-
-  // Then the proof: every piece in one ball, grown by no more than the largest gap asks for. A piece that growth would close is
-  // split a little further first: most such pieces lie in two balls that both need none.
-  const double allowed = largest_gap + resolution, fine = 50 * resolution;
+  // Branch and bound for the deepest hole is the proof at once: a piece is done when no point of it can have a gap worth more than the
+  // deepest found so far, and the growth that this bound asks for holds it. A piece that growth would close is split a little further
+  // first: most such pieces lie in two balls that both need none.
+  const double fine = 50 * resolution;
   struct Part {
     std::vector<Growth> growth;
     std::size_t pieces = 0;
@@ -369,15 +295,18 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
     progress.check();
     Splitter splitter(index, margin);
     Part& part = parts[chunk];
+    double deepest = 0;  // gap found in this chunk
     for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(triangles, (chunk + 1) * kTrianglesAChunk); ++t)
       splitter.run(
           pieceOf(mesh, t, origin), [&] { ++part.pieces; },
           [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
             if (side > fine) return false;
             Growth growth = leastGrowth(index, piece, near);
+            if (growth.more > (1 + kRelative) * deepest + resolution) {
+              deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
+              if (growth.more > (1 + kRelative) * deepest + resolution) return false;
+            }
             growth.need += margin;
-            const double more = growth.need - index.balls[growth.slot].radius;
-            if (side > std::max(resolution, kRelative * more) && more > allowed) return false;
             part.growth.push_back(growth);
             ++part.pieces;
             return true;
@@ -411,15 +340,30 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     progress.check();
     Splitter splitter(index, 0);
-    HoleFinder finder(index, tolerance);
-    for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i)
+    for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
+      const Piece triangle = pieceOf(mesh, triangles[i], Vector3d::Zero());
+      std::vector<CoverGap>& found = parts[chunk];
+      const std::size_t first = found.size();
       splitter.run(
-          pieceOf(mesh, triangles[i], Vector3d::Zero()), [] {},
+          triangle, [] {},
           [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
-            if (near.size() > kMostForHoles && side > tolerance) return false;
-            finder.run(piece, near, [&](const Vector3d& p, double gap) { parts[chunk].push_back({p, gap, triangles[i]}); });
+            const double most = leastGrowth(index, piece, near).more;
+            if (most <= tolerance) return true;
+            Vector3d p = centroidOf(piece);
+            for (std::size_t k = first; k < found.size(); ++k)
+              if (most <= kDeepEnough * found[k].gap && (p - found[k].point).norm() <= kNearby * found[k].gap) return true;
+            double gap = gapAt(index, p, most);
+            if (side > 0.5 * tolerance && gap < kDeepEnough * most) return false;
+            if (gap <= tolerance) return true;
+            for (const Vector3d& corner : piece.corner)
+              if (const double g = gapAt(index, corner, most); g > gap) p = corner, gap = g;
+            const HoleClimber climber(index, triangle, p, 2 * gap);
+            const Vector3d q = climber.climb(p);
+            if (const double g = gapAt(index, q, climber.gap(q)); g > gap) p = q, gap = g;
+            found.push_back({p, gap, triangles[i]});
             return true;
           });
+    }
   });
   std::vector<CoverGap> gaps;
   for (const auto& part : parts) gaps.insert(gaps.end(), part.begin(), part.end());

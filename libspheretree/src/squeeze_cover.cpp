@@ -31,7 +31,6 @@ constexpr std::uint64_t kTabu = 8;            // moves for which a ball that gav
 constexpr int kGapRounds = 16;                // of reaching a goal and sampling what it left uncovered
 constexpr std::size_t kMostAppended = 300;    // samples behind the index before it is made anew
 constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
-constexpr double kGapTolerance = 0.01;        // uncovered by less than this share of the stand-off is left to the certificate
 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
@@ -230,7 +229,8 @@ class Squeezer {
 // Uncovered points of the mesh as new samples, no two closer than a share of the width of a patch.
 class GapSampler {
  public:
-  GapSampler(const TriangleMesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing), all_(mesh.triangles.size()) {
+  GapSampler(const TriangleMesh& mesh, double spacing, double tolerance)
+      : mesh_(mesh), spacing_(spacing), tolerance_(tolerance), all_(mesh.triangles.size()) {
     std::iota(all_.begin(), all_.end(), 0u);
     std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
     for (std::size_t t = 0; t < boxes.size(); ++t)
@@ -254,7 +254,7 @@ class GapSampler {
     }
     std::vector<Ball> grown(balls.begin(), balls.end());
     for (Ball& b : grown) b.radius += h;
-    std::vector<CoverGap> gaps = findCoverGaps(mesh_, was.empty() ? all_ : near, grown, kGapTolerance * h, progress);
+    std::vector<CoverGap> gaps = findCoverGaps(mesh_, was.empty() ? all_ : near, grown, tolerance_ * h, progress);
     std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
     std::set<std::array<std::int64_t, 3>> taken;
     std::vector<Vector3d> points;
@@ -267,7 +267,7 @@ class GapSampler {
 
  private:
   const TriangleMesh& mesh_;
-  double spacing_;
+  double spacing_, tolerance_;  // the latter as a share of the stand-off
   std::vector<std::uint32_t> all_;
   BoxTree triangles_;
 };
@@ -278,7 +278,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
                     const SqueezeSettings& settings, Progress& progress) {
   std::mt19937_64 random(settings.seed);
   std::uint64_t work = 0;
-  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())));
+  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())), settings.gap_tolerance);
   auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random(), work);
 
   // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.

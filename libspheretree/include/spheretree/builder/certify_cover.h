@@ -38,9 +38,9 @@ struct CoverGap {
   std::uint32_t triangle;
 };
 
-/// The places of `triangles` where the gap is largest, one or a few for each hole: at corners, on sides, and at the points as far from
-/// three balls. Holes no deeper than `tolerance` [mm] are left out. A search, not a proof: certifyCover proves.
-/// Sorted by triangle. Deterministic for any number of threads.
+/// Points that stand for all holes deeper than 2 `tolerance` [mm] (> 0): where a triangle has such a gap g, one of its points found has
+/// a gap G >= g / 2, within 2 G of there or at the very place. Each has a gap above `tolerance`. By branch and bound, so that no hole is
+/// missed (but for rounding). Sorted by triangle. Deterministic for any number of threads.
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
                                     double tolerance, Progress& progress);
 

@@ -18,6 +18,7 @@ struct SqueezeSettings {
   std::uint64_t work = 100'000'000;  // triangles and points that refits look at before the search ends: bounds its time on any mesh
   int failures = 4;                  // goals given up, each halves the step, before the search ends; >= 0
   double gap_spacing = 0.03;         // new samples are this far apart, as a share of the width of a patch; > 0
+  double gap_tolerance = 0.02;       // holes shallower than this share of the stand-off may be left to the certificate; > 0
   std::uint64_t seed = 1;
 };
 
