@@ -19,9 +19,9 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
-constexpr double kRelative = 0.1;          // share of a growth to which it is the least: without it, pieces grow as the square of a hole
-constexpr double kDeepEnough = 0.5;        // a point with this share of a gap stands for the gap ...
-constexpr double kNearby = 2;              // ... as far as that many times its own from it
+constexpr double kRelative = 0.1;    // share of a growth to which it is the least: without it, pieces grow as the square of a hole
+constexpr double kDeepEnough = 0.5;  // a point with this share of a gap stands for the gap ...
+constexpr double kNearby = 2;        // ... as far as that many times its own from it
 
 struct Piece {
   std::array<Vector3d, 3> corner;

@@ -278,7 +278,8 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
                     const SqueezeSettings& settings, Progress& progress) {
   std::mt19937_64 random(settings.seed);
   std::uint64_t work = 0;
-  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())), settings.gap_tolerance);
+  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())),
+                     settings.gap_tolerance);
   auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random(), work);
 
   // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
