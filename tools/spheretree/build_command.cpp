@@ -11,9 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "builder_names.h"
 #include "command.h"
+#include "sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
-#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
@@ -26,30 +27,12 @@ using builder::BuilderKind;
 using builder::Quality;
 using Json = nlohmann::ordered_json;
 
-constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,   BuilderKind::Burst, BuilderKind::Expand,
-                               BuilderKind::Spawn, BuilderKind::Grid,     BuilderKind::Hubbard, BuilderKind::Octree};
-constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand, BuilderKind::Spawn, BuilderKind::Grid};
-constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
-
 struct BuildOptions {
   std::filesystem::path input, output, report;
   std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
 };
-
-template <class Kinds>
-std::vector<std::string> namesOf(const Kinds& kinds) {
-  std::vector<std::string> names;
-  for (const auto kind : kinds) names.emplace_back(name(kind));
-  return names;
-}
-
-/// CLI11 has checked that `text` is one of the names.
-template <class Kinds>
-auto byName(const Kinds& kinds, const std::string& text) {
-  return *std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
-}
 
 double unitInMm(const std::string& unit) {
   if (unit == "cm") return 10;
@@ -143,32 +126,6 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
   }
 }
 
-std::string counted(std::size_t count, const char* thing) { return std::to_string(count) + " " + thing + (count == 1 ? "" : "s"); }
-
-/// The mesh as the builders need it, with a note for each change; else refused.
-TriangleMesh sound(TriangleMesh mesh, const BuildOptions& options, std::vector<std::string>& notes) {
-  const builder::MeshReport report = builder::checkMesh(mesh);
-  const bool turns = options.repair == "auto" && report.fixable() && !report.clean();
-  if (!report.clean() && !turns) {
-    std::string message = options.input.string() + ": the mesh is refused:\n" + report.summary();
-    while (message.back() == '\n') message.pop_back();
-    if (options.repair == "auto")
-      message += "\nThis version repairs nothing but surfaces that are inside out.";
-    else if (report.fixable())
-      message += "\n--repair auto turns it.";
-    throw builder::BuildError(message);
-  }
-  if (turns) {
-    notes.push_back("inside out and turned: " + counted(report.count(builder::DefectKind::InsideOut), "component") + ".");
-    mesh = builder::orientOutward(std::move(mesh), report);
-  }
-  if (report.buriedComponents() > 0) {
-    notes.push_back("left out, since within solid matter they bound nothing: " + counted(report.buriedComponents(), "component") + ".");
-    mesh = builder::withoutBuried(mesh, report);
-  }
-  return mesh;
-}
-
 int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   checkOptions(options);
   options.settings.builder = byName(kBuilders, options.builder);
@@ -183,7 +140,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   std::vector<std::string> notes = std::move(file.notes);
   progress.check();
   progress.stage("check");
-  mesh = sound(std::move(mesh), options, notes);
+  mesh = soundMesh(std::move(mesh), options.input.string(), options.repair == "auto", notes);
   if (!quiet)
     for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
   progress.check();

@@ -5,11 +5,11 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "command.h"
+#include "evaluation_json.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
@@ -22,8 +22,6 @@
 
 namespace spheretree::tool {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct EvaluateOptions {
   std::filesystem::path mesh, tree;
@@ -40,38 +38,6 @@ SphereTree readTree(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = formats::readFile(path);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return ending == ".sph" ? formats::parseSph(text, path.string()) : formats::parseTreeJson(text, path.string());
-}
-
-Json toJson(const builder::Evaluation& evaluation) {
-  const auto point = [](const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; };
-  Json out;
-  out["schema"] = "spheretree.evaluation/1";
-  out["diagonal_mm"] = evaluation.diagonal;
-  out["tolerance_mm"] = evaluation.tolerance;
-  out["levels"] = Json::array();
-  for (const builder::LevelEvaluation& level : evaluation.levels) {
-    const builder::Overhang& overhang = level.overhang;
-    Json line;
-    line["level"] = level.level;
-    line["spheres"] = level.spheres;
-    line["overhang_mm"] = {{"max", overhang.max}, {"bound", overhang.bound}, {"p99", overhang.p99}, {"mean", overhang.mean}};
-    if (overhang.max > 0) line["worst_overhang_at_mm"] = point(overhang.worst_point);
-    line["uncovered_fraction"] = level.coverage.uncovered_fraction;
-    line["max_gap_mm"] = level.coverage.max_gap;
-    line["max_gap_bound_mm"] = level.coverage.max_gap_bound;
-    if (level.coverage.max_gap > 0) line["worst_gap_at_mm"] = point(level.coverage.worst_point);
-    line["excess_volume_fraction"] = level.excess_volume_fraction;
-    line["missing_volume_fraction"] = level.missing_volume_fraction;
-    out["levels"].push_back(line);
-  }
-  const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
-  out["hierarchy"] = {{"leaves", hierarchy.leaves},
-                      {"leaves_outside_ancestor", hierarchy.leaves_outside_ancestor},
-                      {"leaves_outside_ancestor_cover", hierarchy.leaves_outside_ancestor_cover}};
-  if (evaluation.limits)
-    out["limit_mm"] = {
-        {"h_fin", evaluation.limits->h_fin}, {"h_low", evaluation.limits->h_low}, {"h_low_in_range", evaluation.limits->h_low_in_range}};
-  return out;
 }
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
@@ -134,7 +100,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }
   if (options.json)
-    std::cout << toJson(evaluation).dump(2) << '\n';
+    std::cout << evaluationJson(evaluation).dump(2) << '\n';
   else
     printText(options, mesh.triangles.size(), evaluation);
   return kExitOk;
