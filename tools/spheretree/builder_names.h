@@ -14,8 +14,9 @@ namespace spheretree::tool {
 using builder::BuilderKind;
 using builder::Quality;
 
-inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,   BuilderKind::Burst, BuilderKind::Expand,
-                               BuilderKind::Spawn, BuilderKind::Grid,     BuilderKind::Hubbard, BuilderKind::Octree};
+inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,
+                                      BuilderKind::Burst, BuilderKind::Expand,   BuilderKind::Spawn,
+                                      BuilderKind::Grid,  BuilderKind::Hubbard,  BuilderKind::Octree};
 inline constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand, BuilderKind::Spawn, BuilderKind::Grid};
 inline constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
 
