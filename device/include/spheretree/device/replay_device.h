@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Poses that are given beforehand: nobody feels the wrench.
+#pragma once
+
+#include <vector>
+
+#include "spheretree/device/device.h"
+
+namespace spheretree::device {
+
+class ReplayDevice final : public Device {
+ public:
+  /// One pose for each servo step, as formats::readTrajectory() reads them. They reach the renderer to the bit.
+  /// @throws DeviceError Refused if there is none.
+  explicit ReplayDevice(std::vector<Configuration> poses);
+  ~ReplayDevice() override { stop(); }
+
+ private:
+  void begin(Clock) override { next_ = 0; }
+  bool advance() noexcept override;
+
+  std::vector<Configuration> poses_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace spheretree::device

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/formats/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <charconv>
+#include <string>
+
+#include "spheretree/formats/errors.h"
+#include "support/random.h"
+
+namespace spheretree::formats {
+namespace {
+
+const std::string kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
+
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+std::string messageOf(const std::string& text) {
+  try {
+    parseTrajectory(text, "in.csv");
+  } catch (const FormatError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Trajectory, ReadsPosesInOrder) {
+  const auto poses = parseTrajectory(kHeader + "5,1,2,3,1,0,0,0\r\n5.001,-1e-3,0,+4,0,0.6,0,0.8\n\n", "in.csv");
+  ASSERT_EQ(poses.size(), 2u);
+  EXPECT_EQ(poses[0].position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(poses[1].position, Eigen::Vector3d(-1e-3, 0, 4));
+  EXPECT_EQ(poses[1].orientation.x(), 0.6);
+  EXPECT_EQ(poses[1].orientation.z(), 0.8);
+}
+
+TEST(Trajectory, NormalisesWhatIsNearlyUnit) {
+  const auto poses = parseTrajectory(kHeader + "0,0,0,0,0.7071,0.7071,0,0\n", "in.csv");
+  EXPECT_NEAR(poses[0].orientation.norm(), 1, 1e-15);
+}
+
+TEST(Trajectory, RecordingReplaysToTheBit) {
+  test::Random random(1);
+  std::string text = "tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,fx_n\n";
+  std::vector<Configuration> sent;
+  for (int n = 0; n < 10'000; ++n) {
+    Configuration q = moved({random.inCube(500), rotationOf(random.inCube(2))}, {random.inCube(1), random.inCube(3)});
+    text += std::to_string(n) + "," + shortest(n * 1e-3);
+    for (const double v :
+         {q.position.x(), q.position.y(), q.position.z(), q.orientation.w(), q.orientation.x(), q.orientation.y(), q.orientation.z()})
+      (text += ',') += shortest(v);
+    text += ",7,nan\n";
+    sent.push_back(q);
+  }
+  const auto poses = parseTrajectory(text, "in.csv");
+  ASSERT_EQ(poses.size(), sent.size());
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    ASSERT_EQ(poses[n].position, sent[n].position) << n;
+    for (int k = 0; k < 4; ++k)
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(poses[n].orientation.coeffs()[k]),
+                std::bit_cast<std::uint64_t>(sent[n].orientation.coeffs()[k]))
+          << n;
+  }
+}
+
+TEST(Trajectory, RefusesWithLineAndColumn) {
+  const std::string row = "0,0,0,0,1,0,0,0\n";
+  const std::pair<std::string, std::string> cases[] = {
+      {"", "empty"},
+      {"x,y\n" + row, "line 1: the header is \"x,y\""},
+      {"t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,more\n", "line 1: the header"},
+      {"t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy\n", "no column hqz"},
+      {kHeader, "no row"},
+      {kHeader + "0,0,0,0,1,0,0\n", "line 2: 7 fields, the header has 8"},
+      {kHeader + "0,0,0,0,1,0,0,0,\n", "line 2: 9 fields"},
+      {kHeader + row + "0.001,0,zero,0,1,0,0,0\n", "line 3: column 3 (y_mm) is \"zero\""},
+      {kHeader + "0,0,0,0,1,0,0,nan\n", "column 8 (qz) is \"nan\""},
+      {kHeader + "0,inf,0,0,1,0,0,0\n", "column 2 (x_mm) is \"inf\""},
+      {kHeader + "0,2e7,0,0,1,0,0,0\n", "column 2 (x_mm) is \"2e7\""},
+      {kHeader + "0,0,0,0,,0,0,0\n", "column 5 (qw) is \"\""},
+      {kHeader + "0,0,0,0,1,1,0,0\n", "has length 1.414"},
+      {kHeader + "0,0,0,0,0,0,0,0\n", "has length 0"},
+      {kHeader + row + "0.002,0,0,0,1,0,0,0\n", "line 3: t_s is 0.002, the servo step is at 0.001"},
+      {kHeader + row + "0,0,0,0,1,0,0,0\n", "line 3: t_s is 0"},
+  };
+  for (const auto& [text, expected] : cases)
+    EXPECT_NE(messageOf(text).find(expected), std::string::npos) << text << "gave: " << messageOf(text);
+}
+
+TEST(Trajectory, MissingFileIsAFileError) { EXPECT_THROW(readTrajectory("/nowhere/in.csv"), FileError); }
+
+}  // namespace
+}  // namespace spheretree::formats
