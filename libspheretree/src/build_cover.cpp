@@ -58,7 +58,9 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
   progress.check();
   std::vector<Ball> pool = voronoiBalls(points, field);
   progress.check();
-  const std::vector<Ball> touching = shrinkingBalls(thinned(samples, effort.touching_samples), field);
+  // In a solid thinner than the spacing of the samples Voronoi vertices fail: they lie outside.
+  const bool thin = pool.size() < samples.size() / 2;
+  const std::vector<Ball> touching = shrinkingBalls(thinned(samples, thin ? samples.size() : effort.touching_samples), field);
   pool.insert(pool.end(), touching.begin(), touching.end());
   return pool;
 }

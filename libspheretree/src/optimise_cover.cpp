@@ -364,7 +364,7 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
     tbb::parallel_for(std::size_t{0}, now.size(), [&](std::size_t b) {
       const auto patch = patches.patch(b);
       if (patch.empty()) return;
-      const double width = std::sqrt(std::max(0.0, reach * (2 * now[b].radius + reach)));
+      const double width = std::sqrt(reach * (2 * std::max(now[b].radius, 0.0) + reach));
       const Refit refit = refitBall(field, patch, now[b].centre, now[b].radius, 0.2 * width, 12);
       now[b] = {refit.centre, refit.clearance};
     });

@@ -29,15 +29,17 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
-  std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
+  std::array<Vector3d, kMostNear> near;       // touching points seen; the oldest goes first
+  std::array<double, kMostNear> away;         // 1: the clearance grows away from it; -1: towards it, seen from outside
   std::size_t near_count = 0, near_next = 0;
-  const auto remember = [&](const Vector3d& s) {
+  const auto remember = [&](const Vector3d& s, bool inside) {
     near[near_next] = s;
+    away[near_next] = inside ? 1 : -1;
     near_next = (near_next + 1) % kMostNear;
     near_count = std::min(near_count + 1, kMostNear);
   };
   if (best.stand_off <= enough) return best;
-  remember(field.nearest(start, clearance * (1 + 1e-9) + 1e-300).point);
+  remember(field.nearest(start, std::abs(clearance) * (1 + 1e-9) + 1e-300).point, clearance > 0);
 
   std::array<Vector3d, kMostFar> pull;
   std::array<Vector3d, kMostNear> push;
@@ -53,7 +55,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     }
     for (std::size_t k = 0; k < near_count; ++k) {
       const double d = (best.centre - near[k]).norm();
-      if (d <= best.clearance + 0.5 * step && d > 0) push[pushes++] = (best.centre - near[k]) / d;
+      if (d <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
     }
     if (pulls == 0 || pushes == 0) break;
     // Shortest vector of conv(pull) - conv(push).
@@ -84,10 +86,12 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
       continue;
     }
     const NearestPoint touch = field.nearest(trial, limit * (1 + 1e-9) + 1e-300);
-    remember(touch.point);
+    const bool inside = field.isInside(trial, touch);
+    const double trial_clearance = inside ? touch.distance : -touch.distance;
+    remember(touch.point, inside);
     best.work += touch.tested;
-    if (trial_reach - touch.distance < best.stand_off && field.isInside(trial, touch)) {
-      best = {trial, touch.distance, trial_reach - touch.distance, best.work};
+    if (trial_reach - trial_clearance < best.stand_off) {
+      best = {trial, trial_clearance, trial_reach - trial_clearance, best.work};
       reach = trial_reach;
       step *= 1.3;
     } else {

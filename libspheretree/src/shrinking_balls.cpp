@@ -23,8 +23,12 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
   const double vanishing = 1e-7 * field.diagonal();
   Vector3d c = point + r * inward;
   for (int round = 0; round < kMostRounds; ++round) {
-    const NearestPoint touch = field.nearest(c, r * (1 - kClose));
-    if (!std::isfinite(touch.distance)) return {c, std::max(0.0, -field.signedDistance(c))};
+    NearestPoint touch = field.nearest(c, r * (1 - kClose));
+    if (!std::isfinite(touch.distance)) {
+      // Empty enough; but a solid thinner than that share of the radius may lie between the centre and the point.
+      const double depth = -field.signedDistance(c, &touch);
+      if (depth > 0) return {c, depth};
+    }
     const Vector3d to = touch.point - point;
     const double along = to.dot(inward);
     if (!(along > 0)) break;  // rounding: the point lies in the tangent plane

@@ -185,7 +185,7 @@ class Squeezer {
     patch_samples_.push_back(s);
     double cost = 0;
     for (int round = 0;; ++round) {
-      const double width = std::sqrt(goal_ * (2 * trial.radius + goal_));
+      const double width = std::sqrt(goal_ * (2 * std::max(trial.radius, 0.0) + goal_));
       const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
       trial = {refit.centre, refit.clearance};
       work_ += refit.work;

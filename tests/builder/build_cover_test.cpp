@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,14 @@ double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   return most;
 }
 
+// A sheet 1e-5 as thick as it is wide: its medial balls are smaller than any spacing of samples, and centres may as well lie outside.
+TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
+  const double width = 10, thickness = 1e-4;
+  const LevelBalls levels = build(test::boxMesh({0, 0, 0}, {width, width, thickness}), quick(3, 8));
+  const double hexagonal = std::sqrt(2 / (3 * std::sqrt(3.0)) * width * width / 64);  // radius of 64 discs in the densest grid
+  for (const Ball& b : levels.balls[2]) EXPECT_LT(b.radius, 1.6 * hexagonal);
+}
+
 TEST(BuildCover, LevelsFillTheBudgetStandOffAlikeAndCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const LevelBalls levels = build(mesh, quick(4, 4));
@@ -49,7 +58,7 @@ TEST(BuildCover, LevelsFillTheBudgetStandOffAlikeAndCover) {
     EXPECT_EQ(levels.balls[level].size(), most);
     const double h = standOff(mesh, levels.balls[level]);
     EXPECT_LT(h, above);
-    EXPECT_LE(test::largestGap(points, levels.balls[level]), 0.02 * h);
+    EXPECT_LE(test::largestGap(points, levels.balls[level]), 0.08 * h) << "twice the gap that `quick` leaves to the certificate";
     above = h;
   }
 }

@@ -31,6 +31,13 @@ TEST(ShrinkingBalls, BoxGivesTheClosedForm) {
   EXPECT_GT(checked, 1900);
 }
 
+TEST(ShrinkingBalls, ASheetGivesBallsOfHalfItsThickness) {
+  for (const double thickness : {1e-1, 1e-3, 1e-5}) {
+    const DistanceField field(test::boxMesh({0, 0, 0}, {10, 10, thickness}));
+    EXPECT_NEAR(shrinkingBall(field, {4, 7, thickness}, {0, 0, 1}).radius, thickness / 2, 2e-3 * thickness);
+  }
+}
+
 TEST(ShrinkingBalls, TouchTheSurfaceAtTheSampleAndAreInscribed) {
   const TriangleMesh torus = test::torusMesh(5, 2, 24, 12);
   const DistanceField field(torus);
