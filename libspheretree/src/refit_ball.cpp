@@ -29,8 +29,8 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
-  std::array<Vector3d, kMostNear> near;       // touching points seen; the oldest goes first
-  std::array<double, kMostNear> away;         // 1: the clearance grows away from it; -1: towards it, seen from outside
+  std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
+  std::array<double, kMostNear> away;    // 1: the clearance grows away from it; -1: towards it, seen from outside
   std::size_t near_count = 0, near_next = 0;
   const auto remember = [&](const Vector3d& s, bool inside) {
     near[near_next] = s;
