@@ -8,12 +8,12 @@
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/nearest_word.h"
 #include "text_scan.h"
 
 namespace spheretree::formats {
@@ -30,22 +30,6 @@ inline nlohmann::json parseJson(std::string_view text, const JsonSource& source)
   } catch (const nlohmann::json::exception& error) {
     throw FormatError(source.name + ": is not JSON: " + error.what());
   }
-}
-
-/// Letters to insert, drop or change until `a` is `b` (Levenshtein).
-inline std::size_t editDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
 }
 
 /// Refers to the value and the source, which must outlive it.
@@ -74,10 +58,7 @@ class JsonElement {
       const std::string& key = item.key();
       if (std::find(known.begin(), known.end(), key) != known.end()) continue;
       const std::string_view shown = std::string_view(key).substr(0, 40);
-      const auto nearest = std::min_element(known.begin(), known.end(), [&](std::string_view a, std::string_view b) {
-        return editDistance(shown, a) < editDistance(shown, b);
-      });
-      fail("has the unknown key " + inQuotes(key) + "; the nearest known one is \"" + std::string(*nearest) + "\"");
+      fail("has the unknown key " + inQuotes(key) + "; the nearest known one is \"" + std::string(nearestWord(shown, known)) + "\"");
     }
   }
 

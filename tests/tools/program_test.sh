@@ -66,11 +66,14 @@ case_help() {
 
 case_usage() {
   expect 2
-  expect 2 no-such-verb
+  expect 2 biuld
+  says "unknown verb 'biuld'; the nearest is 'build'" err
   expect 2 build
   expect 2 build mesh.obj
   expect 2 inspect
   expect 2 inspect a.stree --no-such-option
+  expect 2 build mesh.obj --qualty quick
+  says "unknown option '--qualty' of build; the nearest is '--quality'" err
   write_tetrahedron mesh.obj
   for bad in "--levels 1" "--levels 7" "--levels x" "--branching 9" "--builder best" "--quality good" "--unit km" "--tolerance 0" \
     "--tolerance -1" "--tolerance nan" "--tolerance inf" "--tolerance 1mm" "--seed -1" "--seed 18446744073709551616" "--threads -1" "--repair wrap" \

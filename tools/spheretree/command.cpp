@@ -11,6 +11,7 @@
 #include "progress_bar.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/nearest_word.h"
 
 namespace spheretree::tool {
 namespace {
@@ -43,6 +44,30 @@ class InterruptGuard {
 int explain(int code, const std::string& message) {
   std::cerr << "spheretree: " << message << '\n';
   return code;
+}
+
+/// CLI11 names the first rule that is broken, often a missing argument, where the user mistyped a verb or an option. Empty if not so.
+std::string mistyped(const CLI::App& cli) {
+  std::vector<std::string> known;
+  const auto chosen = cli.get_subcommands();
+  if (chosen.empty()) {
+    const std::vector<std::string> rest = cli.remaining(true);
+    if (rest.empty()) return {};
+    if (rest.front().rfind('-', 0) == 0) return "unknown option '" + rest.front() + "'. See spheretree --help.";
+    for (const CLI::App* verb : cli.get_subcommands(nullptr)) known.push_back(verb->get_name());
+    return "unknown verb '" + rest.front() + "'; the nearest is '" + std::string(formats::nearestWord(rest.front(), known)) +
+           "'. See spheretree --help.";
+  }
+  const CLI::App& verb = *chosen.front();
+  for (const CLI::Option* option : verb.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& word : verb.remaining()) {
+    if (word.size() < 2 || word[0] != '-') continue;
+    const std::string name = word.substr(0, word.find('='));
+    return "unknown option '" + name + "' of " + verb.get_name() + "; the nearest is '" +
+           std::string(formats::nearestWord(name, known)) + "'. See spheretree " + verb.get_name() + " --help.";
+  }
+  return {};
 }
 
 /// A full disk or a closed pipe shows only when the buffer is written.
@@ -87,8 +112,11 @@ int runProgram(Program& program, int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return flushed(cli.exit(help));
   } catch (const CLI::ParseError& error) {
-    cli.exit(error);
-    return kExitUsage;
+    const std::string mistake = mistyped(cli);
+    const auto chosen = cli.get_subcommands();
+    const std::string help = "spheretree " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
+    const std::string rule = argc == 1 ? "a verb is required" : error.what();
+    return explain(kExitUsage, mistake.empty() ? rule + ". See " + help + "." : mistake);
   }
   try {
     return flushed(runVerb(program));
