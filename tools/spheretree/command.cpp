@@ -64,8 +64,8 @@ std::string mistyped(const CLI::App& cli) {
   for (const std::string& word : verb.remaining()) {
     if (word.size() < 2 || word[0] != '-') continue;
     const std::string name = word.substr(0, word.find('='));
-    return "unknown option '" + name + "' of " + verb.get_name() + "; the nearest is '" +
-           std::string(formats::nearestWord(name, known)) + "'. See spheretree " + verb.get_name() + " --help.";
+    return "unknown option '" + name + "' of " + verb.get_name() + "; the nearest is '" + std::string(formats::nearestWord(name, known)) +
+           "'. See spheretree " + verb.get_name() + " --help.";
   }
   return {};
 }

@@ -28,9 +28,8 @@ inline std::size_t editDistance(std::string_view a, std::string_view b) {
 /// The word of `known` (not empty) with the least edit distance to `word`; the first of several.
 template <class Words>
 std::string_view nearestWord(std::string_view word, const Words& known) {
-  return *std::min_element(std::begin(known), std::end(known), [&](std::string_view a, std::string_view b) {
-    return editDistance(word, a) < editDistance(word, b);
-  });
+  return *std::min_element(std::begin(known), std::end(known),
+                           [&](std::string_view a, std::string_view b) { return editDistance(word, a) < editDistance(word, b); });
 }
 
 }  // namespace spheretree::formats
