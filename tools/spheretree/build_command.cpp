@@ -85,7 +85,7 @@ Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const build
   out["settings"] = settings;
   out["settings_hash"] = toHex(builder::settingsHash(s));
   out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
-                 {"hash", toHex(builder::meshHash(mesh))},        {"diagonal_mm", result.tree.provenance.diagonal_mm},
+                 {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
                  {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
   out["notes"] = notes;
   out["nodes"] = result.tree.nodeCount();
