@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "spheretree/formats/errors.h"
 
@@ -130,38 +131,63 @@ void checkWritable(const std::filesystem::path& path) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
 }
 
-void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+struct WholeFile::State {
+  std::filesystem::path path, target, temporary;  // as asked for, links followed, what is written to; `temporary` empty: straight
+  Descriptor file;
+  bool keep_mode = false;
+  mode_t mode = 0;
+};
+
+WholeFile::WholeFile(const std::filesystem::path& path) {
   struct stat status {};
   const bool exists = statTarget(path, status);
-  if (exists && !S_ISREG(status.st_mode)) {
-    Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-    if (device.get() < 0) failWrite(path, errno);
-    if (const int error = writeAll(device.get(), bytes)) failWrite(path, error);
-    if (const int error = device.close()) failWrite(path, error);
+  if (exists && !S_ISREG(status.st_mode)) {  // a device or pipe
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (fd < 0) failWrite(path, errno);
+    state_.reset(new State{path, path, {}, Descriptor(fd), false, 0});
     return;
   }
-
   std::error_code unresolved;
   std::filesystem::path target = exists ? std::filesystem::canonical(path, unresolved) : path;
   if (unresolved) target = path;
   if (!target.has_filename()) failWrite(path, EISDIR);
   const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+  Temporary temporary = createTemporary(folder, path);
+  state_.reset(new State{path, std::move(target), std::move(temporary.path), Descriptor(temporary.fd), exists, status.st_mode});
+}
 
-  const Temporary temporary = createTemporary(folder, path);
-  Descriptor file(temporary.fd);
-  int error = writeAll(file.get(), bytes);
-  if (!error && exists && ::fchmod(file.get(), status.st_mode & 07777) != 0) error = errno;
-  if (!error && ::fsync(file.get()) != 0) error = errno;
-  const int close_error = file.close();
+WholeFile::~WholeFile() {
+  if (state_ && !state_->temporary.empty()) ::unlink(state_->temporary.c_str());
+}
+
+void WholeFile::append(std::span<const std::byte> bytes) {
+  if (const int error = writeAll(state_->file.get(), bytes)) failWrite(state_->path, error);
+}
+
+void WholeFile::append(std::string_view text) { append(std::as_bytes(std::span<const char>(text.data(), text.size()))); }
+
+void WholeFile::commit() {
+  State& s = *state_;
+  const bool straight = s.temporary.empty();
+  int error = 0;
+  if (!straight && s.keep_mode && ::fchmod(s.file.get(), s.mode & 07777) != 0) error = errno;
+  if (!straight && !error && ::fsync(s.file.get()) != 0) error = errno;
+  const int close_error = s.file.close();
   if (!error) error = close_error;
-  if (!error && ::rename(temporary.path.c_str(), target.c_str()) != 0) error = errno;
-  if (error) {
-    ::unlink(temporary.path.c_str());
-    failWrite(path, error);
-  }
+  if (!straight && !error && ::rename(s.temporary.c_str(), s.target.c_str()) != 0) error = errno;
+  if (error) failWrite(s.path, error);
+  if (straight) return;
+  s.temporary.clear();
   // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is whole.
+  const std::filesystem::path folder = s.target.has_parent_path() ? s.target.parent_path() : std::filesystem::path(".");
   const Descriptor folder_file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder_file.get() >= 0) ::fsync(folder_file.get());
+}
+
+void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  WholeFile file(path);
+  file.append(bytes);
+  file.commit();
 }
 
 void writeWhole(const std::filesystem::path& path, std::string_view text) {

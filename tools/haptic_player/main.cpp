@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// haptic-player: plays scenes, and runs the stability scenarios. Surface: docs/haptic_player.md
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "command.h"
+#include "play.h"
+#include "progress_bar.h"
+#include "spheretree/device/emergency_stop.h"
+#include "spheretree/formats/errors.h"
+#include "stability.h"
+
+namespace spheretree::player {
+namespace {
+
+using namespace spheretree::tool;
+
+struct Options {
+  PlaySettings play;
+  std::string device, mode = "constrained", clock = "real", scenario, out, quality = "standard", progress = "auto";
+  double share = 1, seconds = 0;
+  bool list = false, json = false, quiet = false;
+};
+
+/// Ctrl-C while something is built or measured: the emergency stop's flag, looked at whenever there is progress.
+class StoppableProgress : public ProgressBar {
+ public:
+  using ProgressBar::ProgressBar;
+  void stage(std::string_view name) override {
+    look();
+    ProgressBar::stage(name);
+  }
+  void advance(double fraction) override {
+    look();
+    ProgressBar::advance(fraction);
+  }
+
+ private:
+  void look() {
+    if (device::EmergencyStop::requested()) cancel();
+  }
+};
+
+int explain(int code, const std::string& message) {
+  std::cerr << "haptic-player: " << message << '\n';
+  return code;
+}
+
+int listScenarios() {
+  for (const Scenario& s : scenarios()) std::printf("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
+  return kExitOk;
+}
+
+int runBench(const Options& options, builder::Progress& progress) {
+  const std::vector<const Scenario*> chosen = selectScenarios(options.scenario);
+  if (!options.out.empty()) {
+    const std::filesystem::path folder(options.out);
+    if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
+      throw formats::FileError(options.out + ": is not a folder. Name another one.");
+  }
+  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, progress);
+  Bench bench{bodies, {options.share}, progress};
+  std::vector<ScenarioResult> results;
+  int short_of = 0;
+  std::printf("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
+  for (const Scenario* scenario : chosen) {
+    progress.stage(scenario->id + " " + scenario->title);
+    progress.check();
+    results.push_back(runScenario(*scenario, bench));
+    short_of += !holds(results.back().constrained);
+    std::fputs(tableRows(results.back()).c_str(), stdout);
+    std::fflush(stdout);
+  }
+  std::printf("%zu scenarios, %d fall short in constrained mode\n", results.size(), short_of);
+  if (!options.out.empty()) writeStability(options.out, results, options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard);
+  return short_of ? kExitTargetMissed : kExitOk;
+}
+
+void printSummary(const nlohmann::ordered_json& s) {
+  const auto& total = s["time_us"]["total"];
+  std::printf("%llu steps on %s, %s mode, %s clock: %s\n", static_cast<unsigned long long>(s["steps"].get<std::uint64_t>()),
+              s["device"].get<std::string>().c_str(), s["mode"].get<std::string>().c_str(), s["clock"].get<std::string>().c_str(),
+              s["end"].get<std::string>().c_str());
+  std::printf("step time [us]     median %.1f, p99 %.1f, p99.9 %.1f, max %.1f; %llu deadlines missed\n", total["median"].get<double>(),
+              total["p99"].get<double>(), total["p99_9"].get<double>(), total["max"].get<double>(),
+              static_cast<unsigned long long>(s["missed_deadlines"].get<std::uint64_t>()));
+  std::printf("penetration [mm]   %.4g\n", s["largest_penetration_mm"].get<double>());
+  std::printf("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(), s["wrench_step"]["force_n"].get<double>());
+  std::printf("energy [mJ]        smallest %.4g, final %.4g\n", s["energy_mj"]["smallest"].get<double>(), s["energy_mj"]["final"].get<double>());
+  std::printf("faults            ");
+  for (const auto& [name, count] : s["faults"].items())
+    std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
+  std::printf("\n");
+}
+
+int runPlay(Options& options, builder::Progress& progress) {
+  PlaySettings& play_settings = options.play;
+  const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
+  play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
+  if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
+  if (device == "phantom" && !play_settings.trajectory.empty()) throw UsageError("--trajectory is not for --device phantom: there the hand moves");
+  if (device == "phantom" && options.clock == "stepped") throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
+  play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
+  play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
+  if (options.seconds > 0) play_settings.seconds = options.seconds;
+  play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
+  nlohmann::ordered_json summary;
+  const PlayEnd end = play(play_settings, progress, summary);
+  if (options.json)
+    std::printf("%s\n", summary.dump(1).c_str());
+  else
+    printSummary(summary);
+  if (end == PlayEnd::DeviceFailed) return explain(kExitFile, "the device failed while running. Check its cable and power, then start again.");
+  return end == PlayEnd::Interrupted ? kExitInterrupted : kExitOk;
+}
+
+void addOptions(CLI::App& cli, Options& o) {
+  cli.name("haptic-player");
+  cli.set_version_flag("--version", kGenerator);
+  cli.footer(
+      "Examples:\n"
+      "  haptic-player --seconds 5                                       the built-in scene, a simulated hand\n"
+      "  haptic-player scene.json --trajectory path.csv --clock stepped --record run.csv --json\n"
+      "  haptic-player scene.json --device phantom\n"
+      "  haptic-player --scenario all --out stability\n"
+      "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
+      "  5 a scenario falls short of its figure, 130 interrupted.");
+  cli.add_option("SCENE", o.play.scene, "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar");
+  cli.add_option("--device", o.device, "simulated, replay or phantom; default simulated, or replay with --trajectory")
+      ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
+  cli.add_option("--trajectory", o.play.trajectory, "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
+  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")->check(CLI::IsMember({"constrained", "paper"}));
+  cli.add_option("--clock", o.clock, "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real")
+      ->check(CLI::IsMember({"real", "stepped"}));
+  cli.add_option("--seconds", o.seconds, "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
+      ->check(CLI::Range(0.001, 86400.0));
+  cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
+      ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; });
+  cli.add_option("--record", o.play.record, "Writes one row of CSV for each step");
+  cli.add_flag("--json", o.json, "Prints the summary as JSON");
+  cli.add_option("--scenario", o.scenario, "Runs stability scenarios instead of a scene: all, or ids and names divided by commas");
+  cli.add_flag("--list", o.list, "Lists the scenarios");
+  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models");
+  cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
+      ->check(CLI::IsMember({"quick", "standard"}));
+  cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
+      ->check(CLI::Range(0.001, 1.0));
+  cli.add_option("--progress", o.progress, "auto, bar, plain, json or none; default auto: a bar on a terminal")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
+  cli.add_flag("-q,--quiet", o.quiet, "Say nothing on stderr but errors");
+}
+
+int run(Options& options) {
+  if (options.list) return listScenarios();
+  if (options.scenario.empty() && !options.out.empty()) throw UsageError("--out goes with --scenario; for a scene use --record FILE.csv");
+  if (!options.scenario.empty() && !options.play.scene.empty()) throw UsageError("--scenario brings its own bodies: leave SCENE away");
+  const device::EmergencyStop guard;
+  StoppableProgress progress(options.progress, options.quiet);
+  return options.scenario.empty() ? runPlay(options, progress) : runBench(options, progress);
+}
+
+int runProgram(int argc, char** argv) {
+  CLI::App cli{"Plays a scene of sphere-trees with a haptic device, a simulated hand or a recorded path; measures stability."};
+  Options options;
+  addOptions(cli, options);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return cli.exit(help);
+  } catch (const CLI::ParseError& error) {
+    cli.exit(error);
+    return kExitUsage;
+  }
+  try {
+    const int code = run(options);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    return explain(kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
+  } catch (const UsageError& error) {
+    return explain(kExitUsage, error.what());
+  } catch (const std::invalid_argument& error) {
+    return explain(kExitUsage, error.what());
+  } catch (const formats::FileError& error) {
+    return explain(kExitFile, error.what());
+  } catch (const device::DeviceError& error) {
+    return explain(kExitFile, error.what());
+  } catch (const formats::FormatError& error) {
+    return explain(kExitRefused, error.what());
+  } catch (const builder::BuildError& error) {
+    return explain(kExitRefused, error.what());
+  } catch (const builder::Cancelled&) {
+    return explain(kExitInterrupted, "interrupted, nothing was written.");
+  } catch (const std::bad_alloc&) {
+    return explain(kExitInternal, "not enough memory. Close other programs or use a smaller scene.");
+  } catch (const std::exception& error) {
+    return explain(kExitInternal, std::string("internal error: ") + error.what() + ". Please report this with the command and its input.");
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::player
+
+int main(int argc, char** argv) { return spheretree::player::runProgram(argc, argv); }

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "measures.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace spheretree::player {
+namespace {
+
+Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
+Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation.conjugate() * (p - pose.position); }
+
+/// Applies `value(before, after)` to neighbours and returns the largest.
+template <class Value>
+double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) {
+  double most = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) most = std::max(most, value(rows[i - 1], rows[i]));
+  return most;
+}
+
+}  // namespace
+
+SpherePenetration::SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects)
+    : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
+  for (const Ball& b : tool_) tool_reach_ = std::max(tool_reach_, b.centre.norm() + b.radius);
+  for (const PlacedBody& object : objects) objects_.push_back(leavesOf(object.body->tree, object.pose));
+}
+
+std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTree& tree, const Configuration& pose) {
+  std::vector<Ball> leaves;
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  for (std::size_t n = 0; n < tree.nodeCount(); ++n)
+    if (tree.isLeaf(n)) {
+      const Sphere& s = tree.cover[n];
+      leaves.push_back({place(pose, Eigen::Vector3d(s.x, s.y, s.z) + origin), static_cast<double>(s.radius)});
+    }
+  return leaves;
+}
+
+double SpherePenetration::at(const Configuration& pose, int only) const {
+  std::vector<Ball> tool = tool_;
+  for (Ball& b : tool) b.centre = place(pose, b.centre);
+  double deepest = 0;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (only >= 0 && i != static_cast<std::size_t>(only)) continue;
+    for (const Ball& o : objects_[i]) {
+      const double near = tool_reach_ + o.radius;
+      if ((o.centre - pose.position).squaredNorm() >= near * near) continue;
+      for (const Ball& t : tool) {
+        const double touch = t.radius + o.radius - deepest;
+        if (touch > 0 && (t.centre - o.centre).squaredNorm() < touch * touch) deepest = t.radius + o.radius - (t.centre - o.centre).norm();
+      }
+    }
+  }
+  return deepest;
+}
+
+void SpherePenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
+  for (Ball& b : objects_[object]) b.centre += way;
+}
+
+std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing) {
+  std::vector<Eigen::Vector3d> points = mesh.positions;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Vector3d &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+    const int n = static_cast<int>(std::ceil(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / spacing));
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; i + j <= n; ++j)
+        if (i != n && j != n && i + j != 0) points.push_back(a + (b - a) * (double(i) / n) + (c - a) * (double(j) / n));
+  }
+  return points;
+}
+
+MeshPenetration::MeshPenetration(const Body& tool, const Eigen::Vector3d& reference_point, std::vector<PlacedBody> objects, double spacing)
+    : tool_(tool), reference_point_(reference_point), objects_(std::move(objects)), tool_points_(surfacePoints(tool.mesh, spacing)) {
+  for (const PlacedBody& object : objects_) object_points_.push_back(surfacePoints(object.body->mesh, spacing));
+}
+
+double MeshPenetration::at(const Configuration& pose) const {
+  double deepest = 0;
+  const auto look = [&](const Body& body, const Eigen::Vector3d& p) {
+    // The box first: most points are far away. A point inside by more than the deepest so far is searched for.
+    const Eigen::AlignedBox3d& box = body.field.box();
+    if ((p - box.min()).minCoeff() <= deepest || (box.max() - p).minCoeff() <= deepest) return;
+    deepest = std::max(deepest, -body.field.signedDistance(p));
+  };
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const PlacedBody& object = objects_[i];
+    for (const Eigen::Vector3d& p : tool_points_) look(*object.body, placeBack(object.pose, place(pose, p - reference_point_)));
+    for (const Eigen::Vector3d& p : object_points_[i]) look(tool_, placeBack(pose, place(object.pose, p)) + reference_point_);
+  }
+  return deepest;
+}
+
+double largestLRatio(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const Displacement way = displacementBetween(a.haptic, b.haptic);
+    const double hand = std::sqrt(k.translation * way.translation.squaredNorm() + k.rotation * way.rotation.squaredNorm());
+    const double wrench = std::sqrt((b.wrench.force - a.wrench.force).squaredNorm() / k.translation +
+                                    (b.wrench.torque - a.wrench.torque).squaredNorm() / k.rotation);
+    return hand < 1e-9 ? 0.0 : wrench / hand;
+  });
+}
+
+double largestForceJump(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const double allowed = std::max(0.1, 0.07 * std::max(a.wrench.force.norm(), b.wrench.force.norm()));
+    const double hand = k.translation * (b.haptic.position - a.haptic.position).norm();
+    return ((b.wrench.force - a.wrench.force).norm() - hand) / allowed;
+  });
+}
+
+double largestTorqueJump(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const double allowed = std::max(5.0, 0.13 * std::max(a.wrench.torque.norm(), b.wrench.torque.norm()));
+    const double hand = k.rotation * displacementBetween(a.haptic, b.haptic).rotation.norm();
+    return ((b.wrench.torque - a.wrench.torque).norm() - hand) / allowed;
+  });
+}
+
+Eigen::Vector3d offsetPlane(const Eigen::Vector3d& h, double r) { return {h.x(), h.y(), std::max(h.z(), r)}; }
+
+Eigen::Vector3d offsetEdge(const Eigen::Vector3d& h, double r) {
+  const Eigen::Vector2d p(h.x(), h.z()), nearest = p.cwiseMin(0.0), way = p - nearest;
+  if (way.norm() >= r) return h;
+  if (p.x() > 0 && p.y() > 0) return {p.x() * r / p.norm(), h.y(), p.y() * r / p.norm()};
+  // Beside or inside the solid: the nearer face, unless the arc begins before.
+  if (p.y() >= p.x()) return {p.x(), h.y(), r};
+  return {r, h.y(), p.y()};
+}
+
+Eigen::Vector3d offsetGroove(const Eigen::Vector3d& h, double r, double half_angle) {
+  // Free: cos(a) |x| - sin(a) z <= -r, that is, both half planes of the walls moved in by r.
+  const double c = std::cos(half_angle), s = std::sin(half_angle), x = std::abs(h.x()), sign = h.x() < 0 ? -1 : 1;
+  const double bottom = r / s, depth = c * x - s * h.z() + r;
+  if (depth <= 0) return h;
+  const double px = x - depth * c, pz = h.z() + depth * s;  // on this wall
+  if (px >= 0) return {sign * px, h.y(), pz};
+  return {0, h.y(), bottom};
+}
+
+Eigen::Vector3d offsetSlot(const Eigen::Vector3d& h, double r, double half_width) {
+  return {std::clamp(h.x(), r - half_width, half_width - r), h.y(), h.z()};
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "play.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <thread>
+
+#include "molar.h"
+#include "probe.h"
+#include "servo_loop.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/device/emergency_stop.h"
+#if __has_include("spheretree/device/phantom_device.h")
+#include "spheretree/device/phantom_device.h"
+#define SPHERETREE_HAS_PHANTOM 1
+#endif
+#include "spheretree/device/replay_device.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/scene_file.h"
+#include "spheretree/formats/sphere_tree_file.h"
+#include "spheretree/formats/trajectory.h"
+
+namespace spheretree::player {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+runtime::SceneDescription sampleScene(builder::Progress& progress) {
+  builder::BuildSettings settings;
+  settings.quality = builder::Quality::Quick;
+  runtime::SceneDescription d;
+  d.tool = builder::buildSphereTree(samples::makeProbe(), settings, progress).tree;
+  d.reference_point = {0, 0, 20};
+  d.objects.push_back({builder::buildSphereTree(samples::makeMolar(), settings, progress).tree, {}});
+  return d;
+}
+
+runtime::SceneDescription readDescription(const std::filesystem::path& path) {
+  const formats::SceneFile file = formats::readScene(path);
+  const auto tree = [&](const formats::SceneItem& item) {
+    if (item.tree.empty())
+      throw formats::FormatError(path.string() + ": " + item.name + " names a mesh, and the player needs trees. Build them: spheretree batch " +
+                                 path.string() + " -o DIR; then play DIR/scene.json");
+    return formats::readSphereTree(formats::scenePath(path, item.tree));
+  };
+  runtime::SceneDescription d;
+  d.tool = tree(file.tool);
+  d.reference_point = file.tool.reference_point_mm;
+  for (const formats::SceneItem& object : file.objects) d.objects.push_back({tree(object), object.pose});
+  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad};
+  d.wrench_limits = {file.force_n, file.torque_n_mm};
+  d.step_limits.max_pairs = std::max<std::uint32_t>(d.step_limits.max_pairs, 64 * static_cast<std::uint32_t>(file.objects.size()));
+  return d;
+}
+
+/// The pose of a sampled path at `t`, its ends held.
+device::IntendedPath sampledPath(std::vector<Configuration> poses) {
+  return [poses = std::move(poses)](double t) {
+    const double last = static_cast<double>(poses.size() - 1);
+    return poses[static_cast<std::size_t>(std::clamp(std::round(t * 1000), 0.0, last))];
+  };
+}
+
+std::unique_ptr<device::Device> openDevice(const PlaySettings& settings, const runtime::Scene& scene) {
+  if (settings.device == DeviceKind::Phantom) {
+#ifdef SPHERETREE_HAS_PHANTOM
+    return std::make_unique<device::PhantomDevice>(device::PhantomSettings());
+#else
+    throw device::DeviceError(device::DeviceFault::NotFound, "phantom: this build has no driver for it");
+#endif
+  }
+  std::vector<Configuration> poses;
+  if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory);
+  if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(std::move(poses));
+  device::SimulatedSettings simulated;
+  simulated.hand = *device::findHand(settings.hand);
+  simulated.duration = settings.seconds.value_or(poses.empty() ? 10.0 : static_cast<double>(poses.size()) / 1000);
+  simulated.path = poses.empty() ? tourOf(scene) : sampledPath(std::move(poses));
+  return std::make_unique<device::SimulatedDevice>(simulated);
+}
+
+/// The servo thread does not wait for the disk to bring memory back.
+Json lockMemory() {
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return true;
+  std::fprintf(stderr, "haptic-player: memory is not locked (%s): a step may wait for the disk. Raise `ulimit -l`.\n", std::strerror(errno));
+  return false;
+}
+
+void reportPriority(int error) {
+  if (error > 0)
+    std::fprintf(stderr, "haptic-player: no real-time priority (%s): other programs may delay a step. Raise `ulimit -r` to 80.\n",
+                 std::strerror(error));
+}
+
+void showStatus(const device::DeviceStatus& status, const ServoLoop& loop) {
+  std::fprintf(stderr, "\r%8.1f s  force %6.2f N  step %6.0f us  late %llu   ", static_cast<double>(status.ticks) / 1000, loop.force(), loop.time(),
+               static_cast<unsigned long long>(status.late_ticks));
+  std::fflush(stderr);
+}
+
+/// Until the device ends, the time is over, or a stop is asked for.
+void runDevice(device::Device& device, const PlaySettings& settings, const ServoLoop& loop) {
+  const auto limit = settings.seconds ? static_cast<std::uint64_t>(std::llround(*settings.seconds * 1000)) : ~std::uint64_t{0};
+  auto shown = std::chrono::steady_clock::now();
+  bool told = false;
+  for (;;) {
+    const device::DeviceStatus status = device.status();
+    if (status.phase != device::Phase::Running || status.ticks >= limit) break;
+    if (settings.clock == device::Clock::Stepped)
+      device.step();
+    else
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (settings.clock == device::Clock::Real && !told && status.ticks > 0) {
+      reportPriority(loop.priorityError());
+      told = true;
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (settings.status_line && now - shown > std::chrono::milliseconds(200)) {
+      showStatus(status, loop);
+      shown = now;
+    }
+  }
+  if (settings.status_line) std::fprintf(stderr, "\r%79s\r", "");
+}
+
+const char* endName(PlayEnd end) {
+  return end == PlayEnd::Complete ? "complete" : end == PlayEnd::Interrupted ? "interrupted" : "device failed";
+}
+
+}  // namespace
+
+runtime::Scene loadScene(const std::filesystem::path& path, builder::Progress& progress) {
+  const runtime::SceneDescription description = path.empty() ? sampleScene(progress) : readDescription(path);
+  runtime::Scene scene;
+  std::string fault;
+  if (!runtime::compileScene(description, scene, fault)) throw formats::FormatError((path.empty() ? "sample scene" : path.string()) + ": " + fault);
+  return scene;
+}
+
+device::IntendedPath tourOf(const runtime::Scene& scene) {
+  // Where the tool, coming from above, first touches each object: by the runtime itself.
+  struct Stop {
+    Eigen::Vector3d high, touch;
+  };
+  std::vector<Stop> stops;
+  runtime::Workspace workspace(scene);
+  double top = 0;
+  for (const runtime::CompiledObject& object : scene.objects)
+    top = std::max(top, object.anchor.z() + object.root_radius + scene.tool.reach + 5);
+  for (const runtime::CompiledObject& object : scene.objects) {
+    const Eigen::Vector3d high(object.anchor.x(), object.anchor.y(), top);
+    runtime::resetTo({high, {1, 0, 0, 0}}, workspace);
+    Eigen::Vector3d touch = high;
+    for (int n = 0; n < 20'000 && touch.z() > object.anchor.z(); ++n) {
+      touch.z() -= 0.1;
+      if (runtime::step(scene, {touch, {1, 0, 0, 0}}, runtime::Mode::Constrained, workspace).active > 0) break;
+    }
+    stops.push_back({touch + Eigen::Vector3d(0, 0, 5), touch});
+  }
+  return [stops](double t) {
+    constexpr double kStop = 5;  // of each object [s]
+    const std::size_t i = static_cast<std::size_t>(t / kStop) % stops.size();
+    const double s = std::fmod(t, kStop) / kStop;  // 0..1: over, down, circle, up
+    const Stop &now = stops[i], &next = stops[(i + 1) % stops.size()];
+    const auto blend = [](double x) { return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0)); };
+    Eigen::Vector3d p = now.high;
+    p.z() += (now.touch.z() - 2 - now.high.z()) * (blend(s / 0.2) - blend((s - 0.6) / 0.2));
+    const double turn = 2 * std::numbers::pi * blend((s - 0.2) / 0.4);
+    p.x() += 1 - std::cos(turn);
+    p.y() += std::sin(turn);
+    p += (next.high - now.high) * blend((s - 0.8) / 0.2);
+    return Configuration{p, {1, 0, 0, 0}};
+  };
+}
+
+PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary) {
+  const bool real = settings.clock == device::Clock::Real;
+  const runtime::Scene scene = loadScene(settings.scene, progress);
+  const std::unique_ptr<device::Device> device = openDevice(settings, scene);
+  std::unique_ptr<RecordingWriter> recording;
+  if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record);
+  ServoLoop::Options options;
+  options.mode = settings.mode;
+  options.wait = !real;
+  options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own
+  ServoLoop loop(scene, recording.get(), options);
+  const Json locked = real ? lockMemory() : Json(nullptr);
+
+  device::SafetySettings safety;
+  safety.max_force = scene.wrench_limits.force;
+  safety.max_torque = scene.wrench_limits.torque;
+  device->start(loop, safety, settings.clock);
+  runDevice(*device, settings, loop);
+  const device::DeviceStatus status = device->status();
+  device->stop();
+  if (recording) recording->finish();
+
+  const PlayEnd end = device::EmergencyStop::requested()        ? PlayEnd::Interrupted
+                      : status.phase == device::Phase::Failed ? PlayEnd::DeviceFailed
+                                                              : PlayEnd::Complete;
+  summary = {{"schema", "spheretree.run/1"},
+             {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
+             {"device", device->info().model},
+             {"mode", settings.mode == runtime::Mode::Paper ? "paper" : "constrained"},
+             {"clock", real ? "real" : "stepped"},
+             {"end", endName(end)}};
+  summary.update(loop.statistics().toJson());
+  summary["missed_deadlines"] = status.late_ticks;
+  summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)}, {"memory_locked", locked}};
+  summary["safety_events"] = status.safety_so_far;
+  if (recording) summary["recording"] = {{"file", settings.record.string()}, {"rows_lost", recording->lost()}};
+  return end;
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "run_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace spheretree::player {
+namespace {
+
+constexpr std::array<const char*, 6> kFaultNames{"pairs_full", "work_limit", "qp_stopped", "rows_conflict", "penetrating", "bad_input"};
+
+nlohmann::ordered_json timesJson(const TimeHistogram& h) {
+  const auto rounded = [](double us) { return std::round(us * 1000) / 1000; };
+  return {{"median", rounded(h.quantile(0.5))},
+          {"p99", rounded(h.quantile(0.99))},
+          {"p99_9", rounded(h.quantile(0.999))},
+          {"max", rounded(h.largest())}};
+}
+
+}  // namespace
+
+void TimeHistogram::add(double us) noexcept {
+  const double octave = us > 0.001 ? std::log2(us * 1000) : 0;
+  const int bin = std::min(static_cast<int>(octave * kPerOctave), kPerOctave * kOctaves - 1);
+  ++bins_[static_cast<std::size_t>(bin)];
+  ++count_;
+  largest_ = std::max(largest_, us);
+}
+
+double TimeHistogram::quantile(double q) const {
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(q * static_cast<double>(count_)));
+  std::uint64_t seen = 0;
+  for (std::size_t bin = 0; bin < bins_.size() && count_ > 0; ++bin) {
+    seen += bins_[bin];
+    if (seen >= wanted) return std::min(largest_, 0.001 * std::exp2(static_cast<double>(bin + 1) / kPerOctave));
+  }
+  return 0;
+}
+
+void PassivityObserver::add(const Configuration& pose, const Wrench& wrench) noexcept {
+  if (started_) {
+    const Displacement way = displacementBetween(pose_, pose);
+    energy_ -= wrench_.force.dot(way.translation) + wrench_.torque.dot(way.rotation);
+    smallest_ = std::min(smallest_, energy_);
+    largest_ = std::max(largest_, energy_);
+  }
+  pose_ = pose;
+  wrench_ = wrench;
+  started_ = true;
+}
+
+void RunStatistics::add(const RecordedStep& row, double penetration) noexcept {
+  find_.add(row.find_us);
+  rows_.add(row.rows_us);
+  qp_.add(row.qp_us);
+  total_.add(row.total_us);
+  if (isFinite(row.haptic)) energy_.add(row.haptic, row.wrench);
+  if (steps_ > 0) {
+    force_step_ = std::max(force_step_, (row.wrench.force - last_wrench_.force).norm());
+    torque_step_ = std::max(torque_step_, (row.wrench.torque - last_wrench_.torque).norm());
+  }
+  last_wrench_ = row.wrench;
+  largest_force_ = std::max(largest_force_, row.wrench.force.norm());
+  penetration_ = std::max(penetration_, penetration);
+  for (std::size_t k = 0; k < faults_.size(); ++k) faults_[k] += row.faults >> k & 1;
+  ++steps_;
+}
+
+nlohmann::ordered_json RunStatistics::toJson() const {
+  nlohmann::ordered_json faults;
+  for (std::size_t k = 0; k < faults_.size(); ++k) faults[kFaultNames[k]] = faults_[k];
+  return {{"steps", steps_},
+          {"time_us", {{"find", timesJson(find_)}, {"rows", timesJson(rows_)}, {"qp", timesJson(qp_)}, {"total", timesJson(total_)}}},
+          {"largest_penetration_mm", penetration_},
+          {"largest_force_n", largest_force_},
+          {"wrench_step", {{"force_n", force_step_}, {"torque_n_mm", torque_step_}}},
+          {"energy_mj", {{"smallest", energy_.smallest()}, {"largest", energy_.largest()}, {"final", energy_.energy()}}},
+          {"faults", faults}};
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a run comes to: times, penetration, force steps, energy, faults. Filled in the servo loop: adding allocates nothing.
+// Units: mm, N, N mm, s, mJ (= N mm); times in us.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+
+#include "recording.h"
+#include "spheretree/runtime/step.h"
+
+namespace spheretree::player {
+
+/// Counts durations in bins of equal ratio: any quantile within 1.1 %, whatever the number of samples.
+class TimeHistogram {
+ public:
+  void add(double us) noexcept;
+  std::uint64_t count() const { return count_; }
+  double largest() const { return largest_; }  // exact [us]
+  /// Smallest duration that a share `q` in (0, 1] of the samples does not exceed [us]; 0 without samples.
+  double quantile(double q) const;
+
+ private:
+  static constexpr int kPerOctave = 64, kOctaves = 32;  // from 1 ns to 4 s
+  std::array<std::uint32_t, kPerOctave * kOctaves> bins_{};
+  std::uint64_t count_ = 0;
+  double largest_ = 0;
+};
+
+/// Passivity observer: the energy that the renderer has taken from the hand, E[n] = -sum F . dx + torque . dtheta over the ticks, each wrench
+/// held until the next pose. Below 0 the renderer has given energy. Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic
+/// interfaces. IEEE Trans. Robotics and Automation 18(1), 2002.
+class PassivityObserver {
+ public:
+  void add(const Configuration& pose, const Wrench& wrench) noexcept;
+  double energy() const { return energy_; }      // now [mJ]
+  double smallest() const { return smallest_; }  // so far, <= 0 [mJ]
+  double largest() const { return largest_; }    // so far, >= 0 [mJ]
+
+ private:
+  Configuration pose_;
+  Wrench wrench_;
+  bool started_ = false;
+  double energy_ = 0, smallest_ = 0, largest_ = 0;
+};
+
+class RunStatistics {
+ public:
+  void add(const RecordedStep& row, double penetration) noexcept;
+
+  std::uint64_t steps() const { return steps_; }
+  double largestPenetration() const { return penetration_; }
+  const TimeHistogram& total() const { return total_; }
+  /// For --json: steps, time_us, largest_penetration_mm, wrench_step, energy_mj, faults.
+  nlohmann::ordered_json toJson() const;
+
+ private:
+  TimeHistogram find_, rows_, qp_, total_;
+  PassivityObserver energy_;
+  Wrench last_wrench_;
+  double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;
+  std::uint64_t steps_ = 0;
+  std::array<std::uint64_t, 6> faults_{};
+};
+
+}  // namespace spheretree::player

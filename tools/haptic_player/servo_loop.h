@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One servo step of the player: pose in, wrench out, one row for the record and for the statistics.
+#pragma once
+
+#include <atomic>
+
+#include "recording.h"
+#include "run_statistics.h"
+#include "spheretree/device/device.h"
+#include "spheretree/runtime/step.h"
+
+namespace spheretree::player {
+
+class ServoLoop final : public device::Renderer {
+ public:
+  struct Options {
+    runtime::Mode mode = runtime::Mode::Constrained;
+    bool wait = false;               // a full ring of the recording holds up the loop instead of losing rows
+    bool real_time_thread = false;   // the first step asks for a real-time priority for its thread
+  };
+  /// `scene` and `recording` (may be null) must outlive it.
+  ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options);
+
+  /// The step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (`wait` aside).
+  device::Rendered render(const device::DeviceState& state) noexcept override;
+
+  // After the last step.
+  const RunStatistics& statistics() const { return statistics_; }
+  // From any thread.
+  double force() const { return force_.load(std::memory_order_relaxed); }          // of the last step [N]
+  double time() const { return time_.load(std::memory_order_relaxed); }            // that it took [us]
+  int priorityError() const { return priority_error_.load(std::memory_order_relaxed); }  // errno of the request; 0: granted, -1: not asked
+
+ private:
+  const runtime::Scene& scene_;
+  RecordingWriter* recording_;
+  Options options_;
+  runtime::Workspace workspace_;
+  RunStatistics statistics_;
+  std::uint64_t ticks_ = 0;
+  std::atomic<double> force_{0}, time_{0};
+  std::atomic<int> priority_error_{-1};
+};
+
+/// The row of a step.
+RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
+                          const runtime::StageTimes& times, double total_us) noexcept;
+
+}  // namespace spheretree::player

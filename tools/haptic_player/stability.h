@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Runs scenarios in both modes, prints a table, and writes stability.json with the recordings and the models behind them.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenario.h"
+
+namespace spheretree::player {
+
+/// Those that `names` mean: ids, aliases or "all", any case. @throws std::invalid_argument that lists what there is.
+std::vector<const Scenario*> selectScenarios(const std::string& names);
+
+struct ScenarioResult {
+  const Scenario* scenario;
+  Outcome paper, constrained;
+  double seconds = 0;
+};
+
+/// Whether a figure is reached; an informative one always is.
+bool holds(const Figure& figure);
+bool holds(const Outcome& outcome);
+
+ScenarioResult runScenario(const Scenario& scenario, Bench& bench);
+
+/// Lines of the table: a scenario's title, then one line for each figure.
+std::string tableRows(const ScenarioResult& result);
+
+/// `folder`/stability.json (schema spheretree.stability/1), recordings `ID.MODE.csv`, bodies as .stree and .off. Docs: docs/stability.md
+/// @throws formats::FileError
+void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality);
+
+}  // namespace spheretree::player
