@@ -78,7 +78,8 @@ int runBench(const Options& options, builder::Progress& progress) {
     std::fflush(stdout);
   }
   std::printf("%zu scenarios, %d fall short in constrained mode\n", results.size(), short_of);
-  if (!options.out.empty()) writeStability(options.out, results, options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard);
+  if (!options.out.empty())
+    writeStability(options.out, results, options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard);
   return short_of ? kExitTargetMissed : kExitOk;
 }
 
@@ -91,8 +92,10 @@ void printSummary(const nlohmann::ordered_json& s) {
               total["p99"].get<double>(), total["p99_9"].get<double>(), total["max"].get<double>(),
               static_cast<unsigned long long>(s["missed_deadlines"].get<std::uint64_t>()));
   std::printf("penetration [mm]   %.4g\n", s["largest_penetration_mm"].get<double>());
-  std::printf("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(), s["wrench_step"]["force_n"].get<double>());
-  std::printf("energy [mJ]        smallest %.4g, final %.4g\n", s["energy_mj"]["smallest"].get<double>(), s["energy_mj"]["final"].get<double>());
+  std::printf("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(),
+              s["wrench_step"]["force_n"].get<double>());
+  std::printf("energy [mJ]        smallest %.4g, final %.4g\n", s["energy_mj"]["smallest"].get<double>(),
+              s["energy_mj"]["final"].get<double>());
   std::printf("faults            ");
   for (const auto& [name, count] : s["faults"].items())
     std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
@@ -104,8 +107,10 @@ int runPlay(Options& options, builder::Progress& progress) {
   const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
-  if (device == "phantom" && !play_settings.trajectory.empty()) throw UsageError("--trajectory is not for --device phantom: there the hand moves");
-  if (device == "phantom" && options.clock == "stepped") throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
+  if (device == "phantom" && !play_settings.trajectory.empty())
+    throw UsageError("--trajectory is not for --device phantom: there the hand moves");
+  if (device == "phantom" && options.clock == "stepped")
+    throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
   if (options.seconds > 0) play_settings.seconds = options.seconds;
@@ -116,7 +121,8 @@ int runPlay(Options& options, builder::Progress& progress) {
     std::printf("%s\n", summary.dump(1).c_str());
   else
     printSummary(summary);
-  if (end == PlayEnd::DeviceFailed) return explain(kExitFile, "the device failed while running. Check its cable and power, then start again.");
+  if (end == PlayEnd::DeviceFailed)
+    return explain(kExitFile, "the device failed while running. Check its cable and power, then start again.");
   return end == PlayEnd::Interrupted ? kExitInterrupted : kExitOk;
 }
 
@@ -131,14 +137,18 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player --scenario all --out stability\n"
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
       "  5 a scenario falls short of its figure, 130 interrupted.");
-  cli.add_option("SCENE", o.play.scene, "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar");
+  cli.add_option("SCENE", o.play.scene,
+                 "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar");
   cli.add_option("--device", o.device, "simulated, replay or phantom; default simulated, or replay with --trajectory")
       ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
-  cli.add_option("--trajectory", o.play.trajectory, "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
-  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")->check(CLI::IsMember({"constrained", "paper"}));
+  cli.add_option("--trajectory", o.play.trajectory,
+                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
+  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")
+      ->check(CLI::IsMember({"constrained", "paper"}));
   cli.add_option("--clock", o.clock, "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real")
       ->check(CLI::IsMember({"real", "stepped"}));
-  cli.add_option("--seconds", o.seconds, "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
+  cli.add_option("--seconds", o.seconds,
+                 "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
       ->check(CLI::Range(0.001, 86400.0));
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
       ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; });

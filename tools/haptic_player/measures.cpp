@@ -8,7 +8,9 @@ namespace spheretree::player {
 namespace {
 
 Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
-Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation.conjugate() * (p - pose.position); }
+Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
+  return pose.orientation.conjugate() * (p - pose.position);
+}
 
 /// Applies `value(before, after)` to neighbours and returns the largest.
 template <class Value>

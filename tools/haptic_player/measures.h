@@ -55,8 +55,8 @@ class MeshPenetration {
 /// Points on the surface no farther than `spacing` apart along triangles.
 std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing);
 
-/// Largest |change of wrench| / |motion of the hand| of a step, each in its stiffness metric. At most 1 on a convex body: the projection on a
-/// convex set does not expand. Steps whose hand moves less than 1e-9 are left out.
+/// Largest |change of wrench| / |motion of the hand| of a step, each in its stiffness metric. At most 1 on a convex body: the projection on
+/// a convex set does not expand. Steps whose hand moves less than 1e-9 are left out.
 double largestLRatio(std::span<const RecordedStep> rows, const runtime::Coupling& coupling);
 
 /// Largest force step beyond k_t |dx| (and k_r |dtheta| for torque), as a share of what may pass: max(0.1 N, 7 % of the force),

@@ -47,8 +47,9 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path) {
   const formats::SceneFile file = formats::readScene(path);
   const auto tree = [&](const formats::SceneItem& item) {
     if (item.tree.empty())
-      throw formats::FormatError(path.string() + ": " + item.name + " names a mesh, and the player needs trees. Build them: spheretree batch " +
-                                 path.string() + " -o DIR; then play DIR/scene.json");
+      throw formats::FormatError(path.string() + ": " + item.name +
+                                 " names a mesh, and the player needs trees. Build them: spheretree batch " + path.string() +
+                                 " -o DIR; then play DIR/scene.json");
     return formats::readSphereTree(formats::scenePath(path, item.tree));
   };
   runtime::SceneDescription d;
@@ -90,7 +91,8 @@ std::unique_ptr<device::Device> openDevice(const PlaySettings& settings, const r
 /// The servo thread does not wait for the disk to bring memory back.
 Json lockMemory() {
   if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return true;
-  std::fprintf(stderr, "haptic-player: memory is not locked (%s): a step may wait for the disk. Raise `ulimit -l`.\n", std::strerror(errno));
+  std::fprintf(stderr, "haptic-player: memory is not locked (%s): a step may wait for the disk. Raise `ulimit -l`.\n",
+               std::strerror(errno));
   return false;
 }
 
@@ -101,8 +103,8 @@ void reportPriority(int error) {
 }
 
 void showStatus(const device::DeviceStatus& status, const ServoLoop& loop) {
-  std::fprintf(stderr, "\r%8.1f s  force %6.2f N  step %6.0f us  late %llu   ", static_cast<double>(status.ticks) / 1000, loop.force(), loop.time(),
-               static_cast<unsigned long long>(status.late_ticks));
+  std::fprintf(stderr, "\r%8.1f s  force %6.2f N  step %6.0f us  late %llu   ", static_cast<double>(status.ticks) / 1000, loop.force(),
+               loop.time(), static_cast<unsigned long long>(status.late_ticks));
   std::fflush(stderr);
 }
 
@@ -141,7 +143,8 @@ runtime::Scene loadScene(const std::filesystem::path& path, builder::Progress& p
   const runtime::SceneDescription description = path.empty() ? sampleScene(progress) : readDescription(path);
   runtime::Scene scene;
   std::string fault;
-  if (!runtime::compileScene(description, scene, fault)) throw formats::FormatError((path.empty() ? "sample scene" : path.string()) + ": " + fault);
+  if (!runtime::compileScene(description, scene, fault))
+    throw formats::FormatError((path.empty() ? "sample scene" : path.string()) + ": " + fault);
   return scene;
 }
 
@@ -203,18 +206,16 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   device->stop();
   if (recording) recording->finish();
 
-  const PlayEnd end = device::EmergencyStop::requested()        ? PlayEnd::Interrupted
+  const PlayEnd end = device::EmergencyStop::requested()      ? PlayEnd::Interrupted
                       : status.phase == device::Phase::Failed ? PlayEnd::DeviceFailed
                                                               : PlayEnd::Complete;
-  summary = {{"schema", "spheretree.run/1"},
-             {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
-             {"device", device->info().model},
-             {"mode", settings.mode == runtime::Mode::Paper ? "paper" : "constrained"},
-             {"clock", real ? "real" : "stepped"},
-             {"end", endName(end)}};
+  summary = {{"schema", "spheretree.run/1"},       {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
+             {"device", device->info().model},     {"mode", settings.mode == runtime::Mode::Paper ? "paper" : "constrained"},
+             {"clock", real ? "real" : "stepped"}, {"end", endName(end)}};
   summary.update(loop.statistics().toJson());
   summary["missed_deadlines"] = status.late_ticks;
-  summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)}, {"memory_locked", locked}};
+  summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)},
+                          {"memory_locked", locked}};
   summary["safety_events"] = status.safety_so_far;
   if (recording) summary["recording"] = {{"file", settings.record.string()}, {"rows_lost", recording->lost()}};
   return end;

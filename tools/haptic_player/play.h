@@ -18,14 +18,14 @@ namespace spheretree::player {
 enum class DeviceKind { Simulated, Replay, Phantom };
 
 struct PlaySettings {
-  std::filesystem::path scene;       // empty: the built-in sample, a dental probe over a molar
+  std::filesystem::path scene;  // empty: the built-in sample, a dental probe over a molar
   DeviceKind device = DeviceKind::Simulated;
   std::filesystem::path trajectory;  // replay: the poses; simulated: where the hand means to be; empty: a tour of the objects
   runtime::Mode mode = runtime::Mode::Constrained;
   device::Clock clock = device::Clock::Real;
-  std::optional<double> seconds;     // absent: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C [s]
-  std::filesystem::path record;      // empty: no recording
-  std::string hand = "fine";         // of the simulated device
+  std::optional<double> seconds;  // absent: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C [s]
+  std::filesystem::path record;   // empty: no recording
+  std::string hand = "fine";      // of the simulated device
   bool status_line = false;
 };
 

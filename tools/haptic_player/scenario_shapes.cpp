@@ -99,29 +99,51 @@ const std::map<std::string, Recipe>& recipes() {
       {"small_ball", {[] { return ball(1); }, 2, 0.05}},
       {"probe", {[] { return capsule(1, 100); }}},
       {"fine_probe", {[] { return capsule(0.3, 40); }}},
-      {"cube", {[] { return box({-10, -10, -10}, {10, 10, 10}); }}},
+      {"cube", {[] {
+         return box({-10, -10, -10}, {10, 10, 10});
+       }}},
       {"cylinder", {[] { return cylinder(5, -30, 30, 32); }}},
       {"dental_probe", {[] { return samples::makeProbe(); }}},
       // Objects; surfaces at z = 0 unless said.
-      {"slab", {[] { return box({-50, -50, -10}, {50, 50, 0}); }}},
-      {"block", {[] { return box({-30, -30, -60}, {30, 30, 0}); }}},
-      {"plate_2", {[] { return box({-20, -20, -1}, {20, 20, 1}); }}},  // middle at z = 0
-      {"plate_1", {[] { return box({-20, -20, -0.5}, {20, 20, 0.5}); }}},
-      {"plate_0.5", {[] { return box({-20, -20, -0.25}, {20, 20, 0.25}); }}},
-      {"plate_0.2", {[] { return box({-20, -20, -0.1}, {20, 20, 0.1}); }}},
+      {"slab", {[] {
+         return box({-50, -50, -10}, {50, 50, 0});
+       }}},
+      {"block", {[] {
+         return box({-30, -30, -60}, {30, 30, 0});
+       }}},
+      {"plate_2", {[] {
+         return box({-20, -20, -1}, {20, 20, 1});
+       }}},  // middle at z = 0
+      {"plate_1", {[] {
+         return box({-20, -20, -0.5}, {20, 20, 0.5});
+       }}},
+      {"plate_0.5", {[] {
+         return box({-20, -20, -0.25}, {20, 20, 0.25});
+       }}},
+      {"plate_0.2", {[] {
+         return box({-20, -20, -0.1}, {20, 20, 0.1});
+       }}},
       {"wire", {[] { return cylinder(0.25, -20, 20, 16); }}},  // about the z axis
-      {"groove", {[] {  // 60 degrees, 10 deep, along y, bottom at the origin
+      {"groove", {[] {                                         // 60 degrees, 10 deep, along y, bottom at the origin
          const double half = 10 * std::tan(std::numbers::pi / 6);
          return extrude({{-10, -4}, {10, -4}, {10, 10}, {half, 10}, {0, 0}, {-half, 10}, {-10, 10}}, 20);
        }}},
       {"sulcus", {[] {  // two walls 1.5 apart, 4 deep, along y
          return extrude({{-6, -8}, {6, -8}, {6, 0}, {0.75, 0}, {0.75, -4}, {-0.75, -4}, {-0.75, 0}, {-6, 0}}, 10);
        }}},
-      {"ridge", {[] { return extrude({{-8, -8}, {8, -8}, {0, 0}}, 20); }}},  // 90 degrees, crest at the origin
-      {"corner", {[] { return extrude({{-4, -4}, {20, -4}, {20, 0}, {0, 0}, {0, 20}, {-4, 20}}, 24); }}},  // opens to +x, +z
-      {"blind_hole", {[] { return lathe(cut({{0, -9}, {4, -9}, {4, 0}, {1.2, 0}, {1.2, -5}, {0, -5}}, 0.8), 32); }}},
+      {"ridge", {[] {
+         return extrude({{-8, -8}, {8, -8}, {0, 0}}, 20);
+       }}},  // 90 degrees, crest at the origin
+      {"corner", {[] {
+         return extrude({{-4, -4}, {20, -4}, {20, 0}, {0, 0}, {0, 20}, {-4, 20}}, 24);
+       }}},  // opens to +x, +z
+      {"blind_hole", {[] {
+         return lathe(cut({{0, -9}, {4, -9}, {4, 0}, {1.2, 0}, {1.2, -5}, {0, -5}}, 0.8), 32);
+       }}},
       {"bowl", {bowl}},
-      {"wall", {[] { return box({-4, -15, -35}, {0, 15, 35}); }}},  // face at x = 0
+      {"wall", {[] {
+         return box({-4, -15, -35}, {0, 15, 35});
+       }}},  // face at x = 0
       {"molar", {[] { return samples::makeMolar(); }}},
   };
   return all;

@@ -172,8 +172,8 @@ Outcome edges(Bench& bench, Mode mode) {
   for (const RecordedStep& row : in_groove.since(mark))
     groove_error = std::max(groove_error, (row.graphic.position - offsetGroove(row.haptic.position, 1, 30 * kDegree)).norm());
   out.add("position error in a 60 degree groove", "mm", groove_error, 0.1);
-  out.note = "The model stands off by its overhang: the cube's leaves by up to " + text(leafOverhang(cube)) + " mm, the groove's by up to " +
-             text(leafOverhang(groove)) + " mm, which a groove of half angle 30 degrees doubles.";
+  out.note = "The model stands off by its overhang: the cube's leaves by up to " + text(leafOverhang(cube)) +
+             " mm, the groove's by up to " + text(leafOverhang(groove)) + " mm, which a groove of half angle 30 degrees doubles.";
   rig.finish(out);
   return out;
 }
@@ -221,8 +221,7 @@ Outcome popThrough(Bench& bench, Mode mode) {
         const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
         const Eigen::Vector3d target(dice.uniform(-6, 6), dice.uniform(-6, 6), 0);
         Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its way
-        if (is_probe)
-          orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
+        if (is_probe) orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
         rig.restart();
         rig.to({target - way * (stand / std::cos(tilt)), orientation});
         const double total = stand / std::cos(tilt) + 30;
@@ -309,8 +308,10 @@ Outcome jumps(Bench& bench, Mode mode) {
   out.add("torque step in the sulcus over max(5 N mm, 13 %)", "1", largestTorqueJump(in_sulcus.since(0), {}), 1);
   out.add("penetration of leaf spheres", "mm",
           std::max({over_ridge.spherePenetration(), over_corner.spherePenetration(), in_sulcus.spherePenetration()}), kPenetrationPass);
-  out.note = "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
-             "the probe there is 0.6 mm thick, and the walls stand off by up to " + text(leafOverhang(sulcus)) + " mm.";
+  out.note =
+      "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
+      "the probe there is 0.6 mm thick, and the walls stand off by up to " +
+      text(leafOverhang(sulcus)) + " mm.";
   in_sulcus.finish(out);
   return out;
 }

@@ -2,9 +2,9 @@
 // Scenarios of numbers: rotations, rows, trees, units.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <random>
 
 #include "scenario.h"
@@ -18,7 +18,9 @@ using runtime::Mode;
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kProbeReference(0, 0, 60);
 
-double uniform(std::mt19937_64& engine, double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; }
+double uniform(std::mt19937_64& engine, double low, double high) {
+  return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
+}
 
 Quaternion randomRotation(std::mt19937_64& engine) {
   for (;;) {
@@ -116,7 +118,8 @@ Outcome missedPairs(Bench& bench, Mode mode) {
   int missed = 0, extra = 0;
   double most_tests = 0;
   const int poses = bench.repetitions(20'000, 500);
-  for (const auto& [tool_name, object_name] : {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
+  for (const auto& [tool_name, object_name] :
+       {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
     Rig rig(bench.bodies.get(tool_name), {{&bench.bodies.get(object_name), {}}}, mode);
     const runtime::Scene& scene = rig.scene();
     const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.objects[0].tree);
@@ -215,7 +218,8 @@ Outcome redundantRows(Bench& bench, Mode mode) {
     Eigen::MatrixXd a(kRows, 6);
     Eigen::VectorXd b(kRows);
     for (std::uint32_t i = 0; i < kRows; ++i) {
-      Eigen::Matrix<double, 6, 1> row = basis.transpose() * Eigen::Vector3d(uniform(engine, 0, 1), uniform(engine, 0, 1), uniform(engine, 0, 1));
+      Eigen::Matrix<double, 6, 1> row =
+          basis.transpose() * Eigen::Vector3d(uniform(engine, 0, 1), uniform(engine, 0, 1), uniform(engine, 0, 1));
       row.normalize();
       for (std::size_t k = 0; k < 6; ++k) {
         columns[k][i] = static_cast<float>(row[static_cast<Eigen::Index>(k)]);
@@ -238,7 +242,8 @@ Outcome redundantRows(Bench& bench, Mode mode) {
     // Rows of the reference have the length that float left them.
     const Eigen::VectorXd lengths = a.rowwise().norm();
     const Eigen::MatrixXd unit = lengths.cwiseInverse().asDiagonal() * a;
-    apart = std::max(apart, (answer.y - hildreth(unit, lengths.cwiseInverse().cwiseProduct(b), Eigen::Matrix<double, 6, 1>::Zero())).norm());
+    apart =
+        std::max(apart, (answer.y - hildreth(unit, lengths.cwiseInverse().cwiseProduct(b), Eigen::Matrix<double, 6, 1>::Zero())).norm());
     for (auto& column : columns) std::reverse(column.begin(), column.end());
     order = std::max(order, (solve().y - answer.y).norm());
   }
@@ -275,7 +280,8 @@ Outcome degenerate(Bench& bench, Mode) {
     return mesh;
   }();
   std::vector<Eigen::Vector2d> half_circle;
-  for (int i = 0; i <= 16; ++i) half_circle.emplace_back(i % 16 ? 5 * std::sin(i * std::numbers::pi / 16) : 0, -5 * std::cos(i * std::numbers::pi / 16));
+  for (int i = 0; i <= 16; ++i)
+    half_circle.emplace_back(i % 16 ? 5 * std::sin(i * std::numbers::pi / 16) : 0, -5 * std::cos(i * std::numbers::pi / 16));
   TriangleMesh sliver = box({-5, -5, -5}, {5, 5, 5});  // one triangle cut in two, 1e-9 from its edge
   {
     const Triangle t = sliver.triangles[0];
@@ -292,9 +298,13 @@ Outcome degenerate(Bench& bench, Mode) {
   open.triangles.pop_back();
   int unexplained = 0, uncovered = 0, different = 0;
   double beyond = 0;
-  for (const auto& [mesh, is_good] : std::vector<std::pair<TriangleMesh, bool>>{{grid, true}, {lathe(half_circle, 32), true},
-                                                                               {lathe({{0, -5}, {5, -5}, {5, 5}, {0, 5}}, 24), true},
-                                                                               {sliver, true}, {doubled, false}, {flipped, false}, {open, false}}) {
+  for (const auto& [mesh, is_good] : std::vector<std::pair<TriangleMesh, bool>>{{grid, true},
+                                                                                {lathe(half_circle, 32), true},
+                                                                                {lathe({{0, -5}, {5, -5}, {5, 5}, {0, 5}}, 24), true},
+                                                                                {sliver, true},
+                                                                                {doubled, false},
+                                                                                {flipped, false},
+                                                                                {open, false}}) {
     const builder::MeshReport report = builder::checkMesh(mesh);
     if (!is_good || !report.clean()) {
       unexplained += is_good || report.summary().empty();
@@ -320,7 +330,8 @@ Outcome degenerate(Bench& bench, Mode) {
       const Sphere& s = result.tree.cover[leaf];
       for (int k = 0; k < 64; ++k) {
         const double z = 1 - (2 * k + 1.0) / 64, r = std::sqrt(1 - z * z), turn = 2.399963229728653 * k;
-        const Eigen::Vector3d p = Eigen::Vector3d(s.x, s.y, s.z) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
+        const Eigen::Vector3d p =
+            Eigen::Vector3d(s.x, s.y, s.z) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
         beyond = std::max(beyond, field.signedDistance(p) - double(result.tree.statistics.back().overhang_bound));
       }
     }
@@ -392,7 +403,9 @@ Outcome gimbal(Bench& bench, Mode mode) {
     options.reference_point = {0, 0, 40};
     Rig rig(probe, {{&slab, {}}}, mode, options);
     const Quaternion tilted = rotationOf({0, 0.6, 0});
-    const auto at = [&](double height) { return Configuration{Eigen::Vector3d(0, 0, height) + tilted * Eigen::Vector3d(0, 0, 40), tilted}; };
+    const auto at = [&](double height) {
+      return Configuration{Eigen::Vector3d(0, 0, height) + tilted * Eigen::Vector3d(0, 0, 40), tilted};
+    };
     for (double z = 4; z > -1.2; z -= 0.02) rig.to(at(z));
     for (int n = 0; n < 30; ++n) rig.to(at(-1.2));
     const RecordedStep& row = rig.last();
@@ -418,8 +431,8 @@ Outcome gimbal(Bench& bench, Mode mode) {
 Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
   Outcome out;
   int fewer = 0, all = 0;
-  for (const auto& [name, tolerance] : {std::pair{"dental_probe", 0.05}, std::pair{"molar", 0.1}, std::pair{"sulcus", 0.1}, std::pair{"ridge", 0.1},
-                                        std::pair{"ball", 0.1}, std::pair{"cylinder", 0.1}}) {
+  for (const auto& [name, tolerance] : {std::pair{"dental_probe", 0.05}, std::pair{"molar", 0.1}, std::pair{"sulcus", 0.1},
+                                        std::pair{"ridge", 0.1}, std::pair{"ball", 0.1}, std::pair{"cylinder", 0.1}}) {
     const Body& body = bench.bodies.get(name);
     builder::BuildSettings settings;
     settings.levels = 6;
@@ -444,7 +457,8 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
     std::mt19937_64 engine(22);
     rig.to({{0, 0, 14}, kUpright});
     for (int n = 0; n < 1500; ++n)
-      rig.to({{4 * std::sin(n * 0.004), 3 * std::sin(n * 0.007), 6 + 4 * std::cos(n * 0.003)}, rotationOf({0.3 * std::sin(n * 0.002), 0, 0})});
+      rig.to(
+          {{4 * std::sin(n * 0.004), 3 * std::sin(n * 0.007), 6 + 4 * std::cos(n * 0.003)}, rotationOf({0.3 * std::sin(n * 0.002), 0, 0})});
     const std::string leaves = std::to_string(object.tree.statistics.back().sphere_count);
     out.add("overhang of a molar of " + leaves + " leaves", "mm", double(object.tree.statistics.back().overhang_bound), 0);
     out.figures.back().informative = true;

@@ -34,9 +34,20 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
                           const runtime::StageTimes& times, double total_us) noexcept {
   const auto us = [](std::uint64_t ns) { return static_cast<double>(ns) / 1000; };
-  return {tick,        static_cast<double>(tick) / 1000, haptic,         result.graphic,       result.wrench,
-          result.pairs, result.rows,                     result.active, result.qp_iterations, result.faults,
-          us(times.find), us(times.rows),                us(times.qp),  total_us};
+  return {tick,
+          static_cast<double>(tick) / 1000,
+          haptic,
+          result.graphic,
+          result.wrench,
+          result.pairs,
+          result.rows,
+          result.active,
+          result.qp_iterations,
+          result.faults,
+          us(times.find),
+          us(times.rows),
+          us(times.qp),
+          total_us};
 }
 
 }  // namespace spheretree::player

@@ -15,8 +15,8 @@ class ServoLoop final : public device::Renderer {
  public:
   struct Options {
     runtime::Mode mode = runtime::Mode::Constrained;
-    bool wait = false;               // a full ring of the recording holds up the loop instead of losing rows
-    bool real_time_thread = false;   // the first step asks for a real-time priority for its thread
+    bool wait = false;              // a full ring of the recording holds up the loop instead of losing rows
+    bool real_time_thread = false;  // the first step asks for a real-time priority for its thread
   };
   /// `scene` and `recording` (may be null) must outlive it.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options);
@@ -27,8 +27,8 @@ class ServoLoop final : public device::Renderer {
   // After the last step.
   const RunStatistics& statistics() const { return statistics_; }
   // From any thread.
-  double force() const { return force_.load(std::memory_order_relaxed); }          // of the last step [N]
-  double time() const { return time_.load(std::memory_order_relaxed); }            // that it took [us]
+  double force() const { return force_.load(std::memory_order_relaxed); }                // of the last step [N]
+  double time() const { return time_.load(std::memory_order_relaxed); }                  // that it took [us]
   int priorityError() const { return priority_error_.load(std::memory_order_relaxed); }  // errno of the request; 0: granted, -1: not asked
 
  private:

@@ -29,20 +29,17 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 
 Json poseJson(const Configuration& pose) {
   const Quaternion& q = pose.orientation;
-  return {{"position_mm", {pose.position.x(), pose.position.y(), pose.position.z()}},
-          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+  return {{"position_mm", {pose.position.x(), pose.position.y(), pose.position.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
 Json figureJson(const Figure& paper, const Figure& constrained) {
-  return {{"quantity", constrained.quantity},
-          {"unit", constrained.unit},
-          {"pass", number(constrained.pass)},
-          {"results", {{"paper", number(paper.value)}, {"constrained", number(constrained.value)}}},
-          {"verdict", verdictOf(constrained)},
-          {"paper_verdict", verdictOf(paper)}};
+  return {{"quantity", constrained.quantity},  {"unit", constrained.unit},
+          {"pass", number(constrained.pass)},  {"results", {{"paper", number(paper.value)}, {"constrained", number(constrained.value)}}},
+          {"verdict", verdictOf(constrained)}, {"paper_verdict", verdictOf(paper)}};
 }
 
-/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that the paper's misses, else the first.
+/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that the paper's misses, else the
+/// first.
 std::size_t headline(const ScenarioResult& r) {
   for (const Outcome* outcome : {&r.constrained, &r.paper})
     for (std::size_t i = 0; i < outcome->figures.size(); ++i)
@@ -136,7 +133,7 @@ std::string tableRows(const ScenarioResult& r) {
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);  // what is wrong shows at the first file
-  std::set<const Body*> bodies;  // order of addresses; each makes files of its own
+  std::set<const Body*> bodies;                        // order of addresses; each makes files of its own
   Json list = Json::array();
   for (const ScenarioResult& r : results) {
     Json figures = Json::array();
@@ -159,7 +156,9 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
     const Outcome& o = r.constrained;
     if (o.tool) {
       bodies.insert(o.tool);
-      scenario["tool"] = {{"name", o.tool->name}, {"tree", o.tool->name + ".stree"}, {"mesh", o.tool->name + ".off"},
+      scenario["tool"] = {{"name", o.tool->name},
+                          {"tree", o.tool->name + ".stree"},
+                          {"mesh", o.tool->name + ".off"},
                           {"reference_point_mm", {o.reference_point.x(), o.reference_point.y(), o.reference_point.z()}}};
       Json objects = Json::array();
       for (const PlacedBody& object : o.objects) {
