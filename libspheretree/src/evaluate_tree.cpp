@@ -16,7 +16,7 @@ namespace spheretree::builder {
 namespace {
 
 constexpr double kTolerance = 1e-5;  // of the diagonal
-constexpr std::size_t kVolumeLines = 512 * 512;
+constexpr double kVolumeLines = 512 * 512;
 
 bool encloses(const Sphere& outer, const Sphere& inner, double tolerance) {
   const double dx = static_cast<double>(inner.x) - outer.x, dy = static_cast<double>(inner.y) - outer.y,
@@ -46,10 +46,21 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
 Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
   progress.stage("distance field");
   const DistanceField field(mesh);
+  const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
+  OverhangSettings outside;
+  outside.samples = share(outside.samples);
+  outside.least_a_ball = share(outside.least_a_ball);
+  outside.most_a_ball = share(outside.most_a_ball);
+  outside.most_patches = share(outside.most_patches);
   Evaluation out;
   out.diagonal = field.diagonal();
   out.tolerance = kTolerance * field.diagonal();
   out.hierarchy = evaluateHierarchy(tree, out.tolerance);
+  CoverageSettings gaps;
+  gaps.tolerance = out.tolerance;
+  gaps.samples = share(gaps.samples);
+  gaps.seed = settings.seed;
+  gaps.most_pieces = share(gaps.most_pieces);
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (int level = 0; level < tree.levelCount(); ++level) {
     progress.stage("level " + std::to_string(level));
@@ -62,11 +73,11 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
     result.level = level;
     result.spheres = balls.size();
     const SphereUnion set(balls);
-    result.overhang = measureOverhang(field, set, {}, progress);
+    result.overhang = measureOverhang(field, set, outside, progress);
     progress.advance(0.7);
-    result.coverage = measureCoverage(mesh, set, {.tolerance = out.tolerance, .seed = settings.seed}, progress);
+    result.coverage = measureCoverage(mesh, set, gaps, progress);
     progress.advance(0.9);
-    const Volumes volumes = measureVolumes(mesh, set.balls(), kVolumeLines, progress);
+    const Volumes volumes = measureVolumes(mesh, set.balls(), share(kVolumeLines), progress);
     if (volumes.mesh > 0) {
       result.excess_volume_fraction = volumes.excess / volumes.mesh;
       result.missing_volume_fraction = volumes.missing / volumes.mesh;
@@ -85,6 +96,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
 
 Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
   if (tree.nodeCount() == 0 || tree.levelCount() < 1) throw std::invalid_argument("evaluate: the tree has no nodes");
+  if (!(settings.effort > 0 && settings.effort <= 1)) throw std::invalid_argument("evaluate: effort must be above 0 and at most 1");
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(settings.threads > 0 ? std::min(settings.threads, cores) : cores);
   return arena.execute([&] { return evaluate(mesh, tree, settings, progress); });

@@ -31,6 +31,8 @@ std::string shortest(double value) {
 
 }  // namespace
 
+Hash128 bytesHash(std::span<const std::byte> bytes) { return canonical(XXH3_128bits(bytes.data(), bytes.size())); }
+
 Hash128 meshHash(const TriangleMesh& mesh) {
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
   if (!state) throw std::bad_alloc();
@@ -53,7 +55,7 @@ std::string settingsText(const BuildSettings& settings) {
 
 Hash128 settingsHash(const BuildSettings& settings) {
   const std::string text = settingsText(settings);
-  return canonical(XXH3_128bits(text.data(), text.size()));
+  return bytesHash(std::as_bytes(std::span(text)));
 }
 
 }  // namespace spheretree::builder

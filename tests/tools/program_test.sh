@@ -397,4 +397,6 @@ case_file_format() {
   return 0
 }
 
+. "${0%/*}/batch_cases.sh"
+
 "case_$case" "$@"

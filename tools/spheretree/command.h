@@ -42,6 +42,7 @@ struct Program {
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
                   std::function<int(builder::Progress&)> run);
 
+void addBatchCommand(Program& program);
 void addBuildCommand(Program& program);
 void addCheckCommand(Program& program);
 void addConvertCommand(Program& program);

@@ -4,6 +4,7 @@
 int main(int argc, char** argv) {
   spheretree::tool::Program program;
   addBuildCommand(program);
+  addBatchCommand(program);
   addCheckCommand(program);
   addConvertCommand(program);
   addEvaluateCommand(program);

@@ -34,12 +34,22 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::stage(std::string_view name) {
   stage_ = name;
   stage_shown_ = false;
+  stage_start_ = Clock::now();
   draw(0, true);
 }
 
 void ProgressBar::advance(double fraction) { draw(std::clamp(fraction, 0.0, 1.0), false); }
 
 double ProgressBar::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+// Of a stage that is long, once enough of it is done to tell.
+std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const {
+  const double spent = std::chrono::duration<double>(now - stage_start_).count();
+  if (spent < 3 || fraction < 0.02) return "";
+  char text[32];
+  std::snprintf(text, sizeof text, ", %.0f s left", spent * (1 - fraction) / fraction);
+  return text;
+}
 
 void ProgressBar::draw(double fraction, bool new_stage) {
   if (kind_ == Kind::None) return;
@@ -60,8 +70,8 @@ void ProgressBar::draw(double fraction, bool new_stage) {
   }
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(fraction * kWidth);
-  std::fprintf(stderr, "\r%-30.30s [%.*s%*s] %3d %% %6.1f s", stage_.c_str(), filled, "##############################", kWidth - filled, "",
-               static_cast<int>(fraction * 100), seconds());
+  std::fprintf(stderr, "\r%-30.30s [%.*s%*s] %3d %% %6.1f s%-14s", stage_.c_str(), filled, "##############################",
+               kWidth - filled, "", static_cast<int>(fraction * 100), seconds(), timeLeft(fraction, now).c_str());
   std::fflush(stderr);
   bar_shown_ = true;
 }

@@ -26,11 +26,12 @@ class ProgressBar : public builder::Progress {
   enum class Kind { Bar, Plain, Json, None };
   void draw(double fraction, bool new_stage);
   double seconds() const;
+  std::string timeLeft(double fraction, Clock::time_point now) const;
 
   Kind kind_;
   std::string stage_;
   Clock::time_point start_ = Clock::now();
-  Clock::time_point last_drawn_ = start_;
+  Clock::time_point last_drawn_ = start_, stage_start_ = start_;
   bool stage_shown_ = false;
   bool bar_shown_ = false;
 };

@@ -3,6 +3,8 @@
 // XXH3-128 in canonical (big-endian) byte order: the same on every machine. Not a defence against forgery.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string>
 
 #include "spheretree/builder/build_sphere_tree.h"
@@ -10,6 +12,9 @@
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
+
+/// Of any bytes.
+Hash128 bytesHash(std::span<const std::byte> bytes);
 
 /// Of positions [mm, doubles] and triangles, in their order; parts and their names do not count. Cost: O(size of the mesh).
 Hash128 meshHash(const TriangleMesh& mesh);

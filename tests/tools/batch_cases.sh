@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+# Cases of program_test.sh for `spheretree batch`; read by it.
+
+# write_scene FILE MORE_OBJECTS: a tetrahedron as tool, two parts of one file as objects.
+write_scene() {
+  write_tetrahedron tool.obj
+  printf 'g left\n' >pair.obj
+  write_tetrahedron part.obj
+  cat part.obj >>pair.obj
+  printf 'g right\nv 20 0 0\nv 33 0 0\nv 20 11 0\nv 20 0 9\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n' >>pair.obj
+  cat >"$1" <<END
+{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 3},
+ "tool": {"name": "tool", "mesh": "tool.obj"},
+ "objects": [{"name": "left", "mesh": "pair.obj", "part": "left", "position_mm": [1, 2, 3]},
+             {"name": "right", "mesh": "pair.obj", "part": "right", "quaternion_wxyz": [0, 0, 1, 0]}$2]}
+END
+}
+
+case_batch() {
+  write_scene a.scene.json ""
+  expect 0 batch a.scene.json -o out_a
+  says "3 built, 0 unchanged, 0 failed" out
+  for tree in tool left right; do
+    [ -s out_a/$tree.stree ] || fail "no tree of $tree"
+    expect 0 inspect out_a/$tree.stree
+  done
+  says '"tree": "left.stree"' out_a/scene.json
+  says '"schema": "spheretree.batch/1"' out_a/report.json
+  if grep -q mesh out_a/scene.json; then fail "the compiled scene still names a mesh"; fi
+  # A tree of a batch is the tree of build, byte for byte.
+  expect 0 build pair.obj --parts left --quality quick --levels 3 -o left.stree
+  cmp left.stree out_a/left.stree || fail "batch and build differ"
+  # Unchanged: nothing is built, and the trees stay as they are. Changed: only what changed.
+  cp -r out_a before
+  expect 0 batch a.scene.json -o out_a --threads 1
+  says "0 built, 3 unchanged, 0 failed" out
+  for tree in tool left right; do cmp before/$tree.stree out_a/$tree.stree || fail "$tree changed"; done
+  sed -i 's/^v 20 0 9$/v 20 0 8/' pair.obj
+  expect 0 batch a.scene.json -o out_a
+  says "2 built, 1 unchanged, 0 failed" out  # both parts of the file that changed: its bytes count
+  # A compiled scene is a scene.
+  expect 0 batch out_a/scene.json -o again
+  cmp out_a/left.stree again/left.stree || fail "a tree changed on its way through"
+  # An entry of the cache that is cut off or of other bytes is not used.
+  for entry in out_a/cache/*.stree; do printf x >>"$entry"; done
+  expect 0 batch a.scene.json -o out_a
+  says "3 built, 0 unchanged, 0 failed" out
+}
+
+case_batch_failures() {
+  write_scene bad.scene.json ', {"name": "open", "mesh": "open.obj"}, {"name": "gone", "mesh": "gone.obj"},
+    {"name": "nopart", "mesh": "pair.obj", "part": "middle"}, {"name": "notree", "tree": "tool.obj"}'
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\nf 1 3 2\n' >open.obj
+  expect 6 batch bad.scene.json -o out_b
+  says "3 built, 0 unchanged, 4 failed" out
+  for name in open gone nopart notree; do
+    says "spheretree: $name: " err
+    says "\"name\": \"$name\"" out_b/report.json
+    if grep -q "\"$name\"" out_b/scene.json; then fail "the compiled scene names $name, which has no tree"; fi
+  done
+  says 'its parts are "left", "right"' err
+  # Nothing left to load: no scene that an older run may have left.
+  sed 's/tool.obj/gone.obj/' bad.scene.json >worse.scene.json
+  expect 6 batch worse.scene.json -o out_b
+  [ ! -e out_b/scene.json ] || fail "a scene without a tool was left behind"
+  sed 's/"levels"/"level"/' bad.scene.json >key.scene.json
+  expect 4 batch key.scene.json -o out_c
+  says 'the nearest known one is "levels"' err
+  expect 3 batch gone.scene.json -o out_c
+  expect 2 batch bad.scene.json -o out_c --shard 3/2
+  [ ! -e out_c ] || fail "a folder was made for a scene that was refused"
+  write_scene tight.scene.json ', {"name": "tight", "mesh": "tool.obj", "tolerance_mm": 1e-6}'
+  expect 5 batch tight.scene.json -o out_d
+  says "tight: the tolerance of 1e-06 mm is not met" err
+  expect 5 batch tight.scene.json -o out_d
+}
+
+case_batch_shards() {
+  write_scene a.scene.json ', {"name": "twin", "mesh": "pair.obj", "part": "left"}'
+  expect 0 batch a.scene.json -o whole
+  for shard in 1 2 3; do expect 0 batch a.scene.json -o parts --shard $shard/3; done
+  [ ! -e parts/report.json ] || fail "a shard wrote the report"
+  expect 0 batch a.scene.json -o parts
+  says "0 built, 4 unchanged, 0 failed" out
+  for tree in tool left right twin; do cmp whole/$tree.stree parts/$tree.stree || fail "$tree differs"; done
+  cmp whole/scene.json parts/scene.json || fail "the scenes differ"
+}
+
+# Killed at any moment: the next run goes on, and comes to the same bytes.
+case_batch_killed() {
+  write_torus torus.obj 24
+  objects=""
+  for i in 1 2 3 4 5 6; do
+    sed "s/^v \([0-9.-]*\)/v \1$i/" torus.obj >torus$i.obj
+    objects="$objects, {\"name\": \"torus$i\", \"mesh\": \"torus$i.obj\"}"
+  done
+  write_scene a.scene.json "$objects"
+  expect 0 batch a.scene.json -o whole
+  for delay in 0.2 0.5 0.9; do
+    "$program" batch a.scene.json -o killed >/dev/null 2>&1 &
+    running=$!
+    sleep $delay
+    kill -9 $running 2>/dev/null
+    wait $running 2>/dev/null
+  done
+  "$program" batch a.scene.json -o killed >/dev/null 2>err &
+  running=$!
+  sleep 0.3
+  kill -INT $running 2>/dev/null
+  wait $running
+  code=$?
+  [ $code -eq 130 ] || [ $code -eq 0 ] || fail "exit code $code after Ctrl-C"
+  expect 0 batch a.scene.json -o killed
+  for tree in tool left right torus1 torus6; do cmp whole/$tree.stree killed/$tree.stree || fail "$tree differs"; done
+  cmp whole/scene.json killed/scene.json || fail "the scenes differ"
+}

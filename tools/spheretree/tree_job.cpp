@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tree_job.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <stdexcept>
+
+#include "command.h"
+#include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+using builder::BuilderKind;
+using builder::Quality;
+
+constexpr const char* kRecordSchema = "spheretree.batch-record/1";
+constexpr double kMeasuringEffort = 0.05;  // a look at every level that costs less than the build; `evaluate` measures in full
+
+std::string hex(const Hash128& hash) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : hash) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
+
+std::string counted(std::size_t count, const char* thing) { return std::to_string(count) + " " + thing + (count == 1 ? "" : "s"); }
+
+template <class Kinds>
+auto named(const Kinds& kinds, const std::string& text) {
+  const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
+  if (found == kinds.end()) throw std::logic_error("a scene file let pass the name " + text);
+  return *found;
+}
+
+Json levelsOf(const TriangleMesh& mesh, const SphereTree& tree, builder::Progress& progress) {
+  builder::EvaluateSettings settings;
+  settings.limits = false;
+  settings.effort = kMeasuringEffort;
+  const builder::Evaluation evaluation = builder::evaluateTree(mesh, tree, settings, progress);
+  Json levels = Json::array();
+  for (const builder::LevelEvaluation& level : evaluation.levels) {
+    // The builder's proof is often the tighter one of two, since this measure is short.
+    const double proven = tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound;
+    levels.push_back({{"level", level.level},
+                      {"spheres", level.spheres},
+                      {"overhang_mm",
+                       {{"max", level.overhang.max},
+                        {"bound", proven >= 0 ? std::min(proven, level.overhang.bound) : level.overhang.bound},
+                        {"p99", level.overhang.p99},
+                        {"mean", level.overhang.mean}}},
+                      {"uncovered_fraction", level.coverage.uncovered_fraction},
+                      {"max_gap_mm", level.coverage.max_gap},
+                      {"excess_volume_fraction", level.excess_volume_fraction},
+                      {"missing_volume_fraction", level.missing_volume_fraction}});
+  }
+  return levels;
+}
+
+}  // namespace
+
+std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::path& path, double unit_mm) {
+  Entry* entry = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<Entry>& slot = entries_[{path, unit_mm}];
+    if (!slot) slot = std::make_unique<Entry>();
+    entry = slot.get();
+  }
+  const std::lock_guard lock(entry->reading);  // others go on with other files
+  if (!entry->file) {
+    auto file = std::make_shared<File>();
+    file->mesh = formats::readMesh(path, unit_mm);
+    // A .gltf may keep its numbers in other files, whose change its own bytes do not show.
+    file->hash = file->mesh.format == "glTF" ? builder::meshHash(file->mesh.mesh) : builder::bytesHash(formats::readFile(path));
+    entry->file = std::move(file);
+  }
+  return entry->file;
+}
+
+PreparedMesh prepareMesh(TriangleMesh mesh, const std::string& name, const std::string& repair) {
+  const builder::MeshReport report = builder::checkMesh(mesh);
+  const bool turns = repair == "auto" && report.fixable() && !report.clean();
+  if (!report.clean() && !turns) {
+    std::string message = name + ": the mesh is refused: " + report.summary();
+    while (message.back() == '\n') message.pop_back();
+    throw builder::BuildError(message);
+  }
+  PreparedMesh out;
+  if (turns) {
+    out.steps.push_back("inside out and turned: " + counted(report.count(builder::DefectKind::InsideOut), "component") + ".");
+    mesh = builder::orientOutward(std::move(mesh), report);
+  }
+  if (report.buriedComponents() > 0) {
+    out.steps.push_back("left out, since within solid matter they bound nothing: " + counted(report.buriedComponents(), "component") + ".");
+    mesh = builder::withoutBuried(mesh, report);
+  }
+  out.mesh = std::move(mesh);
+  return out;
+}
+
+builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
+  constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,   BuilderKind::Burst, BuilderKind::Expand,
+                                 BuilderKind::Spawn, BuilderKind::Grid,     BuilderKind::Hubbard, BuilderKind::Octree};
+  constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
+  builder::BuildSettings out;
+  if (settings.builder) out.builder = named(kBuilders, *settings.builder);
+  if (settings.quality) out.quality = named(kQualities, *settings.quality);
+  if (settings.levels) out.levels = *settings.levels;
+  if (settings.branching) out.branching = *settings.branching;
+  if (settings.tolerance_mm) out.tolerance_mm = *settings.tolerance_mm;
+  if (settings.seed) out.seed = *settings.seed;
+  return out;
+}
+
+std::string TreeJob::key() const {
+  return hex(hashOf(kGenerator + "\n" + kRecordSchema + "\n" + hex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) +
+                    "\n" + repair + "\n" + builder::settingsText(settings)));
+}
+
+TreeResult TreeJob::run(builder::Progress& progress) const {
+  const auto begun = std::chrono::steady_clock::now();
+  TriangleMesh mesh = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
+  PreparedMesh prepared = prepareMesh(std::move(mesh), path.string() + (part.empty() ? "" : " part " + part), repair);
+  progress.check();
+  builder::BuildSettings unit_known = settings;
+  unit_known.unit_mm = file->mesh.unit_mm;
+  builder::BuildResult built = builder::buildSphereTree(prepared.mesh, unit_known, progress);
+
+  TreeResult result;
+  result.record = {{"triangles", prepared.mesh.triangles.size()},
+                   {"leaves", built.statistics.levels.back().spheres},
+                   {"nodes", built.tree.nodeCount()},
+                   {"diagonal_mm", built.tree.provenance.diagonal_mm},
+                   {"tolerance_mm", settings.tolerance_mm > 0 ? Json(settings.tolerance_mm) : Json(nullptr)},
+                   {"tolerance_met", settings.tolerance_mm > 0 ? Json(built.statistics.tolerance_met) : Json(nullptr)},
+                   {"certified", true},
+                   {"repair", prepared.steps},
+                   {"notes", file->mesh.notes},
+                   {"levels", levelsOf(prepared.mesh, built.tree, progress)}};
+  result.tree = std::move(built.tree);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  return result;
+}
+
+std::optional<TreeResult> TreeCache::find(const std::string& key) const {
+  const std::filesystem::path tree = folder_ / (key + ".stree"), record = folder_ / (key + ".json");
+  std::error_code ignored;
+  if (!std::filesystem::exists(record, ignored) || !std::filesystem::exists(tree, ignored)) return std::nullopt;
+  try {
+    const std::vector<std::byte> bytes = formats::readFile(tree), text = formats::readFile(record);
+    const auto* begin = reinterpret_cast<const char*>(text.data());
+    Json json = Json::parse(begin, begin + text.size());
+    if (json.at("schema") != kRecordSchema || json.at("tree_hash") != hex(builder::bytesHash(bytes))) return std::nullopt;
+    TreeResult result;
+    result.tree = formats::parseSphereTree(bytes, tree.string());
+    result.record = json.at("record");
+    result.seconds = json.at("seconds").get<double>();
+    return result;
+  } catch (const formats::FileError&) {  // whatever is wrong with an entry: it is built again
+  } catch (const formats::FormatError&) {
+  } catch (const nlohmann::json::exception&) {
+  }
+  return std::nullopt;
+}
+
+void TreeCache::store(const std::string& key, const TreeResult& result) const {
+  std::filesystem::create_directories(folder_);
+  const std::vector<std::byte> bytes = encodeSphereTree(result.tree);
+  // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
+  formats::writeWhole(folder_ / (key + ".stree"), bytes);
+  const Json json{
+      {"schema", kRecordSchema}, {"tree_hash", hex(builder::bytesHash(bytes))}, {"seconds", result.seconds}, {"record", result.record}};
+  formats::writeWhole(folder_ / (key + ".json"), json.dump(1) + "\n");
+}
+
+}  // namespace spheretree::tool

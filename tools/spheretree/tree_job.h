@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One tree of a batch: where its mesh comes from, how it is built, and the result with its figures, kept in a cache by content.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/scene_file.h"
+
+namespace spheretree::tool {
+
+using Json = nlohmann::ordered_json;
+
+/// Mesh files of a scene, each read once however many of its parts are objects. Safe for any number of threads.
+class MeshStore {
+ public:
+  struct File {
+    formats::MeshFile mesh;
+    Hash128 hash;  // of what the file says: its bytes, or for glTF with files of its own the mesh
+  };
+  /// @throws what formats::readMesh throws; the same again for the same file.
+  std::shared_ptr<const File> read(const std::filesystem::path& path, double unit_mm);
+
+ private:
+  struct Entry {
+    std::mutex reading;
+    std::shared_ptr<const File> file;
+  };
+  std::mutex mutex_;
+  std::map<std::pair<std::filesystem::path, double>, std::unique_ptr<Entry>> entries_;
+};
+
+/// A mesh as the builders need it, and what was done to it.
+struct PreparedMesh {
+  TriangleMesh mesh;
+  std::vector<std::string> steps;  // whole sentences
+};
+
+/// Turns what is inside out and leaves out what is buried. `repair`: auto or off. @throws builder::BuildError if the mesh is refused.
+PreparedMesh prepareMesh(TriangleMesh mesh, const std::string& name, const std::string& repair);
+
+struct TreeResult {
+  SphereTree tree;
+  Json record;  // figures for the report, and nothing that depends on clock or machine
+  double seconds = 0;
+};
+
+struct TreeJob {
+  std::shared_ptr<const MeshStore::File> file;
+  std::filesystem::path path;  // for messages
+  std::string part;            // "": all
+  std::string repair = "auto";
+  builder::BuildSettings settings;
+
+  /// Of all that the tree depends on: content, part, unit, settings and version of the program; 32 hexadecimal digits.
+  std::string key() const;
+  TreeResult run(builder::Progress& progress) const;
+};
+
+/// Names from a scene file, which has checked them.
+builder::BuildSettings buildSettings(const formats::TreeSettings& settings);
+
+/// Trees and records under DIR/KEY.stree and KEY.json. An entry counts only if both are whole and belong together.
+class TreeCache {
+ public:
+  explicit TreeCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  std::optional<TreeResult> find(const std::string& key) const;
+  void store(const std::string& key, const TreeResult& result) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace spheretree::tool
