@@ -19,7 +19,7 @@ namespace spheretree::builder {
 
 struct EvaluateSettings {
   bool limits = true;      // find h_fin and h_low for the deepest level
-  double effort = 1;        // share of the samples and of the length of the proofs: time against exactness; range (0, 1]
+  double effort = 1;       // share of the samples and of the length of the proofs: time against exactness; range (0, 1]
   std::uint64_t seed = 1;  // of the surface points
   int threads = 0;         // 0: as many as the machine has; the result does not depend on it
 };
