@@ -7,8 +7,9 @@
 #include <stdexcept>
 
 #include "command.h"
+#include "evaluation_json.h"
+#include "sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
-#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
@@ -36,8 +37,6 @@ std::string hex(const Hash128& hash) {
 
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
 
-std::string counted(std::size_t count, const char* thing) { return std::to_string(count) + " " + thing + (count == 1 ? "" : "s"); }
-
 template <class Kinds>
 auto named(const Kinds& kinds, const std::string& text) {
   const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
@@ -49,24 +48,13 @@ Json levelsOf(const TriangleMesh& mesh, const SphereTree& tree, builder::Progres
   builder::EvaluateSettings settings;
   settings.limits = false;
   settings.effort = kMeasuringEffort;
-  const builder::Evaluation evaluation = builder::evaluateTree(mesh, tree, settings, progress);
-  Json levels = Json::array();
-  for (const builder::LevelEvaluation& level : evaluation.levels) {
+  builder::Evaluation evaluation = builder::evaluateTree(mesh, tree, settings, progress);
+  for (builder::LevelEvaluation& level : evaluation.levels) {
     // The builder's proof is often the tighter one of two, since this measure is short.
     const double proven = tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound;
-    levels.push_back({{"level", level.level},
-                      {"spheres", level.spheres},
-                      {"overhang_mm",
-                       {{"max", level.overhang.max},
-                        {"bound", proven >= 0 ? std::min(proven, level.overhang.bound) : level.overhang.bound},
-                        {"p99", level.overhang.p99},
-                        {"mean", level.overhang.mean}}},
-                      {"uncovered_fraction", level.coverage.uncovered_fraction},
-                      {"max_gap_mm", level.coverage.max_gap},
-                      {"excess_volume_fraction", level.excess_volume_fraction},
-                      {"missing_volume_fraction", level.missing_volume_fraction}});
+    if (proven >= 0) level.overhang.bound = std::min(proven, level.overhang.bound);
   }
-  return levels;
+  return evaluationJson(evaluation).at("levels");
 }
 
 }  // namespace
@@ -88,27 +76,6 @@ std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::pa
     entry->file = std::move(file);
   }
   return entry->file;
-}
-
-PreparedMesh prepareMesh(TriangleMesh mesh, const std::string& name, const std::string& repair) {
-  const builder::MeshReport report = builder::checkMesh(mesh);
-  const bool turns = repair == "auto" && report.fixable() && !report.clean();
-  if (!report.clean() && !turns) {
-    std::string message = name + ": the mesh is refused: " + report.summary();
-    while (message.back() == '\n') message.pop_back();
-    throw builder::BuildError(message);
-  }
-  PreparedMesh out;
-  if (turns) {
-    out.steps.push_back("inside out and turned: " + counted(report.count(builder::DefectKind::InsideOut), "component") + ".");
-    mesh = builder::orientOutward(std::move(mesh), report);
-  }
-  if (report.buriedComponents() > 0) {
-    out.steps.push_back("left out, since within solid matter they bound nothing: " + counted(report.buriedComponents(), "component") + ".");
-    mesh = builder::withoutBuried(mesh, report);
-  }
-  out.mesh = std::move(mesh);
-  return out;
 }
 
 builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
@@ -133,23 +100,24 @@ std::string TreeJob::key() const {
 TreeResult TreeJob::run(builder::Progress& progress) const {
   const auto begun = std::chrono::steady_clock::now();
   TriangleMesh mesh = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
-  PreparedMesh prepared = prepareMesh(std::move(mesh), path.string() + (part.empty() ? "" : " part " + part), repair);
+  std::vector<std::string> steps;
+  mesh = soundMesh(std::move(mesh), path.string() + (part.empty() ? "" : " part " + part), repair == "auto", steps);
   progress.check();
   builder::BuildSettings unit_known = settings;
   unit_known.unit_mm = file->mesh.unit_mm;
-  builder::BuildResult built = builder::buildSphereTree(prepared.mesh, unit_known, progress);
+  builder::BuildResult built = builder::buildSphereTree(mesh, unit_known, progress);
 
   TreeResult result;
-  result.record = {{"triangles", prepared.mesh.triangles.size()},
+  result.record = {{"triangles", mesh.triangles.size()},
                    {"leaves", built.statistics.levels.back().spheres},
                    {"nodes", built.tree.nodeCount()},
                    {"diagonal_mm", built.tree.provenance.diagonal_mm},
                    {"tolerance_mm", settings.tolerance_mm > 0 ? Json(settings.tolerance_mm) : Json(nullptr)},
                    {"tolerance_met", settings.tolerance_mm > 0 ? Json(built.statistics.tolerance_met) : Json(nullptr)},
                    {"certified", true},
-                   {"repair", prepared.steps},
+                   {"repair", steps},
                    {"notes", file->mesh.notes},
-                   {"levels", levelsOf(prepared.mesh, built.tree, progress)}};
+                   {"levels", levelsOf(mesh, built.tree, progress)}};
   result.tree = std::move(built.tree);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

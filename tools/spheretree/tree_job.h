@@ -38,15 +38,6 @@ class MeshStore {
   std::map<std::pair<std::filesystem::path, double>, std::unique_ptr<Entry>> entries_;
 };
 
-/// A mesh as the builders need it, and what was done to it.
-struct PreparedMesh {
-  TriangleMesh mesh;
-  std::vector<std::string> steps;  // whole sentences
-};
-
-/// Turns what is inside out and leaves out what is buried. `repair`: auto or off. @throws builder::BuildError if the mesh is refused.
-PreparedMesh prepareMesh(TriangleMesh mesh, const std::string& name, const std::string& repair);
-
 struct TreeResult {
   SphereTree tree;
   Json record;  // figures for the report, and nothing that depends on clock or machine
