@@ -71,7 +71,7 @@ enum class Phase : std::uint8_t {
 struct DeviceStatus {
   Phase phase = Phase::Stopped;
   DeviceFault fault = DeviceFault::None;
-  std::int32_t vendor_code = 0;     // of the fault, in the vendor's numbers
+  std::int32_t vendor_code = 0;     // of the fault, or of the last one that was recovered from, in the vendor's numbers
   std::uint64_t ticks = 0;          // servo steps since start()
   std::uint64_t late_ticks = 0;     // of them, begun more than one period late
   std::uint32_t safety = 0;         // SafetyEvent bits of the last step
@@ -109,6 +109,7 @@ class Device {
   /// Sets state.tick and state.time itself.
   Wrench tick(DeviceState state) noexcept;
   void finish(Phase phase, DeviceFault fault = DeviceFault::None, std::int32_t vendor_code = 0) noexcept;
+  void note(std::int32_t vendor_code) noexcept { vendor_code_.store(vendor_code, std::memory_order_relaxed); }
 
  private:
   /// @throws DeviceError

@@ -17,7 +17,7 @@ struct DeviceState {
   double time = 0;            // since start [s]
   Configuration tool;         // of the handle: where the wrench acts, and orientation of the handle; device frame
   std::uint32_t buttons = 0;  // bit n: button n is held
-  bool released = false;      // the device knows that no hand holds it (safety switch)
+  bool released = false;      // no hand holds it (safety switch), or the device took its forces off for a moment
   double temperature = 0;     // of the hottest motor, 0..1; 0 where the device does not say
   bool failed = false;        // communication, timer or hardware fault: the last step of this run
 };

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hd_api.h"
+
+#include <dlfcn.h>
+
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "spheretree/device/device.h"
+
+namespace spheretree::device {
+namespace {
+
+HdApi resolve(void* library, const std::string& name) {
+  HdApi api;
+  const auto find = [&](const char* symbol) {
+    dlerror();
+    void* address = dlsym(library, symbol);
+    if (address) return address;
+    const char* why = dlerror();
+    throw DeviceError(DeviceFault::SymbolMissing, name + " has no function " + symbol + " (" + (why ? why : "null") +
+                                                      "): it is not OpenHaptics 3, install that version");
+  };
+#define SPHERETREE_HD_RESOLVE(function, result, ...) api.function = reinterpret_cast<result (*)(__VA_ARGS__)>(find(#function));
+  SPHERETREE_HD_FUNCTIONS(SPHERETREE_HD_RESOLVE)
+#undef SPHERETREE_HD_RESOLVE
+  return api;
+}
+
+}  // namespace
+
+const HdApi& loadHdApi(const std::string& library) {
+  static std::mutex mutex;
+  static std::map<void*, HdApi> loaded;  // the same library is the same handle
+  const std::lock_guard lock(mutex);
+  const std::vector<std::string> names = library.empty()
+                                             ? std::vector<std::string>{"libHD.so", "libHD.so.3.5", "libHD.so.3.4", "libHD.so.3.0"}
+                                             : std::vector<std::string>{library};
+  std::string tried;
+  for (const std::string& name : names) {
+    void* handle = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) {
+      const char* why = dlerror();
+      tried += (tried.empty() ? "" : "; ") + std::string(why ? why : name + " cannot be loaded");
+      continue;
+    }
+    if (const auto found = loaded.find(handle); found != loaded.end()) return found->second;
+    return loaded.emplace(handle, resolve(handle, name)).first->second;
+  }
+  throw DeviceError(DeviceFault::LibraryMissing,
+                    "no OpenHaptics library: " + tried + ". Install OpenHaptics and the driver of the device, or name the library file");
+}
+
+}  // namespace spheretree::device
