@@ -48,6 +48,7 @@ void Device::start(Renderer& renderer, const SafetySettings& safety, Clock clock
   safety_bits_ = safety_so_far_ = 0;
   phase_ = Phase::Running;
   started_ns_ = nowNs();
+  last_time_ = 0;
   try {
     begin(clock);
     if (clock == Clock::Real && !hasOwnClock()) thread_ = std::thread([this] { runRealTime(); });
@@ -76,6 +77,8 @@ DeviceStatus Device::status() const noexcept {
 Wrench Device::tick(DeviceState state) noexcept {
   state.tick = ticks_.load(std::memory_order_relaxed);
   state.time = clock_ == Clock::Real ? static_cast<double>(nowNs() - started_ns_) * 1e-9 : static_cast<double>(state.tick) * kServoPeriod;
+  if (state.time - last_time_ > 2 * kServoPeriod) late_ticks_.fetch_add(1, std::memory_order_relaxed);
+  last_time_ = state.time;
   if (rearm_.exchange(false, std::memory_order_relaxed)) safety_.rearm();
   if (EmergencyStop::requested()) safety_.emergencyStop();
   const Wrench wrench = safety_.limit(state, renderer_->render(state));
@@ -109,7 +112,6 @@ void Device::runRealTime() noexcept {
     if (late < 0) {
       sleepUntil(due);
     } else if (late > kPeriodNs) {  // whole periods are lost, never made up for in a burst
-      late_ticks_.fetch_add(1, std::memory_order_relaxed);
       due += late - late % kPeriodNs;
     }
   }

@@ -84,7 +84,7 @@ void PhantomDevice::readInfo() {
   api_->hdMakeCurrentDevice(handle_);
   const auto text = [&](HdEnum what) {
     const char* found = api_->hdGetString(what);
-    return std::string(found ? found : "");
+    return drain().empty() && found ? std::string(found) : std::string();
   };
   info_.model = text(kHdDeviceModelType);
   if (info_.model.empty()) info_.model = "Phantom";
@@ -104,6 +104,10 @@ void PhantomDevice::readInfo() {
   info_.max_force = largest;
   info_.continuous_force = continuous;
   info_.max_torque = info_.continuous_torque = Eigen::Vector3d(kMostTorque);
+  double temperatures[6];
+  std::uint8_t held;
+  has_temperature_ = accepted([&] { api_->hdGetDoublev(kHdMotorTemperature, temperatures); });
+  has_switch_ = accepted([&] { api_->hdGetBooleanv(kHdCurrentSafetySwitch, &held); });
 }
 
 void PhantomDevice::checkCalibration() {
@@ -133,9 +137,10 @@ void PhantomDevice::begin(Clock) {
   zeros_sent_ = 0;
   failed_ = interrupted_ = warm_ = switch_seen_ = false;
   api_->hdMakeCurrentDevice(handle_);
+  // The library's own clamp and ramp are a second belt: not every model has them.
+  accepted([&] { api_->hdEnable(kHdMaxForceClamping); });
+  accepted([&] { api_->hdEnable(kHdForceRamping); });
   api_->hdEnable(kHdForceOutput);
-  api_->hdEnable(kHdMaxForceClamping);
-  api_->hdEnable(kHdForceRamping);
   api_->hdSetSchedulerRate(kRate);
   callback_ = api_->hdScheduleAsynchronous(&PhantomDevice::onServo, this, kHdMaxPriority);
   std::string errors = drain();
@@ -188,8 +193,8 @@ DeviceState PhantomDevice::measured() noexcept {
   std::uint8_t held = 0;
   api_->hdGetDoublev(kHdCurrentTransform, transform);
   api_->hdGetIntegerv(kHdCurrentButtons, &buttons);
-  api_->hdGetBooleanv(kHdCurrentSafetySwitch, &held);
-  api_->hdGetDoublev(kHdMotorTemperature, temperatures);
+  if (has_switch_) api_->hdGetBooleanv(kHdCurrentSafetySwitch, &held);
+  if (has_temperature_) api_->hdGetDoublev(kHdMotorTemperature, temperatures);
   state.tool = poseOf(transform);
   state.buttons = static_cast<std::uint32_t>(buttons);
   // A device without a safety switch says 0 for ever: only a switch that was once on can be let go.
@@ -232,6 +237,12 @@ void PhantomDevice::drainInServo() noexcept {
   }
 }
 
+/// True if the call left no error: what a model does not have, it refuses.
+bool PhantomDevice::accepted(const std::function<void()>& call) const {
+  call();
+  return drain().empty();
+}
+
 /// All waiting errors in the vendor's words and numbers; empty if there is none.
 std::string PhantomDevice::drain() const {
   std::string all;
@@ -241,7 +252,8 @@ std::string PhantomDevice::drain() const {
     const char* words = api_->hdGetErrorString(error.code);
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, " (0x%04x, internal %d)", error.code, error.internal);
-    all += (all.empty() ? "" : ", ") + std::string(words ? words : "error") + numbers;
+    if (!all.empty()) all += ", ";
+    all.append(words ? words : "error").append(numbers);
   }
   return all;
 }

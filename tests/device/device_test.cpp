@@ -102,6 +102,22 @@ TEST(Device, RealClockKeepsAThousandStepsASecond) {
   EXPECT_EQ(renderer.seen.size(), after) << "nothing is rendered after stop()";
 }
 
+TEST(Device, ARendererThatHangsSwitchesTheForcesOff) {
+  SimulatedDevice device({});
+  Answer renderer;
+  renderer.seen.reserve(10'000);
+  renderer.answer = [](const DeviceState& state) {
+    if (state.tick == 20) std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    return Rendered{{{1, 0, 0}, {0, 0, 0}}, 0, false};
+  };
+  device.start(renderer, {}, Clock::Real);
+  for (int n = 0; n < 2000 && device.status().ticks < 30; ++n) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  device.stop();
+  EXPECT_GE(device.status().late_ticks, 1u);
+  EXPECT_TRUE(device.status().safety & kForcesOff);
+  EXPECT_EQ(device.actuated().force.norm(), 0);
+}
+
 TEST(Device, LimitsAreNarrowedToThoseOfTheDevice) {
   SimulatedSettings settings;
   settings.max_force = 1.5;

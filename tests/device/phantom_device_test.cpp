@@ -125,11 +125,11 @@ TEST_F(PhantomDevice_, CallsInTheOrderThatHdapiWants) {
     fake().step(10);
     device.stop();
   }
-  EXPECT_STREQ(
-      fake().calls(),
-      "hdInitDevice hdGetError hdMakeCurrentDevice hdGetError hdCheckCalibration hdGetError "
-      "hdMakeCurrentDevice hdEnable hdEnable hdEnable hdSetSchedulerRate hdScheduleAsynchronous hdGetError hdStartScheduler hdGetError "
-      "hdStopScheduler hdUnschedule hdGetError hdDisableDevice");
+  EXPECT_STREQ(fake().calls(),
+               "hdInitDevice hdGetError hdMakeCurrentDevice hdGetError hdCheckCalibration hdGetError "
+               "hdMakeCurrentDevice hdEnable hdGetError hdEnable hdGetError hdEnable hdSetSchedulerRate hdScheduleAsynchronous hdGetError "
+               "hdStartScheduler hdGetError "
+               "hdStopScheduler hdUnschedule hdGetError hdDisableDevice");
 }
 
 TEST_F(PhantomDevice_, TellsWhatItIs) {
@@ -263,6 +263,18 @@ TEST_F(PhantomDevice_, NoTorqueForADeviceThatHasNone) {
   EXPECT_EQ(device.status().phase, Phase::Running);
   EXPECT_EQ(askedTorque(99).norm(), 0);
   EXPECT_GT(asked(99).norm(), 1);
+}
+
+TEST_F(PhantomDevice_, AModelMayLackWhatIsNotNeeded) {
+  settings.poor = true;
+  reset();
+  PhantomDevice device(phantom);
+  EXPECT_EQ(device.info().serial, "");
+  Constant renderer;
+  device.start(renderer, safety, Clock::Real);
+  fake().step(100);
+  EXPECT_EQ(device.status().phase, Phase::Running) << std::hex << device.status().vendor_code;
+  EXPECT_LT((asked(99) - renderer.wrench.force).norm(), 1e-9);
 }
 
 TEST_F(PhantomDevice_, LostCommunicationIsZeroWithinTwoTicksAndForGood) {

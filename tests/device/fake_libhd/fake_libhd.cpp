@@ -321,6 +321,7 @@ void hdEnable(std::uint32_t what) {
     f.push(kBadEnum);
 }
 void hdGetBooleanv(std::uint32_t what, std::uint8_t* out) {
+  if (get().settings_.poor) return get().push(kBadEnum);
   if (what != 0x2001) return get().push(what == 0x2052 || what == 0x2000 ? kBadType : kBadEnum);
   if (get().inFrame("hdGetBooleanv")) *out = get().held_;
 }
@@ -353,6 +354,7 @@ void hdGetDoublev(std::uint32_t what, double* out) {
     }
     out[15] = 1;
   } else if (what == 0x2605) {
+    if (f.settings_.poor) return f.push(kBadEnum);
     if (!f.inFrame("hdGetDoublev")) return;
     const double extra = f.settings_.temperature_per_second * static_cast<double>(f.ticks_) * 1e-3;
     std::fill_n(out, f.settings_.output_dof, std::min(1.0, f.state_.temperature + extra));
@@ -381,7 +383,7 @@ void hdSetDoublev(std::uint32_t what, const double* in) {
 const char* hdGetString(std::uint32_t what) {
   if (what == 0x2501) return "PHANTOM Premium 3.0 6DOF";
   if (what == 0x2502) return "4.3.3";
-  if (what == 0x2504) return "A3001";
+  if (what == 0x2504 && !get().settings_.poor) return "A3001";
   get().push(kBadEnum);
   return nullptr;
 }

@@ -9,18 +9,19 @@ extern "C" {
 
 /// What a test asks for before the device is opened.
 struct FakeSettings {
-  bool stepped = true;                                                        // virtual time by fake_step(); else a thread of 1 kHz
-  bool null_name_fails = false;                                               // hdInitDevice(NULL) fails, "Default PHANToM" works
-  bool unplugged = false;                                                     // no name works
-  int output_dof = 6;                                                         // 3: setting a torque is an error
-  int calibration_style = 1;                                                  // 1 encoder reset, 2 auto, 4 inkwell
-  bool calibrated = true;                                                     // false: needs an update
-  bool calibration_fails = false;                                             // an update does not help
-  double temperature_per_second = 0;                                          // rise of the motors beyond what their load gives
-  double matrix_error = 0;                                                    // by which the rotation's columns are wrong
-  double coulomb = 0;                                                         // of the simulated device [N]
-  bool has_switch = false;                                                    // safety switch; held from the start
-  bool start_fails = false;                                                   // hdStartScheduler leaves a timer error
+  bool stepped = true;                // virtual time by fake_step(); else a thread of 1 kHz
+  bool null_name_fails = false;       // hdInitDevice(NULL) fails, "Default PHANToM" works
+  bool unplugged = false;             // no name works
+  int output_dof = 6;                 // 3: setting a torque is an error
+  int calibration_style = 1;          // 1 encoder reset, 2 auto, 4 inkwell
+  bool calibrated = true;             // false: needs an update
+  bool calibration_fails = false;     // an update does not help
+  double temperature_per_second = 0;  // rise of the motors beyond what their load gives
+  double matrix_error = 0;            // by which the rotation's columns are wrong
+  double coulomb = 0;                 // of the simulated device [N]
+  bool has_switch = false;            // safety switch; held from the start
+  bool poor = false;                  // no safety switch, temperature, clamp, ramp and serial number: asking for them is an error
+  bool start_fails = false;           // hdStartScheduler leaves a timer error
   void (*path)(double time, double* position, double* quaternion) = nullptr;  // of the hand; null: it rests at the origin
 };
 

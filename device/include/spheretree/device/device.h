@@ -128,6 +128,7 @@ class Device {
   Safety safety_;
   Clock clock_ = Clock::Stepped;
   std::int64_t started_ns_ = 0;
+  double last_time_ = 0;  // of a servo step [s]
   std::thread thread_;
   bool started_ = false;
   std::atomic<bool> stop_{false}, rearm_{false};

@@ -5,7 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
-#include <memory>
+#include <functional>
 #include <string>
 
 #include "spheretree/device/device.h"
@@ -49,6 +49,7 @@ class PhantomDevice final : public Device {
   DeviceState measured() noexcept;
   void send(const Wrench& wrench) noexcept;
   void drainInServo() noexcept;
+  bool accepted(const std::function<void()>& call) const;
   std::string drain() const;
 
   const HdApi* api_;
@@ -58,6 +59,7 @@ class PhantomDevice final : public Device {
   std::atomic<bool> quit_{false};
   int zeros_sent_ = 0;
   bool failed_ = false, interrupted_ = false, warm_ = false, switch_seen_ = false;
+  bool has_temperature_ = false, has_switch_ = false;
 };
 
 }  // namespace spheretree::device
