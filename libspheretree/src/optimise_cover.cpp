@@ -12,6 +12,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "open_set.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/sample_index.h"
 
@@ -160,7 +161,7 @@ class SwapSearch {
         restart(nextStandOff());
       }
       if (chosen_.size() >= spheres) remove(leastUseful(), ++clock);
-      const std::uint32_t sample = open_[static_cast<std::size_t>(random_() % open_.size())];
+      const std::uint32_t sample = open_.anyOf(random_());
       const std::uint32_t candidate = mostUseful(sample);
       if (candidate == kNone) return best;  // no candidate reaches this sample at this stand-off
       add(candidate, ++clock);
@@ -197,14 +198,13 @@ class SwapSearch {
     }
     h_ = h;
     cover_.assign(table_.samples(), 0);
-    place_.assign(table_.samples(), 0);
-    open_.clear();
+    open_.reset(table_.samples());
     for (const std::uint32_t c : chosen_)
       for (const GapTable::Entry& e : table_.ofCandidate(c)) cover_[e.id] += e.gap <= h_;
     score_.assign(table_.candidates(), 0);
     for (std::uint32_t s = 0; s < cover_.size(); ++s) {
       if (cover_[s] > 0) continue;
-      open(s);
+      open_.insert(s);
       for (const GapTable::Entry& e : table_.ofSample(s))
         if (e.gap <= h_) score_[e.id] += weight_[s];
     }
@@ -212,16 +212,6 @@ class SwapSearch {
       for (const GapTable::Entry& e : table_.ofCandidate(c))
         if (e.gap <= h_ && cover_[e.id] == 1) score_[c] += weight_[e.id];
   }
-  void open(std::uint32_t s) {
-    place_[s] = static_cast<std::uint32_t>(open_.size());
-    open_.push_back(s);
-  }
-  void close(std::uint32_t s) {
-    open_[place_[s]] = open_.back();
-    place_[open_.back()] = place_[s];
-    open_.pop_back();
-  }
-
   // score: what an unselected set would newly cover, what a selected one alone covers.
   std::size_t leastUseful() const {
     std::size_t best = kNone;
@@ -260,7 +250,7 @@ class SwapSearch {
         touched_ += table_.ofSample(s).size();
         for (const GapTable::Entry& other : table_.ofSample(s))
           if (other.id != c && other.gap <= h_) score_[other.id] += weight_[s];
-        open(s);
+        open_.insert(s);
       } else if (cover_[s] == 1) {
         for (const GapTable::Entry& other : table_.ofSample(s))
           if (other.gap <= h_ && selected_[other.id]) {
@@ -279,7 +269,7 @@ class SwapSearch {
         touched_ += table_.ofSample(s).size();
         for (const GapTable::Entry& other : table_.ofSample(s))
           if (other.id != c && other.gap <= h_) score_[other.id] -= weight_[s];
-        close(s);
+        open_.erase(s);
       } else if (cover_[s] == 2) {
         for (const GapTable::Entry& other : table_.ofSample(s))
           if (other.gap <= h_ && selected_[other.id]) {
@@ -298,7 +288,8 @@ class SwapSearch {
   std::vector<char> selected_;
   std::vector<std::int64_t> weight_, score_, stamp_;
   std::vector<float> least_;
-  std::vector<std::uint32_t> cover_, open_, place_;  // open_: samples that no set covers; place_: where in open_
+  std::vector<std::uint32_t> cover_;
+  OpenSet open_;  // samples that no set covers
   std::uint64_t touched_ = 0;
   float h_ = 0, restricted_ = std::numeric_limits<float>::infinity();
   std::uint32_t last_added_ = kNone, last_removed_ = kNone;

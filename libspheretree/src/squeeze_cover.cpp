@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "open_set.h"
 #include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/sample_index.h"
@@ -82,36 +83,24 @@ class Squeezer {
     std::fill(owner_.begin(), owner_.end(), 0);
     std::fill(private_.begin(), private_.end(), 0);
     std::fill(tabu_.begin(), tabu_.end(), 0);
-    place_.assign(samples_.size(), kNone);
-    open_.clear();
-    for (std::uint32_t s = 0; s < samples_.size(); ++s) open(s);
+    open_.reset(samples_.size());
+    for (std::uint32_t s = 0; s < samples_.size(); ++s) open_.insert(s);
     for (std::uint32_t b = 0; b < balls_.size(); ++b) cover(b);
     for (int move = 1; !open_.empty(); ++move) {
       if (move > moves || work_ > most_work) return false;
       if (move % 64 == 0) progress.check();
-      place(open_[static_cast<std::size_t>(random_() % open_.size())], static_cast<std::uint64_t>(move));
+      place(open_.anyOf(random_()), static_cast<std::uint64_t>(move));
     }
     return true;
   }
 
  private:
-  void open(std::uint32_t s) {
-    place_[s] = static_cast<std::uint32_t>(open_.size());
-    open_.push_back(s);
-  }
-  void close(std::uint32_t s) {
-    open_[place_[s]] = open_.back();
-    place_[open_.back()] = place_[s];
-    place_[s] = kNone;
-    open_.pop_back();
-  }
-
   // owner_ is the exclusive or of the balls that cover a sample: the ball itself where there is one.
   void cover(std::uint32_t b) {
     covered_[b].clear();
     samples_.within(balls_[b].centre, balls_[b].radius + goal_, [&](std::uint32_t s, double) {
       covered_[b].push_back(s);
-      if (count_[s] == 0) close(s), private_[b] += weight_[s];
+      if (count_[s] == 0) open_.erase(s), private_[b] += weight_[s];
       if (count_[s] == 1) private_[owner_[s]] -= weight_[s];
       ++count_[s];
       owner_[s] ^= b;
@@ -121,7 +110,7 @@ class Squeezer {
     for (const std::uint32_t s : covered_[b]) {
       --count_[s];
       owner_[s] ^= b;
-      if (count_[s] == 0) open(s), private_[b] -= weight_[s];
+      if (count_[s] == 0) open_.insert(s), private_[b] -= weight_[s];
       if (count_[s] == 1) private_[owner_[s]] += weight_[s];
     }
   }
@@ -220,7 +209,8 @@ class Squeezer {
   std::vector<std::vector<std::uint32_t>> covered_;  // samples that a ball covers
   std::vector<double> private_;                      // weight of the samples that a ball alone covers
   std::vector<std::uint64_t> tabu_;
-  std::vector<std::uint32_t> open_, place_, moved_;
+  OpenSet open_;  // samples that no ball covers
+  std::vector<std::uint32_t> moved_;
   std::vector<Vector3d> patch_;
   std::vector<std::uint32_t> patch_samples_;
   std::mt19937_64 random_;

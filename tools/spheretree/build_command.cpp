@@ -62,15 +62,6 @@ void checkOptions(const BuildOptions& options) {
 
 Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const builder::BuildResult& result,
               const std::vector<std::string>& notes) {
-  const auto hex = [](const Hash128& hash) {
-    std::string text;
-    for (const std::uint8_t byte : hash) {
-      char digits[3];
-      std::snprintf(digits, sizeof digits, "%02x", byte);
-      text += digits;
-    }
-    return text;
-  };
   const builder::BuildSettings& s = options.settings;
   const builder::BuildStatistics& statistics = result.statistics;
   Json settings;
@@ -92,9 +83,9 @@ Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const build
   out["input"] = options.input.string();
   out["output"] = options.output.string();
   out["settings"] = settings;
-  out["settings_hash"] = hex(builder::settingsHash(s));
+  out["settings_hash"] = toHex(builder::settingsHash(s));
   out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
-                 {"hash", hex(builder::meshHash(mesh))},        {"diagonal_mm", result.tree.provenance.diagonal_mm},
+                 {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
                  {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
   out["notes"] = notes;
   out["nodes"] = result.tree.nodeCount();

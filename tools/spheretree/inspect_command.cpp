@@ -52,16 +52,6 @@ std::vector<Tightness> measureTightness(const SphereTree& tree) {
   return levels;
 }
 
-std::string toHex(const Hash128& hash) {
-  std::string text;
-  for (const std::uint8_t byte : hash) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02x", byte);
-    text += digits;
-  }
-  return text;
-}
-
 /// Of the file as it stands, which may be of a newer minor version than this program writes.
 struct FileFacts {
   std::size_t bytes = 0;

@@ -10,6 +10,14 @@
 #include <span>
 
 namespace spheretree {
+
+std::string toHex(const Hash128& hash) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : hash) text += {kDigits[byte >> 4], kDigits[byte & 15]};
+  return text;
+}
+
 namespace {
 
 struct Ball {

@@ -25,6 +25,9 @@ inline constexpr float kUnproven = -1;  // in place of an overhang bound
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
+/// 32 lower-case digits.
+std::string toHex(const Hash128& hash);
+
 /// What the builder proved or measured about the level set of one level. Lengths in mm.
 struct LevelStatistics {
   std::uint32_t sphere_count = 0;    // size of the level set: nodes of the level and leaves of earlier ones
