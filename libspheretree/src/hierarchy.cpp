@@ -253,6 +253,16 @@ std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vecto
   return parents;
 }
 
+std::vector<std::size_t> levelCounts(std::size_t leaves, int branching) {
+  const auto full = static_cast<std::size_t>(branching);
+  std::vector<std::size_t> most{1};  // of each level
+  while (most.back() < leaves) most.push_back(most.back() * full);
+  std::vector<std::size_t> counts(most.size(), leaves);
+  for (std::size_t level = counts.size() - 1; level-- > 0;)
+    counts[level] = std::min(most[level], (4 * counts[level + 1] + 3 * full - 1) / (3 * full));
+  return counts;
+}
+
 SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents,
                         int branching) {
   if (levels.empty() || levels[0].size() != 1 || parents.size() != levels.size())

@@ -127,7 +127,6 @@ std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
       if (merge.worsens) break;
       continue;
     }
-    if (alive > region.most && merge.overhang > region.limit) return {};
     const auto made = static_cast<std::uint32_t>(clusters.size());
     clusters.emplace_back();
     MedialCluster &x = clusters[merge.a], &y = clusters[merge.b], &z = clusters[made];

@@ -102,7 +102,6 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
     stand_off = high = trial;
     return true;
   };
-  if (region.limit < static_cast<double>(high) && !attempt(static_cast<float>(region.limit))) return {};
   const auto enough = static_cast<float>(region.enough);
   bool done = enough >= high;
   if (!done && enough > low) {

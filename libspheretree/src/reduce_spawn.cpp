@@ -118,7 +118,6 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
     high = trial;
     return true;
   };
-  if (region.limit < high && !attempt(region.limit)) return {};
   bool done = region.enough >= high;
   if (!done && region.enough > 0) {
     done = attempt(region.enough);

@@ -164,6 +164,39 @@ std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::
   return owner;
 }
 
+void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball, double enough) {
+  if (!patch.empty()) moveInside(field, patch, ball);
+  if (ball.clearance > 0 && patch.size() > 1) {
+    const double overhang = std::max(0.0, ball.overhang());
+    const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
+    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, 0.2 * width, kRefitSteps, enough);
+    ball.centre = refit.centre;
+    ball.clearance = refit.clearance;
+  }
+  ball.radius = farthest(patch, ball.centre) * (1 + 1e-12);
+}
+
+std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t most) {
+  if (all.size() <= most) return {all.begin(), all.end()};
+  std::vector<double> distance2(all.size(), std::numeric_limits<double>::infinity());
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : all) mean += p / static_cast<double>(all.size());
+  std::size_t next = 0;
+  for (std::size_t i = 1; i < all.size(); ++i)
+    if ((all[i] - mean).squaredNorm() > (all[next] - mean).squaredNorm()) next = i;
+  std::vector<Vector3d> few;
+  for (std::size_t k = 0; k < most; ++k) {
+    const Vector3d p = all[next];
+    few.push_back(p);
+    next = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      distance2[i] = std::min(distance2[i], (all[i] - p).squaredNorm());
+      if (distance2[i] > distance2[next]) next = i;
+    }
+  }
+  return few;
+}
+
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
                                       std::span<const char> fixed, int rounds, const Progress& progress) {
   std::vector<std::uint32_t> owner;
@@ -174,16 +207,10 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
     for (std::size_t i = 0; i < points.size(); ++i) patch[owner[i]].push_back(points[i]);
     tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
       if (!fixed.empty() && fixed[b]) return;
-      FittedBall& ball = balls[b];
-      if (round < rounds && !patch[b].empty()) moveInside(field, patch[b], ball);
-      if (round < rounds && ball.clearance > 0 && patch[b].size() > 1) {
-        const double overhang = std::max(0.0, ball.overhang());
-        const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
-        const Refit refit = refitBall(field, patch[b], ball.centre, ball.clearance, 0.2 * width, kRefitSteps);
-        ball.centre = refit.centre;
-        ball.clearance = refit.clearance;
-      }
-      ball.radius = farthest(patch[b], ball.centre) * (1 + 1e-12);
+      if (round < rounds)
+        refitToPatch(field, patch[b], balls[b]);
+      else
+        balls[b].radius = farthest(patch[b], balls[b].centre) * (1 + 1e-12);
     });
   }
   return owner;

@@ -63,6 +63,27 @@ Parents nearestFirst(const Levels& levels, std::size_t capacity) {
   return parents;
 }
 
+TEST(Hierarchy, CountsOfTheShallowestTree) {
+  EXPECT_EQ(levelCounts(1, 8), (std::vector<std::size_t>{1}));
+  EXPECT_EQ(levelCounts(8, 8), (std::vector<std::size_t>{1, 8}));
+  EXPECT_EQ(levelCounts(60, 8), (std::vector<std::size_t>{1, 8, 60}));
+  EXPECT_EQ(levelCounts(100, 8), (std::vector<std::size_t>{1, 3, 17, 100}));
+  EXPECT_EQ(levelCounts(512, 8), (std::vector<std::size_t>{1, 8, 64, 512}));
+  for (const int branching : {2, 3, 5, 8})
+    for (std::size_t leaves = 1; leaves < 300; ++leaves) {
+      const std::vector<std::size_t> counts = levelCounts(leaves, branching);
+      ASSERT_EQ(counts.front(), 1u);
+      ASSERT_EQ(counts.back(), leaves);
+      std::size_t most = 1;
+      for (std::size_t level = 1; level < counts.size(); ++level) {
+        ASSERT_LE(counts[level - 1], counts[level]);
+        ASSERT_LE(counts[level], counts[level - 1] * static_cast<std::size_t>(branching));
+        if (level + 1 < counts.size()) most *= static_cast<std::size_t>(branching);
+      }
+      ASSERT_TRUE(leaves == 1 || most < leaves) << "a level less would do";
+    }
+}
+
 TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
   const std::vector<std::tuple<int, std::vector<std::size_t>>> cases{{2, {1, 2, 4, 8}},    {3, {1, 2, 5, 15}}, {4, {1, 4, 13, 40, 100}},
                                                                      {8, {1, 8, 64, 512}}, {8, {1, 7, 7, 8}},  {5, {1, 1, 1}}};

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -50,50 +49,37 @@ PublishedSettings quick(int levels) {
   return settings;
 }
 
-// The level set, as certification and the tree file see it, and the worst bound of its overhang [mm].
-struct LevelSet {
-  std::vector<Ball> balls;
+double worstOverhang(const std::vector<Ball>& balls, const DistanceField& field) {
   double worst = 0;
-};
-LevelSet levelSetOf(const LevelBalls& tree, std::size_t level, const DistanceField& field) {
-  LevelSet set;
-  for (std::size_t l = 0; l <= level; ++l) {
-    std::vector<char> ended(tree.balls[l].size(), l == level);
-    if (l < level) {
-      std::fill(ended.begin(), ended.end(), char{1});
-      for (const std::uint32_t parent : tree.parents[l + 1]) ended[parent] = 0;
-    }
-    for (std::size_t i = 0; i < ended.size(); ++i)
-      if (ended[i]) set.balls.push_back(tree.balls[l][i]);
-  }
-  for (const Ball& b : set.balls) set.worst = std::max(set.worst, b.radius + field.signedDistance(b.centre));
-  return set;
+  for (const Ball& b : balls) worst = std::max(worst, b.radius + field.signedDistance(b.centre));
+  return worst;
+}
+
+std::size_t countAll(const LevelBalls& tree) {
+  std::size_t count = 0;
+  for (const auto& level : tree.balls) count += level.size();
+  return count;
 }
 
 void expectSound(const LevelBalls& tree, const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings) {
-  ASSERT_EQ(tree.balls.size(), tree.parents.size());
+  ASSERT_TRUE(tree.parents.empty());
   ASSERT_LE(tree.balls.size(), static_cast<std::size_t>(settings.levels));
   ASSERT_EQ(tree.balls[0].size(), 1u);
   Progress progress;
   for (std::size_t level = 0; level < tree.balls.size(); ++level) {
     SCOPED_TRACE("level " + std::to_string(level));
-    ASSERT_EQ(tree.balls[level].size(), tree.parents[level].size());
     for (const Ball& b : tree.balls[level]) {
       EXPECT_TRUE(b.centre.allFinite());
       EXPECT_TRUE(std::isfinite(b.radius));
       EXPECT_GT(b.radius, 0);
     }
     if (level > 0) {
-      std::map<std::uint32_t, int> children;
-      for (const std::uint32_t parent : tree.parents[level]) {
-        ASSERT_LT(parent, tree.balls[level - 1].size());
-        ++children[parent];
-      }
-      for (const auto& [parent, count] : children) EXPECT_LE(count, settings.branching) << "children of " << parent;
+      EXPECT_LE(tree.balls[level].size(), tree.balls[level - 1].size() * static_cast<std::size_t>(settings.branching));
+      EXPECT_GE(tree.balls[level].size(), tree.balls[level - 1].size());
     }
-    const LevelSet set = levelSetOf(tree, level, field);
-    const CertifiedCover cover = certifyCover(mesh, set.balls, Vector3d::Zero(), 1e-3 * field.diagonal(), progress);
-    EXPECT_LE(cover.largest_growth, 0.02 * field.diagonal()) << "the levels cover up to small gaps";
+    const CertifiedCover cover = certifyCover(mesh, tree.balls[level], Vector3d::Zero(), 1e-3 * field.diagonal(), progress);
+    EXPECT_LE(cover.largest_growth, std::max(0.3 * worstOverhang(tree.balls[level], field), 2e-3 * field.diagonal()))
+        << "the levels cover up to small gaps";
   }
 }
 
@@ -109,8 +95,8 @@ TEST(PublishedFrame, EveryMethodMakesASoundTree) {
       expectSound(tree, mesh, field, settings);
       ASSERT_EQ(tree.balls.size(), 3u);
       // Deeper levels are finer.
-      EXPECT_LT(levelSetOf(tree, 1, field).worst, levelSetOf(tree, 0, field).worst);
-      EXPECT_LT(levelSetOf(tree, 2, field).worst, 0.8 * levelSetOf(tree, 1, field).worst);
+      EXPECT_LT(worstOverhang(tree.balls[1], field), worstOverhang(tree.balls[0], field));
+      EXPECT_LT(worstOverhang(tree.balls[2], field), 0.8 * worstOverhang(tree.balls[1], field));
     }
   }
 }
@@ -127,12 +113,14 @@ TEST(PublishedFrame, SameBallsForAnyNumberOfThreads) {
       trees.push_back(buildByRegions(mesh, field, named.methods, quick(3), progress));
     }
     for (std::size_t t = 1; t < trees.size(); ++t) {
-      ASSERT_EQ(trees[t].parents, trees[0].parents);
-      for (std::size_t level = 0; level < trees[0].balls.size(); ++level)
+      ASSERT_EQ(trees[t].balls.size(), trees[0].balls.size());
+      for (std::size_t level = 0; level < trees[0].balls.size(); ++level) {
+        ASSERT_EQ(trees[t].balls[level].size(), trees[0].balls[level].size());
         for (std::size_t i = 0; i < trees[0].balls[level].size(); ++i) {
           EXPECT_EQ(trees[t].balls[level][i].centre, trees[0].balls[level][i].centre);
           EXPECT_EQ(trees[t].balls[level][i].radius, trees[0].balls[level][i].radius);
         }
+      }
     }
   }
 }
@@ -168,15 +156,27 @@ TEST(PublishedFrame, ALooserToleranceTakesFewerBalls) {
     settings.tolerance_mm = tolerance;
     Progress progress;
     const LevelBalls tree = buildByRegions(mesh, field, std::vector<Method>{{reduceExpand, true}}, settings, progress);
-    std::size_t count = 0;
-    for (const auto& level : tree.balls) count += level.size();
+    const std::size_t count = countAll(tree);
     if (before > 0) {
       EXPECT_LT(count, before) << "tolerance " << tolerance;
     }
     before = count;
     if (tolerance > 0) {
-      EXPECT_LE(levelSetOf(tree, tree.balls.size() - 1, field).worst, 1.05 * tolerance);
+      EXPECT_LE(worstOverhang(tree.balls.back(), field), tolerance);
     }
+  }
+}
+
+TEST(PublishedFrame, CombinedIsOnNoLevelWorseThanAMember) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  const DistanceField field(mesh);
+  const Method merge{reduceMerge, true}, grid{reduceGrid, false};
+  Progress progress;
+  const LevelBalls both = buildByRegions(mesh, field, std::vector<Method>{merge, grid}, quick(4), progress);
+  for (const Method& method : {merge, grid}) {
+    const LevelBalls one = buildByRegions(mesh, field, std::vector<Method>{method}, quick(4), progress);
+    for (std::size_t level = 0; level < one.balls.size(); ++level)
+      EXPECT_LE(worstOverhang(both.balls[level], field), worstOverhang(one.balls[level], field)) << "level " << level;
   }
 }
 
@@ -230,13 +230,14 @@ struct Reference {
   double worst;  // overhang of the leaves that the reference toolkit reaches, of the diagonal, with part of the surface uncovered
 };
 
-// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not. The plate and
-// the probe are left out: there the toolkit leaves 7.3 and 3.5 per cent of the surface open and is 10 to 25 per cent lower for it.
+// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not: on the plate and the
+// probe 7.3 and 3.5 per cent of the surface are open. All builders and meshes: tests/pipeline/toolkit_comparison.py
 TEST(PublishedFrame, ReachesNoFartherOutThanTheReferenceToolkit) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "toolkit";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs " << folder;
-  const Reference references[] = {{"tooth", "merge", 0.0443},       {"tooth", "expand", 0.0458}, {"tooth", "burst", 0.0478},
-                                  {"bunny-2000", "expand", 0.0264}, {"cube", "merge", 0.0229},   {"cube", "expand", 0.0204}};
+  const Reference references[] = {{"tooth", "merge", 0.0443},  {"tooth", "burst", 0.0478},   {"bunny-2000", "expand", 0.0264},
+                                  {"cube", "merge", 0.0229},   {"plate", "expand", 0.0232},  {"probe", "expand", 0.00446},
+                                  {"probe", "grid", 0.01237}};
   for (const Reference& reference : references) {
     SCOPED_TRACE(std::string(reference.mesh) + " " + reference.builder);
     const TriangleMesh mesh = readObj(folder / (std::string(reference.mesh) + ".obj"));
@@ -246,8 +247,7 @@ TEST(PublishedFrame, ReachesNoFartherOutThanTheReferenceToolkit) {
     ASSERT_NE(named, all.end());
     Progress progress;
     const LevelBalls tree = buildByRegions(mesh, field, named->methods, {}, progress);
-    const LevelSet leaves = levelSetOf(tree, tree.balls.size() - 1, field);
-    const CertifiedCover cover = certifyCover(mesh, leaves.balls, Vector3d::Zero(), 1e-4 * field.diagonal(), progress);
+    const CertifiedCover cover = certifyCover(mesh, tree.balls.back(), Vector3d::Zero(), 1e-4 * field.diagonal(), progress);
     double worst = 0;
     for (const Sphere& s : cover.spheres) worst = std::max(worst, s.radius + field.signedDistance(Vector3d(s.x, s.y, s.z)));
     EXPECT_LE(worst, reference.worst * field.diagonal());

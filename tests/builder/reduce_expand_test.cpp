@@ -20,16 +20,6 @@ TEST(ReduceExpand, OneBallForASphere) {
   EXPECT_LT(balls[0].centre.norm(), 0.02);
 }
 
-TEST(ReduceExpand, GivesUpBeyondTheLimit) {
-  const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 600);
-  Region region = whole.region(8);
-  const double reached = test::worstOverhang(reduceExpand(region));
-  region.limit = 0.2 * reached;
-  EXPECT_TRUE(reduceExpand(region).empty());
-  region.limit = 1.5 * reached;
-  EXPECT_FALSE(reduceExpand(region).empty());
-}
-
 TEST(ReduceExpand, NothingToStartFrom) {
   const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 100);
   Region region = whole.region(8);

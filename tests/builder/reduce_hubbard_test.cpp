@@ -18,14 +18,5 @@ TEST(ReduceHubbard, OneBallForASphere) {
   EXPECT_LT(balls[0].centre.norm(), 0.02);
 }
 
-TEST(ReduceHubbard, GivesUpBeyondTheLimit) {
-  const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 600);
-  Region region = whole.region(8);
-  const double reached = test::worstOverhang(reduceHubbard(region));
-  region.limit = 0.2 * reached;
-  EXPECT_TRUE(reduceHubbard(region).empty());
-  region.limit = 1.5 * reached;
-  EXPECT_FALSE(reduceHubbard(region).empty());
-}
 }  // namespace
 }  // namespace spheretree::builder

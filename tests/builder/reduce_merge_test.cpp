@@ -18,16 +18,6 @@ TEST(ReduceMerge, OneBallForASphere) {
   EXPECT_LT(balls[0].centre.norm(), 0.02);
 }
 
-TEST(ReduceMerge, GivesUpBeyondTheLimit) {
-  const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 600);
-  Region region = whole.region(8);
-  const double reached = test::worstOverhang(reduceMerge(region));
-  region.limit = 0.2 * reached;
-  EXPECT_TRUE(reduceMerge(region).empty());
-  region.limit = 1.5 * reached;
-  EXPECT_FALSE(reduceMerge(region).empty());
-}
-
 TEST(ReduceMerge, NothingToStartFrom) {
   const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 100);
   Region region = whole.region(8);

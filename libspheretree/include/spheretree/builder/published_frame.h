@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The frame that the published builders share: from the root down, breadth first, each node's region of the surface is covered by a
-// few balls, which divide it among them.
+// few balls, which divide it among them; then the level is evened out as a whole.
 // Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans. Graphics 23(1),
 //        2004; G. Bradshaw. Bounding volume hierarchies for level-of-detail collision handling. Thesis, Trinity College Dublin,
 //        2002. Where we depart from them: docs/algorithms/published_frame.md
@@ -22,7 +22,7 @@ struct PublishedSettings {
   int levels = 4;     // range [2, 6]; the root is level 0
   int branching = 8;  // range [2, 8]
   Quality quality = Quality::Standard;
-  double tolerance_mm = 0;  // > 0: a node whose ball reaches out no farther ends early, and children are as few as possible
+  double tolerance_mm = 0;  // > 0: no more levels, and no more balls on them, than the deepest needs to reach out no farther
   std::uint64_t seed = 1;
 };
 
@@ -34,10 +34,11 @@ struct Method {
   bool uses_medial_axis = true;  // else its regions come with an empty pool
 };
 
-/// Builds the balls of each level with one method, or with several: then each node keeps the balls of the method whose worst
-/// overhang is least, the first of equals. All members share the distance field, the points and the medial axis. The balls cover
+/// Builds the balls of each level with one method, or with several: then each level is that of the method whose worst overhang is least
+/// (with a tolerance, the tree with the fewest balls), the first of equals. All share the distance field and the points. The balls cover
 /// the surface up to gaps far below their overhang, which certifyCover closes.
-/// Fewer levels than asked for come back if every node ended early. The mesh must have passed checkMesh.
+/// No parents: each level is evened out as a whole, and hierarchy.h groups them. A level has at most branching^level balls. Fewer levels than
+/// asked for come back if fewer are good enough. The mesh must have passed checkMesh.
 /// @throws std::invalid_argument for settings out of range or no method, Cancelled.
 LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
                           const PublishedSettings& settings, Progress& progress);

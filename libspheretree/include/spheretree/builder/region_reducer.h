@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -21,13 +20,11 @@ struct Region {
   std::span<const MedialBall> pool;                        // balls of the medial axis near the region; may be empty
   std::size_t most = 8;                                    // balls, >= 1
   double enough = 0;                                       // use fewer balls as long as the worst overhang stays within [mm]; >= 0
-  double limit = std::numeric_limits<double>::infinity();  // an overhang that another method reached: give up beyond it [mm]
   std::uint64_t seed = 1;                                  // for methods that draw
 };
 
-/// At least one and at most `most` balls, each point of the region in one of them; none if `limit` is not
-/// reached. Pure: same
-/// region, same balls.
+/// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure: same region, same
+/// balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
 
 }  // namespace spheretree::builder

@@ -49,6 +49,14 @@ std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
                                       std::span<const char> fixed, int rounds, const Progress& progress);
 
+/// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a centre outside the
+/// solid moves in where that pays. Stops early at an overhang of `enough` [mm]. A patch without points gives radius 0.
+void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double enough = 0);
+
+/// At most `most` of the points: each the farthest from those before, so that corners come first and the rest is spread evenly.
+/// A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
+std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t most);
+
 /// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every point.
 /// `group`: (balls) the last unmarked ball of a group is kept. Balls in `fixed` (empty: none) are kept.
 std::vector<char> findRedundant(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls,

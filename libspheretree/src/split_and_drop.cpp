@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/split_and_drop.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "spheretree/builder/box_tree.h"
+#include "spheretree/builder/smallest_ball.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
+constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
+constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
+constexpr int kHalvesRounds = 2;      // of refits, after a split
+constexpr int kPatience = 3;          // rounds without gain
+constexpr std::size_t kFew = 16;      // balls: a split in more than two parts is tried too
+
+double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
+
+double worstOf(std::span<const FittedBall> balls) {
+  double worst = 0;
+  for (const FittedBall& b : balls) worst = std::max(worst, b.overhang());
+  return worst;
+}
+
+class Level {
+ public:
+  Level(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls, const Progress& progress)
+      : field_(field), points_(points), balls_(balls), progress_(progress), first_(points.size()), second_(points.size()) {}
+
+  // Each point to the ball that it lies deepest in, and what the runner-up would have to reach. Balls shrink to their points.
+  void assign() {
+    progress_.check();
+    stand_off_ = std::max(worstOf(balls_), 1e-12 * field_.diagonal());
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const FittedBall& b : balls_) {
+      const Vector3d half = Vector3d::Constant(std::max(0.0, b.clearance + stand_off_) * (1 + 1e-9));
+      boxes.emplace_back(b.centre - half, b.centre + half);
+    }
+    const BoxTree tree(boxes, 2);
+    constexpr std::size_t kChunk = 512;
+    tbb::parallel_for(std::size_t{0}, (points_.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+      for (std::size_t i = chunk * kChunk; i < std::min(points_.size(), (chunk + 1) * kChunk); ++i) findTwo(tree, i);
+    });
+    patch_.assign(balls_.size(), {});
+    loss_.assign(balls_.size(), 0);
+    std::vector<double> reach(balls_.size(), 0);
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      const std::uint32_t b = first_[i].ball;
+      patch_[b].push_back(i);
+      loss_[b] = std::max(loss_[b], second_[i].gap);
+      reach[b] = std::max(reach[b], first_[i].gap);
+    }
+    for (std::size_t b = 0; b < balls_.size(); ++b)
+      balls_[b].radius = patch_[b].empty() ? 0 : (balls_[b].clearance + reach[b]) * (1 + 1e-12);
+  }
+
+  void removeEmpty() {
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < balls_.size(); ++b)
+      if (!patch_[b].empty()) balls_[kept++] = balls_[b];
+    if (kept == balls_.size()) return;
+    balls_.resize(kept);
+    assign();
+  }
+
+  double worst() const { return worstOf(balls_); }
+  std::size_t count() const { return balls_.size(); }
+
+  // With few balls, none of which can be split alone, a start of its own may be better: all points broken up at once.
+  void startAgain(std::size_t most) {
+    std::vector<FittedBall> parts = breakUp(points_, worst(), most);
+    if (parts.empty()) return;
+    balls_ = std::move(parts);
+    assign();
+    removeEmpty();
+  }
+
+  // Takes away balls until `most` are left, those that are missed least first; their neighbours take over.
+  void shrinkTo(std::size_t most) {
+    while (balls_.size() > most) {
+      begin();
+      std::size_t wanted = balls_.size() - most;
+      for (const std::uint32_t b : byLoss()) {
+        if (wanted == 0) break;
+        if (!touched_[b] && drop(b)) --wanted;
+      }
+      finish();
+    }
+  }
+
+  // One round of exchanges; the other wide balls are refitted. False if there was no exchange.
+  bool exchange(std::size_t most) {
+    begin();
+    const double worst = this->worst();
+    std::vector<std::uint32_t> wide;
+    for (std::uint32_t b = 0; b < balls_.size(); ++b)
+      if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
+    std::stable_sort(wide.begin(), wide.end(), [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
+    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
+    if (wide.size() > batch) wide.resize(batch);
+    const std::vector<std::uint32_t> cheap = byLoss();
+    std::size_t spare = most - balls_.size(), next = 0;
+    std::vector<std::vector<FittedBall>> parts(wide.size());
+    tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) { parts[k] = breakUp(wide[k], 2); });
+    bool any = false;
+    for (std::size_t k = 0; k < wide.size(); ++k) {
+      const std::uint32_t b = wide[k];
+      if (touched_[b]) continue;
+      // Half a cube reaches out farther than the cube, an octant does not.
+      if (parts[k].empty() && balls_.size() <= kFew && spare > 1) parts[k] = breakUp(b, spare + 1);
+      if (parts[k].empty()) continue;
+      const std::size_t needed = parts[k].size() - 1;
+      touched_[b] = gone_[b] = 1;
+      if (needed > spare) {
+        for (; next < cheap.size(); ++next) {
+          const std::uint32_t d = cheap[next];
+          if (loss_[d] >= worst * (1 - kWorthwhile)) next = cheap.size();
+          if (next == cheap.size() || (!touched_[d] && drop(d))) break;
+        }
+        if (next == cheap.size()) {
+          gone_[b] = 0;
+          break;
+        }
+        ++next, ++spare;
+      }
+      spare -= needed;
+      made_.insert(made_.end(), parts[k].begin(), parts[k].end());
+      any = true;
+    }
+    finish();
+    return any;
+  }
+
+ private:
+  struct Holder {
+    std::uint32_t ball = kNoParent;
+    double gap = kInfinity;
+  };
+
+  void findTwo(const BoxTree& tree, std::size_t i) {
+    Holder first, second;
+    const auto look = [&](std::uint32_t b) {
+      const double gap = gapOf(points_[i], balls_[b]);
+      if (gap < first.gap || (gap == first.gap && b < first.ball))
+        second = first, first = {b, gap};
+      else if (gap < second.gap || (gap == second.gap && b < second.ball))
+        second = {b, gap};
+    };
+    tree.searchWithin(points_[i], 0, [&](std::size_t begin, std::size_t count) {
+      for (std::size_t slot = begin; slot < begin + count; ++slot) look(tree.order()[slot]);
+    });
+    // Beyond the stand-off a ball nearer than those found may have been missed.
+    if (first.gap > stand_off_) {
+      first = second = {};
+      for (std::uint32_t b = 0; b < balls_.size(); ++b) look(b);
+    } else if (second.gap > stand_off_) {
+      second = {};
+    }
+    first_[i] = first, second_[i] = second;
+  }
+
+  std::vector<Vector3d> pointsOf(const std::vector<std::uint32_t>& patch) const {
+    std::vector<Vector3d> out;
+    out.reserve(patch.size());
+    for (const std::uint32_t i : patch) out.push_back(points_[i]);
+    return out;
+  }
+
+  std::vector<std::uint32_t> byLoss() const {
+    std::vector<std::uint32_t> order(balls_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) { return loss_[x] < loss_[y]; });
+    return order;
+  }
+
+  void begin() {
+    touched_.assign(balls_.size(), 0);
+    gone_.assign(balls_.size(), 0);
+    inherits_.assign(balls_.size(), 0);
+    made_.clear();
+  }
+
+  // False if a ball that would have to take over is about to change itself.
+  bool drop(std::uint32_t b) {
+    for (const std::uint32_t i : patch_[b])
+      if (second_[i].ball != kNoParent && gone_[second_[i].ball]) return false;
+    touched_[b] = gone_[b] = 1;
+    for (const std::uint32_t i : patch_[b]) {
+      const std::uint32_t heir = second_[i].ball;
+      if (heir == kNoParent) continue;  // beyond the stand-off of all: the next assignment grows one
+      touched_[heir] = inherits_[heir] = 1;
+      patch_[heir].push_back(i);
+    }
+    return true;
+  }
+
+  void finish() {
+    const double worst = this->worst();
+    tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) {
+      if (!gone_[b] && (inherits_[b] || balls_[b].overhang() > kRelaxed * worst))
+        refitToPatch(field_, pointsOf(patch_[b]), balls_[b], kRelaxed * worst);
+    });
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < balls_.size(); ++b)
+      if (!gone_[b]) balls_[kept++] = balls_[b];
+    balls_.resize(kept);
+    balls_.insert(balls_.end(), made_.begin(), made_.end());
+    assign();
+  }
+
+  std::vector<FittedBall> breakUp(std::uint32_t b, std::size_t parts) const {
+    return breakUp(pointsOf(patch_[b]), balls_[b].overhang(), parts);
+  }
+
+  // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they reach out as far.
+  std::vector<FittedBall> breakUp(std::span<const Vector3d> own, double overhang, std::size_t parts) const {
+    const std::vector<Vector3d> ends = farthestFirst(own, parts);
+    if (own.size() <= parts) return {};
+    std::vector<std::vector<Vector3d>> part(parts);
+    for (const Vector3d& p : own) {
+      std::size_t nearest = 0;
+      for (std::size_t k = 1; k < parts; ++k)
+        if ((p - ends[k]).squaredNorm() < (p - ends[nearest]).squaredNorm()) nearest = k;
+      part[nearest].push_back(p);
+    }
+    std::vector<FittedBall> halves;
+    for (const auto& points : part) {
+      if (points.empty()) continue;
+      const Ball smallest = smallestBall(points);
+      halves.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
+    }
+    refitBalls(field_, own, halves, {}, kHalvesRounds, progress_);
+    if (worstOf(halves) >= overhang * (1 - kWorthwhile)) return {};
+    return halves;
+  }
+
+  const DistanceField& field_;
+  std::span<const Vector3d> points_;
+  std::vector<FittedBall>& balls_;
+  const Progress& progress_;
+  double stand_off_ = 0;
+  std::vector<Holder> first_, second_;
+  std::vector<std::vector<std::uint32_t>> patch_;  // (balls) points that lie deepest in it
+  std::vector<double> loss_;                       // (balls) what the others would have to reach out without it
+  std::vector<char> touched_, inherits_, gone_;    // (balls) in this round: part of an exchange; gets points; not kept
+  std::vector<FittedBall> made_;
+};
+
+}  // namespace
+
+void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
+                  const SplitAndDropSettings& settings, const Progress& progress) {
+  if (points.empty() || balls.empty()) throw std::invalid_argument("split and drop: no points or no balls");
+  Level level(field, points, balls, progress);
+  level.assign();
+  level.removeEmpty();
+  level.shrinkTo(settings.most);
+  if (settings.most > 1 && settings.most <= kFew && settings.rounds > 0 && level.worst() > settings.enough) level.startAgain(settings.most);
+  double before = level.worst();
+  for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough; ++round) {
+    const bool exchanged = level.exchange(settings.most);
+    const double now = level.worst();
+    idle = now < before * (1 - kWorthwhile) ? 0 : idle + 1;
+    if (!exchanged && idle > 0) break;
+    before = std::min(before, now);
+  }
+  level.removeEmpty();
+}
+
+}  // namespace spheretree::builder
