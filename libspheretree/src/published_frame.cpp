@@ -320,7 +320,8 @@ std::size_t countAll(const Levels& levels) {
 Levels pickBest(const std::vector<Levels>& members, double tolerance, std::size_t branching) {
   const Levels* smallest = nullptr;
   for (const Levels& member : members)
-    if (tolerance > 0 && worstOverhang(member.back()) <= tolerance && (!smallest || countAll(member) < countAll(*smallest))) smallest = &member;
+    if (tolerance > 0 && worstOverhang(member.back()) <= tolerance && (!smallest || countAll(member) < countAll(*smallest)))
+      smallest = &member;
   if (smallest) return *smallest;
   Levels best;
   for (const Levels& member : members) best.resize(std::max(best.size(), member.size()));
@@ -356,12 +357,12 @@ LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, 
   const Effort effort = effortOf(settings.quality);
   const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 4 * kLeastPoints, effort.most_points);
   const SurfacePoints surface = sampleRegions(mesh, field, points, leaves, settings.seed);
-  const TriangleMesh fine = withShortSides(mesh, std::max(kShortSide * std::sqrt(field.area() / static_cast<double>(leaves)), 1e-3 * field.diagonal()));
+  const TriangleMesh fine =
+      withShortSides(mesh, std::max(kShortSide * std::sqrt(field.area() / static_cast<double>(leaves)), 1e-3 * field.diagonal()));
   std::vector<Levels> members;
   const double share = 1.0 / static_cast<double>(methods.size());
   for (const Method& method : methods)
-    members.push_back(
-        Frame(fine, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
+    members.push_back(Frame(fine, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
   LevelBalls out;
   for (const auto& level : pickBest(members, settings.tolerance_mm, static_cast<std::size_t>(settings.branching))) {
     out.balls.emplace_back();

@@ -106,7 +106,8 @@ class Level {
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
       if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
-    std::stable_sort(wide.begin(), wide.end(), [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
+    std::stable_sort(wide.begin(), wide.end(),
+                     [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
     const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
     if (wide.size() > batch) wide.resize(batch);
     const std::vector<std::uint32_t> cheap = byLoss();

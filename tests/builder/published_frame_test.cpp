@@ -235,8 +235,8 @@ struct Reference {
 TEST(PublishedFrame, ReachesNoFartherOutThanTheReferenceToolkit) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "toolkit";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs " << folder;
-  const Reference references[] = {{"tooth", "merge", 0.0443},  {"tooth", "burst", 0.0478},   {"bunny-2000", "expand", 0.0264},
-                                  {"cube", "merge", 0.0229},   {"plate", "expand", 0.0232},  {"probe", "expand", 0.00446},
+  const Reference references[] = {{"tooth", "merge", 0.0443}, {"tooth", "burst", 0.0478},  {"bunny-2000", "expand", 0.0264},
+                                  {"cube", "merge", 0.0229},  {"plate", "expand", 0.0232}, {"probe", "expand", 0.00446},
                                   {"probe", "grid", 0.01237}};
   for (const Reference& reference : references) {
     SCOPED_TRACE(std::string(reference.mesh) + " " + reference.builder);

@@ -31,7 +31,8 @@ TEST(SplitAndDrop, CoversWithAtMostSoManyAndNeverGetsWorse) {
   for (const TriangleMesh& mesh : {test::boxMesh({-1, -2, -3}, {1, 2, 3}), test::torusMesh(5, 1, 40, 16)}) {
     const test::WholeRegion whole(mesh, 3000);
     std::vector<FittedBall> start;
-    for (std::size_t i = 0; i < whole.pool.size(); i += whole.pool.size() / 40) start.push_back({whole.pool[i].centre, whole.pool[i].clearance, 0});
+    for (std::size_t i = 0; i < whole.pool.size(); i += whole.pool.size() / 40)
+      start.push_back({whole.pool[i].centre, whole.pool[i].clearance, 0});
     Progress progress;
     std::vector<FittedBall> before = start;
     assignDeepest(whole.points, before);

@@ -17,8 +17,8 @@ namespace spheretree::builder {
 /// branching times its parents.
 std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vector<Sphere>>& levels, int branching);
 
-/// Spheres of each level of the shallowest tree with `leaves` (>= 1) leaves: level 0 first, the leaves last. A parent has three quarters of the
-/// children that it may have where the level above has room for that, since full groups are wide ones.
+/// Spheres of each level of the shallowest tree with `leaves` (>= 1) leaves: level 0 first, the leaves last. A parent has three quarters of
+/// the children that it may have where the level above has room for that, since full groups are wide ones.
 std::vector<std::size_t> levelCounts(std::size_t leaves, int branching);
 
 /// The tree of the levels and parents: breadth first, bounding spheres, sphere counts. The spheres of a level without children end

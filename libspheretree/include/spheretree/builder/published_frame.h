@@ -37,8 +37,8 @@ struct Method {
 /// Builds the balls of each level with one method, or with several: then each level is that of the method whose worst overhang is least
 /// (with a tolerance, the tree with the fewest balls), the first of equals. All share the distance field and the points. The balls cover
 /// the surface up to gaps far below their overhang, which certifyCover closes.
-/// No parents: each level is evened out as a whole, and hierarchy.h groups them. A level has at most branching^level balls. Fewer levels than
-/// asked for come back if fewer are good enough. The mesh must have passed checkMesh.
+/// No parents: each level is evened out as a whole, and hierarchy.h groups them. A level has at most branching^level balls. Fewer levels
+/// than asked for come back if fewer are good enough. The mesh must have passed checkMesh.
 /// @throws std::invalid_argument for settings out of range or no method, Cancelled.
 LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
                           const PublishedSettings& settings, Progress& progress);

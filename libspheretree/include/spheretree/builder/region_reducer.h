@@ -16,11 +16,11 @@ namespace spheretree::builder {
 
 struct Region {
   const DistanceField& field;
-  std::span<const Eigen::Vector3d> points;                 // to be covered, at least one [mm]
-  std::span<const MedialBall> pool;                        // balls of the medial axis near the region; may be empty
-  std::size_t most = 8;                                    // balls, >= 1
-  double enough = 0;                                       // use fewer balls as long as the worst overhang stays within [mm]; >= 0
-  std::uint64_t seed = 1;                                  // for methods that draw
+  std::span<const Eigen::Vector3d> points;  // to be covered, at least one [mm]
+  std::span<const MedialBall> pool;         // balls of the medial axis near the region; may be empty
+  std::size_t most = 8;                     // balls, >= 1
+  double enough = 0;                        // use fewer balls as long as the worst overhang stays within [mm]; >= 0
+  std::uint64_t seed = 1;                   // for methods that draw
 };
 
 /// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure: same region, same

@@ -19,10 +19,9 @@ struct SplitAndDropSettings {
   int rounds = 24;         // >= 0
 };
 
-/// Changes `balls` until they are at most `most` and no exchange lowers the worst overhang. If they are at most `most` at the start, the worst
-/// overhang never rises. On return every point lies in a ball and each ball is no larger than the points take that lie deepest in
-/// it; a ball without a point is gone.
-/// Cost: a round assigns all points, O(points log balls), and refits a few balls.
+/// Changes `balls` until they are at most `most` and no exchange lowers the worst overhang. If they are at most `most` at the start, the
+/// worst overhang never rises. On return every point lies in a ball and each ball is no larger than the points take that lie deepest in it;
+/// a ball without a point is gone. Cost: a round assigns all points, O(points log balls), and refits a few balls.
 /// @throws std::invalid_argument for no points or no balls, Cancelled.
 void splitAndDrop(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
                   const SplitAndDropSettings& settings, const Progress& progress);
