@@ -1,39 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-// make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. The same bytes on every machine.
+// make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. make_samples --mouth FOLDER: the sample mouth.
+// The same meshes on every machine, byte for byte.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <string>
 
 #include "molar.h"
+#include "mouth.h"
+#include "mouth_files.h"
 #include "probe.h"
 #include "spheretree/formats/file_io.h"
 
 namespace {
 
+namespace samples = spheretree::samples;
+using spheretree::formats::writeWhole;
+
 std::string objText(const spheretree::TriangleMesh& mesh, const std::string& title) {
-  std::string text = "# " + title + ", millimetres\n";
-  char line[128];
-  for (const Eigen::Vector3d& p : mesh.positions) {
-    text.append(line, static_cast<std::size_t>(std::snprintf(line, sizeof line, "v %.5f %.5f %.5f\n", p.x(), p.y(), p.z())));
-  }
-  for (const spheretree::Triangle& t : mesh.triangles) {
-    text.append(line, static_cast<std::size_t>(std::snprintf(line, sizeof line, "f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1)));
-  }
-  return text;
+  std::string text = samples::objText({{"", &mesh}}, title);
+  return text.erase(text.find("g \n"), 3);
+}
+
+void writeMouth(const std::filesystem::path& folder) {
+  const samples::Mouth mouth = samples::makeMouth();
+  writeWhole(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
+  writeWhole(folder / "mouth.obj", samples::objText(mouth.parts(), "Open mouth"));
+  writeWhole(folder / "mouth.glb", samples::glbBytes(mouth.parts()));
+  writeWhole(folder / "mouth.scene.json", samples::mouthSceneText(mouth));
+  writeWhole(folder / "pocket.csv", samples::trajectoryText(samples::probePocket(mouth)));
+  writeWhole(folder / "inspection.csv", samples::trajectoryText(samples::inspectTeeth(mouth)));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc != 2) {
-    std::fputs("Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n", stderr);
+  const bool mouth = argc == 3 && std::string(argv[1]) == "--mouth";
+  if (argc != 2 && !mouth) {
+    std::fputs(
+        "Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n"
+        "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, and paths of the "
+        "probe: pocket.csv, inspection.csv.\n",
+        stderr);
     return 2;
   }
-  const std::filesystem::path folder(argv[1]);
+  const std::filesystem::path folder(argv[argc - 1]);
   std::filesystem::create_directories(folder);
-  spheretree::formats::writeWhole(folder / "molar.obj", objText(spheretree::samples::makeMolar(), "Lower first molar"));
-  spheretree::formats::writeWhole(folder / "probe.obj", objText(spheretree::samples::makeProbe(), "Dental probe, tip at the origin"));
+  if (mouth) {
+    writeMouth(folder);
+    return 0;
+  }
+  writeWhole(folder / "molar.obj", objText(samples::makeMolar(), "Lower first molar"));
+  writeWhole(folder / "probe.obj", objText(samples::makeProbe(), "Dental probe, tip at the origin"));
   return 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "make_samples: %s\n", error.what());

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sample mouth as files: meshes, a scene for `spheretree batch`, and paths of a probe.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mouth.h"
+
+namespace spheretree::samples {
+
+/// One group for each part.
+std::string objText(const std::vector<Mouth::Part>& parts, const std::string& title);
+
+/// A node for each part, positions in metres, as glTF has it.
+std::string glbBytes(const std::vector<Mouth::Part>& parts);
+
+/// The probe as tool, with its tip as reference point, and each part of mouth.obj as an object.
+std::string mouthSceneText(const Mouth& mouth);
+
+/// A pose for each millisecond.
+using Path = std::vector<Configuration>;
+
+/// The probe walks round the cheek side of the lower right first molar, into the sulcus and out again; it presses on the floor by 0.3 mm.
+Path probePocket(const Mouth& mouth);
+
+/// The probe's tip slides over the chewing surfaces and biting edges of all teeth, pressed in by 0.4 mm: the lower arch, then the upper.
+Path inspectTeeth(const Mouth& mouth);
+
+/// As spheretree/formats/trajectory.h reads it.
+std::string trajectoryText(const Path& path);
+
+}  // namespace spheretree::samples
