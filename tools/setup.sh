@@ -9,6 +9,7 @@ packages=(
   libeigen3-dev           # linear algebra
   libcgal-dev             # builder: Delaunay triangulation, exact predicates
   libtbb-dev              # builder: threads
+  libopenmesh-dev         # builder: simplification
   libxxhash-dev           # builder: hashes of mesh and settings
   nlohmann-json3-dev      # formats, program: JSON
   libtinygltf-dev         # formats: glTF

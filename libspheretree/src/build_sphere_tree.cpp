@@ -13,6 +13,7 @@
 #include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/hierarchy.h"
+#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/builder/published_frame.h"
 #include "spheretree/builder/reduce_burst.h"
@@ -22,6 +23,7 @@
 #include "spheretree/builder/reduce_merge.h"
 #include "spheretree/builder/reduce_octree.h"
 #include "spheretree/builder/reduce_spawn.h"
+#include "spheretree/builder/simplify_mesh.h"
 
 namespace spheretree::builder {
 
@@ -63,6 +65,34 @@ Method methodOf(BuilderKind kind) {
       throw std::invalid_argument("build: '" + std::string(name(kind)) +
                                   "' cannot be combined; use merge, burst, expand, spawn, grid or hubbard");
   }
+}
+
+// Triangles that the search can use: with 100 a leaf, the simplified surface is off by about a hundredth of the leaves' overhang.
+constexpr std::size_t kTrianglesALeaf = 100, kLeastTriangles = 20000;
+constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
+
+// What the balls are searched on, where that is not the mesh given.
+struct SearchMesh {
+  TriangleMesh mesh;
+  DistanceField field;
+  double distance_bound;
+};
+
+// None if the mesh has not many more triangles than the spheres can use, if its walls are so thin that the simplified ones cross, or if
+// the tolerance is too small for it.
+std::optional<SearchMesh> simplifyForSearch(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+  std::size_t wanted = kTrianglesALeaf;
+  for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
+  wanted = std::max(wanted, kLeastTriangles);
+  if (!settings.simplify || mesh.triangles.size() <= 2 * wanted) return std::nullopt;
+  progress.stage("simplify");
+  TriangleMesh few = simplifyMesh(mesh, wanted, progress);
+  if (!checkMesh(few).clean()) return std::nullopt;
+  progress.check();
+  DistanceField field(few);
+  const double bound = distanceBound(mesh, field, progress);
+  if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return std::nullopt;
+  return SearchMesh{std::move(few), std::move(field), bound};
 }
 
 LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
@@ -122,7 +152,18 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
   finishStage("distances");
 
-  const LevelBalls levels = buildLevels(mesh, field, settings, progress);
+  const std::optional<SearchMesh> search = simplifyForSearch(mesh, settings, progress);
+  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from it
+  // by at most h and twice the bound: its distance from their centres may be less by the bound, too.
+  BuildSettings search_settings = settings;
+  if (search) {
+    result.statistics.simplification = {search->mesh.triangles.size(), search->distance_bound};
+    if (settings.tolerance_mm > 0) search_settings.tolerance_mm -= 2 * search->distance_bound;
+    finishStage("simplify");
+  }
+
+  const LevelBalls levels =
+      search ? buildLevels(search->mesh, search->field, search_settings, progress) : buildLevels(mesh, field, settings, progress);
   finishStage("balls");
 
   progress.stage("certify");

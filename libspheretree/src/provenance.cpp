@@ -50,7 +50,8 @@ std::string settingsText(const BuildSettings& settings) {
   for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
-         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n";
+         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" +
+         (settings.simplify ? "" : "simplify=0\n");
 }
 
 Hash128 settingsHash(const BuildSettings& settings) {

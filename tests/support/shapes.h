@@ -28,6 +28,23 @@ inline double boxDistance(const Eigen::Vector3d& low, const Eigen::Vector3d& hig
   return beyond.maxCoeff() > 0 ? beyond.cwiseMax(0.0).norm() : beyond.maxCoeff();
 }
 
+/// Each triangle cut into four: the same surface.
+inline TriangleMesh quartered(TriangleMesh mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle;
+  const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions.size()));
+    if (is_new) mesh.positions.push_back(0.5 * (mesh.positions[a] + mesh.positions[b]));
+    return at->second;
+  };
+  std::vector<Triangle> finer;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const std::uint32_t ab = middleOf(a, b), bc = middleOf(b, c), ca = middleOf(c, a);
+    finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+  }
+  mesh.triangles.swap(finer);
+  return mesh;
+}
+
 /// Octahedron whose triangles are quartered `rounds` times, corners pushed onto the sphere: 8 * 4^rounds triangles.
 inline TriangleMesh sphereMesh(double radius, int rounds) {
   TriangleMesh mesh;
@@ -35,18 +52,8 @@ inline TriangleMesh sphereMesh(double radius, int rounds) {
     for (const double sign : {1.0, -1.0}) mesh.positions.push_back(sign * Eigen::Vector3d::Unit(axis));
   mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
   for (int round = 0; round < rounds; ++round) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle;
-    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions.size()));
-      if (is_new) mesh.positions.push_back((mesh.positions[a] + mesh.positions[b]).normalized());
-      return at->second;
-    };
-    std::vector<Triangle> finer;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const std::uint32_t ab = middleOf(a, b), bc = middleOf(b, c), ca = middleOf(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-    }
-    mesh.triangles.swap(finer);
+    mesh = quartered(std::move(mesh));
+    for (Eigen::Vector3d& p : mesh.positions) p.normalize();
   }
   for (Eigen::Vector3d& p : mesh.positions) p *= radius;
   return mesh;

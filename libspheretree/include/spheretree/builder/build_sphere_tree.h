@@ -27,6 +27,7 @@ struct BuildSettings {
   int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
   double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
+  bool simplify = true;     // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
   double unit_mm = 1;       // only recorded: unit of the source file [mm]
   std::uint64_t seed = 1;   // any value
   int threads = 0;          // 0: as many as the machine has; the result does not depend on it
@@ -38,7 +39,14 @@ struct LevelBuildStatistics {
   double largest_growth_mm = 0;  // by certification
 };
 
+/// Of the mesh that the search ran on. What is stated of the tree is proven against the mesh given, whatever the search ran on.
+struct Simplification {
+  std::size_t triangles = 0;     // 0: the search ran on the mesh given
+  double distance_bound_mm = 0;  // proven: no point of the mesh given is farther from the simplified surface
+};
+
 struct BuildStatistics {
+  Simplification simplification;
   std::vector<LevelBuildStatistics> levels;
   std::size_t certified_pieces = 0;
   bool tolerance_met = true;
