@@ -153,8 +153,8 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   finishStage("distances");
 
   const std::optional<SearchMesh> search = simplifyForSearch(mesh, settings, progress);
-  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from it
-  // by at most h and twice the bound: its distance from their centres may be less by the bound, too.
+  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from
+  // it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
   BuildSettings search_settings = settings;
   if (search) {
     result.statistics.simplification = {search->mesh.triangles.size(), search->distance_bound};

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMostTurn = 0.5;       // cosine of the most that a triangle may turn in one collapse
-constexpr double kLeastShape = 0.05;    // twice the area over the square of the longest side: below it is a sliver
-constexpr double kRoundShare = 0.1;     // of the collapses possible, cheapest first, that a round may try
-constexpr double kLeastProgress = 0.01; // of the triangles, in a round: below it nothing more is to be had
+constexpr double kMostTurn = 0.5;        // cosine of the most that a triangle may turn in one collapse
+constexpr double kLeastShape = 0.05;     // twice the area over the square of the longest side: below it is a sliver
+constexpr double kRoundShare = 0.1;      // of the collapses possible, cheapest first, that a round may try
+constexpr double kLeastProgress = 0.01;  // of the triangles, in a round: below it nothing more is to be had
 constexpr std::size_t kGrain = 4096;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -75,7 +75,8 @@ class Simplifier {
     std::size_t left = mesh_.triangles.size();
     const double from = static_cast<double>(left);
     while (left > wanted) {
-      progress_.advance(std::log(from / static_cast<double>(left)) / std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
+      progress_.advance(std::log(from / static_cast<double>(left)) /
+                        std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
       const std::size_t removed = round(left - wanted);
       left -= removed;
       if (static_cast<double>(removed) < kLeastProgress * static_cast<double>(left)) break;
@@ -259,9 +260,9 @@ class PieceBound {
   }
 
   /// The distance to one triangle is convex, and so largest at a corner. With corners nearest to two triangles: the points nearest to the
-  /// corners span a triangle that is no farther from the piece than its corners are. One of them, a, lies on one face, and b and c on the other.
-  /// A path on the two faces leads from a to b, and one to c, through any point that the faces share; the triangle a, b, c is no farther
-  /// from the faces than its sides ab and ac come to a point where those paths bend.
+  /// corners span a triangle that is no farther from the piece than its corners are. One of them, a, lies on one face, and b and c on the
+  /// other. A path on the two faces leads from a to b, and one to c, through any point that the faces share; the triangle a, b, c is no
+  /// farther from the faces than its sides ab and ac come to a point where those paths bend.
   static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};

@@ -98,9 +98,9 @@ Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const build
         {{"level", level}, {"spheres", l.spheres}, {"overhang_bound_mm", l.overhang_bound_mm}, {"largest_growth_mm", l.largest_growth_mm}});
   }
   const builder::Simplification& simplification = statistics.simplification;
-  out["simplification"] = simplification.triangles == 0 ? Json(nullptr)
-                                                        : Json{{"triangles", simplification.triangles},
-                                                               {"distance_bound_mm", simplification.distance_bound_mm}};
+  out["simplification"] = simplification.triangles == 0
+                              ? Json(nullptr)
+                              : Json{{"triangles", simplification.triangles}, {"distance_bound_mm", simplification.distance_bound_mm}};
   out["certified_pieces"] = statistics.certified_pieces;
   out["tolerance_met"] = s.tolerance_mm > 0 ? Json(statistics.tolerance_met) : Json(nullptr);
   double total = 0;
@@ -201,9 +201,10 @@ void addBuildCommand(Program& program) {
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of the one part to build; default merge")
       ->type_name("NAME");
-  app->add_flag("!--no-simplify", options->settings.simplify,
-                "Search on every triangle. Default: where a mesh has more than 200 triangles for each leaf that the tree can have (and more than "
-                "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
+  app->add_flag(
+      "!--no-simplify", options->settings.simplify,
+      "Search on every triangle. Default: where a mesh has more than 200 triangles for each leaf that the tree can have (and more than "
+      "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
   app->add_option("--seed", options->settings.seed, "Seed of all random choices, 0 to 2^64 - 1; default 1")
       ->type_name("N")
       ->check([](const std::string& text) {  // CLI11 would turn -1 into 2^64 - 1
