@@ -130,7 +130,7 @@ Path probePocket(const Mouth& mouth) {
   for (int i = 0; i < kPlaces; ++i) {
     const Eigen::Vector2d direction = Eigen::Vector2d(0.7 * (2.0 * i / (kPlaces - 1) - 1), 1).normalized();
     const Vector3d floor = sulcusFloor(tooth, direction);
-    if (i == 0) hand.moveTo({floor + 2 * out + Vector3d(0, 0, 4), hold}, kFree);
+    if (i == 0) hand.moveTo({floor + out + Vector3d(0, 0, 4), hold}, kFree);
     hand.moveTo({floor + 0.2 * out + Vector3d(0, 0, 1.2), hold}, kTouching);
     hand.moveTo({floor - Vector3d(0, 0, 0.3), hold}, kTouching);
     hand.moveTo({floor + 0.2 * out + Vector3d(0, 0, 1.2), hold}, kTouching);
