@@ -70,6 +70,7 @@ struct PhantomDevice_ : testing::Test {
     phantom.library = FAKE_LIBHD;
     safety.start_guard = false;
     safety.force_slew = safety.torque_slew = 1e6;
+    safety.stale_after = safety.off_after = 1e6;  // time is the fake's, but the pauses of a busy machine are real
     fake().reset(&settings);
   }
   void TearDown() override { EXPECT_STREQ(fake().violations(), ""); }
