@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/repair_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+
+#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/farthest_point.h"
+#include "spheretree/builder/fill_holes.h"
+#include "spheretree/builder/repair_soup.h"
+#include "spheretree/builder/resolve_overlaps.h"
+#include "spheretree/builder/separate_fans.h"
+#include "spheretree/builder/wrap_surface.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// All as shares of the diagonal, but for areas.
+constexpr double kHole = 0.25;                         // borders whose box is smaller are holes, others openings
+constexpr double kEnough = 1e-6;                       // precision of bounds
+constexpr double kApart = 1e-6;                        // by which bodies that touch are drawn apart
+constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
+constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
+constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
+constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
+constexpr int kRounds = 4;           // of cutting: rounding may leave crossings
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+std::vector<std::uint32_t> allTriangles(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return all;
+}
+
+/// A mesh that no step can do anything about.
+bool isHopeless(const MeshReport& report) {
+  return report.has(DefectKind::NoTriangles) || report.has(DefectKind::BadIndex) || report.has(DefectKind::NonFinite) ||
+         report.has(DefectKind::Scale) || !(report.area > 0);
+}
+
+double diagonalOf(const MeshReport& report) { return (report.high - report.low).norm(); }
+
+class Repair {
+ public:
+  Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress)
+      : input_(mesh), report_(report), progress_(progress), diagonal_(diagonalOf(report)), is_modified_(mesh.triangles.size(), 0) {}
+
+  /// The least that works, short of a wrap. Empty if it does not come to a sound mesh.
+  std::optional<RepairedMesh> repair() {
+    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
+    soup_.source = allTriangles(input_);
+    clean();
+    if (soup_.mesh.triangles.empty()) return {};
+    closeBorders();
+    for (int round = 0; round < kRounds; ++round) {
+      progress_.check();
+      MeshReport state = checkMesh(soup_.mesh);
+      if (state.has(DefectKind::InsideOut)) state = turnOutward(state);
+      if (state.clean() && !dropThin(state)) return finish(state);
+      if (!resolve()) return {};
+      separate();
+    }
+    return {};
+  }
+
+  RepairedMesh wrap() {
+    steps_.clear();
+    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
+    soup_.source = allTriangles(input_);
+    note(RepairStepKind::DropFlat, dropFlat(soup_), "zero-area triangles left out");
+    progress_.stage("wrap");
+    const double alpha = kAlpha * diagonal_, offset = kOffset * diagonal_;
+    RepairedMesh out;
+    out.mesh = wrapSurface(soup_.mesh, alpha, offset);
+    progress_.check();
+    out.result = checkMesh(out.mesh);
+    RepairStep step{RepairStepKind::Wrap, {}, out.mesh.triangles.size(), 0, {}};
+    if (out.result.clean()) {
+      const DistanceField surface(soup_.mesh);
+      step.change_mm = farthestFrom(surface, out.mesh, allTriangles(out.mesh), kEnough * diagonal_, progress_);
+      out.bound_mm = step.change_mm;
+      out.to_cover = notDeepWithin(DistanceField(out.mesh), soup_.mesh, allTriangles(soup_.mesh), alpha, progress_);
+    }
+    step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " round the whole, at most " +
+                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) + " mm are bridged, cavities filled.";
+    steps_.push_back(std::move(step));
+    out.steps = std::move(steps_);
+    return out;
+  }
+
+ private:
+  void note(RepairStepKind kind, std::vector<std::uint32_t> removed, const char* what) {
+    if (removed.empty()) return;
+    std::sort(removed.begin(), removed.end());
+    RepairStep step{kind, std::to_string(removed.size()) + " " + what + ".", removed.size(), 0, std::move(removed)};
+    steps_.push_back(std::move(step));
+  }
+
+  void clean() {
+    progress_.stage("repair");
+    note(RepairStepKind::DropFlat, dropFlat(soup_), "zero-area triangles left out");
+    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "triangles left out that are there twice");
+    alignWinding(soup_);  // cracks and T-junctions show as open edges only where neighbours agree
+    const std::vector<Triangle> before = soup_.mesh.triangles;
+    const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    if (stitched.welded + stitched.split > 0) {
+      for (std::size_t t = 0; t < is_modified_.size(); ++t) is_modified_[t] |= stitched.is_modified[t];
+      steps_.push_back({RepairStepKind::StitchCracks,
+                        "cracks stitched: " + counted(stitched.welded, "vertex", "vertices") + " joined with others, " +
+                            std::to_string(stitched.split) + " put into an edge of a neighbour; moved by at most " +
+                            number(stitched.moved) + " mm.",
+                        stitched.welded + stitched.split,
+                        stitched.moved,
+                        {}});
+      dropFlat(soup_);  // modified, and so covered as they were
+      dropDuplicates(soup_);
+    }
+    dropFins();
+    alignWinding(soup_);
+    countTurned();
+  }
+
+  void dropFins() {
+    const RepairSoup whole = soup_;
+    std::vector<std::uint32_t> removed = builder::dropFins(soup_);
+    if (removed.empty()) return;
+    std::vector<std::uint32_t> gone;
+    for (std::uint32_t t = 0; t < whole.source.size(); ++t)
+      if (std::binary_search(removed.begin(), removed.end(), whole.source[t])) gone.push_back(t);
+    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, gone, kEnough * diagonal_, progress_);
+    steps_.push_back({RepairStepKind::DropFins,
+                      counted(removed.size(), "triangle", "triangles") + " of fins left out, that stand on an edge of the rest, up to " +
+                          number(height) + " mm high.",
+                      removed.size(), height, removed});
+  }
+
+  /// Of the triangles that are as they were, those that are turned.
+  void countTurned() {
+    std::size_t turned = 0;
+    for (std::size_t t = 0; t < soup_.source.size(); ++t) {
+      if (soup_.source[t] == kAddedTriangle) continue;
+      Triangle before = input_.triangles[soup_.source[t]];
+      const Triangle& after = soup_.mesh.triangles[t];
+      const auto at = std::ranges::find(before, after[0]);
+      if (at == before.end()) continue;
+      std::rotate(before.begin(), at, before.end());
+      turned += before[1] == after[2] && before[2] == after[1];
+    }
+    if (turned > 0)
+      steps_.push_back({RepairStepKind::AlignWinding,
+                        counted(turned, "triangle", "triangles") + " turned to agree with their neighbours.",
+                        turned,
+                        0,
+                        {}});
+  }
+
+  void closeBorders() {
+    const TriangleMesh before = soup_.mesh;
+    const std::vector<FilledHole> holes = fillHoles(soup_);
+    if (holes.empty()) return;
+    const DistanceField surface(before);
+    for (const RepairStepKind kind : {RepairStepKind::FillHoles, RepairStepKind::CapOpenings}) {
+      std::vector<std::uint32_t> added;
+      std::size_t count = 0;
+      double longest = 0;
+      for (const FilledHole& hole : holes) {
+        if ((hole.across >= kHole * diagonal_) != (kind == RepairStepKind::CapOpenings)) continue;
+        ++count;
+        longest = std::max(longest, hole.length);
+        added.insert(added.end(), hole.triangles.begin(), hole.triangles.end());
+      }
+      if (count == 0) continue;
+      const double far = farthestFrom(surface, soup_.mesh, added, kEnough * diagonal_, progress_);
+      const std::string what = kind == RepairStepKind::FillHoles ? counted(count, "hole", "holes") + " filled"
+                                                                 : counted(count, "opening", "openings") + " closed";
+      steps_.push_back({kind,
+                        what + " with " + counted(added.size(), "triangle", "triangles") + ", the longest border " + number(longest) +
+                            " mm; no point of a filling is farther than " + number(far) + " mm from the surface.",
+                        count,
+                        far,
+                        {}});
+    }
+  }
+
+  MeshReport turnOutward(const MeshReport& state) {
+    const std::size_t count = state.count(DefectKind::InsideOut);
+    steps_.push_back(
+        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
+    soup_.mesh = orientOutward(std::move(soup_.mesh), state);
+    return checkMesh(soup_.mesh);
+  }
+
+  bool resolve() {
+    progress_.stage("overlaps");
+    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, progress_);
+    if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
+    lost_area_ += resolved.lost_area;
+    if (lost_area_ > kLostArea * report_.area) return false;
+    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1;  // still to be covered
+    RepairStep* step = find(RepairStepKind::ResolveOverlaps);
+    if (!step) {
+      steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
+      step = &steps_.back();
+    }
+    step->count = std::max(step->count, resolved.crossing_pairs);
+    step->removed.insert(step->removed.end(), resolved.within.begin(), resolved.within.end());
+    std::sort(step->removed.begin(), step->removed.end());
+    step->removed.erase(std::unique(step->removed.begin(), step->removed.end()), step->removed.end());
+    partly_within_ = std::max(partly_within_, resolved.partly_within.size());
+    step->text = "overlaps resolved: " + counted(step->count, "pair", "pairs") + " of triangles that cross cut along each other; " +
+                 counted(step->removed.size(), "triangle", "triangles") + " wholly and " + std::to_string(partly_within_) +
+                 " in part left out, that lie within solid matter.";
+    // Corners that were rounded may lie in one place or in line.
+    dropFlat(soup_);
+    Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
+    step->change_mm = std::max(step->change_mm, stitched.moved);
+    dropFlat(soup_);
+    if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_);
+    return true;
+  }
+
+  void separate() {
+    if (!findOpenEdges(soup_.mesh).empty()) return;
+    const SeparatedFans fans = separateFans(soup_.mesh, kApart * diagonal_);
+    if (fans.copies == 0) return;
+    for (std::size_t t = 0; t < fans.is_moved.size(); ++t)
+      if (fans.is_moved[t] && soup_.source[t] != kAddedTriangle) is_modified_[soup_.source[t]] = 1;
+    RepairStep* step = find(RepairStepKind::SeparateBodies);
+    if (!step) {
+      steps_.push_back({RepairStepKind::SeparateBodies, {}, 0, 0, {}});
+      step = &steps_.back();
+    }
+    step->count += fans.copies;
+    step->change_mm += fans.moved;
+    step->text = "bodies that touch drawn apart in " + counted(step->count, "vertex", "vertices") + ", by at most " +
+                 number(step->change_mm) + " mm.";
+  }
+
+  /// Components that are flat for any purpose. True if there were any, so that the mesh has to be checked again.
+  bool dropThin(const MeshReport&) { return false; }
+
+  std::optional<RepairedMesh> finish(const MeshReport& state) {
+    if (!(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) return {};  // a sheet closed upon itself
+    RepairedMesh out;
+    if (const std::size_t buried = state.buriedComponents(); buried > 0) {
+      std::vector<std::uint32_t> removed;
+      for (std::size_t t = 0; t < soup_.source.size(); ++t)
+        if (state.components[state.component_of[t]].buried && soup_.source[t] != kAddedTriangle) removed.push_back(soup_.source[t]);
+      std::sort(removed.begin(), removed.end());
+      removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
+      steps_.push_back({RepairStepKind::DropBuried,
+                        "left out, since within solid matter they bound nothing: " + counted(buried, "component", "components") + ".",
+                        buried, 0, std::move(removed)});
+      soup_.mesh = withoutBuried(soup_.mesh, state);
+    }
+    dropUnusedVertices(soup_.mesh);
+    out.mesh = std::move(soup_.mesh);
+    out.result = checkMesh(out.mesh);
+    std::vector<char> is_removed(input_.triangles.size(), 0);
+    for (const RepairStep& step : steps_)
+      for (const std::uint32_t t : step.removed) is_removed[t] = 1;
+    std::vector<std::uint32_t> modified;
+    for (std::uint32_t t = 0; t < is_modified_.size(); ++t)
+      if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
+    for (const RepairStep& step : steps_)
+      if (step.kind == RepairStepKind::StitchCracks || step.kind == RepairStepKind::SeparateBodies ||
+          step.kind == RepairStepKind::ResolveOverlaps)
+        out.bound_mm += step.change_mm;
+    if (!modified.empty()) out.to_cover = notDeepWithin(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+    out.steps = std::move(steps_);
+    return out;
+  }
+
+  RepairStep* find(RepairStepKind kind) {
+    const auto at = std::ranges::find(steps_, kind, &RepairStep::kind);
+    return at == steps_.end() ? nullptr : &*at;
+  }
+
+  const TriangleMesh& input_;
+  const MeshReport& report_;
+  Progress& progress_;
+  double diagonal_;
+  RepairSoup soup_;
+  std::vector<char> is_modified_;  // for each triangle of the input: whether it is not exactly in the result, and yet to be covered
+  std::vector<RepairStep> steps_;
+  double lost_area_ = 0;
+  std::size_t partly_within_ = 0;
+};
+
+/// What a sound mesh may need, and what `off` does.
+RepairedMesh fixed(const TriangleMesh& mesh, const MeshReport& report) {
+  RepairedMesh out;
+  out.mesh = mesh;
+  if (const std::size_t count = report.count(DefectKind::InsideOut); count > 0) {
+    out.mesh = orientOutward(std::move(out.mesh), report);
+    out.steps.push_back(
+        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
+  }
+  if (const std::size_t buried = report.buriedComponents(); buried > 0) {
+    std::vector<std::uint32_t> removed;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      if (report.components[report.component_of[t]].buried) removed.push_back(t);
+    out.mesh = withoutBuried(out.mesh, report);
+    out.steps.push_back({RepairStepKind::DropBuried,
+                         "left out, since within solid matter they bound nothing: " + counted(buried, "component", "components") + ".",
+                         buried, 0, std::move(removed)});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view name(RepairStepKind kind) {
+  switch (kind) {
+    case RepairStepKind::DropFlat:
+      return "drop flat";
+    case RepairStepKind::DropDuplicates:
+      return "drop duplicates";
+    case RepairStepKind::StitchCracks:
+      return "stitch cracks";
+    case RepairStepKind::DropFins:
+      return "drop fins";
+    case RepairStepKind::AlignWinding:
+      return "align winding";
+    case RepairStepKind::FillHoles:
+      return "fill holes";
+    case RepairStepKind::CapOpenings:
+      return "cap openings";
+    case RepairStepKind::TurnOutward:
+      return "turn outward";
+    case RepairStepKind::ResolveOverlaps:
+      return "resolve overlaps";
+    case RepairStepKind::SeparateBodies:
+      return "separate bodies";
+    case RepairStepKind::DropBuried:
+      return "drop buried";
+    case RepairStepKind::DropThin:
+      return "drop thin";
+    case RepairStepKind::Wrap:
+      break;
+  }
+  return "wrap";
+}
+
+RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& progress) {
+  const MeshReport report = checkMesh(mesh);
+  progress.check();
+  RepairedMesh out;
+  if (kind != RepairKind::Wrap && (report.clean() || (kind == RepairKind::Auto && report.fixable()))) {
+    out = fixed(mesh, report);
+  } else if (kind == RepairKind::Off || isHopeless(report)) {
+    out.mesh = mesh;
+    out.result = report;
+  } else {
+    std::optional<RepairedMesh> repaired;
+    if (kind == RepairKind::Auto) repaired = Repair(mesh, report, progress).repair();
+    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap();
+  }
+  out.report = report;
+  return out;
+}
+
+}  // namespace spheretree::builder
