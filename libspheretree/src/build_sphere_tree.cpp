@@ -138,7 +138,15 @@ float roundUp(double x) {
   return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
 }
 
-BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+// Triangles of both, to be covered; the sharing of vertices does not matter to that.
+TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
+  for (const auto& [a, b, c] : more.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
+  return mesh;
+}
+
+BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   BuildResult result;
   auto begun = std::chrono::steady_clock::now();
   const auto finishStage = [&](const char* stage) {
@@ -167,6 +175,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   finishStage("balls");
 
   progress.stage("certify");
+  const TriangleMesh to_cover = joined(mesh, cover_too);
   const Vector3d origin = chooseOrigin(field);
   std::vector<std::vector<Sphere>> spheres(levels.balls.size());
   struct Ended {  // a ball that stands for its part at all deeper levels: one sphere for all of them
@@ -180,7 +189,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
     double stand_off = 0;
     for (const Ball& b : set) stand_off = std::max(stand_off, b.radius + field.signedDistance(b.centre));
     const double resolution = std::max(kResolution * stand_off, kLeastResolution * field.diagonal());
-    const CertifiedCover certified = certifyCover(mesh, set, origin, resolution, progress);
+    const CertifiedCover certified = certifyCover(to_cover, set, origin, resolution, progress);
     result.statistics.certified_pieces += certified.pieces;
     result.statistics.levels.push_back({set.size(), 0, certified.largest_growth});
     const std::size_t own = levels.balls[level].size();
@@ -270,13 +279,13 @@ std::string_view name(Quality quality) {
   return "";
 }
 
-BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   validate(settings);
   if (mesh.triangles.empty()) throw BuildError("the mesh has no triangles");
   const int threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(std::max(threads, 1)));
   tbb::task_arena arena(threads);
-  return arena.execute([&] { return build(mesh, settings, progress); });
+  return arena.execute([&] { return build(mesh, settings, progress, cover_too); });
 }
 
 }  // namespace spheretree::builder

@@ -72,8 +72,8 @@ class Repair {
       progress_.check();
       MeshReport state = checkMesh(soup_.mesh);
       if (state.has(DefectKind::InsideOut)) state = turnOutward(state);
-      if (state.clean() && !dropThin(state)) return finish(state);
-      if (!resolve()) return {};
+      if (state.clean()) return finish(state);
+      if (needsCuts(state) && !resolve()) return {};
       separate();
     }
     return {};
@@ -206,6 +206,10 @@ class Repair {
     return checkMesh(soup_.mesh);
   }
 
+  static bool needsCuts(const MeshReport& state) {
+    return std::ranges::any_of(state.defects, [](const Defect& d) { return d.kind != DefectKind::NonManifoldVertex; });
+  }
+
   bool resolve() {
     progress_.stage("overlaps");
     const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, progress_);
@@ -252,9 +256,6 @@ class Repair {
     step->text = "bodies that touch drawn apart in " + counted(step->count, "vertex", "vertices") + ", by at most " +
                  number(step->change_mm) + " mm.";
   }
-
-  /// Components that are flat for any purpose. True if there were any, so that the mesh has to be checked again.
-  bool dropThin(const MeshReport&) { return false; }
 
   std::optional<RepairedMesh> finish(const MeshReport& state) {
     if (!(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) return {};  // a sheet closed upon itself
@@ -351,8 +352,6 @@ std::string_view name(RepairStepKind kind) {
       return "separate bodies";
     case RepairStepKind::DropBuried:
       return "drop buried";
-    case RepairStepKind::DropThin:
-      return "drop thin";
     case RepairStepKind::Wrap:
       break;
   }

@@ -97,6 +97,9 @@ BoxTree treeOfPoints(const TriangleMesh& mesh, const std::vector<std::uint32_t>&
   return BoxTree(boxes);
 }
 
+/// What the rounding of coordinates can move a point off an edge. The certificate allows for a hundred times as much.
+double roundingOf(double length, const Vector3d& from) { return 1e-15 * (length + from.cwiseAbs().maxCoeff()); }
+
 class Stitcher {
  public:
   Stitcher(RepairSoup& soup, Stitched& result) : soup_(soup), result_(result) {}
@@ -186,7 +189,7 @@ class Stitcher {
       const Vector3d a = mesh.positions[e.from], d = mesh.positions[e.to] - a;
       const double length = d.norm();
       if (!(length > 4 * tolerance)) continue;
-      const double near = std::max(tolerance, 1e-15 * (length + a.cwiseAbs().maxCoeff()));
+      const double near = std::max(tolerance, roundingOf(length, a));
       std::vector<std::pair<double, std::uint32_t>> on;  // place along the edge, vertex
       tree.searchWithin(a + 0.5 * d, std::pow(0.5 * length + near, 2), [&](std::size_t first, std::size_t count) {
         for (std::size_t s = first; s < first + count; ++s) {
@@ -225,7 +228,7 @@ class Stitcher {
       if (i == on.size()) break;
       const double off = (mesh.positions[next] - a - on[i].first * d).norm();
       result_.moved = std::max(result_.moved, off);
-      if (off > 0) modify(e.triangle);
+      if (off > roundingOf(d.norm(), a)) modify(e.triangle);
     }
     result_.split += on.size();
   }

@@ -76,7 +76,7 @@ case_usage() {
   says "unknown option '--qualty' of build; the nearest is '--quality'" err
   write_tetrahedron mesh.obj
   for bad in "--levels 1" "--levels 7" "--levels x" "--branching 9" "--builder best" "--quality good" "--unit km" "--tolerance 0" \
-    "--tolerance -1" "--tolerance nan" "--tolerance inf" "--tolerance 1mm" "--seed -1" "--seed 18446744073709551616" "--threads -1" "--repair wrap" \
+    "--tolerance -1" "--tolerance nan" "--tolerance inf" "--tolerance 1mm" "--seed -1" "--seed 18446744073709551616" "--threads -1" "--repair maybe" \
     "--combine merge" "--builder combined --combine cover" "--progress loud"; do
     # shellcheck disable=SC2086
     expect 2 build mesh.obj -o work/a.stree $bad
@@ -295,12 +295,10 @@ case_build_report() {
 case_build_refuses_defects() {
   write_tetrahedron whole.obj
   grep -v 'f 2 3 4' whole.obj >open.obj
-  for repair in auto off; do
-    expect 4 build open.obj -o work/a.stree --repair $repair
-    says "open.obj" err
-    says "border" err
-    is_empty work
-  done
+  expect 4 build open.obj -o work/a.stree --repair off
+  says "open.obj" err
+  says "border" err
+  is_empty work
   sed 's/^f \(.\) \(.\) \(.\)/f \3 \2 \1/' whole.obj >turned.obj
   expect 4 build turned.obj -o work/a.stree --repair off
   is_empty work
@@ -311,6 +309,23 @@ case_build_refuses_defects() {
   expect 0 build turned.obj -o work/b.stree --levels 2 --quality quick --report work/report.json
   says "inside out" work/report.json
   expect 0 inspect work/b.stree
+}
+
+case_build_repairs() {
+  write_tetrahedron whole.obj
+  grep -v 'f 2 3 4' whole.obj >open.obj
+  expect 0 build open.obj -o work/a.stree --levels 2 --quality quick --report work/report.json
+  says "1 opening closed" err
+  for words in '"step": "cap_openings"' '"change_mm"' '"removed_triangles": \[\]' '"input_triangles": 3'; do says "$words" work/report.json; done
+  expect 0 evaluate open.obj work/a.stree --no-limits
+  says "1 opening closed" err
+  if grep -q "another mesh" err; then fail "evaluate repairs otherwise than build"; fi
+  expect 0 build whole.obj -o work/b.stree --levels 2 --quality quick --repair wrap
+  says "wrapped" err
+  expect 0 evaluate whole.obj work/b.stree --no-limits --repair wrap
+  if grep -q "another mesh" err; then fail "evaluate wraps otherwise than build"; fi
+  expect 0 evaluate whole.obj work/b.stree --no-limits
+  says "another mesh" err
 }
 
 case_check() {
@@ -325,10 +340,12 @@ case_check() {
   grep -v 'f 2 3 4' whole.obj >open.obj
   expect 4 check open.obj
   says "border: 3 edges round 1 hole" out
-  says "a build refuses this mesh" out
+  says "a build repairs this mesh" out
+  says "1 opening closed" out
   expect 4 check open.obj --json
   says '"kind": "border"' out
-  says '"build": "refuse"' out
+  says '"build": "fix"' out
+  says '"step": "cap_openings"' out
   sed 's/^f \(.\) \(.\) \(.\)/f \3 \2 \1/' whole.obj >turned.obj
   expect 4 check turned.obj --json
   says '"kind": "inside_out"' out

@@ -55,15 +55,15 @@ void checkOptions(const BuildOptions& options) {
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (!options.unit.empty() && isGltf(options.input))
     throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
-  if (options.repair == "wrap") throw UsageError("--repair wrap: this version cannot wrap a mesh. Use --repair off and a closed mesh.");
   formats::checkWritable(options.output);
   if (!options.report.empty()) formats::checkWritable(options.report);
 }
 
-Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const builder::BuildResult& result,
+Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
               const std::vector<std::string>& notes) {
   const builder::BuildSettings& s = options.settings;
   const builder::BuildStatistics& statistics = result.statistics;
+  const TriangleMesh& mesh = repaired.mesh;
   Json settings;
   settings["builder"] = name(s.builder);
   settings["combine"] = options.combine;
@@ -88,6 +88,7 @@ Json reportOf(const BuildOptions& options, const TriangleMesh& mesh, const build
   out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
                  {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
                  {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
+  out["repair"] = repairJson(repaired);
   out["notes"] = notes;
   out["nodes"] = result.tree.nodeCount();
   out["inner_nodes"] = result.tree.bound.size();
@@ -132,19 +133,19 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   progress.stage("read");
   formats::MeshFile file = formats::readMesh(options.input, unitInMm(options.unit));
   options.settings.unit_mm = file.unit_mm;
-  TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  const TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
   std::vector<std::string> notes = std::move(file.notes);
   progress.check();
   progress.stage("check");
-  mesh = soundMesh(std::move(mesh), options.input.string(), options.repair == "auto", notes);
+  const builder::RepairedMesh repaired = soundMesh(mesh, options.input.string(), repairKind(options.repair), notes, progress);
   if (!quiet)
     for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
   progress.check();
 
-  const builder::BuildResult result = builder::buildSphereTree(mesh, options.settings, progress);
+  const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
   progress.check();
   formats::writeSphereTree(options.output, result.tree);
-  if (!options.report.empty()) formats::writeWhole(options.report, reportOf(options, mesh, result, notes).dump(2) + "\n");
+  if (!options.report.empty()) formats::writeWhole(options.report, reportOf(options, repaired, result, notes).dump(2) + "\n");
   printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
@@ -194,9 +195,8 @@ void addBuildCommand(Program& program) {
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   app->add_option("--repair", options->repair,
-                  "What happens to a defective mesh: auto turns surfaces that are inside out and refuses other defects; off refuses any; "
-                  "wrap is not "
-                  "available in this version; default auto")
+                  "What happens to a defective mesh: auto repairs it, as little as works; off refuses it; wrap puts a closed surface round "
+                  "any mesh; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of the one part to build; default merge")

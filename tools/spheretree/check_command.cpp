@@ -10,7 +10,7 @@
 #include <string>
 
 #include "command.h"
-#include "spheretree/builder/mesh_checks.h"
+#include "sound_mesh.h"
 #include "spheretree/formats/mesh_file.h"
 
 namespace spheretree::tool {
@@ -25,8 +25,8 @@ struct CheckOptions {
   bool json = false;
 };
 
-const char* buildOf(const builder::MeshReport& report) {
-  return !report.fixable() ? "refuse" : report.clean() && report.buriedComponents() == 0 ? "accept" : "fix";
+const char* buildOf(const builder::RepairedMesh& repaired) {
+  return !repaired.isSound() ? "refuse" : repaired.steps.empty() ? "accept" : "fix";
 }
 
 Json pointJson(const Eigen::Vector3d& p) {
@@ -43,13 +43,15 @@ std::string partOf(const TriangleMesh& mesh, std::uint32_t triangle) {
   return mesh.part.empty() ? std::string() : mesh.part_names[mesh.part[triangle]];
 }
 
-Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const builder::MeshReport& report) {
+Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const builder::RepairedMesh& repaired) {
+  const builder::MeshReport& report = repaired.report;
   Json out;
   out["schema"] = "spheretree.check/1";
   out["format"] = file.format;
   out["unit_mm"] = file.unit_mm;
   out["clean"] = report.clean();
-  out["build"] = buildOf(report);
+  out["build"] = buildOf(repaired);
+  out["repair"] = repairJson(repaired);
   out["triangles"] = report.triangles;
   out["vertices"] = report.vertices;
   out["box_mm"] = {{"low", pointJson(report.low)}, {"high", pointJson(report.high)}};
@@ -86,7 +88,9 @@ Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const build
   return out;
 }
 
-void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh, const builder::MeshReport& report) {
+void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh,
+               const builder::RepairedMesh& repaired) {
+  const builder::MeshReport& report = repaired.report;
   const Eigen::Vector3d size = report.high - report.low;
   std::printf("%s: %s, %zu triangles, %zu vertices", options.input.c_str(), file.format.c_str(), report.triangles, report.vertices);
   if (!report.components.empty()) std::printf(", %zu component%s", report.components.size(), report.components.size() == 1 ? "" : "s");
@@ -103,7 +107,9 @@ void printText(const CheckOptions& options, const formats::MeshFile& file, const
   if (report.clean())
     std::printf("no defects: a build takes this mesh.\n");
   else
-    std::printf(report.fixable() ? "a build puts this right, and says so.\n" : "a build refuses this mesh.\n");
+    std::printf(repaired.isSound() ? "a build repairs this mesh, and says so:\n" : "a build refuses this mesh.\n");
+  if (!report.clean())
+    for (const builder::RepairStep& step : repaired.steps) std::printf("  %s\n", step.text.c_str());
 }
 
 int runCheck(const CheckOptions& options, builder::Progress& progress) {
@@ -112,13 +118,13 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   progress.check();
   progress.stage("check");
   const TriangleMesh mesh = options.parts == "merge" ? file.mesh : formats::selectPart(file.mesh, options.parts);
-  const builder::MeshReport report = builder::checkMesh(mesh);
+  const builder::RepairedMesh repaired = builder::repairMesh(mesh, builder::RepairKind::Auto, progress);
   progress.check();
   if (options.json)  // a part's name may be no UTF-8
-    std::cout << toJson(file, mesh, report).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    std::cout << toJson(file, mesh, repaired).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
   else
-    printText(options, file, mesh, report);
-  return report.clean() ? kExitOk : kExitRefused;
+    printText(options, file, mesh, repaired);
+  return repaired.report.clean() ? kExitOk : kExitRefused;
 }
 
 }  // namespace

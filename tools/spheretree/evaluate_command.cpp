@@ -10,8 +10,8 @@
 
 #include "command.h"
 #include "evaluation_json.h"
+#include "sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
-#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -25,7 +25,7 @@ namespace {
 
 struct EvaluateOptions {
   std::filesystem::path mesh, tree;
-  std::string parts = "merge";
+  std::string parts = "merge", repair = "auto";
   double unit_mm = 1;
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
@@ -78,20 +78,20 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   formats::MeshFile file = formats::readMesh(options.mesh, options.unit_mm);
   TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
   progress.check();
-  // The same solid that a build would take: turned outward, and without what lies within solid matter.
-  const builder::MeshReport report = builder::checkMesh(mesh);
-  if (!report.clean() && !report.fixable() && !program.quiet)
-    std::cerr << "spheretree: warning: " << options.mesh.string()
-              << " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.\n";
-  if (report.clean() || report.fixable()) {
-    mesh = builder::orientOutward(std::move(mesh), report);
-    if (report.buriedComponents() > 0) mesh = builder::withoutBuried(mesh, report);
+  // The same solid that a build takes.
+  const builder::RepairedMesh repaired = builder::repairMesh(mesh, repairKind(options.repair), progress);
+  if (!program.quiet) {
+    for (const builder::RepairStep& step : repaired.steps) std::cerr << options.mesh.string() << ": " << step.text << '\n';
+    if (!repaired.isSound())
+      std::cerr << "spheretree: warning: " << options.mesh.string()
+                << " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.\n";
   }
+  mesh = repaired.mesh;
   progress.check();
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
     std::cerr << "spheretree: warning: " << options.tree.string() << " was built from another mesh than " << options.mesh.string()
-              << " (or with another --unit or --parts). The figures compare the two as they are.\n";
+              << " (or with another --unit, --parts or --repair). The figures compare the two as they are.\n";
   options.settings.limits = !options.no_limits;
   builder::Evaluation evaluation;
   try {
@@ -121,6 +121,9 @@ void addEvaluateCommand(Program& program) {
       ->type_name("UNIT")
       ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
   app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of one part; default merge")->type_name("NAME");
+  app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "off", "wrap"}));
   app->add_option("--seed", options->settings.seed, "Seed of the surface points, 0 to 2^64 - 1; default 1")->type_name("N");
   app->add_option("--threads", options->settings.threads,
                   "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")

@@ -1,37 +1,61 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sound_mesh.h"
 
+#include <algorithm>
+
 #include "spheretree/builder/build_sphere_tree.h"
-#include "spheretree/builder/mesh_checks.h"
 
 namespace spheretree::tool {
 namespace {
 
-std::string counted(std::size_t count, const char* thing) { return std::to_string(count) + " " + thing + (count == 1 ? "" : "s"); }
+using Json = nlohmann::ordered_json;
+
+/// Runs of numbers as [first, last].
+Json runsOf(const std::vector<std::uint32_t>& sorted) {
+  Json runs = Json::array();
+  for (std::size_t i = 0, j = 0; i < sorted.size(); i = j) {
+    while (j < sorted.size() && sorted[j] == sorted[i] + (j - i)) ++j;
+    runs.push_back({sorted[i], sorted[j - 1]});
+  }
+  return runs;
+}
 
 }  // namespace
 
-TriangleMesh soundMesh(TriangleMesh mesh, const std::string& name, bool repair, std::vector<std::string>& notes) {
-  const builder::MeshReport report = builder::checkMesh(mesh);
-  const bool turns = repair && report.fixable() && !report.clean();
-  if (!report.clean() && !turns) {
-    std::string message = name + ": the mesh is refused:\n" + report.summary();
+builder::RepairKind repairKind(const std::string& option) {
+  if (option == "off") return builder::RepairKind::Off;
+  return option == "wrap" ? builder::RepairKind::Wrap : builder::RepairKind::Auto;
+}
+
+builder::RepairedMesh soundMesh(const TriangleMesh& mesh, const std::string& name, builder::RepairKind kind,
+                                std::vector<std::string>& notes, builder::Progress& progress) {
+  builder::RepairedMesh repaired = builder::repairMesh(mesh, kind, progress);
+  if (!repaired.isSound()) {
+    std::string message = name + ": the mesh is refused:\n" + repaired.result.summary();
     while (message.back() == '\n') message.pop_back();
-    if (repair)
-      message += "\nThis version repairs nothing but surfaces that are inside out.";
-    else if (report.fixable())
-      message += "\n--repair auto turns it.";
+    message += kind == builder::RepairKind::Off ? "\n--repair auto may mend it; `spheretree check` says how." : "\nNo repair helps here.";
     throw builder::BuildError(message);
   }
-  if (turns) {
-    notes.push_back("inside out and turned: " + counted(report.count(builder::DefectKind::InsideOut), "component") + ".");
-    mesh = builder::orientOutward(std::move(mesh), report);
+  for (const builder::RepairStep& step : repaired.steps) notes.push_back(step.text);
+  return repaired;
+}
+
+nlohmann::ordered_json repairJson(const builder::RepairedMesh& repaired) {
+  Json out;
+  out["steps"] = Json::array();
+  for (const builder::RepairStep& step : repaired.steps) {
+    std::string key(builder::name(step.kind));
+    std::replace(key.begin(), key.end(), ' ', '_');
+    out["steps"].push_back({{"step", key},
+                            {"count", step.count},
+                            {"change_mm", step.change_mm},
+                            {"removed_triangles", runsOf(step.removed)},
+                            {"text", step.text}});
   }
-  if (report.buriedComponents() > 0) {
-    notes.push_back("left out, since within solid matter they bound nothing: " + counted(report.buriedComponents(), "component") + ".");
-    mesh = builder::withoutBuried(mesh, report);
-  }
-  return mesh;
+  out["bound_mm"] = repaired.bound_mm;
+  out["input_triangles"] = repaired.report.triangles;
+  out["input_pieces_covered_too"] = repaired.to_cover.triangles.size();
+  return out;
 }
 
 }  // namespace spheretree::tool

@@ -33,7 +33,6 @@ enum class RepairStepKind {
   ResolveOverlaps,  // triangles that cross cut; what lies within solid matter removed
   SeparateBodies,   // bodies that touch in a vertex or along an edge drawn apart by a hair
   DropBuried,       // components wholly within solid matter
-  DropThin,         // components that enclose nothing
   Wrap              // the surface replaced by an alpha wrap
 };
 
