@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kRelativeGap = 0.05;
+constexpr double kLarge = 0.02;  // of the diagonal
 constexpr std::size_t kMostHalved = 1'000'000;  // pieces; then the bound is what it is, and still one
 
 struct Piece {
@@ -102,7 +103,8 @@ TriangleMesh notDeepWithin(const DistanceField& solid, const TriangleMesh& mesh,
       [&](const Piece& piece, double distance) {
         const double spread = piece.spread();
         if (distance + spread < -depth) return false;
-        if (distance < -depth && spread > 0.25 * depth) return true;  // a part of it is deep
+        const bool is_large = spread > kLarge * solid.diagonal() && distance - spread < -depth;  // may be deep away from its middle
+        if (is_large || (distance < -depth && spread > 0.25 * depth)) return true;
         const auto first = static_cast<std::uint32_t>(result.positions.size());
         for (const Vector3d& p : piece.corner) result.positions.push_back(p);
         result.triangles.push_back({first, first + 1, first + 2});

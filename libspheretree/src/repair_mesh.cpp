@@ -27,6 +27,7 @@ constexpr double kHole = 0.25;                         // borders whose box is s
 constexpr double kEnough = 1e-6;                       // precision of bounds
 constexpr double kApart = 1e-6;                        // by which bodies that touch are drawn apart
 constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
+constexpr double kAlphasInArea = 1e-4;                 // alpha^2 over the area, at least: keeps a wrap to about 50,000 triangles
 constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
 constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
 constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
@@ -85,7 +86,7 @@ class Repair {
     soup_.source = allTriangles(input_);
     note(RepairStepKind::DropFlat, dropFlat(soup_), "zero-area triangles left out");
     progress_.stage("wrap");
-    const double alpha = kAlpha * diagonal_, offset = kOffset * diagonal_;
+    const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
     out.mesh = wrapSurface(soup_.mesh, alpha, offset);
     progress_.check();

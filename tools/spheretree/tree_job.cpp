@@ -99,13 +99,15 @@ std::string TreeJob::key() const {
 
 TreeResult TreeJob::run(builder::Progress& progress) const {
   const auto begun = std::chrono::steady_clock::now();
-  TriangleMesh mesh = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
+  const TriangleMesh input = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
   std::vector<std::string> steps;
-  mesh = soundMesh(std::move(mesh), path.string() + (part.empty() ? "" : " part " + part), repair == "auto", steps);
+  const builder::RepairedMesh repaired =
+      soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), steps, progress);
+  const TriangleMesh& mesh = repaired.mesh;
   progress.check();
   builder::BuildSettings unit_known = settings;
   unit_known.unit_mm = file->mesh.unit_mm;
-  builder::BuildResult built = builder::buildSphereTree(mesh, unit_known, progress);
+  builder::BuildResult built = builder::buildSphereTree(mesh, unit_known, progress, repaired.to_cover);
 
   TreeResult result;
   result.record = {{"triangles", mesh.triangles.size()},
