@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kRelativeGap = 0.05;
-constexpr double kLarge = 0.02;  // of the diagonal
+constexpr double kLarge = 0.02;                 // of the diagonal
 constexpr std::size_t kMostHalved = 1'000'000;  // pieces; then the bound is what it is, and still one
 
 struct Piece {
