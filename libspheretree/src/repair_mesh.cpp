@@ -31,7 +31,7 @@ constexpr double kAlphasInArea = 1e-4;                 // alpha^2 over the area,
 constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
 constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
 constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
-constexpr int kRounds = 4;           // of cutting: rounding may leave crossings
+constexpr int kRounds = 6;           // of cutting: rounding may leave crossings
 
 std::string number(double value) {
   char text[32];
@@ -243,7 +243,7 @@ class Repair {
 
   void separate() {
     if (!findOpenEdges(soup_.mesh).empty()) return;
-    const SeparatedFans fans = separateFans(soup_.mesh, kApart * diagonal_);
+    const SeparatedFans fans = separateFans(soup_, kApart * diagonal_);
     if (fans.copies == 0) return;
     for (std::size_t t = 0; t < fans.is_moved.size(); ++t)
       if (fans.is_moved[t] && soup_.source[t] != kAddedTriangle) is_modified_[soup_.source[t]] = 1;
@@ -254,7 +254,7 @@ class Repair {
     }
     step->count += fans.copies;
     step->change_mm += fans.moved;
-    step->text = "bodies that touch drawn apart in " + counted(step->count, "vertex", "vertices") + ", by at most " +
+    step->text = "bodies that touch drawn apart at " + counted(step->count, "vertex", "vertices") + ", by at most " +
                  number(step->change_mm) + " mm.";
   }
 

@@ -157,9 +157,12 @@ TEST(SeparateFans, DrawsApartByTheDistanceAsked) {
     both.triangles.push_back(moved);
   }
   EXPECT_TRUE(checkMesh(both).has(DefectKind::NonManifoldEdge));
-  const SeparatedFans fans = separateFans(both, 1e-4);
+  RepairSoup soup = soupOf(both);
+  const SeparatedFans fans = separateFans(soup, 1e-4);
+  both = soup.mesh;
   dropUnusedVertices(both);
-  EXPECT_EQ(fans.copies, 2u);
+  EXPECT_EQ(fans.copies, 4u);  // both ends once more, and two vertices in the middle
+  EXPECT_EQ(soup.source.size(), both.triangles.size());
   EXPECT_NEAR(fans.moved, 1e-4, 1e-12);
   EXPECT_TRUE(checkMesh(both).clean()) << checkMesh(both).summary();
   EXPECT_EQ(checkMesh(both).components.size(), 2u);

@@ -4,7 +4,7 @@
 // Units: mm. Deterministic.
 #pragma once
 
-#include "spheretree/core/triangle_mesh.h"
+#include "spheretree/builder/repair_soup.h"
 
 namespace spheretree::builder {
 
@@ -16,7 +16,7 @@ struct SeparatedFans {
 
 /// Every vertex in which several fans of triangles meet gets a copy for each; the copies move inwards by `distance` [mm], or a
 /// hundredth of their shortest side if that is less. At an edge of four triangles or more, those go together that have solid matter
-/// between them. The triangles must be wound outward and have no open edges (repair_soup.h).
-SeparatedFans separateFans(TriangleMesh& mesh, double distance);
+/// between them, and the edge gets a vertex in its middle. The triangles must be wound outward and have no open edges (repair_soup.h).
+SeparatedFans separateFans(RepairSoup& soup, double distance);
 
 }  // namespace spheretree::builder
