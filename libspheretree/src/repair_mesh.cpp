@@ -72,7 +72,8 @@ class Repair {
     for (int round = 0; round < kRounds; ++round) {
       progress_.check();
       MeshReport state = checkMesh(soup_.mesh);
-      if (state.has(DefectKind::InsideOut)) state = turnOutward(state);
+      // After a cut the winding is right; where components cross, which lie in which is uncertain.
+      if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
       if (state.clean()) return finish(state);
       if (needsCuts(state) && !resolve()) return {};
       separate();
@@ -88,7 +89,7 @@ class Repair {
     progress_.stage("wrap");
     const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
-    out.mesh = wrapSurface(soup_.mesh, alpha, offset);
+    out.mesh = wrapSurface(soup_.mesh, alpha, offset, progress_);
     progress_.check();
     out.result = checkMesh(out.mesh);
     RepairStep step{RepairStepKind::Wrap, {}, out.mesh.triangles.size(), 0, {}};

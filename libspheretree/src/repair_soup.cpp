@@ -23,7 +23,8 @@ namespace {
 constexpr std::array kTolerances{0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4};  // of the diagonal
 constexpr double kShareOfSide = 0.25;                                             // of its shortest side a vertex may move
 constexpr double kNearlyAll = 0.02;                                               // of the edges that can be closed may stay open
-constexpr double kMostFinArea = 0.1;
+constexpr double kMostFinArea = 0.03;                                             // of all
+constexpr double kFinSize = 0.1;                                                  // of the diagonal: the box of a fin
 
 struct Side {
   std::uint32_t low, high, triangle;
@@ -368,6 +369,7 @@ std::size_t alignWinding(RepairSoup& soup) {
 std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
   double left = 0;  // area that may still go
   for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * areaOf(soup.mesh, t);
+  const double most_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may stand on a fin
     again = false;
@@ -379,13 +381,18 @@ std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
       for (std::size_t i = first; i < last && last - first > 2; ++i) is_joined[patches.of[sides[i].triangle]] = 1;
     });
     std::vector<double> area(patches.count, 0);
-    for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) area[patches.of[t]] += areaOf(soup.mesh, t);
+    std::vector<Eigen::AlignedBox3d> box(patches.count);
+    for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) {
+      area[patches.of[t]] += areaOf(soup.mesh, t);
+      for (int k = 0; k < 3; ++k) box[patches.of[t]].extend(soup.mesh.corner(t, k));
+    }
     std::vector<std::uint32_t> order(patches.count);
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area[a] < area[b]; });
     std::vector<char> goes(patches.count, 0);
     for (const std::uint32_t p : order)
-      if (is_free[p] && is_joined[p] && area[p] <= left) goes[p] = 1, left -= area[p], again = true;
+      if (is_free[p] && is_joined[p] && area[p] <= left && box[p].diagonal().norm() <= most_size)
+        goes[p] = 1, left -= area[p], again = true;
     const auto gone = filter(soup, [&](std::size_t t) { return !goes[patches.of[t]]; });
     dropped.insert(dropped.end(), gone.begin(), gone.end());
   }

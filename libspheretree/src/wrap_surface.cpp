@@ -6,8 +6,33 @@
 #include <CGAL/alpha_wrap_3.h>
 
 namespace spheretree::builder {
+namespace {
 
-TriangleMesh wrapSurface(const TriangleMesh& mesh, double alpha, double offset) {
+/// What CGAL calls as it goes: a chance to stop.
+struct Stopper {
+  const Progress& progress;
+
+  template <class... T>
+  void before_facet_treatment(const T&...) {
+    progress.check();
+  }
+  template <class... T>
+  void on_alpha_wrapping_begin(const T&...) {}
+  template <class... T>
+  void on_flood_fill_begin(const T&...) {}
+  template <class... T>
+  void before_Steiner_point_insertion(const T&...) {}
+  template <class... T>
+  void after_Steiner_point_insertion(const T&...) {}
+  template <class... T>
+  void on_flood_fill_end(const T&...) {}
+  template <class... T>
+  void on_alpha_wrapping_end(const T&...) {}
+};
+
+}  // namespace
+
+TriangleMesh wrapSurface(const TriangleMesh& mesh, double alpha, double offset, const Progress& progress) {
   using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
   std::vector<Point> points;
   points.reserve(mesh.positions.size());
@@ -16,7 +41,8 @@ TriangleMesh wrapSurface(const TriangleMesh& mesh, double alpha, double offset) 
   faces.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) faces.push_back({a, b, c});
   CGAL::Surface_mesh<Point> wrap;
-  CGAL::alpha_wrap_3(points, faces, alpha, offset, wrap);
+  Stopper stopper{progress};
+  CGAL::alpha_wrap_3(points, faces, alpha, offset, wrap, CGAL::parameters::default_values(), CGAL::parameters::visitor(stopper));
   TriangleMesh result;
   std::vector<std::uint32_t> index(wrap.number_of_vertices() + wrap.number_of_removed_vertices());
   for (const auto v : wrap.vertices()) {

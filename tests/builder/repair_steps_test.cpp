@@ -13,6 +13,7 @@
 #include "spheretree/builder/resolve_overlaps.h"
 #include "spheretree/builder/separate_fans.h"
 #include "spheretree/builder/winding_number.h"
+#include "spheretree/builder/wrap_surface.h"
 #include "support/mesh_measures.h"
 #include "support/shapes.h"
 
@@ -88,6 +89,12 @@ TEST(FillHoles, FromTheMiddleWhereThereAreTooManyEdges) {
   EXPECT_EQ(holes[0].triangles.size(), 4u);
   EXPECT_NEAR(holes[0].length, 4, 1e-12);
   EXPECT_NEAR(test::volumeOf(soup.mesh), 1, 1e-12);
+}
+
+TEST(WrapSurface, StopsWhenAsked) {
+  Progress progress;
+  progress.cancel();
+  EXPECT_THROW(wrapSurface(boxMesh({0, 0, 0}, {1, 1, 1}), 0.05, 0.01, progress), Cancelled);
 }
 
 // A row of boxes, each turned a little and pushed into the one before: the union by a grid of points is the oracle.

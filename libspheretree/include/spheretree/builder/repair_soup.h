@@ -52,8 +52,8 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
 /// winding. Returns how many triangles it turned. Where a sheet has but one side (Moebius), some edges stay open.
 std::size_t alignWinding(RepairSoup& soup);
 
-/// Removes sheets that hang on the rest by an edge of three or more triangles and end in a free border, as long as they are small:
-/// together at most a tenth of the area. Returns their sources.
+/// Removes sheets that hang on the rest by an edge of three or more triangles and end in a free border, as long as they are small: their
+/// box up to a tenth of the diagonal, together at most 3 % of the area. Returns their sources.
 std::vector<std::uint32_t> dropFins(RepairSoup& soup);
 
 /// Leaves out vertices that no triangle uses.

@@ -6,12 +6,13 @@
 // Units: mm. Deterministic.
 #pragma once
 
+#include "spheretree/builder/progress.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
 
 /// Gaps that a ball of radius `alpha` cannot enter are closed, cavities filled; every triangle lies strictly inside. Cost grows as
-/// area / alpha^2; cannot be interrupted. @pre at least one triangle, none flat. 0 < offset.
-TriangleMesh wrapSurface(const TriangleMesh& mesh, double alpha, double offset);
+/// area / alpha^2. @pre at least one triangle, none flat; 0 < offset. @throws Cancelled
+TriangleMesh wrapSurface(const TriangleMesh& mesh, double alpha, double offset, const Progress& progress);
 
 }  // namespace spheretree::builder
