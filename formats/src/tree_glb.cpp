@@ -7,15 +7,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "glb_writer.h"
+
 namespace spheretree::formats {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Icosphere {
   std::vector<Eigen::Vector3d> points;  // unit
@@ -45,24 +44,6 @@ Icosphere makeIcosphere(int subdivisions) {
     s.triangles = std::move(finer);
   }
   return s;
-}
-
-template <class T>
-void append(std::vector<std::byte>& bytes, const T& value) {
-  const auto* first = reinterpret_cast<const std::byte*>(&value);
-  bytes.insert(bytes.end(), first, first + sizeof value);
-}
-
-// Numbers of the glTF 2.0 specification.
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-
-/// Appends a buffer view and its accessor to `document`; returns the accessor's index.
-std::size_t addAccessor(Json& document, std::size_t begin, std::size_t end, int target, int component, std::size_t count,
-                        const char* type) {
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}, {"target", target}});
-  document["accessors"].push_back(
-      {{"bufferView", document["bufferViews"].size() - 1}, {"componentType", component}, {"count", count}, {"type", type}});
-  return document["accessors"].size() - 1;
 }
 
 }  // namespace
@@ -130,20 +111,7 @@ std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind) {
   }
   if (tree.origin_mm != std::array<double, 3>{})
     document["nodes"][0]["translation"] = {tree.origin_mm[0] * kMetre, tree.origin_mm[1] * kMetre, tree.origin_mm[2] * kMetre};
-  document["buffers"] = Json::array({{{"byteLength", buffer.size()}}});
-
-  std::string text = document.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
-  std::vector<std::byte> bytes;
-  bytes.reserve(28 + text.size() + buffer.size());
-  append(bytes, std::array<std::uint32_t, 3>{kMagic, kVersion, static_cast<std::uint32_t>(28 + text.size() + buffer.size())});
-  append(bytes, std::array<std::uint32_t, 2>{static_cast<std::uint32_t>(text.size()), kJsonChunk});
-  const std::span<const std::byte> text_bytes = std::as_bytes(std::span<const char>(text.data(), text.size()));
-  bytes.insert(bytes.end(), text_bytes.begin(), text_bytes.end());
-  append(bytes, std::array<std::uint32_t, 2>{static_cast<std::uint32_t>(buffer.size()), kBinaryChunk});
-  bytes.insert(bytes.end(), buffer.begin(), buffer.end());
-  return bytes;
+  return packGlb(document, buffer);
 }
 
 }  // namespace spheretree::formats

@@ -337,11 +337,20 @@ case_check() {
   says '"build": "accept"' out
   says '"unit_mm": 10.0' out
   says '"volume_mm3": 166666.6' out
+  says '"leaf_estimates"' out
+  expect 0 check whole.obj
+  says "leaves for an overhang of" out
   grep -v 'f 2 3 4' whole.obj >open.obj
-  expect 4 check open.obj
+  expect 4 check open.obj -o work/marked.glb
   says "border: 3 edges round 1 hole" out
   says "a build repairs this mesh" out
   says "1 opening closed" out
+  says "border of 3 edges, .* a loop, .* roundness 0.60" out
+  expect 4 check work/marked.glb --json
+  says '"border"' out
+  rm work/marked.glb
+  expect 2 check open.obj -o work/marked.obj
+  is_empty work
   expect 4 check open.obj --json
   says '"kind": "border"' out
   says '"build": "fix"' out
@@ -351,6 +360,15 @@ case_check() {
   says '"kind": "inside_out"' out
   says '"build": "fix"' out
   { echo 'o large'; cat whole.obj; printf 'o small\nv 1 1 1\nv 2 1 1\nv 1 2 1\nv 1 1 2\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >both.obj
+  expect 0 check both.obj --list-parts
+  says "sound       small" out
+  says "sound       #1" out
+  expect 0 check both.obj --parts '#1' --json
+  says '"triangles": 4,' out
+  expect 4 check both.obj --parts '#2'
+  says "has no component #2; it has 2" err
+  expect 0 build both.obj -o work/part.stree --parts '#1' --quality quick --levels 2
+  rm work/part.stree
   expect 0 check both.obj
   says 'part "small") lies wholly within solid matter' out
   expect 0 check both.obj --json

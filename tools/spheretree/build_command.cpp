@@ -13,6 +13,7 @@
 
 #include "builder_names.h"
 #include "command.h"
+#include "part_choice.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -133,7 +134,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   progress.stage("read");
   formats::MeshFile file = formats::readMesh(options.input, unitInMm(options.unit));
   options.settings.unit_mm = file.unit_mm;
-  const TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  const TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
   std::vector<std::string> notes = std::move(file.notes);
   progress.check();
   progress.stage("check");
@@ -199,8 +200,7 @@ void addBuildCommand(Program& program) {
                   "any mesh; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
-  app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of the one part to build; default merge")
-      ->type_name("NAME");
+  app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
   app->add_flag(
       "!--no-simplify", options->settings.simplify,
       "Search on every triangle. Default: where a mesh has more than 200 triangles for each leaf that the tree can have (and more than "

@@ -10,6 +10,7 @@
 
 #include "command.h"
 #include "evaluation_json.h"
+#include "part_choice.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -76,7 +77,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
   formats::MeshFile file = formats::readMesh(options.mesh, options.unit_mm);
-  TriangleMesh mesh = options.parts == "merge" ? std::move(file.mesh) : formats::selectPart(file.mesh, options.parts);
+  TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
   progress.check();
   // The same solid that a build takes.
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, repairKind(options.repair), progress);
@@ -120,7 +121,7 @@ void addEvaluateCommand(Program& program) {
   app->add_option("--unit", options->unit_mm, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
       ->type_name("UNIT")
       ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
-  app->add_option("--parts", options->parts, "merge: all parts as one object; or the name of one part; default merge")->type_name("NAME");
+  app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));

@@ -33,7 +33,7 @@ enum class DefectKind {
 /// "non-manifold edge"; in reports and as key of JSON, with '_' in place of blanks and hyphens.
 std::string_view name(DefectKind kind);
 
-inline constexpr std::size_t kPlacesListed = 5;            // of each defect
+inline constexpr std::size_t kPlacesListed = 5;            // of each defect, unless more are asked for
 inline constexpr std::size_t kMaxCrossingPairs = 100'000;  // the search for self-intersections then stops
 
 struct Place {
@@ -46,7 +46,7 @@ struct Defect {
   DefectKind kind;
   std::size_t count = 0;        // of triangles, edges, vertices, components or pairs
   bool is_lower_bound = false;  // there may be more: the search was stopped
-  std::vector<Place> first;     // at most kPlacesListed, in the order of the mesh
+  std::vector<Place> first;     // as many as were asked for, in the order of the mesh
 };
 
 /// Border edges that hang together: usually one hole.
@@ -88,9 +88,9 @@ struct MeshReport {
   std::string summary() const;
 };
 
-/// Cost: O(n log n) plus one test for each pair of triangles whose boxes meet; about 0.5 s for 100,000 triangles. Never throws but
+/// `places`: how many to list of each defect. Cost: O(n log n) plus one test for each pair of triangles whose boxes meet; about 0.5 s for 100,000 triangles. Never throws but
 /// for want of memory, whatever the mesh.
-MeshReport checkMesh(const TriangleMesh& mesh);
+MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed);
 
 /// Turns the components that `report` of this mesh calls inside out.
 TriangleMesh orientOutward(TriangleMesh mesh, const MeshReport& report);
