@@ -88,8 +88,8 @@ struct MeshReport {
   std::string summary() const;
 };
 
-/// `places`: how many to list of each defect. Cost: O(n log n) plus one test for each pair of triangles whose boxes meet; about 0.5 s for 100,000 triangles. Never throws but
-/// for want of memory, whatever the mesh.
+/// `places`: how many to list of each defect. Cost: O(n log n) plus one test for each pair of triangles whose boxes meet; about 0.5 s for
+/// 100,000 triangles. Never throws but for want of memory, whatever the mesh.
 MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed);
 
 /// Turns the components that `report` of this mesh calls inside out.
