@@ -51,7 +51,10 @@ std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshRepor
   const auto add = [&](const std::string& name, const TriangleMesh& part) {
     progress.check();
     const builder::MeshReport own = builder::checkMesh(part);
-    lines.push_back({name, own.triangles, own.volume, own.high - own.low, own.clean() ? "sound" : own.fixable() ? "inside out" : "defective"});
+    lines.push_back({name, own.triangles, own.volume, own.high - own.low,
+                     own.clean()     ? "sound"
+                     : own.fixable() ? "inside out"
+                                     : "defective"});
   };
   for (const std::string& name : mesh.part_names) add(name, formats::selectPart(mesh, name));
   TriangleMesh by_component = mesh;
@@ -161,8 +164,8 @@ Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const build
   return out;
 }
 
-void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh,
-               const builder::RepairedMesh& repaired, const builder::MeshSurvey& survey) {
+void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh, const builder::RepairedMesh& repaired,
+               const builder::MeshSurvey& survey) {
   const builder::MeshReport& report = repaired.report;
   const Eigen::Vector3d size = report.high - report.low;
   std::printf("%s: %s, %zu triangles, %zu vertices", options.input.c_str(), file.format.c_str(), report.triangles, report.vertices);
