@@ -15,6 +15,7 @@ packages=(
   libtinygltf-dev         # formats: glTF
   libcli11-dev libpng-dev # program: command line, pictures
   libgtest-dev            # tests
+  libtet1.5-dev           # tests: TetGen, in a program of its own
 )
 if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git); fi
 

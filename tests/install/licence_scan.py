@@ -3,9 +3,10 @@
 """licence_scan.py SOURCE [--permissive LIBRARY...]: fails if a licence is missing, or copyleft code reaches a permissive room.
 
 1. Every source, build file and script names its licence in its first lines, and the one that its folder demands.
-2. A file of the permissive rooms includes no header of libspheretree and of no copyleft library; neither does an Apache-2.0 file of
+2. AGPL code stands in a folder of its own, and includes nothing of this project; nothing else includes TetGen.
+3. A file of the permissive rooms includes no header of libspheretree and of no copyleft library; neither does an Apache-2.0 file of
    the tests and samples.
-3. The LIBRARYs, built from the permissive rooms, neither need nor contain anything of those.
+4. The LIBRARYs, built from the permissive rooms, neither need nor contain anything of those.
 """
 import re
 import subprocess
@@ -17,6 +18,7 @@ NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
 SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
 PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/")
+NETWORK_COPYLEFT = "tools/voronoi_oracle/"
 COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
 COPYLEFT_BINARY = re.compile(r"CGAL|OpenMesh|tetgen|spheretree7builder|libgmp|libmpfr", re.IGNORECASE)
 
@@ -40,6 +42,14 @@ def scan_sources(root: Path):
             yield f"{name}: no SPDX-License-Identifier in its first two lines"
             continue
         licence = found.group(1)
+        if name.startswith(NETWORK_COPYLEFT):
+            if licence != "AGPL-3.0-only":
+                yield f"{name}: licence {licence} is not AGPL-3.0-only"
+            if re.search(r'#\s*include\s*[<"](spheretree/|CGAL/|OpenMesh/)', text):
+                yield f"{name}: AGPL code includes what is not under the AGPL"
+            continue
+        if re.search(r'#\s*include\s*[<"]tetgen', text):
+            yield f"{name}: includes TetGen outside {NETWORK_COPYLEFT}"
         if licence not in ("Apache-2.0", "GPL-3.0-or-later"):
             yield f"{name}: licence {licence} is neither Apache-2.0 nor GPL-3.0-or-later"
         if name.startswith(PERMISSIVE) and licence != "Apache-2.0":

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Our Voronoi balls (CGAL) against TetGen's Voronoi vertices of the same points. TetGen runs as a program of its own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "spheretree/builder/surface_samples.h"
+#include "spheretree/builder/voronoi_balls.h"
+#include "support/random.h"
+#include "support/scratch_folder.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<Vector3d> verticesByTetGen(const std::vector<Vector3d>& points) {
+  const test::ScratchFolder folder;
+  const std::filesystem::path in = folder.path() / "points", out = folder.path() / "vertices";
+  std::FILE* file = std::fopen(in.c_str(), "w");
+  for (const Vector3d& p : points) std::fprintf(file, "%.17g %.17g %.17g\n", p.x(), p.y(), p.z());
+  std::fclose(file);
+  const std::string command = std::string("'") + VORONOI_ORACLE + "' '" + in.string() + "' >'" + out.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  std::vector<Vector3d> vertices;
+  std::ifstream text(out);
+  for (double x, y, z; text >> x >> y >> z;) vertices.emplace_back(x, y, z);
+  return vertices;
+}
+
+double nearest(const Vector3d& p, const std::vector<Vector3d>& all) {
+  double least = 1e300;
+  for (const Vector3d& q : all) least = std::min(least, (p - q).squaredNorm());
+  return std::sqrt(least);
+}
+
+TEST(VoronoiOracle, TheSameVerticesAsTetGen) {
+  constexpr double kSame = 1e-7;  // of solids about 10 wide: what the rounding of nearly flat tetrahedra leaves
+  for (const TriangleMesh& mesh : {test::torusMesh(5, 2, 48, 24), test::sphereMesh(5, 3), test::boxMesh({0, 0, 0}, {7, 5, 3})}) {
+    const DistanceField field(mesh);
+    // Moved off the surface by a little, or cospherical points would leave the choice of tetrahedra open.
+    test::Random random(17);
+    std::vector<Vector3d> points;
+    for (const SurfaceSample& s : sampleSurface(mesh, {1500, 0.5235987756, 1})) points.push_back(s.point + 0.02 * random.direction());
+    const std::vector<Vector3d> theirs = verticesByTetGen(points);
+    ASSERT_GT(theirs.size(), points.size());
+    std::vector<Vector3d> ours;
+    for (const Ball& b : voronoiBalls(points, field)) ours.push_back(b.centre);
+    ASSERT_GT(ours.size(), points.size());
+    for (const Vector3d& c : ours) EXPECT_LT(nearest(c, theirs), kSame);
+    std::size_t inside = 0;
+    for (const Vector3d& c : theirs) {
+      if (!(field.signedDistance(c) < -1e-4)) continue;
+      ++inside;
+      EXPECT_LT(nearest(c, ours), kSame);
+    }
+    EXPECT_GT(inside, points.size());
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::builder
