@@ -85,7 +85,7 @@ class Repair {
     steps_.clear();
     soup_.mesh = {input_.positions, input_.triangles, {}, {}};
     soup_.source = allTriangles(input_);
-    note(RepairStepKind::DropFlat, dropFlat(soup_), "zero-area triangles left out");
+    note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
     progress_.stage("wrap");
     const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
@@ -107,19 +107,18 @@ class Repair {
   }
 
  private:
-  void note(RepairStepKind kind, std::vector<std::uint32_t> removed, const char* what) {
+  void note(RepairStepKind kind, std::vector<std::uint32_t> removed, const std::string& what) {
     if (removed.empty()) return;
     std::sort(removed.begin(), removed.end());
-    RepairStep step{kind, std::to_string(removed.size()) + " " + what + ".", removed.size(), 0, std::move(removed)};
+    RepairStep step{kind, what + ": " + counted(removed.size(), "triangle", "triangles") + ".", removed.size(), 0, std::move(removed)};
     steps_.push_back(std::move(step));
   }
 
   void clean() {
     progress_.stage("repair");
-    note(RepairStepKind::DropFlat, dropFlat(soup_), "zero-area triangles left out");
-    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "triangles left out that are there twice");
+    note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
+    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are there before");
     alignWinding(soup_);  // cracks and T-junctions show as open edges only where neighbours agree
-    const std::vector<Triangle> before = soup_.mesh.triangles;
     const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
     if (stitched.welded + stitched.split > 0) {
       for (std::size_t t = 0; t < is_modified_.size(); ++t) is_modified_[t] |= stitched.is_modified[t];
