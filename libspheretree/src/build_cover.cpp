@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/optimise_cover.h"
 #include "spheretree/builder/shrinking_balls.h"
 #include "spheretree/builder/surface_samples.h"
@@ -113,14 +114,17 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     }
   }
 
+  // With a tolerance, no more spheres above than the leaves need as parents.
+  std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
+  for (std::size_t level = 1; level < counts.size(); ++level)
+    counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
+  if (leaves.balls.size() < budget && settings.tolerance_mm > 0) counts = levelCounts(leaves.balls.size(), settings.branching);
   LevelBalls levels;
-  levels.balls.resize(static_cast<std::size_t>(settings.levels));
+  levels.balls.resize(counts.size());
   levels.balls.back() = std::move(leaves.balls);
-  for (std::size_t level = levels.balls.size() - 1; level-- > 0;) {
-    std::size_t most = 1;
-    for (std::size_t k = 0; k < level; ++k) most *= static_cast<std::size_t>(settings.branching);
-    progress.advance(1 - static_cast<double>(level + 1) / static_cast<double>(levels.balls.size()));
-    levels.balls[level] = cover(std::min(most, levels.balls[level + 1].size())).balls;
+  for (std::size_t level = counts.size() - 1; level-- > 0;) {
+    progress.advance(1 - static_cast<double>(level + 1) / static_cast<double>(counts.size()));
+    levels.balls[level] = cover(std::min(counts[level], levels.balls[level + 1].size())).balls;
   }
   return levels;
 }

@@ -14,6 +14,7 @@
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/needless_spheres.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/builder/published_frame.h"
 #include "spheretree/builder/reduce_burst.h"
@@ -34,6 +35,9 @@ namespace {
 constexpr double kFar = 16;                // mesh diagonals from its frame's origin at which float32 needs an origin of its own
 constexpr double kResolution = 2e-3;       // of certification, as a share of the stand-off
 constexpr double kLeastResolution = 1e-7;  // ... and of the diagonal
+
+constexpr double kAim = 1.02;  // a level is built for a tolerance so much smaller, as certification makes spheres grow
+constexpr int kAttempts = 4;   // more, with a smaller one each
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(std::string("build: ") + what);
@@ -146,6 +150,93 @@ TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more) {
   return mesh;
 }
 
+// The spheres of each level, each level (with the spheres that ended above it) certified to cover the mesh.
+struct CertifiedLevels {
+  std::vector<std::vector<Sphere>> spheres;
+  std::vector<std::vector<std::uint32_t>> parents;  // as in LevelBalls
+  std::vector<double> largest_growth;               // (levels)
+  std::size_t pieces = 0;
+  double wanted = 0, bound = 0;  // overhang bound of the deepest level, before and after certification [mm]
+};
+
+class Certifier {
+ public:
+  Certifier(const TriangleMesh& mesh, const DistanceField& field, const Vector3d& origin, std::uint64_t seed, Progress& progress)
+      : mesh_(mesh), field_(field), origin_(origin), seed_(seed), progress_(progress) {}
+
+  CertifiedLevels certify(const LevelBalls& levels) {
+    out_ = {};
+    ended_.clear();
+    out_.parents = levels.parents;
+    out_.spheres.resize(levels.balls.size());
+    for (std::size_t level = 0; level < levels.balls.size(); ++level) {
+      progress_.advance(static_cast<double>(level) / static_cast<double>(levels.balls.size()));
+      certifyLevel(levels, level);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  struct Ended {  // a ball that stands for its part at all deeper levels: one sphere for all of them
+    std::size_t level, index;
+  };
+
+  void certifyLevel(const LevelBalls& levels, std::size_t level) {
+    const std::size_t own = levels.balls[level].size();
+    std::vector<Ball> set = levels.balls[level];
+    for (const Ended& e : ended_) set.push_back({levels.balls[e.level][e.index].centre, out_.spheres[e.level][e.index].radius});
+    double stand_off = 0;
+    for (const Ball& b : set) stand_off = std::max(stand_off, b.radius + field_.signedDistance(b.centre));
+    const double resolution = std::max(kResolution * stand_off, kLeastResolution * field_.diagonal());
+    CertifiedCover certified = certifyCover(mesh_, set, origin_, resolution, progress_);
+    out_.pieces += certified.pieces;
+    out_.largest_growth.push_back(certified.largest_growth);
+    const bool deepest = level + 1 == levels.balls.size();
+    if (deepest) {
+      out_.wanted = stand_off;
+      dropNeedless(certified.spheres, own, resolution);
+      for (const Sphere& s : certified.spheres) out_.bound = std::max(out_.bound, overhangBound(field_, origin_, s));
+    }
+    const std::size_t kept = certified.spheres.size() - ended_.size();
+    out_.spheres[level].assign(certified.spheres.begin(), certified.spheres.begin() + static_cast<std::ptrdiff_t>(kept));
+    for (std::size_t i = 0; i < ended_.size(); ++i) out_.spheres[ended_[i].level][ended_[i].index] = certified.spheres[kept + i];
+    if (levels.parents.empty() || deepest) return;
+    std::vector<char> has_child(own, 0);
+    for (const std::uint32_t parent : levels.parents[level + 1]) has_child.at(parent) = 1;
+    for (std::size_t i = 0; i < own; ++i)
+      if (!has_child[i]) ended_.push_back({level, i});
+  }
+
+  // Leaves that add nothing; no sphere above loses its last child by that.
+  void dropNeedless(std::vector<Sphere>& set, std::size_t own, double resolution) {
+    if (out_.spheres.size() < 2) return;
+    const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();
+    std::vector<std::uint32_t> group(set.size(), 0);
+    if (!out_.parents.empty()) std::copy(out_.parents.back().begin(), out_.parents.back().end(), group.begin());
+    std::vector<char> fixed(own, 0);
+    fixed.resize(set.size(), 1);
+    const std::size_t most = out_.parents.empty() ? own - std::min(own, above) : own;
+    const std::vector<char> needless = findNeedless(mesh_, set, origin_, group, fixed, most, resolution, seed_, progress_);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < set.size(); ++i) {
+      if (needless[i]) continue;
+      set[kept] = set[i];
+      if (!out_.parents.empty() && i < own) out_.parents.back()[kept] = out_.parents.back()[i];
+      ++kept;
+    }
+    if (!out_.parents.empty()) out_.parents.back().resize(kept - (set.size() - own));
+    set.resize(kept);
+  }
+
+  const TriangleMesh& mesh_;
+  const DistanceField& field_;
+  Vector3d origin_;
+  std::uint64_t seed_;
+  Progress& progress_;
+  CertifiedLevels out_;
+  std::vector<Ended> ended_;
+};
+
 BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   BuildResult result;
   auto begun = std::chrono::steady_clock::now();
@@ -170,55 +261,38 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
     finishStage("simplify");
   }
 
-  const LevelBalls levels =
-      search ? buildLevels(search->mesh, search->field, search_settings, progress) : buildLevels(mesh, field, settings, progress);
-  finishStage("balls");
-
-  progress.stage("certify");
-  const TriangleMesh to_cover = joined(mesh, cover_too);
   const Vector3d origin = chooseOrigin(field);
-  std::vector<std::vector<Sphere>> spheres(levels.balls.size());
-  struct Ended {  // a ball that stands for its part at all deeper levels: one sphere for all of them
-    std::size_t level, index;
-  };
-  std::vector<Ended> ended;
-  for (std::size_t level = 0; level < levels.balls.size(); ++level) {
-    progress.advance(static_cast<double>(level) / static_cast<double>(levels.balls.size()));
-    std::vector<Ball> set = levels.balls[level];
-    for (const Ended& e : ended) set.push_back({levels.balls[e.level][e.index].centre, spheres[e.level][e.index].radius});
-    double stand_off = 0;
-    for (const Ball& b : set) stand_off = std::max(stand_off, b.radius + field.signedDistance(b.centre));
-    const double resolution = std::max(kResolution * stand_off, kLeastResolution * field.diagonal());
-    const CertifiedCover certified = certifyCover(to_cover, set, origin, resolution, progress);
-    result.statistics.certified_pieces += certified.pieces;
-    result.statistics.levels.push_back({set.size(), 0, certified.largest_growth});
-    const std::size_t own = levels.balls[level].size();
-    spheres[level].assign(certified.spheres.begin(), certified.spheres.begin() + static_cast<std::ptrdiff_t>(own));
-    for (std::size_t i = 0; i < ended.size(); ++i) spheres[ended[i].level][ended[i].index] = certified.spheres[own + i];
-    if (levels.parents.empty() || level + 1 == levels.balls.size()) continue;
-    std::vector<char> has_child(own, 0);
-    for (const std::uint32_t parent : levels.parents[level + 1]) has_child.at(parent) = 1;
-    for (std::size_t i = 0; i < own; ++i)
-      if (!has_child[i]) ended.push_back({level, i});
+  const TriangleMesh to_cover = joined(mesh, cover_too);
+  Certifier certifier(to_cover, field, origin, settings.seed, progress);
+  search_settings.tolerance_mm /= kAim;
+  CertifiedLevels levels;
+  for (int attempt = 0;; ++attempt) {
+    const LevelBalls balls = buildLevels(search ? search->mesh : mesh, search ? search->field : field, search_settings, progress);
+    finishStage("balls");
+    progress.stage("certify");
+    levels = certifier.certify(balls);
+    finishStage("certify");
+    // Only certification can have pushed it beyond: aim lower by as much.
+    if (levels.bound <= settings.tolerance_mm || levels.wanted > settings.tolerance_mm || attempt == kAttempts) break;
+    search_settings.tolerance_mm *= 0.99 * settings.tolerance_mm / levels.bound;
   }
-  finishStage("certify");
+  result.statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
-  const auto parents = levels.parents.empty() ? groupLevels(spheres, settings.branching) : levels.parents;
+  const auto parents = levels.parents.empty() ? groupLevels(levels.spheres, settings.branching) : levels.parents;
   SphereTree& tree = result.tree;
-  tree = assembleTree(spheres, parents, settings.branching);
+  tree = assembleTree(levels.spheres, parents, settings.branching);
   tree.origin_mm = {origin.x(), origin.y(), origin.z()};
   std::vector<double> bound(tree.nodeCount());
   for (std::size_t i = 0; i < bound.size(); ++i) bound[i] = overhangBound(field, origin, tree.cover[i]);
+  result.statistics.levels.resize(static_cast<std::size_t>(tree.levelCount()));
   for (int level = 0; level < tree.levelCount(); ++level) {
     double most = 0;
     for (const std::uint32_t node : levelSet(tree, level)) most = std::max(most, bound[node]);
     const auto l = static_cast<std::size_t>(level);
     tree.statistics[l].overhang_bound = roundUp(most);
-    result.statistics.levels[l].spheres = tree.statistics[l].sphere_count;
-    result.statistics.levels[l].overhang_bound_mm = most;
+    result.statistics.levels[l] = {tree.statistics[l].sphere_count, most, levels.largest_growth[l]};
   }
-  result.statistics.levels.resize(static_cast<std::size_t>(tree.levelCount()));
   result.statistics.tolerance_met =
       !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
 

@@ -103,15 +103,15 @@ class Level {
   bool exchange(std::size_t most) {
     begin();
     const double worst = this->worst();
+    std::size_t spare = most - balls_.size();  // what is free already goes to any ball that is better split
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
-      if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
-    std::stable_sort(wide.begin(), wide.end(),
-                     [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
-    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
+      if (spare > 0 || balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
+    std::stable_sort(wide.begin(), wide.end(), [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
+    const std::size_t batch = spare + std::max<std::size_t>(1, balls_.size() / 16);
     if (wide.size() > batch) wide.resize(batch);
     const std::vector<std::uint32_t> cheap = byLoss();
-    std::size_t spare = most - balls_.size(), next = 0;
+    std::size_t next = 0;
     std::vector<std::vector<FittedBall>> parts(wide.size());
     tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) { parts[k] = breakUp(wide[k], 2); });
     bool any = false;
@@ -270,9 +270,10 @@ void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, 
   if (settings.most > 1 && settings.most <= kFew && settings.rounds > 0 && level.worst() > settings.enough) level.startAgain(settings.most);
   double before = level.worst();
   for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough; ++round) {
+    const std::size_t count = level.count();
     const bool exchanged = level.exchange(settings.most);
     const double now = level.worst();
-    idle = now < before * (1 - kWorthwhile) ? 0 : idle + 1;
+    idle = now < before * (1 - kWorthwhile) || level.count() > count ? 0 : idle + 1;
     if (!exchanged && idle > 0) break;
     before = std::min(before, now);
   }
