@@ -34,6 +34,7 @@ constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
 constexpr double kGapShare = 0.01;        // gaps below this share of the worst overhang are left to certification
 constexpr double kLoose = 0.04;           // room left for what lies between the points, of the worst overhang
+constexpr int kClosingRounds = 3;          // that only close gaps
 constexpr double kShortSide = 1.5;        // of the side of a square that has a leaf's share of the surface
 constexpr std::size_t kLeastPoints = 2000;
 
@@ -45,13 +46,13 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {16, 200'000, 300, 300, 2, 12};
+      return {16, 200'000, 300, 300, 1, 12};
     case Quality::Standard:
       break;
     case Quality::Best:
-      return {96, 800'000, 2000, 2000, 4, 120};
+      return {96, 800'000, 2000, 2000, 3, 120};
   }
-  return {32, 400'000, 500, 600, 3, 40};
+  return {32, 400'000, 500, 600, 2, 40};
 }
 
 // At most `most` of a list, evenly picked.
@@ -229,14 +230,14 @@ class Frame {
     SplitAndDropSettings exchange{most, settings_.tolerance_mm, rounds};
     splitAndDrop(field_, points, balls, exchange, progress_);
     loosen(balls);
-    for (int round = 0; round < effort_.gap_rounds; ++round) {
+    for (int round = 0; round < effort_.gap_rounds + kClosingRounds; ++round) {
       const std::vector<Vector3d> gaps = findGaps(balls);
       if (gaps.empty()) return;
       points.insert(points.end(), gaps.begin(), gaps.end());
       surface_.points.insert(surface_.points.end(), gaps.begin(), gaps.end());
       surface_.load.resize(surface_.points.size(), 0);
       surface_.inner.resize(surface_.points.size());
-      exchange.rounds = round + 1 < effort_.gap_rounds ? std::max(1, rounds / 4) : 0;  // the last one opens no new gaps
+      exchange.rounds = round < effort_.gap_rounds ? std::max(1, rounds / 4) : 0;  // the last ones open hardly any new gaps
       splitAndDrop(field_, points, balls, exchange, progress_);
       loosen(balls);
     }

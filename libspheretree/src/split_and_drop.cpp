@@ -22,8 +22,9 @@ constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower a
 constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
 constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
 constexpr int kHalvesRounds = 2;      // of refits, after a split
-constexpr int kPatience = 3;          // rounds without gain
-constexpr std::size_t kFew = 16;      // balls: a split in more than two parts is tried too
+constexpr int kPatience = 5;          // rounds without gain
+constexpr std::size_t kMostParts = 8;  // of a ball whose halves are no better
+constexpr std::size_t kFew = 16;       // balls: a start of its own is tried
 
 double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
 
@@ -95,20 +96,20 @@ class Level {
         if (wanted == 0) break;
         if (!touched_[b] && drop(b)) --wanted;
       }
-      finish();
+      finish(kRelaxed);
     }
   }
 
   // One round of exchanges; the other wide balls are refitted. False if there was no exchange.
-  bool exchange(std::size_t most) {
+  bool exchange(std::size_t most, double relaxed) {
     begin();
     const double worst = this->worst();
-    std::size_t spare = most - balls_.size();  // what is free already goes to any ball that is better split
+    std::size_t spare = most - balls_.size();
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
-      if (spare > 0 || balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
+      if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
     std::stable_sort(wide.begin(), wide.end(), [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
-    const std::size_t batch = spare + std::max<std::size_t>(1, balls_.size() / 16);
+    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
     if (wide.size() > batch) wide.resize(batch);
     const std::vector<std::uint32_t> cheap = byLoss();
     std::size_t next = 0;
@@ -119,7 +120,7 @@ class Level {
       const std::uint32_t b = wide[k];
       if (touched_[b]) continue;
       // Half a cube reaches out farther than the cube, an octant does not.
-      if (parts[k].empty() && balls_.size() <= kFew && spare > 1) parts[k] = breakUp(b, spare + 1);
+      for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more) parts[k] = breakUp(b, more);
       if (parts[k].empty()) continue;
       const std::size_t needed = parts[k].size() - 1;
       touched_[b] = gone_[b] = 1;
@@ -139,7 +140,7 @@ class Level {
       made_.insert(made_.end(), parts[k].begin(), parts[k].end());
       any = true;
     }
-    finish();
+    finish(relaxed);
     return any;
   }
 
@@ -206,11 +207,11 @@ class Level {
     return true;
   }
 
-  void finish() {
+  void finish(double relaxed) {
     const double worst = this->worst();
     tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) {
-      if (!gone_[b] && (inherits_[b] || balls_[b].overhang() > kRelaxed * worst))
-        refitToPatch(field_, pointsOf(patch_[b]), balls_[b], kRelaxed * worst);
+      if (!gone_[b] && (inherits_[b] || balls_[b].overhang() > relaxed * worst))
+        refitToPatch(field_, pointsOf(patch_[b]), balls_[b], relaxed * worst);
     });
     std::size_t kept = 0;
     for (std::size_t b = 0; b < balls_.size(); ++b)
@@ -269,12 +270,14 @@ void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, 
   level.shrinkTo(settings.most);
   if (settings.most > 1 && settings.most <= kFew && settings.rounds > 0 && level.worst() > settings.enough) level.startAgain(settings.most);
   double before = level.worst();
-  for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough; ++round) {
+  for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough;) {
     const std::size_t count = level.count();
-    const bool exchanged = level.exchange(settings.most);
+    const bool exchanged = level.exchange(settings.most, idle > 0 ? 0 : kRelaxed);  // stuck: all move, so that room spreads
     const double now = level.worst();
-    idle = now < before * (1 - kWorthwhile) || level.count() > count ? 0 : idle + 1;
-    if (!exchanged && idle > 0) break;
+    const bool grown = level.count() > count;  // what is free is used up first
+    if (!grown) ++round;
+    idle = grown || now < before * (1 - kWorthwhile) ? 0 : idle + 1;
+    if (!exchanged && idle > 1) break;
     before = std::min(before, now);
   }
   level.removeEmpty();

@@ -149,12 +149,13 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
   settings.tolerance_mm = 1.2;
   const BuildResult loose = build(mesh, settings);
   EXPECT_EQ(loose.statistics.tolerance_met, loose.statistics.levels.back().overhang_bound_mm <= 1.2);
-  EXPECT_LT(loose.statistics.levels.back().overhang_bound_mm, 1.2 * 1.05);
+  EXPECT_TRUE(loose.statistics.tolerance_met);
   EXPECT_LT(loose.statistics.levels.back().spheres, 64u);
   settings.tolerance_mm = 1e-3;
   const BuildResult tight = build(mesh, settings);
   EXPECT_FALSE(tight.statistics.tolerance_met);
-  EXPECT_EQ(tight.statistics.levels.back().spheres, 64u);
+  EXPECT_LE(tight.statistics.levels.back().spheres, 64u);
+  EXPECT_GE(tight.statistics.levels.back().spheres, 60u) << "all but leaves that add nothing";
 }
 
 TEST(BuildSphereTree, RefusesSettingsOutOfRange) {
