@@ -34,7 +34,7 @@ constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
 constexpr double kGapShare = 0.01;        // gaps below this share of the worst overhang are left to certification
 constexpr double kLoose = 0.04;           // room left for what lies between the points, of the worst overhang
-constexpr int kClosingRounds = 3;          // that only close gaps
+constexpr int kClosingRounds = 3;         // that only close gaps
 constexpr double kShortSide = 1.5;        // of the side of a square that has a leaf's share of the surface
 constexpr std::size_t kLeastPoints = 2000;
 

@@ -18,11 +18,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
-constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
-constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
-constexpr int kHalvesRounds = 2;      // of refits, after a split
-constexpr int kPatience = 5;          // rounds without gain
+constexpr double kWorthwhile = 1e-3;   // share by which an exchange must lower an overhang
+constexpr double kNearWorst = 0.85;    // balls beyond this share of the worst overhang are split
+constexpr double kRelaxed = 0.75;      // a refit below this share of the worst overhang would gain nothing
+constexpr int kHalvesRounds = 2;       // of refits, after a split
+constexpr int kPatience = 5;           // rounds without gain
 constexpr std::size_t kMostParts = 8;  // of a ball whose halves are no better
 constexpr std::size_t kFew = 16;       // balls: a start of its own is tried
 
@@ -108,7 +108,8 @@ class Level {
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
       if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
-    std::stable_sort(wide.begin(), wide.end(), [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
+    std::stable_sort(wide.begin(), wide.end(),
+                     [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
     const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
     if (wide.size() > batch) wide.resize(batch);
     const std::vector<std::uint32_t> cheap = byLoss();
@@ -120,7 +121,8 @@ class Level {
       const std::uint32_t b = wide[k];
       if (touched_[b]) continue;
       // Half a cube reaches out farther than the cube, an octant does not.
-      for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more) parts[k] = breakUp(b, more);
+      for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more)
+        parts[k] = breakUp(b, more);
       if (parts[k].empty()) continue;
       const std::size_t needed = parts[k].size() - 1;
       touched_[b] = gone_[b] = 1;

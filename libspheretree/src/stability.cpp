@@ -113,8 +113,9 @@ class Measurer {
   static double boundOf(const BuildResult& result) { return result.statistics.levels.back().overhang_bound_mm; }
   bool isSame(const SphereTree& tree, double scale) const {
     const auto f = static_cast<float>(scale);
-    return std::equal(tree.cover.begin(), tree.cover.end(), plain_.tree.cover.begin(), plain_.tree.cover.end(),
-                      [f](const Sphere& a, const Sphere& b) { return a.x == f * b.x && a.y == f * b.y && a.z == f * b.z && a.radius == f * b.radius; });
+    return std::equal(
+        tree.cover.begin(), tree.cover.end(), plain_.tree.cover.begin(), plain_.tree.cover.end(),
+        [f](const Sphere& a, const Sphere& b) { return a.x == f * b.x && a.y == f * b.y && a.z == f * b.z && a.radius == f * b.radius; });
   }
 
   const BuildSettings& build_;

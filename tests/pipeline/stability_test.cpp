@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Trees of the same object in other clothes. The limits on the change of the worst leaf overhang hold where the search is deep enough;
-// the short run uses small trees of quick quality and only asks for what holds there. SPHERETREE_LONG=1: cover and merge at standard quality on
-// the probe, tooth and box with 24 rotations and the full limits (about an hour of one core).
+// the short run uses small trees of quick quality and only asks for what holds there. SPHERETREE_LONG=1: cover and merge at standard
+// quality on the probe, tooth and box with 24 rotations and the full limits (about an hour of one core).
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -38,8 +38,8 @@ std::vector<builder::StabilityRow> measure(const std::string& mesh_name, const T
 }
 
 void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
-  const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"vertex order", 0.02}, {"face order", 0.02},
-                                             {"scale 1.7", 0.02}, {"subdivision", 0.05}};
+  const std::map<std::string, double> limits{{"rotation", 0.05},   {"noise", 0.1},      {"vertex order", 0.02},
+                                             {"face order", 0.02}, {"scale 1.7", 0.02}, {"subdivision", 0.05}};
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge}) {
     SCOPED_TRACE(mesh_name + ", " + std::string(name(kind)));
     for (const builder::StabilityRow& row : measure(mesh_name, mesh, kind)) {

@@ -88,7 +88,8 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
         EXPECT_TRUE(result.statistics.tolerance_met) << tolerance;
         EXPECT_LE(boundOf(result), tolerance);
         // One node more where 1.2 times a handful is less than one.
-        EXPECT_LE(static_cast<double>(result.tree.nodeCount()), std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1))
+        EXPECT_LE(static_cast<double>(result.tree.nodeCount()),
+                  std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1))
             << "tolerance " << tolerance;
         std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
                     tolerance, result.tree.nodeCount(), fewest);
