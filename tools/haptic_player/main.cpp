@@ -25,7 +25,7 @@ struct Options {
   PlaySettings play;
   std::string device, mode = "constrained", clock = "real", scenario, out, quality = "standard", progress = "auto";
   double share = 1, seconds = 0;
-  bool list = false, json = false, quiet = false;
+  bool list = false, json = false, quiet = false, bridges = false;
 };
 
 /// Ctrl-C while something is built or measured: the emergency stop's flag, looked at whenever there is progress.
@@ -64,7 +64,7 @@ int runBench(const Options& options, builder::Progress& progress) {
     if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
       throw formats::FileError(options.out + ": is not a folder. Name another one.");
   }
-  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, progress);
+  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, options.bridges, progress);
   Bench bench{bodies, {options.share}, progress};
   std::vector<ScenarioResult> results;
   int short_of = 0;
@@ -72,7 +72,7 @@ int runBench(const Options& options, builder::Progress& progress) {
   for (const Scenario* scenario : chosen) {
     progress.stage(scenario->id + " " + scenario->title);
     progress.check();
-    results.push_back(runScenario(*scenario, bench));
+    results.push_back(runScenario(*scenario, bench, options.out));
     short_of += !holds(results.back().constrained);
     std::fputs(tableRows(results.back()).c_str(), stdout);
     std::fflush(stdout);
@@ -104,6 +104,7 @@ void printSummary(const nlohmann::ordered_json& s) {
 
 int runPlay(Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
+  play_settings.bridges = options.bridges;
   const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
@@ -145,6 +146,7 @@ void addOptions(CLI::App& cli, Options& o) {
                  "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
   cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")
       ->check(CLI::IsMember({"constrained", "paper"}));
+  cli.add_flag("--bridges", o.bridges, "Constrained mode slides over the pits between leaves: less ripple, dearer steps");
   cli.add_option("--clock", o.clock, "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real")
       ->check(CLI::IsMember({"real", "stepped"}));
   cli.add_option("--seconds", o.seconds,

@@ -18,10 +18,7 @@
 #include "servo_loop.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
-#if __has_include("spheretree/device/phantom_device.h")
 #include "spheretree/device/phantom_device.h"
-#define SPHERETREE_HAS_PHANTOM 1
-#endif
 #include "spheretree/device/replay_device.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
@@ -70,14 +67,8 @@ device::IntendedPath sampledPath(std::vector<Configuration> poses) {
   };
 }
 
-std::unique_ptr<device::Device> openDevice(const PlaySettings& settings, const runtime::Scene& scene) {
-  if (settings.device == DeviceKind::Phantom) {
-#ifdef SPHERETREE_HAS_PHANTOM
-    return std::make_unique<device::PhantomDevice>(device::PhantomSettings());
-#else
-    throw device::DeviceError(device::DeviceFault::NotFound, "phantom: this build has no driver for it");
-#endif
-  }
+/// What needs no hardware.
+std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene) {
   std::vector<Configuration> poses;
   if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory);
   if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(std::move(poses));
@@ -139,8 +130,9 @@ const char* endName(PlayEnd end) {
 
 }  // namespace
 
-runtime::Scene loadScene(const std::filesystem::path& path, builder::Progress& progress) {
-  const runtime::SceneDescription description = path.empty() ? sampleScene(progress) : readDescription(path);
+runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress) {
+  runtime::SceneDescription description = path.empty() ? sampleScene(progress) : readDescription(path);
+  description.bridges = bridges;
   runtime::Scene scene;
   std::string fault;
   if (!runtime::compileScene(description, scene, fault))
@@ -186,8 +178,10 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
 
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary) {
   const bool real = settings.clock == device::Clock::Real;
-  const runtime::Scene scene = loadScene(settings.scene, progress);
-  const std::unique_ptr<device::Device> device = openDevice(settings, scene);
+  std::unique_ptr<device::Device> device;
+  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(device::PhantomSettings());  // fails at once
+  const runtime::Scene scene = loadScene(settings.scene, settings.bridges, progress);
+  if (!device) device = openInput(settings, scene);
   std::unique_ptr<RecordingWriter> recording;
   if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record);
   ServoLoop::Options options;

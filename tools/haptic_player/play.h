@@ -26,6 +26,7 @@ struct PlaySettings {
   std::optional<double> seconds;  // absent: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C [s]
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
+  bool bridges = false;              // runtime::SceneDescription::bridges
   bool status_line = false;
 };
 
@@ -39,7 +40,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
 
 /// The scene of a file that names trees, or the built-in sample.
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled
-runtime::Scene loadScene(const std::filesystem::path& path, builder::Progress& progress);
+runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress);
 
 /// A hand's tour: down on every object in turn from above (+z), 2 mm deeper than the first touch, a small circle there, and up again.
 /// Defined for all t >= 0; begins again after the last.

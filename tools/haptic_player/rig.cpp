@@ -25,7 +25,10 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, 
   description.tool = tool.tree;
   description.reference_point = options.reference_point;
   description.coupling = options.coupling;
-  for (const PlacedBody& object : objects_) description.objects.push_back({object.body->tree, object.pose});
+  for (const PlacedBody& object : objects_) {
+    description.objects.push_back({object.body->tree, object.pose});
+    description.bridges = description.bridges || object.body->bridges;
+  }
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);

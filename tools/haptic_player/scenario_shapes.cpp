@@ -208,7 +208,7 @@ const Body& BodyLibrary::get(const std::string& name) {
   TriangleMesh mesh = recipe->second.mesh();
   SphereTree tree = builder::buildSphereTree(mesh, settings, progress_).tree;
   builder::DistanceField field(mesh);
-  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field)}).first->second;
+  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), bridges_}).first->second;
 }
 
 }  // namespace spheretree::player

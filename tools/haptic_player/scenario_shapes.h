@@ -31,12 +31,13 @@ struct Body {
   TriangleMesh mesh;
   SphereTree tree;
   builder::DistanceField field;
+  bool bridges = false;  // the runtime fills the pits between its leaves
 };
 
 /// Makes the bodies that scenarios ask for by name, each once.
 class BodyLibrary {
  public:
-  BodyLibrary(builder::Quality quality, builder::Progress& progress) : quality_(quality), progress_(progress) {}
+  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress) : quality_(quality), bridges_(bridges), progress_(progress) {}
 
   /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: docs/stability.md. @throws std::invalid_argument
   const Body& get(const std::string& name);
@@ -44,6 +45,7 @@ class BodyLibrary {
 
  private:
   builder::Quality quality_;
+  bool bridges_;
   builder::Progress& progress_;
   std::map<std::string, std::unique_ptr<Body>> bodies_;
 };

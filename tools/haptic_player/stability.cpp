@@ -58,8 +58,6 @@ std::string offText(const TriangleMesh& mesh) {
   return text;
 }
 
-std::string recordingName(const Scenario& scenario, const char* mode) { return scenario.id + "." + mode + ".csv"; }
-
 std::string recordingText(const std::vector<RecordedStep>& rows) {
   std::string text(recordingHeader());
   for (const RecordedStep& row : rows) appendRow(text, row);
@@ -108,9 +106,22 @@ bool holds(const Outcome& outcome) {
   return std::all_of(outcome.figures.begin(), outcome.figures.end(), [](const Figure& f) { return holds(f); });
 }
 
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench) {
+ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::filesystem::path& folder) {
   const auto start = std::chrono::steady_clock::now();
-  ScenarioResult result{&scenario, scenario.run(bench, runtime::Mode::Paper), scenario.run(bench, runtime::Mode::Constrained)};
+  ScenarioResult result{&scenario, {}, {}, 0, {}};
+  for (const runtime::Mode mode : {runtime::Mode::Paper, runtime::Mode::Constrained}) {
+    const bool is_paper = mode == runtime::Mode::Paper;
+    Outcome outcome = scenario.run(bench, mode);
+    if (!folder.empty() && !outcome.recording.empty()) {
+      std::error_code error;
+      std::filesystem::create_directories(folder, error);  // what is wrong shows at the file
+      const std::string name = scenario.id + (is_paper ? ".paper.csv" : ".constrained.csv");
+      formats::writeWhole(folder / name, recordingText(outcome.recording));
+      result.recordings[is_paper ? "paper" : "constrained"] = name;
+    }
+    std::vector<RecordedStep>().swap(outcome.recording);
+    (is_paper ? result.paper : result.constrained) = std::move(outcome);
+  }
   if (result.paper.figures.size() != result.constrained.figures.size()) throw std::logic_error(scenario.id + ": figures of two kinds");
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
@@ -145,14 +156,7 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
     scenario["paper_verdict"] = holds(r.paper) ? "holds" : "falls short";
     scenario["figures"] = figures;
     scenario["note"] = r.constrained.note;
-    Json recordings = Json::object();
-    for (const auto& [mode, outcome] : {std::pair{"paper", &r.paper}, std::pair{"constrained", &r.constrained}}) {
-      if (outcome->recording.empty()) continue;
-      const std::string name = recordingName(*r.scenario, mode);
-      formats::writeWhole(folder / name, recordingText(outcome->recording));
-      recordings[mode] = name;
-    }
-    scenario["recordings"] = recordings;
+    scenario["recordings"] = r.recordings;
     const Outcome& o = r.constrained;
     if (o.tool) {
       bodies.insert(o.tool);

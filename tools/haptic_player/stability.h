@@ -3,7 +3,7 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,18 +18,20 @@ struct ScenarioResult {
   const Scenario* scenario;
   Outcome paper, constrained;
   double seconds = 0;
+  std::map<std::string, std::string> recordings;  // by mode: names of files
 };
 
 /// Whether a figure is reached; an informative one always is.
 bool holds(const Figure& figure);
 bool holds(const Outcome& outcome);
 
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench);
+/// Runs it in both modes. Recordings go to `ID.MODE.csv` in `folder` (empty: nowhere) and out of memory. @throws formats::FileError
+ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::filesystem::path& folder);
 
 /// Lines of the table: a scenario's title, then one line for each figure.
 std::string tableRows(const ScenarioResult& result);
 
-/// `folder`/stability.json (schema spheretree.stability/1), recordings `ID.MODE.csv`, bodies as .stree and .off. Docs: docs/stability.md
+/// `folder`/stability.json (schema spheretree.stability/1) and the bodies as .stree and .off. Docs: docs/stability.md
 /// @throws formats::FileError
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality);
 

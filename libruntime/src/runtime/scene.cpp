@@ -126,6 +126,8 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     compiled.anchor = rotation * centre + object.pose.position;
     compiled.tree = compileTree(object.tree, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return rotation * (c - centre); });
     compiled.root_radius = static_cast<double>(top.radius);
+    if (d.bridges) compiled.tree.bridges = makeBridges(compiled.tree, static_cast<double>(object.tree.statistics.back().overhang_bound));
+    out.deepest_bridge = std::max(out.deepest_bridge, static_cast<double>(compiled.tree.bridges.deepest));
     if (!(compiled.anchor.norm() <= kFarthest && compiled.tree.reach <= kFarthest)) {
       fault = name + "it reaches farther than 1e7 mm from the origin of the world";
       return false;

@@ -72,6 +72,23 @@ class Stepper {
   }
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
 
+  // The same with the bridges that can be touched within `margin`; `is_new`: `set` comes from a search at this pose. Then the active rows
+  // are looked up again, since bridges come and go.
+  RowSet rowsWithBridges(const PairSet& set, const Configuration& pose, double margin, bool is_new) {
+    RowSet out = rows(set, pose);
+    if (scene_.deepest_bridge == 0 || set.pairs.empty()) return out;
+    const Stage stage(times_ ? &times_->rows : nullptr);
+    if (is_new) {
+      findBridges(scene_, set, pose, margin, out, workspace_);
+      result_.work += 4 * static_cast<std::uint32_t>(set.pairs.size() / 2 + workspace_.near_bridges.size());
+    }
+    addBridgeRows(scene_, pose, margin, out, workspace_);
+    result_.rows = out.rows.count;
+    result_.work += 6 * static_cast<std::uint32_t>(workspace_.near_bridges.size());
+    findActive(set);
+    return out;
+  }
+
   // The point nearest to `target` that all rows allow. Rows that contradict each other are all moved back by the same distance [mm], the
   // least that lets them agree; returns that distance. Each certificate is a lower bound of it (its rows, moved back by less, still
   // contradict each other), and the first bound at which the QP has an answer is therefore the least.
@@ -116,9 +133,13 @@ class Stepper {
     workspace_.active_count = workspace_.answer.active_count;
     for (std::size_t k = 0; k < workspace_.active_count; ++k) {
       const std::uint32_t row = workspace_.answer.active[k];
+      if (row >= set.pairs.size()) {
+        workspace_.active_names[k] = workspace_.bridge_rows[row - set.pairs.size()];
+        continue;
+      }
       const PairRun* run = set.runs.data();
       while (row >= run->begin + run->count) ++run;
-      workspace_.active_names[k] = {run->object, set.pairs[row]};
+      workspace_.active_names[k] = {run->object, set.pairs[row], 0};
     }
   }
   void findActive(const PairSet& set) {
@@ -126,6 +147,12 @@ class Stepper {
     answer.active_count = 0;
     for (std::size_t k = 0; k < workspace_.active_count; ++k) {
       const PairName& name = workspace_.active_names[k];
+      if (name.bridge > 0) {
+        const auto& names = workspace_.bridge_rows;
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found != names.end()) answer.active[answer.active_count++] = static_cast<std::uint32_t>(set.pairs.size() + (found - names.begin()));
+        continue;
+      }
       for (const PairRun& run : set.runs) {
         if (run.object != name.object) continue;
         const auto begin = set.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
@@ -204,10 +231,10 @@ void Stepper::constrained(const Configuration& haptic) {
       break;
     }
     if (stale) {
-      pairs = search(now, margin, false);
+      pairs = search(now, margin + scene_.deepest_bridge, false);
       while (pairs.coarse && margin > kLeastMargin && workLeft()) {  // a shorter way has fewer pairs
         margin = margin_limit = std::max(kLeastMargin, margin / 4);
-        pairs = search(now, margin, false);
+        pairs = search(now, margin + scene_.deepest_bridge, false);
       }
       if (pairs.coarse) {
         result_.faults |= workLeft() ? kPairsFull : kWorkLimit;
@@ -215,7 +242,7 @@ void Stepper::constrained(const Configuration& haptic) {
         break;
       }
       findActive(pairs);
-      set = rows(pairs, now);
+      set = rowsWithBridges(pairs, now, margin, true);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
       used = 0;
       stale = false;
@@ -258,7 +285,7 @@ void Stepper::constrained(const Configuration& haptic) {
     for (int halving = 0; halving <= kMostHalvings && !accepted; ++halving) {
       now = straight && part == 1 ? haptic : moved(from, scaled(step, part));
       keepActive(pairs);
-      set = rows(pairs, now);
+      set = rowsWithBridges(pairs, now, margin, false);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
       accepted = depth <= std::max(path_tolerance, depth_before + 1e-6);
       if (!accepted) part /= 2;
@@ -286,7 +313,7 @@ void Stepper::constrained(const Configuration& haptic) {
     used += reach(step);
     if (used > margin) break;
     now = moved(now, step);
-    set = rows(pairs, now);
+    set = rowsWithBridges(pairs, now, margin, false);
     depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
     record();
   }

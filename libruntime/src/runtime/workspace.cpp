@@ -28,7 +28,10 @@ Workspace::Workspace(const Scene& scene, Kernel wanted) : kernel(choose(wanted))
   list_b.resize(capacity);
   runs.reserve(scene.objects.size());
   near_objects.reserve(scene.objects.size());
-  row_stride = (capacity + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
+  const std::size_t row_count = capacity + (scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
+  bridge_rows.reserve(scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
+  near_bridges.reserve(scene.deepest_bridge > 0 ? kMostNearBridges : 0);
+  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
   row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);
 }

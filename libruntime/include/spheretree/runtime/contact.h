@@ -29,4 +29,13 @@ struct RowSet {
 RowSet makeRows(const Scene& scene, const PairSet& pairs, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes,
                 Workspace& workspace) noexcept;
 
+/// Bridges that the tool, at `pose`, may touch before it has moved by `margin` [mm], into workspace.near_bridges. `rows`: of `pairs` at
+/// `pose`; `pairs` holds what is within `margin` + Scene::deepest_bridge. Cost: some 10 ns for each bridge of each near pair. No allocation.
+void findBridges(const Scene& scene, const PairSet& pairs, const Configuration& pose, double margin, const RowSet& rows,
+                 Workspace& workspace) noexcept;
+
+/// Adds to `rows`, which makeRows() made as true distances at `pose`, those of workspace.near_bridges whose gap is at most `most_gap` [mm].
+/// Names them in workspace.bridge_rows. A bridge is convex, so its row is as safe as that of a pair. Cost: some 15 ns each. No allocation.
+void addBridgeRows(const Scene& scene, const Configuration& pose, double most_gap, RowSet& rows, Workspace& workspace) noexcept;
+
 }  // namespace spheretree::runtime

@@ -14,6 +14,7 @@
 
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree.h"
+#include "spheretree/runtime/bridge.h"
 
 namespace spheretree::runtime {
 
@@ -47,6 +48,7 @@ struct SceneDescription {
   Coupling coupling;
   WrenchLimits wrench_limits;
   StepLimits step_limits;
+  bool bridges = false;  // constrained mode slides over the pits between an object's leaves, where its tree states an overhang: bridge.h
 };
 
 struct alignas(128) Block {
@@ -63,6 +65,7 @@ struct CompiledTree {
   std::vector<std::uint32_t> node;           // (slot) index in the SphereTree; kNoNode for an empty lane
   double reach = 0;                          // no point of any sphere is farther from the frame's origin [mm]
   float smallest_radius = 0;                 // of the leaves [mm]
+  Bridges bridges;                           // of an object; the tool has none
 };
 inline constexpr std::uint32_t kNoNode = 0xffffffffu;
 
@@ -82,6 +85,7 @@ struct Scene {
   StepLimits step_limits;
   double angle_length = 0;         // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
   double smallest_radius_sum = 0;  // of a tool leaf and an object leaf [mm]
+  double deepest_bridge = 0;       // [mm]; 0: there are none
 };
 
 /// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is unsound

@@ -15,10 +15,20 @@ namespace spheretree::runtime {
 
 struct KernelTable;
 
-/// What names a pair from step to step.
+/// What names a row from step to step.
 struct PairName {
-  std::uint32_t object = 0, pair = 0;
+  std::uint32_t object = 0, pair = 0;  // `pair` of a bridge: the slot of the tool's leaf
+  std::uint32_t bridge = 0;            // index + 1; 0: a pair of leaves
+  friend bool operator==(const PairName&, const PairName&) = default;
 };
+
+/// A bridge that a leaf of the tool may come to touch before the next search.
+struct NearBridge {
+  std::uint32_t object, tool_slot, bridge;
+};
+
+// Of one search, and of one linearisation; what goes beyond is left out: there the bumps are felt.
+inline constexpr std::size_t kMostNearBridges = 16384, kMostBridgeRows = 4096;
 
 class Workspace {
  public:
@@ -42,6 +52,8 @@ class Workspace {
   };
   std::unique_ptr<float[], FreeFloats> row_memory;  // 8 arrays of row_stride: a, b, weight; 64-byte aligned
   std::size_t row_stride = 0;
+  std::vector<NearBridge> near_bridges;
+  std::vector<PairName> bridge_rows;  // names of the rows that follow those of the pairs
 
   // State from step to step.
   bool started = false;

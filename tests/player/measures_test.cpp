@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The measures of the stability bench against closed forms, and against faults planted on purpose: a measure that misses them is a defect.
+#include "measures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "run_statistics.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "support/shape_trees.h"
+
+namespace spheretree::player {
+namespace {
+
+using test::Random;
+const Quaternion kUpright(1, 0, 0, 0);
+
+Body bodyOf(TriangleMesh mesh, SphereTree tree) {
+  builder::DistanceField field(mesh);
+  return {"body", std::move(mesh), std::move(tree), std::move(field)};
+}
+
+/// Nearest point of {signed distance to the solid >= r} by search: rings of shrinking size round the best so far.
+template <class Distance>
+Eigen::Vector3d nearestFree(const Eigen::Vector3d& haptic, double r, const Distance& distance) {
+  Eigen::Vector3d best(0, 0, 0);
+  double best2 = 1e300;
+  const auto offer = [&](const Eigen::Vector3d& p) {
+    if (distance(p) >= r - 1e-12 && (p - haptic).squaredNorm() < best2) best2 = (p - haptic).squaredNorm(), best = p;
+  };
+  offer(haptic);
+  for (int i = -60; i <= 60; ++i)
+    for (int k = -60; k <= 60; ++k) offer(haptic + Eigen::Vector3d(0.2 * i, 0, 0.2 * k));
+  for (double size = 0.2; size > 1e-9; size *= 0.7) {
+    const Eigen::Vector3d centre = best;
+    for (int i = 0; i < 64; ++i) {
+      const double a = 2 * std::numbers::pi * i / 64;
+      offer(centre + size * Eigen::Vector3d(std::cos(a), 0, std::sin(a)));
+    }
+  }
+  return best;
+}
+
+TEST(Measures, OffsetAnswersAreTheNearestFreePoints) {
+  Random random(1);
+  const double half_angle = std::numbers::pi / 6, s = std::sin(half_angle), c = std::cos(half_angle);
+  const auto plane = [](const Eigen::Vector3d& p) { return p.z(); };
+  const auto edge = [](const Eigen::Vector3d& p) {
+    const Eigen::Vector2d out(std::max(p.x(), 0.0), std::max(p.z(), 0.0));
+    return out.norm() > 0 ? out.norm() : std::max(p.x(), p.z());
+  };
+  const auto groove = [&](const Eigen::Vector3d& p) { return s * p.z() - c * std::abs(p.x()); };
+  const auto slot = [](const Eigen::Vector3d& p) { return 2 - std::abs(p.x()); };
+  for (int n = 0; n < 60; ++n) {
+    const Eigen::Vector3d h(random.uniform(-3, 3), random.uniform(-5, 5), random.uniform(-3, 3));
+    const auto agree = [&](const Eigen::Vector3d& answer, const Eigen::Vector3d& searched, const char* what) {
+      EXPECT_NEAR((answer - h).norm(), (searched - h).norm(), 5e-3) << what << " at " << h.transpose();
+    };
+    agree(offsetPlane(h, 1), nearestFree(h, 1, plane), "plane");
+    agree(offsetEdge(h, 1), nearestFree(h, 1, edge), "edge");
+    agree(offsetGroove(h, 1, half_angle), nearestFree(h, 1, groove), "groove");
+    agree(offsetSlot(h, 1, 2), nearestFree(h, 1, slot), "slot");
+    // And free themselves.
+    EXPECT_GE(plane(offsetPlane(h, 1)), 1 - 1e-9);
+    EXPECT_GE(edge(offsetEdge(h, 1)), 1 - 1e-9);
+    EXPECT_GE(groove(offsetGroove(h, 1, half_angle)), 1 - 1e-9);
+    EXPECT_GE(slot(offsetSlot(h, 1, 2)), 1 - 1e-9);
+  }
+}
+
+/// A ball on an exact plane: the rows that a perfect renderer gives.
+std::vector<RecordedStep> ballOnPlane() {
+  std::vector<RecordedStep> rows;
+  for (int n = 0; n < 400; ++n) {
+    RecordedStep row;
+    row.tick = static_cast<std::uint64_t>(n);
+    row.haptic.position = {0.05 * n, 0, 3 + std::cos(0.03 * n)};
+    row.graphic.position = offsetPlane(row.haptic.position, 3);
+    row.wrench.force = row.graphic.position - row.haptic.position;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST(Measures, APerfectRendererPasses) {
+  const auto rows = ballOnPlane();
+  EXPECT_LE(largestLRatio(rows, {}), 1 + 1e-9);
+  EXPECT_LE(largestForceJump(rows, {}), 1e-9);
+  EXPECT_LE(largestTorqueJump(rows, {}), 1e-9);
+}
+
+TEST(Measures, PlantedFaultsShow) {
+  auto wrong_sign = ballOnPlane();
+  for (std::size_t n = 100; n < 103; ++n) wrong_sign[n].wrench.force *= -1;
+  EXPECT_GT(largestLRatio(wrong_sign, {}), 5);
+  EXPECT_GT(largestForceJump(wrong_sign, {}), 5);
+
+  auto stale = ballOnPlane();  // 30 steps the same force, then the right one
+  for (std::size_t n = 130; n < 160; ++n) stale[n].wrench = stale[129].wrench;
+  EXPECT_GT(largestLRatio(stale, {}), 3);
+  EXPECT_GT(largestForceJump(stale, {}), 1);
+
+  auto twisted = ballOnPlane();
+  twisted[50].wrench.torque = {0, 8, 0};
+  EXPECT_GT(largestTorqueJump(twisted, {}), 1);
+}
+
+TEST(Measures, ADroppedPairShowsAsPenetrationOfSpheres) {
+  // Two balls of an object; the tool stands as one who knows only of the first would put it.
+  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
+  const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::treeOfBalls({test::ball(0, 0, 0, 3), test::ball(4, 0, 0, 3)}));
+  const SpherePenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}});
+  EXPECT_EQ(measure.at({{-5, 0, 0}, kUpright}), 0);
+  EXPECT_NEAR(measure.at({{0, 0, 5}, kUpright}), 0, 1e-9);        // free of both
+  EXPECT_NEAR(measure.at({{4, 0, 5 - 0.25}, kUpright}), 0.25, 1e-6);  // the second pair, dropped
+}
+
+TEST(Measures, PenetrationOfMeshesIsExactForBoxes) {
+  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2)), object = bodyOf(box({-5, -5, -5}, {5, 5, 5}), test::oneBallTree(9));
+  const MeshPenetration measure(tool, {0, 0, 1}, {{&object, {{0, 0, 10}, kUpright}}}, 0.5);
+  EXPECT_EQ(measure.at({{0, 0, 4.9}, kUpright}), 0);                 // its top at 4.9, the object's bottom at 5
+  EXPECT_NEAR(measure.at({{0, 0, 5.3}, kUpright}), 0.3, 1e-12);
+  EXPECT_NEAR(measure.at({{5.2, 0, 8}, kUpright}), 0.8, 1e-12);      // by the side, 1 + 5 - 5.2
+  EXPECT_GT(measure.at({{0, 0, 4.8}, rotationOf({0.6, 0, 0})}), 0);    // turned up into it
+}
+
+TEST(Measures, EnergyOfAnIdealSpringComesBack) {
+  PassivityObserver calm, leaky;
+  for (int n = 0; n <= 2000; ++n) {
+    const double x = 1 - std::cos(2 * std::numbers::pi * n / 2000), before = 1 - std::cos(2 * std::numbers::pi * (n - 1) / 2000);
+    Wrench spring, late;
+    spring.force = {-0.5 * (x + 1 - std::cos(2 * std::numbers::pi * (n + 1) / 2000)), 0, 0};  // the mean of the step to come: no leak
+    late.force = {-before, 0, 0};
+    calm.add({{x, 0, 0}, kUpright}, spring);
+    leaky.add({{x, 0, 0}, kUpright}, late);
+  }
+  EXPECT_NEAR(calm.energy(), 0, 1e-9);
+  EXPECT_NEAR(calm.largest(), 2, 1e-5);  // k x^2 / 2 at x = 2
+  // A force that is one step late gives (1/2 + 1) T k v^2 away: sum of 1.5 dx^2.
+  double expected = 0;
+  for (int n = 1; n <= 2000; ++n) {
+    const double dx = std::cos(2 * std::numbers::pi * (n - 1) / 2000) - std::cos(2 * std::numbers::pi * n / 2000);
+    expected += 1.5 * dx * dx;
+  }
+  EXPECT_NEAR(-leaky.energy(), expected, 0.01 * expected);
+}
+
+TEST(Measures, QuantilesOfTimes) {
+  TimeHistogram h;
+  for (int i = 1; i <= 1000; ++i) h.add(i);
+  EXPECT_NEAR(h.quantile(0.5), 500, 8);
+  EXPECT_NEAR(h.quantile(0.99), 990, 12);
+  EXPECT_EQ(h.largest(), 1000);
+  EXPECT_EQ(h.quantile(1), 1000);
+  EXPECT_EQ(TimeHistogram().quantile(0.5), 0);
+}
+
+TEST(ScenarioShapes, AreCleanMeshesOfTheRightVolume) {
+  const TriangleMesh cube = box({-1, -2, -3}, {1, 2, 3});
+  const TriangleMesh groove = extrude({{-10, -4}, {10, -4}, {10, 10}, {5, 10}, {0, 0}, {-5, 10}, {-10, 10}}, 20);
+  const TriangleMesh can = lathe({{0, -1}, {2, -1}, {2, 1}, {0, 1}}, 6);
+  const auto volumeOf = [](const TriangleMesh& mesh) {
+    const builder::MeshReport report = builder::checkMesh(mesh);
+    EXPECT_TRUE(report.clean()) << report.summary();
+    return report.volume;
+  };
+  EXPECT_NEAR(volumeOf(cube), 48, 1e-9);
+  EXPECT_NEAR(volumeOf(groove), 20 * (20 * 14 - 50), 1e-9);
+  EXPECT_NEAR(volumeOf(can), 2 * 6 * 0.5 * 4 * std::sin(std::numbers::pi / 3), 1e-9);
+}
+
+}  // namespace
+}  // namespace spheretree::player

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The player: no allocation in the loop, whole recordings, replays to the byte; scenarios that must come out one way in each mode.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "play.h"
+#include "servo_loop.h"
+#include "spheretree/device/emergency_stop.h"
+#include "spheretree/device/replay_device.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/trajectory.h"
+#include "stability.h"
+#include "support/scratch_folder.h"
+#include "support/shape_trees.h"
+
+namespace {
+thread_local bool counting = false;
+thread_local long allocations = 0;
+[[gnu::noinline]] void* take(std::size_t size, std::size_t alignment) {
+  if (counting) ++allocations;
+  if (void* p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void give(void* p) { std::free(p); }
+}  // namespace
+// Replaced for the whole program; all forms go through these.
+void* operator new(std::size_t size) { return take(size, 16); }
+void* operator new(std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return take(size, 16); }
+void* operator new[](std::size_t size) { return take(size, 16); }
+void* operator new[](std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
+void operator delete[](void* p) noexcept { give(p); }
+void operator delete[](void* p, std::size_t) noexcept { give(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { give(p); }
+void operator delete(void* p) noexcept { give(p); }
+void operator delete(void* p, std::size_t) noexcept { give(p); }
+void operator delete(void* p, std::align_val_t) noexcept { give(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { give(p); }
+
+namespace spheretree::player {
+namespace {
+
+const Quaternion kLevel(1, 0, 0, 0);
+
+runtime::Scene ballOnPlate() {
+  runtime::SceneDescription d;
+  d.tool = test::oneBallTree(2);
+  d.objects.push_back({test::boxTree({10, 10, 0}, {24, 24, 1}, 1), {}});
+  runtime::Scene scene;
+  std::string fault;
+  EXPECT_TRUE(runtime::compileScene(d, scene, fault)) << fault;
+  return scene;
+}
+
+std::vector<Configuration> pathOverPlate(int steps) {
+  std::vector<Configuration> poses;
+  for (int n = 0; n < steps; ++n) poses.push_back({{0.01 * n - 5, 1, 4 - 3 * std::sin(0.004 * n)}, rotationOf({0.001 * n, 0, 0})});
+  return poses;
+}
+
+std::string slurp(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// All columns but the last four, the times.
+std::string withoutTimes(const std::string& csv) {
+  std::istringstream in(csv);
+  std::string line, out;
+  while (std::getline(in, line)) {
+    for (int k = 0; k < 4; ++k) line.resize(line.rfind(','));
+    out += line + '\n';
+  }
+  return out;
+}
+
+std::string recordReplay(const runtime::Scene& scene, const std::vector<Configuration>& poses, const std::filesystem::path& path) {
+  RecordingWriter recording(path, 64);  // a small ring: the loop waits for the writer and loses nothing
+  ServoLoop::Options options;
+  options.wait = true;
+  ServoLoop loop(scene, &recording, options);
+  device::ReplayDevice replay(poses);
+  replay.start(loop, {}, device::Clock::Stepped);
+  while (replay.step()) {
+  }
+  replay.stop();
+  recording.finish();
+  EXPECT_EQ(recording.lost(), 0u);
+  return slurp(path);
+}
+
+TEST(ServoLoop, AllocatesNothing) {
+  const test::ScratchFolder folder;
+  const runtime::Scene scene = ballOnPlate();
+  RecordingWriter recording(folder.path() / "run.csv");
+  ServoLoop loop(scene, &recording, {});
+  device::DeviceState state;
+  allocations = 0;
+  double force = 0;
+  for (const Configuration& pose : pathOverPlate(2000)) {
+    state.tool = pose;
+    counting = true;
+    force = std::max(force, loop.render(state).wrench.force.norm());
+    counting = false;
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(force, 0.5);  // it was in contact
+  counting = true;
+  delete new int(1);  // the counter counts
+  counting = false;
+  EXPECT_EQ(allocations, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.csv"));
+  recording.finish();
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.csv"));
+}
+
+TEST(Recording, ReplaysToTheSameBytes) {
+  const test::ScratchFolder folder;
+  const runtime::Scene scene = ballOnPlate();
+  const auto poses = pathOverPlate(1500);
+  const std::string first = recordReplay(scene, poses, folder.path() / "a.csv");
+  EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1501);
+  EXPECT_EQ(first.substr(0, first.find('\n') + 1), recordingHeader());
+  const auto again = formats::readTrajectory(folder.path() / "a.csv");
+  ASSERT_EQ(again.size(), poses.size());
+  EXPECT_EQ(withoutTimes(recordReplay(scene, again, folder.path() / "b.csv")), withoutTimes(first));
+}
+
+TEST(Recording, IsNotThereUntilItIsWhole) {
+  const test::ScratchFolder folder;
+  {
+    RecordingWriter recording(folder.path() / "run.csv");
+    recording.push({});
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));  // no finish(): nothing is left behind
+  EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such.csv"), formats::FileError);
+}
+
+TEST(Recording, CountsRowsThatTheRingCannotHold) {
+  const test::ScratchFolder folder;
+  RecordingWriter recording(folder.path() / "run.csv", 2);
+  std::uint64_t pushed = 0;
+  for (int n = 0; n < 100'000; ++n) pushed += recording.push({});
+  recording.finish();
+  EXPECT_EQ(pushed + recording.lost(), 100'000u);
+  const std::string text = slurp(folder.path() / "run.csv");
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')), pushed + 1);
+}
+
+TEST(Play, AMeshSceneIsRefusedWithTheWayOn) {
+  const test::ScratchFolder folder;
+  const auto path = folder.path() / "m.scene.json";
+  std::ofstream(path) << R"({"schema":"spheretree.scene/1","unit":"mm","tool":{"name":"probe","mesh":"p.obj"},"objects":[{"name":"o","mesh":"o.obj"}]})";
+  builder::Progress progress;
+  try {
+    loadScene(path, false, progress);
+    FAIL() << "it was accepted";
+  } catch (const formats::FormatError& error) {
+    EXPECT_NE(std::string(error.what()).find("spheretree batch"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Play, AnEmergencyStopEndsWithTheWholeRecording) {
+  const test::ScratchFolder folder;
+  builder::Progress progress;
+  const device::EmergencyStop guard;
+  PlaySettings settings;
+  settings.clock = device::Clock::Stepped;
+  settings.record = folder.path() / "run.csv";
+  nlohmann::ordered_json summary;
+  device::EmergencyStop::request();
+  EXPECT_EQ(play(settings, progress, summary), PlayEnd::Interrupted);
+  const std::string text = slurp(settings.record);
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')), summary["steps"].get<std::uint64_t>() + 1);
+  EXPECT_LE(summary["steps"].get<std::uint64_t>(), 2u);
+}
+
+TEST(Play, TheTourTouchesTheObject) {
+  const runtime::Scene scene = ballOnPlate();
+  const device::IntendedPath path = tourOf(scene);
+  runtime::Workspace workspace(scene);
+  double largest = 0;
+  for (int n = 0; n < 5000; ++n)
+    largest = std::max(largest, runtime::step(scene, path(n / 1000.0), runtime::Mode::Constrained, workspace).wrench.force.norm());
+  EXPECT_NEAR(largest, 2, 0.3);  // 2 mm below the first touch at 1 N/mm
+}
+
+TEST(Stability, NamesSelectScenarios) {
+  EXPECT_EQ(selectScenarios("all").size(), scenarios().size());
+  EXPECT_EQ(selectScenarios("f4,Ripple").size(), 2u);
+  EXPECT_THROW(selectScenarios("F99"), std::invalid_argument);
+  std::set<std::string> ids;
+  for (const Scenario& s : scenarios()) ids.insert(s.id);
+  for (int n = 1; n <= 22; ++n) EXPECT_TRUE(ids.count("F" + std::to_string(n))) << n;
+}
+
+TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {
+  Outcome outcome;
+  outcome.add("x", "1", std::nan(""), 1);
+  EXPECT_FALSE(holds(outcome));
+  outcome.figures[0].value = 1;
+  EXPECT_TRUE(holds(outcome));
+  outcome.figures[0].value = 1.001;
+  EXPECT_FALSE(holds(outcome));
+}
+
+// SPHERETREE_LONG=1 runs a hundredth of the repetitions instead of a thousandth.
+TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
+  const test::ScratchFolder folder;
+  builder::Progress progress;
+  BodyLibrary bodies(builder::Quality::Quick, false, progress);
+  Bench bench{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001}, progress};
+  std::vector<ScenarioResult> results;
+  for (const Scenario* scenario : selectScenarios("F4,F7,F8,F13,F17")) {
+    results.push_back(runScenario(*scenario, bench, folder.path()));
+    EXPECT_TRUE(holds(results.back().constrained)) << tableRows(results.back());
+  }
+  EXPECT_FALSE(holds(results[0].paper));  // pops through
+  EXPECT_TRUE(holds(results[1].paper));
+  EXPECT_FALSE(holds(results[2].paper));  // turns into the plane
+  EXPECT_FALSE(holds(results[4].paper));  // overshoots from inside
+  writeStability(folder.path(), results, builder::Quality::Quick);
+  const auto document = nlohmann::json::parse(slurp(folder.path() / "stability.json"));
+  EXPECT_EQ(document["schema"], "spheretree.stability/1");
+  EXPECT_EQ(document["scenarios"].size(), 5u);
+  for (const auto& scenario : document["scenarios"])
+    for (const auto& [mode, name] : scenario["recordings"].items())
+      EXPECT_FALSE(formats::readTrajectory(folder.path() / name.get<std::string>()).empty()) << mode;
+}
+
+}  // namespace
+}  // namespace spheretree::player
