@@ -81,7 +81,7 @@ TEST(Bridge, NearestPointIsThatOfTheHull) {
   const Scene scene = compiled(d);
   const CompiledTree& tree = scene.objects[0].tree;
   ASSERT_GT(tree.bridges.all.size(), 100u);
-  for (int n = 0; n < 3000; ++n) {
+  for (int n = 0; n < 8000; ++n) {
     const Bridge& bridge = tree.bridges.all[random.below(static_cast<std::uint32_t>(tree.bridges.all.size()))];
     const Eigen::Vector3d p = bridge.a + test::randomPoint(random, 3);
     BridgeContact contact;
