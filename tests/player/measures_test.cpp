@@ -113,17 +113,18 @@ TEST(Measures, ADroppedPairShowsAsPenetrationOfSpheres) {
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::treeOfBalls({test::ball(0, 0, 0, 3), test::ball(4, 0, 0, 3)}));
   const SpherePenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}});
   EXPECT_EQ(measure.at({{-5, 0, 0}, kUpright}), 0);
-  EXPECT_NEAR(measure.at({{0, 0, 5}, kUpright}), 0, 1e-9);        // free of both
+  EXPECT_NEAR(measure.at({{0, 0, 5}, kUpright}), 0, 1e-9);            // free of both
   EXPECT_NEAR(measure.at({{4, 0, 5 - 0.25}, kUpright}), 0.25, 1e-6);  // the second pair, dropped
 }
 
 TEST(Measures, PenetrationOfMeshesIsExactForBoxes) {
-  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2)), object = bodyOf(box({-5, -5, -5}, {5, 5, 5}), test::oneBallTree(9));
+  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2)),
+             object = bodyOf(box({-5, -5, -5}, {5, 5, 5}), test::oneBallTree(9));
   const MeshPenetration measure(tool, {0, 0, 1}, {{&object, {{0, 0, 10}, kUpright}}}, 0.5);
-  EXPECT_EQ(measure.at({{0, 0, 4.9}, kUpright}), 0);                 // its top at 4.9, the object's bottom at 5
+  EXPECT_EQ(measure.at({{0, 0, 4.9}, kUpright}), 0);  // its top at 4.9, the object's bottom at 5
   EXPECT_NEAR(measure.at({{0, 0, 5.3}, kUpright}), 0.3, 1e-12);
   EXPECT_NEAR(measure.at({{5.2, 0, 8}, kUpright}), 0.8, 1e-12);      // by the side, 1 + 5 - 5.2
-  EXPECT_GT(measure.at({{0, 0, 4.8}, rotationOf({0.6, 0, 0})}), 0);    // turned up into it
+  EXPECT_GT(measure.at({{0, 0, 4.8}, rotationOf({0.6, 0, 0})}), 0);  // turned up into it
 }
 
 TEST(Measures, EnergyOfAnIdealSpringComesBack) {

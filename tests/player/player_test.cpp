@@ -160,7 +160,8 @@ TEST(Recording, CountsRowsThatTheRingCannotHold) {
 TEST(Play, AMeshSceneIsRefusedWithTheWayOn) {
   const test::ScratchFolder folder;
   const auto path = folder.path() / "m.scene.json";
-  std::ofstream(path) << R"({"schema":"spheretree.scene/1","unit":"mm","tool":{"name":"probe","mesh":"p.obj"},"objects":[{"name":"o","mesh":"o.obj"}]})";
+  std::ofstream(path)
+      << R"({"schema":"spheretree.scene/1","unit":"mm","tool":{"name":"probe","mesh":"p.obj"},"objects":[{"name":"o","mesh":"o.obj"}]})";
   builder::Progress progress;
   try {
     loadScene(path, false, progress);

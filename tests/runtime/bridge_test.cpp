@@ -93,7 +93,8 @@ TEST(Bridge, NearestPointIsThatOfTheHull) {
     for (int i = 0; i <= kSteps; ++i)
       for (int j = 0; i + j <= kSteps; ++j) {
         const double b = i / double(kSteps), c = j / double(kSteps), a = 1 - b - c;
-        const Eigen::Vector3d centre = a * Eigen::Vector3d(leaf(0).x, leaf(0).y, leaf(0).z) + b * Eigen::Vector3d(leaf(1).x, leaf(1).y, leaf(1).z) +
+        const Eigen::Vector3d centre = a * Eigen::Vector3d(leaf(0).x, leaf(0).y, leaf(0).z) +
+                                       b * Eigen::Vector3d(leaf(1).x, leaf(1).y, leaf(1).z) +
                                        c * Eigen::Vector3d(leaf(2).x, leaf(2).y, leaf(2).z);
         gap = std::min(gap, (p - centre).norm() - (a * double(leaf(0).radius) + b * double(leaf(1).radius) + c * double(leaf(2).radius)));
       }

@@ -26,7 +26,7 @@ struct PlaySettings {
   std::optional<double> seconds;  // absent: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C [s]
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
-  bool bridges = false;              // runtime::SceneDescription::bridges
+  bool bridges = false;           // runtime::SceneDescription::bridges
   bool status_line = false;
 };
 

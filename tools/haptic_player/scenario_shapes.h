@@ -37,7 +37,8 @@ struct Body {
 /// Makes the bodies that scenarios ask for by name, each once.
 class BodyLibrary {
  public:
-  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress) : quality_(quality), bridges_(bridges), progress_(progress) {}
+  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress)
+      : quality_(quality), bridges_(bridges), progress_(progress) {}
 
   /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: docs/stability.md. @throws std::invalid_argument
   const Body& get(const std::string& name);

@@ -40,7 +40,8 @@ Outcome squeezed(Bench& bench, Mode mode) {
   };
   squeeze(0.0005, 4200);
   squeeze(-0.0005, 4200);
-  for (int n = 0; n < 100 && slot.spheres().at(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside) slot.to({{0.3, 0, 0}, kUpright});
+  for (int n = 0; n < 100 && slot.spheres().at(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside)
+    slot.to({{0.3, 0, 0}, kUpright});
   // A block jumps 2 into a ball that rests on it.
   const Body &ball = bench.bodies.get("ball"), &block = bench.bodies.get("block");
   Rig jump(ball, {{&block, {}}}, mode);
@@ -103,7 +104,8 @@ ClosedLoop runHand(Rig& rig, const device::SimulatedSettings& settings, int step
     loop.lowest_energy = std::min(loop.lowest_energy, simulated.energy());
     // What a sampled and delayed spring must give away, whatever its renderer: (T / 2 + d T) v.K v T, here with T = 1 ms.
     const Eigen::Vector3d way = simulated.truePose().position - last;
-    if (simulated.actuated().force.norm() > 1e-6) loop.leak += (0.5 + settings.delay) * way.squaredNorm() * rig.scene().coupling.translation;
+    if (simulated.actuated().force.norm() > 1e-6)
+      loop.leak += (0.5 + settings.delay) * way.squaredNorm() * rig.scene().coupling.translation;
     last = simulated.truePose().position;
   }
   loop.energy = simulated.energy();
@@ -162,9 +164,12 @@ Outcome encoders(Bench& bench, Mode mode) {
     Rig rig(ball, {{&slab, {}}}, mode);
     // Held by a spring of k, a push of 2 N means 2 N / k of intended depth beyond 2 mm of penetration.
     const double stiffness = device::findHand(hand)->stiffness / 1000, start = 9, rest = 5 + 0.5 - 2 - 2 / stiffness;
-    const ClosedLoop loop = runHand(rig, handAt(hand, 0, [=](double t) {
-                                      return Configuration{{0, 0, std::max(rest, start - 10 * t)}, kUpright};
-                                    }), steps);
+    const ClosedLoop loop = runHand(rig,
+                                    handAt(hand, 0,
+                                           [=](double t) {
+                                             return Configuration{{0, 0, std::max(rest, start - 10 * t)}, kUpright};
+                                           }),
+                                    steps);
     const std::vector<double> z = alongZ(loop.sent, std::min<std::size_t>(loop.sent.size(), 2000));
     swing = std::max(swing, 1000 * peakToPeak(z));
     rms = std::max(rms, 1000 * roughness(z));
@@ -352,9 +357,12 @@ Outcome margin(Bench& bench, Mode mode) {
     options.coupling = {2, 2000};
     Rig rig(ball, {{&slab, {}}}, mode, options);
     const double stiffness = device::findHand(hand)->stiffness / 1000, depth = std::min(8.0, 2 / stiffness);
-    const ClosedLoop loop = runHand(rig, handAt(hand, 1, [=](double t) {
-                                      return Configuration{{0, 0, 9 - std::min(100 * t, 4 + depth)}, kUpright};
-                                    }), 2500);
+    const ClosedLoop loop = runHand(rig,
+                                    handAt(hand, 1,
+                                           [=](double t) {
+                                             return Configuration{{0, 0, 9 - std::min(100 * t, 4 + depth)}, kUpright};
+                                           }),
+                                    2500);
     ring = std::max(ring, peakToPeak(alongZ(loop.sent, 1500)));
   }
   out.add("ring after 1.5 s at twice the stiffness, delay 1 ms", "N", ring, 0.1);
@@ -366,7 +374,9 @@ Outcome letGo(Bench& bench, Mode mode) {
   Outcome out;
   const Body &ball = bench.bodies.get("ball"), &slab = bench.bodies.get("slab");
   Rig rig(ball, {{&slab, {}}}, mode);
-  device::SimulatedSettings settings = handAt("fine", 1, [](double t) { return Configuration{{0, 0, 9 - std::min(20 * t, 7.5)}, kUpright}; });
+  device::SimulatedSettings settings = handAt("fine", 1, [](double t) {
+    return Configuration{{0, 0, 9 - std::min(20 * t, 7.5)}, kUpright};
+  });
   settings.release_at = 1.5;
   const ClosedLoop loop = runHand(rig, settings, 5000);
   double speed = 0, late = 0;

@@ -95,8 +95,10 @@ Bridges makeBridges(const CompiledTree& tree, double most_depth) {
   std::vector<Leaf> leaves;
   for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
     if (tree.node[slot] != kNoNode && tree.child_block[slot] == 0)
-      leaves.push_back({centre(tree.cover_records[slot]), static_cast<double>(tree.cover_records[slot].radius), static_cast<std::uint16_t>(slot)});
-  std::sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.c.x() != b.c.x() ? a.c.x() < b.c.x() : a.slot < b.slot; });
+      leaves.push_back(
+          {centre(tree.cover_records[slot]), static_cast<double>(tree.cover_records[slot].radius), static_cast<std::uint16_t>(slot)});
+  std::sort(leaves.begin(), leaves.end(),
+            [](const Leaf& a, const Leaf& b) { return a.c.x() != b.c.x() ? a.c.x() < b.c.x() : a.slot < b.slot; });
   double widest = 0;
   for (const Leaf& leaf : leaves) widest = std::max(widest, leaf.r);
   std::vector<std::vector<std::uint32_t>> neighbours(leaves.size());
@@ -119,7 +121,8 @@ Bridges makeBridges(const CompiledTree& tree, double most_depth) {
     for (const std::uint32_t j : neighbours[i]) {
       if (j < i || neighbours[j].size() > kMostNeighbours || pairDepth(leaves[i], leaves[j]) > most_depth) continue;
       common.clear();
-      std::set_intersection(neighbours[i].begin(), neighbours[i].end(), neighbours[j].begin(), neighbours[j].end(), std::back_inserter(common));
+      std::set_intersection(neighbours[i].begin(), neighbours[i].end(), neighbours[j].begin(), neighbours[j].end(),
+                            std::back_inserter(common));
       for (const std::uint32_t k : common) {
         if (k < j || neighbours[k].size() > kMostNeighbours) continue;
         const double slopes = std::max(pairDepth(leaves[i], leaves[k]), pairDepth(leaves[j], leaves[k]));
@@ -127,8 +130,7 @@ Bridges makeBridges(const CompiledTree& tree, double most_depth) {
         if (slopes > most_depth || !commonPoints(leaves[i], leaves[j], leaves[k], points)) continue;
         if (!touchingPlanes({leaves[i].c, leaves[j].c, leaves[k].c}, {leaves[i].r, leaves[j].r, leaves[k].r}, normals)) continue;
         double depth = std::max(slopes, pairDepth(leaves[i], leaves[j]));
-        for (std::size_t side = 0; side < 2; ++side)
-          depth = std::max(depth, leaves[i].r - normals[side].dot(points[side] - leaves[i].c));
+        for (std::size_t side = 0; side < 2; ++side) depth = std::max(depth, leaves[i].r - normals[side].dot(points[side] - leaves[i].c));
         if (depth > most_depth || !(exposed(points[0], i, j, k) || exposed(points[1], i, j, k))) continue;
         bridges.all.push_back(facet(leaves[i], leaves[j], leaves[k], normals, depth));
         edges.insert(edges.end(), {{i, j}, {i, k}, {j, k}});
@@ -137,8 +139,7 @@ Bridges makeBridges(const CompiledTree& tree, double most_depth) {
   }
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  for (const auto& [i, j] : edges)
-    bridges.all.push_back(cone(leaves[i], leaves[j]));
+  for (const auto& [i, j] : edges) bridges.all.push_back(cone(leaves[i], leaves[j]));
   if (bridges.all.empty()) return bridges;
   bridges.first.assign(tree.node.size() + 1, 0);
   const auto eachSlot = [&](const auto& visit) {

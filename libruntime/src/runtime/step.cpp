@@ -150,7 +150,8 @@ class Stepper {
       if (name.bridge > 0) {
         const auto& names = workspace_.bridge_rows;
         const auto found = std::find(names.begin(), names.end(), name);
-        if (found != names.end()) answer.active[answer.active_count++] = static_cast<std::uint32_t>(set.pairs.size() + (found - names.begin()));
+        if (found != names.end())
+          answer.active[answer.active_count++] = static_cast<std::uint32_t>(set.pairs.size() + (found - names.begin()));
         continue;
       }
       for (const PairRun& run : set.runs) {

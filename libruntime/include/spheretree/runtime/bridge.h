@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bridges over the ripple of a sphere model: the convex hull of two or three leaves that stand side by side fills the pit between them, so
 // that a tool slides over flat facets in place of bumps. In the constrained mode only.
-// Where a bridge is: over every corner of the surface of the union of the leaves, which three leaves make, and over the edges between them, as
-// far as the pit is no deeper than the overhang that the tree states for its leaves. So a bridge never stands out farther than one more
+// Where a bridge is: over every corner of the surface of the union of the leaves, which three leaves make, and over the edges between them,
+// as far as the pit is no deeper than the overhang that the tree states for its leaves. So a bridge never stands out farther than one more
 // overhang, and a narrow groove or a hole stays open.
 // Idea: the spheres swept between nodes of a medial mesh; F. Sun, Y.-K. Choi, Y. Yu, W. Wang. Medial meshes. IEEE TVCG 22(3), 2016.
 // Units: mm; frame: that of the compiled object (world axes, about the anchor).

@@ -30,7 +30,8 @@ RowSet makeRows(const Scene& scene, const PairSet& pairs, const Configuration& p
                 Workspace& workspace) noexcept;
 
 /// Bridges that the tool, at `pose`, may touch before it has moved by `margin` [mm], into workspace.near_bridges. `rows`: of `pairs` at
-/// `pose`; `pairs` holds what is within `margin` + Scene::deepest_bridge. Cost: some 10 ns for each bridge of each near pair. No allocation.
+/// `pose`; `pairs` holds what is within `margin` + Scene::deepest_bridge. Cost: some 10 ns for each bridge of each near pair. No
+/// allocation.
 void findBridges(const Scene& scene, const PairSet& pairs, const Configuration& pose, double margin, const RowSet& rows,
                  Workspace& workspace) noexcept;
 
