@@ -14,10 +14,11 @@ packages=(
   nlohmann-json3-dev      # formats, program: JSON
   libtinygltf-dev         # formats: glTF
   libcli11-dev libpng-dev # program: command line, pictures
+  zlib1g-dev libjs-three  # program: pages
   libgtest-dev            # tests
   libtet1.5-dev           # tests: TetGen, in a program of its own
 )
-if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git); fi
+if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git chromium chromium-driver); fi
 
 missing=()
 for package in "${packages[@]}"; do

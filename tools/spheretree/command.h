@@ -45,9 +45,11 @@ CLI::App* addVerb(Program& program, const std::string& verb, const std::string& 
 void addBatchCommand(Program& program);
 void addBuildCommand(Program& program);
 void addCheckCommand(Program& program);
+void addCompareCommand(Program& program);
 void addConvertCommand(Program& program);
 void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
+void addReportCommand(Program& program);
 
 /// Parses, runs the chosen verb and turns every exception into a message on stderr and an exit code.
 int runProgram(Program& program, int argc, char** argv);

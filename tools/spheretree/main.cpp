@@ -6,8 +6,10 @@ int main(int argc, char** argv) {
   addBuildCommand(program);
   addBatchCommand(program);
   addCheckCommand(program);
+  addCompareCommand(program);
   addConvertCommand(program);
   addEvaluateCommand(program);
   addInspectCommand(program);
+  addReportCommand(program);
   return runProgram(program, argc, argv);
 }

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+namespace spheretree::tool {
+namespace {
+
+constexpr double kWidth = 400, kHeight = 340;  // of a chart [px]
+constexpr double kLeft = 58, kRight = 18, kTop = 34, kBottom = 46;
+constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
+constexpr double kLetter = 6.1;  // mean width of a letter of the labels [px]
+constexpr std::array<double, 3> kRadius{3, 4.2, 5.6};
+
+struct Box {
+  double x0, y0, x1, y1;
+  double overlap(const Box& other) const {
+    const double w = std::min(x1, other.x1) - std::max(x0, other.x0), h = std::min(y1, other.y1) - std::max(y0, other.y0);
+    return w > 0 && h > 0 ? w * h : 0;
+  }
+};
+
+std::string px(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", value);
+  std::string out = text;
+  if (out.ends_with(".0")) out.resize(out.size() - 2);
+  return out == "-0" ? "0" : out;
+}
+
+std::string line(const char* css, double x0, double y0, double x1, double y1) {
+  return std::string("<line class=\"") + css + "\" x1=\"" + px(x0) + "\" y1=\"" + px(y0) + "\" x2=\"" + px(x1) + "\" y2=\"" + px(y1) +
+         "\"/>\n";
+}
+
+std::string text(const char* css, double x, double y, std::string_view anchor, std::string_view words) {
+  return std::string("<text class=\"") + css + "\" x=\"" + px(x) + "\" y=\"" + px(y) + "\" text-anchor=\"" + std::string(anchor) + "\">" +
+         escaped(words) + "</text>\n";
+}
+
+/// One axis: a value's place, and where its ticks are.
+struct Axis {
+  double from = 0, to = 1, place0 = 0, place1 = 1;
+  bool log = false;
+  std::vector<double> ticks;
+
+  double at(double value) const {
+    const double share = log ? (std::log10(value) - std::log10(from)) / (std::log10(to) - std::log10(from)) : (value - from) / (to - from);
+    return place0 + share * (place1 - place0);
+  }
+};
+
+Axis logAxis(double least, double most, double place0, double place1) {
+  Axis axis{least / 1.25, most * 1.25, place0, place1, true, {}};
+  if (axis.to / axis.from < 4) {  // less would magnify noise
+    const double middle = std::sqrt(axis.from * axis.to);
+    axis.from = middle / 2, axis.to = middle * 2;
+  }
+  const double decades = std::log10(axis.to / axis.from);
+  const int step = std::max(1, static_cast<int>(std::ceil(decades / 5)));
+  for (int power = static_cast<int>(std::floor(std::log10(axis.from))); power <= std::ceil(std::log10(axis.to)); ++power)
+    for (const double digit : {1.0, 2.0, 5.0}) {
+      if (digit > 1 && decades > 2.4) continue;
+      if (decades > 5 && power % step != 0) continue;
+      const double value = digit * std::pow(10.0, power);
+      if (value >= axis.from && value <= axis.to) axis.ticks.push_back(value);
+    }
+  return axis;
+}
+
+Axis linearAxis(double least, double most, double place0, double place1, int about) {
+  if (!(most > least)) most = least + std::max(1.0, std::abs(least));
+  const double raw = (most - least) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
+  double step = power;
+  for (const double digit : {1.0, 2.0, 5.0, 10.0})
+    if (digit * power >= raw * 0.999) {
+      step = digit * power;
+      break;
+    }
+  Axis axis{least, most, place0, place1, false, {}};
+  for (double k = std::ceil(least / step - 1e-9); k * step <= most + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
+  return axis;
+}
+
+/// Frame of a chart: title, grid, tick labels, names of the axes.
+std::string frame(const std::string& title, const std::string& x_label, const std::string& y_label, const Axis& x, const Axis& y) {
+  std::string out = text("ct", x.place0, 18, "start", title);
+  for (const double value : y.ticks) {
+    out += line("cg", x.place0, y.at(value), x.place1, y.at(value));
+    out += text("ck", x.place0 - 6, y.at(value) + 4, "end", shortNumber(value));
+  }
+  for (const double value : x.ticks) {
+    out += line("cg", x.at(value), y.place0, x.at(value), y.place1);
+    out += text("ck", x.at(value), y.place0 + 16, "middle", shortNumber(value));
+  }
+  out += line("ca", x.place0, y.place0, x.place1, y.place0);
+  out += text("cl", (x.place0 + x.place1) / 2, y.place0 + 36, "middle", x_label);
+  const double middle = (y.place0 + y.place1) / 2;
+  out += "<text class=\"cl\" transform=\"translate(13 " + px(middle) + ") rotate(-90)\" text-anchor=\"middle\">" + escaped(y_label) +
+         "</text>\n";
+  return out;
+}
+
+std::string wrapped(double width, double height, const std::string& title, const std::string& body) {
+  return "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" width=\"" + px(width) + "\" height=\"" + px(height) +
+         "\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\" role=\"img\" aria-label=\"" + escaped(title) + "\">\n" + body +
+         "</svg>\n";
+}
+
+/// Puts names beside their dots where they hide the least: tries places around the dot, near ones first.
+class Labels {
+ public:
+  Labels(Box area, std::vector<Box> taken) : area_(area), taken_(std::move(taken)) {}
+
+  std::string place(double x, double y, double radius, const std::string& name, bool strong) {
+    const double width = kLetter * static_cast<double>(name.size()), height = 12;
+    double best_cost = std::numeric_limits<double>::infinity();
+    Box best{};
+    double best_reach = 0;
+    for (const double reach : {4.0, 10.0, 18.0, 28.0, 40.0, 54.0})
+      for (int turn = 0; turn < 16; ++turn) {
+        const double angle = turn * std::numbers::pi / 8, dx = std::cos(angle), dy = -std::sin(angle);
+        const double cx = x + dx * (radius + reach + width / 2), cy = y + dy * (radius + reach + height / 2);
+        const Box box{cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2};
+        double cost = reach * 2 + turn * 0.2;
+        for (const Box& other : taken_) cost += 3 * box.overlap(other);
+        cost += (width * height - box.overlap(area_)) * 10;
+        if (cost < best_cost) best_cost = cost, best = box, best_reach = reach;
+      }
+    taken_.push_back(best);
+    std::string out;
+    if (best_reach > 5) {  // a leader from the dot to the nearest point of the name
+      const double to_x = std::clamp(x, best.x0, best.x1), to_y = std::clamp(y, best.y0, best.y1);
+      out += line("cd", x, y, to_x, to_y);
+    }
+    return out + text(strong ? "cn cs" : "cn", (best.x0 + best.x1) / 2, best.y1 - 2, "middle", name);
+  }
+
+ private:
+  Box area_;
+  std::vector<Box> taken_;
+};
+
+std::string stepLine(std::vector<const ChartPoint*> front, const Axis& x, const Axis& y) {
+  std::sort(front.begin(), front.end(), [](const ChartPoint* a, const ChartPoint* b) { return a->x < b->x; });
+  std::string path;
+  for (std::size_t i = 0; i < front.size(); ++i) {
+    path += i == 0 ? "M" + px(x.at(front[i]->x)) + " " + px(y.place1) + "V" : "H" + px(x.at(front[i]->x)) + "V";
+    path += px(y.at(front[i]->y));
+  }
+  path += "H" + px(x.place1);
+  return "<path class=\"cf\" d=\"" + path + "\"/>\n";
+}
+
+}  // namespace
+
+std::string_view chartStyle() {
+  return ".chart{--cs:#fff;--ci:#1b1f24;--cm:#5b6470;--cg:#e3e6ea;--cc:#0b62c4;--cr:#b4431b;--c0:#0b62c4;--c1:#b4431b;--c2:#2f7d32;"
+         "--c3:#7a4fb3;font:11px system-ui,-apple-system,'Segoe UI',sans-serif;max-width:100%;height:auto;background:var(--cs)}"
+         "@media screen and (prefers-color-scheme:dark){.chart{--cs:#15181c;--ci:#eceff3;--cm:#a2abb6;--cg:#2b3138;--cc:#6cb0ff;"
+         "--cr:#ff9a6b;--c0:#6cb0ff;--c1:#ff9a6b;--c2:#7fcf82;--c3:#c3a1f2}}"
+         ".cb{fill:var(--cs)}.ct{fill:var(--ci);font-weight:600;font-size:12.5px}.ch{fill:var(--ci);font-weight:600;font-size:15px}"
+         ".ck,.cl{fill:var(--cm)}.cn{fill:var(--ci);stroke:var(--cs);stroke-width:3px;paint-order:stroke;stroke-linejoin:round}"
+         ".cs{font-weight:700;fill:var(--cc)}.cg{stroke:var(--cg)}.ca{stroke:var(--cm)}.cd{stroke:var(--cm);stroke-width:.7}"
+         ".cf{fill:none;stroke:var(--cc);stroke-width:1.5;stroke-opacity:.55}.cj{fill:none;stroke:var(--cm);stroke-width:1;stroke-opacity:."
+         "6}"
+         ".cp{fill:var(--cs);stroke:var(--cm);stroke-width:1.4}.co{fill:var(--cc);stroke:var(--cc);stroke-width:1.4}"
+         ".cq{fill:none;stroke:var(--cr);stroke-width:2}.cx{stroke:var(--cr);stroke-dasharray:5 4}.cy{fill:var(--cr)}"
+         ".t0,.t1,.t2,.t3{fill:none;stroke-width:1.1;stroke:var(--c0)}.t1{stroke:var(--c1)}.t2{stroke:var(--c2)}.t3{stroke:var(--c3)}"
+         ".n0,.n1,.n2,.n3{fill:var(--c0);font-weight:600}.n1{fill:var(--c1)}.n2{fill:var(--c2)}.n3{fill:var(--c3)}";
+}
+
+std::string shortNumber(double value) {
+  char out[32];
+  if (value != 0 && (std::abs(value) < 1e-4 || std::abs(value) >= 1e6)) {
+    std::snprintf(out, sizeof out, "%.2g", value);
+  } else {
+    const int digits = value == 0 ? 0 : 2 - static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9));
+    std::snprintf(out, sizeof out, "%.*f", std::clamp(digits, 0, 6), value);
+    std::string plain = out;
+    if (plain.find('.') != std::string::npos) {
+      while (plain.back() == '0') plain.pop_back();
+      if (plain.back() == '.') plain.pop_back();
+    }
+    return plain == "-0" ? "0" : plain;
+  }
+  return out;
+}
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::vector<bool> paretoFront(std::span<const ChartPoint> points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return points[a].x != points[b].x ? points[a].x < points[b].x : points[a].y < points[b].y;
+  });
+  std::vector<bool> front(points.size(), false);
+  double best = std::numeric_limits<double>::infinity();
+  for (const std::size_t i : order)
+    if (points[i].y < best) best = points[i].y, front[i] = true;
+  return front;
+}
+
+std::string scatterSvg(const ScatterChart& chart) {
+  std::vector<ChartPoint> points;
+  for (const ChartPoint& p : chart.points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0 && p.y > 0) points.push_back(p);
+  if (points.empty()) return wrapped(kWidth, kHeight, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
+  double least_x = points[0].x, most_x = least_x, least_y = points[0].y, most_y = least_y;
+  for (const ChartPoint& p : points) {
+    least_x = std::min(least_x, p.x), most_x = std::max(most_x, p.x);
+    least_y = std::min(least_y, p.y), most_y = std::max(most_y, p.y);
+  }
+  const bool has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
+  if (has_limit) least_y = std::min(least_y, chart.limit->y), most_y = std::max(most_y, chart.limit->y);
+  const Axis x = logAxis(least_x, most_x, kLeft, kWidth - kRight), y = logAxis(least_y, most_y, kHeight - kBottom, kTop);
+
+  std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
+  if (has_limit) {
+    out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
+    out += text("ck cy", x.place1, y.at(chart.limit->y) - 5, "end", chart.limit->label);
+  }
+  const std::vector<bool> on_front = chart.front ? paretoFront(points) : std::vector<bool>(points.size(), false);
+  std::vector<const ChartPoint*> front;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (on_front[i]) front.push_back(&points[i]);
+  if (!front.empty()) out += stepLine(front, x, y);
+
+  std::map<std::string, std::vector<std::size_t>> series;
+  for (std::size_t i = 0; i < points.size(); ++i) series[points[i].series].push_back(i);
+  for (const auto& [name, members] : series) {
+    if (members.size() < 2) continue;
+    std::string path;
+    for (const std::size_t i : members) path += (path.empty() ? "M" : "L") + px(x.at(points[i].x)) + " " + px(y.at(points[i].y));
+    out += "<path class=\"cj\" d=\"" + path + "\"/>\n";
+  }
+  std::vector<Box> taken;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ChartPoint& p = points[i];
+    const double radius = kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))], cx = x.at(p.x), cy = y.at(p.y);
+    taken.push_back({cx - radius - 1, cy - radius - 1, cx + radius + 1, cy + radius + 1});
+    const std::string dot = " cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"";
+    if (p.chosen) out += "<circle class=\"cq\"" + dot + px(radius + 4) + "\"/>\n";
+    out += std::string("<circle class=\"") + (on_front[i] ? "co" : "cp") + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) +
+           "</title></circle>\n";
+  }
+  if (has_limit) {
+    const double at = y.at(chart.limit->y), wide = kLetter * static_cast<double>(chart.limit->label.size());
+    taken.push_back({x.place1 - wide, at - 16, x.place1, at + 2});
+  }
+  Labels labels({x.place0, y.place1, kWidth - 4, y.place0}, std::move(taken));
+  for (const auto& [name, members] : series) {
+    if (name.empty()) continue;
+    const std::size_t last = members.back();
+    const bool strong = std::any_of(members.begin(), members.end(), [&](std::size_t i) { return on_front[i]; });
+    out += labels.place(x.at(points[last].x), y.at(points[last].y), kRadius[static_cast<std::size_t>(std::clamp(points[last].size, 0, 2))],
+                        name, strong);
+  }
+  return wrapped(kWidth, kHeight, chart.title, out);
+}
+
+std::string traceSvg(const TraceChart& chart) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const Trace& trace : chart.traces)
+    for (const float value : trace.y)
+      if (std::isfinite(value) && (!chart.log_y || value > 0)) least = std::min<double>(least, value), most = std::max<double>(most, value);
+  if (chart.x.empty() || !(most >= least))
+    return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
+  if (chart.limit) least = std::min(least, chart.limit->y), most = std::max(most, chart.limit->y);
+  if (chart.log_y) least = std::max(least, most * 1e-6);
+  const double right = kTraceWidth - kTraceRight, bottom = kTraceHeight - kBottom;
+  const Axis y =
+      chart.log_y ? logAxis(least, most, bottom, kTop) : linearAxis(least > 0 && least < 0.5 * most ? 0 : least, most, bottom, kTop, 5);
+  const Axis x = linearAxis(chart.x.front(), chart.x.back(), kLeft, right, 10);
+
+  std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
+  std::vector<double> name_at;
+  for (std::size_t t = 0; t < chart.traces.size(); ++t) {
+    const Trace& trace = chart.traces[t];
+    const auto columns = static_cast<std::size_t>(right - kLeft) + 1;
+    std::vector<float> low(columns, std::numeric_limits<float>::infinity()), high(columns, -std::numeric_limits<float>::infinity());
+    double last = bottom;
+    for (std::size_t i = 0; i < trace.y.size() && i < chart.x.size(); ++i) {
+      if (!std::isfinite(trace.y[i]) || (chart.log_y && !(trace.y[i] > 0))) continue;
+      const auto column = static_cast<std::size_t>(std::clamp(x.at(chart.x[i]) - kLeft, 0.0, right - kLeft));
+      low[column] = std::min(low[column], trace.y[i]), high[column] = std::max(high[column], trace.y[i]);
+      last = y.at(trace.y[i]);
+    }
+    std::string path;
+    bool pen_down = false;
+    const bool sparse = trace.y.size() < columns;  // columns without a value are then no gaps
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (!(high[c] >= low[c])) {
+        pen_down = pen_down && sparse;
+        continue;
+      }
+      const double at = kLeft + static_cast<double>(c);
+      const auto limited = [&](float value) {
+        return std::clamp(y.at(std::max<double>(value, chart.log_y ? y.from : value)), kTop, bottom);
+      };
+      path += (pen_down ? "L" : "M") + px(at) + " " + px(limited(high[c]));
+      if (limited(low[c]) - limited(high[c]) > 0.3) path += "V" + px(limited(low[c]));
+      pen_down = true;
+    }
+    const std::string index = std::to_string(t % 4);
+    out += "<path class=\"t" + index + "\" d=\"" + path + "\"/>\n";
+    for (int round = 0; round < 8; ++round)
+      for (const double other : name_at)
+        if (std::abs(last - other) < 13) last = other + (last < other ? -13 : 13);
+    name_at.push_back(last);
+    out += text(("n" + index).c_str(), right + 6, std::clamp(last, kTop, bottom) + 4, "start", trace.name);
+  }
+  if (chart.limit && y.from <= chart.limit->y && chart.limit->y <= y.to) {
+    out += line("cx", x.place0, y.at(chart.limit->y), x.place1, y.at(chart.limit->y));
+    out += text("ck cy", x.place0 + 4, y.at(chart.limit->y) - 4, "start", chart.limit->label);
+  }
+  return wrapped(kTraceWidth, kTraceHeight, chart.title, out);
+}
+
+std::string svgFile(const std::string& heading, std::span<const std::string> charts) {
+  const double width = kWidth * static_cast<double>(charts.size()), height = kHeight + 34;
+  std::string out = "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" width=\"" + px(width) + "\" height=\"" + px(height) +
+                    "\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\">\n<title>" + escaped(heading) + "</title>\n<style>" +
+                    std::string(chartStyle()) + "</style>\n<rect class=\"cb\" width=\"100%\" height=\"100%\"/>\n" +
+                    text("ch", 16, 24, "start", heading);
+  for (std::size_t i = 0; i < charts.size(); ++i)
+    out += "<g transform=\"translate(" + px(kWidth * static_cast<double>(i)) + " 34)\">" + charts[i] + "</g>\n";
+  return out + "</svg>\n";
+}
+
+}  // namespace spheretree::tool

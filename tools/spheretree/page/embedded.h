@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files that are part of the program: what its pages are made of.
+#pragma once
+
+#include <string_view>
+
+namespace spheretree::tool::embedded {
+
+std::string_view pageStyle();      // page.css
+std::string_view pageScript();     // page.js: unpacks the data, tables
+std::string_view viewScript();     // view.js: the 3D view
+std::string_view compareScript();  // compare.js: the 3D section of a comparison
+std::string_view reportScript();   // report.js: scenes and replays of a report
+std::string_view three();          // three.js r111, UMD build: https://threejs.org, MIT licence
+
+}  // namespace spheretree::tool::embedded

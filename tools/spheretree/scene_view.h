@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenes as report.js takes them: a tool, placed objects, recordings to replay.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "page/page.h"
+#include "spheretree/builder/progress.h"
+#include "spheretree/core/triangle_mesh.h"
+#include "spheretree/formats/scene_file.h"
+
+namespace spheretree::tool {
+
+/// Collects models, each stored once however often it is shown. data.root["models"]: {NAME: {tree, mesh}}.
+class ModelStore {
+ public:
+  /// `triangles`: of a mesh in the page.
+  ModelStore(PageData& data, std::size_t triangles) : data_(data), triangles_(triangles) { data.root["models"] = Json::object(); }
+  /// The tree, and the mesh if there is one. Once for each name.
+  void add(const std::string& name, const std::filesystem::path& tree, const TriangleMesh* mesh);
+
+ private:
+  PageData& data_;
+  std::size_t triangles_;
+};
+
+/// The meshes behind a compiled scene, as its source scene names them; those that cannot be read any more are absent.
+std::map<std::string, TriangleMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
+
+/// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a scene of
+/// trees; its models are added. @throws what the readers throw.
+Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, TriangleMesh>& meshes,
+                  ModelStore& models);
+
+}  // namespace spheretree::tool
