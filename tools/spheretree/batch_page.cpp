@@ -116,8 +116,8 @@ std::string charts(const Json& report) {
     p.x = o.at("diagonal_mm").get<double>();
     size.points.push_back(p);
   }
-  return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" + scatterSvg(leaves) + scatterSvg(size) +
-         "</div>\n";
+  return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" + scatterSvg(leaves) +
+         scatterSvg(size) + "</div>\n";
 }
 
 }  // namespace
@@ -135,7 +135,9 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
   if (fs::exists(scene_file)) {
     scene = formats::readScene(scene_file);
     progress.stage("meshes");
-    meshes = meshesOf(report.at("scene").get<std::string>(), progress);
+    // As it was given to batch: from the folder where batch ran, which is often the one beside its results.
+    const fs::path source = report.at("scene").get<std::string>();
+    meshes = meshesOf(fs::exists(source) || source.is_absolute() ? source : fs::absolute(folder).parent_path() / source, progress);
   }
   for (const std::size_t triangles : {1500, 600, 200}) {
     progress.check();
@@ -155,7 +157,9 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
       }
       if (recording) shown["replays"].push_back(packRecording(page.data, recording_file->stem().string(), *recording));
       page.data.root["scenes"].push_back(shown);
-      view = viewSection(recording.has_value(), "A name in the table above shows the object's worst spot.");
+      view = viewSection(recording.has_value(),
+                         std::string("A name in the table above shows the object's worst spot.") +
+                             (meshes.empty() ? " The meshes were not found: spheres without colours of overhang." : ""));
     }
     page.addSection("charts", "Size against accuracy", charts(report));
     page.addSection("objects", "Objects", objectTable(report, index));

@@ -200,7 +200,8 @@ std::vector<MeshInMemory> readMeshes(const Json& comparison, builder::Progress& 
     try {
       std::vector<std::string> notes;
       const std::string file = entry.at("file").get<std::string>();
-      mesh.mesh = soundMesh(formats::readMesh(file, entry.value("unit_mm", 1.0)).mesh, file, builder::RepairKind::Auto, notes, progress).mesh;
+      mesh.mesh =
+          soundMesh(formats::readMesh(file, entry.value("unit_mm", 1.0)).mesh, file, builder::RepairKind::Auto, notes, progress).mesh;
       mesh.field.emplace(mesh.mesh);
     } catch (const formats::FileError&) {  // moved since: the trees are shown without it
     } catch (const formats::FormatError&) {

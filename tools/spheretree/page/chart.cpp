@@ -124,17 +124,18 @@ class Labels {
     double best_cost = std::numeric_limits<double>::infinity();
     Box best{};
     double best_reach = 0;
-    for (const double reach : {4.0, 10.0, 18.0, 28.0, 40.0, 54.0})
+    for (const double reach : {4.0, 10.0, 18.0, 28.0, 40.0, 54.0, 70.0, 90.0})
       for (int turn = 0; turn < 16; ++turn) {
         const double angle = turn * std::numbers::pi / 8, dx = std::cos(angle), dy = -std::sin(angle);
         const double cx = x + dx * (radius + reach + width / 2), cy = y + dy * (radius + reach + height / 2);
         const Box box{cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2};
         double cost = reach * 2 + turn * 0.2;
         for (const Box& other : taken_) cost += 3 * box.overlap(other);
+        for (const Box& other : names_) cost += 20 * box.overlap(other);
         cost += (width * height - box.overlap(area_)) * 10;
         if (cost < best_cost) best_cost = cost, best = box, best_reach = reach;
       }
-    taken_.push_back(best);
+    names_.push_back(best);
     std::string out;
     if (best_reach > 5) {  // a leader from the dot to the nearest point of the name
       const double to_x = std::clamp(x, best.x0, best.x1), to_y = std::clamp(y, best.y0, best.y1);
@@ -145,7 +146,7 @@ class Labels {
 
  private:
   Box area_;
-  std::vector<Box> taken_;
+  std::vector<Box> taken_, names_;
 };
 
 std::string stepLine(std::vector<const ChartPoint*> front, const Axis& x, const Axis& y) {

@@ -373,6 +373,7 @@ function addViewControls(view, onLevel) {
     slider.setAttribute('aria-valuetext', output.textContent);
     const one = view.objects.length === 1 ? view.objects[0] : null;
     most.textContent = one && one.most ? one.most.toPrecision(3) + ' mm' : 'worst of the object';
+    box.querySelector('.legend').hidden = !view.objects.some(object => object.given.tree && object.given.tree.overhang);
     note.innerHTML = (view.look === 'mesh' ? 'How far the spheres stand above the surface, along its normal' : 'How far a sphere reaches out of the object, at most') +
       ` <span style="color:${SphereView.GAP}">&#9632;</span> in no sphere` + (one && one.surface && one.balls ? `: ${(100 * (one.gaps || 0)).toPrecision(2)} % of the vertices` : '');
   }
