@@ -18,8 +18,8 @@ case_compare() {
   expect 0 compare '<b>&.obj' -o work/d --builders octree --levels 2
   grep -q '<b>&' work/d/index.html && fail "a file's name became markup"
   expect 3 compare no.obj -o work/e
-  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >open.obj
-  expect 4 compare a.obj open.obj -o work/e
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' >flat.obj
+  expect 4 compare a.obj flat.obj -o work/e
   expect 2 compare a.obj -o work/e --builders none
   expect 2 compare a.obj
   [ ! -e work/e/compare.json ] || fail "a refused comparison left a result"
@@ -36,12 +36,12 @@ case_compare_goes_on() {
   printf '{"half' >work/c/runs/b.grid.quick.json
   touch -d '2001-01-01' work/c/trees/*
   expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
-  new=$(find work/c/trees -newermt '2002-01-01' | sort | tr '\n' ' ')
+  new=$(find work/c/trees -type f -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/b.grid.quick.stree work/c/trees/b.octree.quick.stree " ] || fail "done again: $new"
   touch -d '2001-01-01' work/c/trees/*
   write_torus a.obj 13
   expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
-  new=$(find work/c/trees -newermt '2002-01-01' | sort | tr '\n' ' ')
+  new=$(find work/c/trees -type f -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/a.octree.quick.stree " ] || fail "after a change done again: $new"
   # Ctrl-C: what was finished is kept, and nothing half done is there.
   write_torus large.obj 150
