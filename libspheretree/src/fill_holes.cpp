@@ -57,8 +57,13 @@ std::vector<Triangle> spanned(const TriangleMesh& mesh, const std::vector<std::u
   std::vector<Kernel::Point_3> points;
   for (const std::uint32_t v : loop) points.emplace_back(mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z());
   std::vector<CGAL::Triple<int, int, int>> faces;
-  CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(faces),
-                                                           CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()));
+  try {
+    CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(faces),
+                                                             CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()));
+  } catch (
+      const CGAL::Failure_exception&) {  // where assertions are compiled in: a loop that is no polygon, such as one of coincident points
+    return {};
+  }
   for (const auto& face : faces) {
     std::array<int, 3> i{face.first, face.second, face.third};
     std::sort(i.begin(), i.end());  // along the loop, and so wound as it runs

@@ -298,6 +298,40 @@ TEST(RepairMesh, HopelessMeshesStayAsTheyAre) {
     }
 }
 
+bool isLongRun() {
+  const char* wanted = std::getenv("SPHERETREE_LONG");
+  return wanted && std::string(wanted) == "1";
+}
+
+// Several kinds of damage at once; with SPHERETREE_LONG=1 in the environment more of it. A wrap of a ball with large holes is a shell.
+TEST(RepairMesh, MixedDamageComesOutSound) {
+  std::mt19937_64 random(6);
+  const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
+  for (int round = 0; round < (isLongRun() ? 60 : 8); ++round) {
+    TriangleMesh mesh = test::sphereMesh(10, 3);
+    if (chance(2)) mesh = merged(mesh, boxMesh({-2, -3, 5}, {4, 3, 5.0 + static_cast<double>(random() % 10)}));
+    if (chance(3)) mesh = merged(mesh, molar());
+    if (chance(2)) mesh = soupOf(mesh);
+    const int holes = 10 + static_cast<int>(random() % 200), turns = 2 + static_cast<int>(random() % 50);
+    std::erase_if(mesh.triangles, [&](const Triangle&) { return chance(holes); });
+    const std::size_t count = mesh.triangles.size();
+    const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::size_t t = 0; t < count; ++t) {
+      if (chance(turns)) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+      if (chance(100)) mesh.triangles.push_back(mesh.triangles[t]);
+      if (chance(300))
+        mesh.triangles.push_back({mesh.triangles[t][0], mesh.triangles[t][1], static_cast<std::uint32_t>(random() % vertices)});
+      if (chance(200)) mesh.triangles.push_back({mesh.triangles[t][0], mesh.triangles[t][1], mesh.triangles[t][1]});
+    }
+    if (chance(2))
+      for (Vector3d& p : mesh.positions) p += 1e-5 * Vector3d::Random();
+    const RepairedMesh r = repaired(mesh);
+    EXPECT_TRUE(r.isSound()) << round << "\n" << r.result.summary();
+    const bool is_wrapped = !r.steps.empty() && r.steps.back().kind == Wrap;
+    EXPECT_GT(volumeOf(r.mesh), (is_wrapped ? 0.1 : 0.8) * 4 / 3 * std::numbers::pi * 1000) << round;
+  }
+}
+
 TEST(RepairMesh, IsDeterministic) {
   TriangleMesh mesh = merged(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3}));
   mesh.triangles.erase(mesh.triangles.begin() + 100, mesh.triangles.begin() + 140);
@@ -339,8 +373,7 @@ TEST(RepairMesh, TreesCoverTheInput) {
 // Every mesh of the shared failures and of dental is refused by its reader or comes out sound. Takes minutes: only with
 // SPHERETREE_LONG=1 in the environment.
 TEST(RepairMesh, EveryMeshThatIsReadComesOutSound) {
-  const char* wanted = std::getenv("SPHERETREE_LONG");
-  if (!wanted || std::string(wanted) != "1") GTEST_SKIP() << "set SPHERETREE_LONG=1";
+  if (!isLongRun()) GTEST_SKIP() << "set SPHERETREE_LONG=1";
   if (!std::filesystem::exists(test::kMeshes)) GTEST_SKIP() << "no " << test::kMeshes;
   int read = 0;
   for (const char* folder : {"failure", "dental"})
