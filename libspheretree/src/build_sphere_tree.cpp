@@ -71,8 +71,8 @@ Method methodOf(BuilderKind kind) {
   }
 }
 
-// Triangles that the search can use: with 100 a leaf, the simplified surface is off by about a hundredth of the leaves' overhang.
-constexpr std::size_t kTrianglesALeaf = 100, kLeastTriangles = 20000;
+// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
+constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
 constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
 
 // What the balls are searched on, where that is not the mesh given.

@@ -203,7 +203,7 @@ void addBuildCommand(Program& program) {
   app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
   app->add_flag(
       "!--no-simplify", options->settings.simplify,
-      "Search on every triangle. Default: where a mesh has more than 200 triangles for each leaf that the tree can have (and more than "
+      "Search on every triangle. Default: where a mesh has more than 400 triangles for each leaf that the tree can have (and more than "
       "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
   app->add_option("--seed", options->settings.seed, "Seed of all random choices, 0 to 2^64 - 1; default 1")
       ->type_name("N")
