@@ -49,7 +49,8 @@ class SetCover {
     std::vector<std::size_t> branches;
     for (std::size_t k = 0; k < sets_.size(); ++k)
       if (sets_[k][rarest]) branches.push_back(k);
-    std::stable_sort(branches.begin(), branches.end(), [&](std::size_t a, std::size_t b) { return (sets_[a] & open).count() > (sets_[b] & open).count(); });
+    std::stable_sort(branches.begin(), branches.end(),
+                     [&](std::size_t a, std::size_t b) { return (sets_[a] & open).count() > (sets_[b] & open).count(); });
     return std::any_of(branches.begin(), branches.end(), [&](std::size_t k) { return feasible(open & ~sets_[k], n - 1); });
   }
 
@@ -107,8 +108,9 @@ TEST(ExactCover, BranchAndBoundAgreesWithAllSubsets) {
 }
 
 TEST(ExactCover, TheSearchIsNearTheOptimum) {
-  const std::pair<const char*, TriangleMesh> meshes[] = {
-      {"torus", test::torusMesh(5, 2, 24, 12)}, {"box", test::boxMesh({0, 0, 0}, {6, 2, 1.5})}, {"plate", test::boxMesh({0, 0, 0}, {4, 4, 0.2})}};
+  const std::pair<const char*, TriangleMesh> meshes[] = {{"torus", test::torusMesh(5, 2, 24, 12)},
+                                                         {"box", test::boxMesh({0, 0, 0}, {6, 2, 1.5})},
+                                                         {"plate", test::boxMesh({0, 0, 0}, {4, 4, 0.2})}};
   for (const auto& [name, mesh] : meshes) {
     const DistanceField field(mesh);
     SampleSettings sampling;
@@ -131,8 +133,8 @@ TEST(ExactCover, TheSearchIsNearTheOptimum) {
       settings = {};
       settings.spheres = n;
       const double whole = optimiseCover(mesh, field, samples, pool, settings, progress).stand_off;
-      std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n, pool.size(),
-                  points.size(), exact, discrete / exact, whole / exact);
+      std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n,
+                  pool.size(), points.size(), exact, discrete / exact, whole / exact);
       EXPECT_LE(discrete, 1.15 * exact) << name << " " << n;
       // The search covers the surface between the samples as well, the optimum the samples alone.
       EXPECT_LE(whole, 1.05 * exact) << name << " " << n;
