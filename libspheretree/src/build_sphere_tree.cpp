@@ -48,6 +48,10 @@ void validate(const BuildSettings& s) {
   require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
   require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
   require(s.threads >= 0, "threads must not be negative");
+  for (const double t : s.tolerance_of_triangle_mm)
+    require(std::isfinite(t) && s.tolerance_mm > 0 && t >= s.tolerance_mm,
+            "the tolerance of a triangle must be finite and not below the tolerance");
+  require(s.tolerance_of_triangle_mm.empty() || s.builder == BuilderKind::Cover, "tolerances of triangles are for the builder cover");
 }
 
 // The published method that builds by regions; Cover, Octree and Combined are none.
@@ -237,6 +241,14 @@ class Certifier {
   std::vector<Ended> ended_;
 };
 
+// The field that the balls of a graded tree keep their distance in; of no triangles if the tree is not graded.
+DistanceField gradedField(const TriangleMesh& mesh, const BuildSettings& settings) {
+  if (settings.tolerance_of_triangle_mm.empty()) return DistanceField();
+  std::vector<double> slack = settings.tolerance_of_triangle_mm;
+  for (double& s : slack) s -= settings.tolerance_mm;
+  return DistanceField(mesh, slack);
+}
+
 BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   BuildResult result;
   auto begun = std::chrono::steady_clock::now();
@@ -251,7 +263,9 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
   finishStage("distances");
 
-  const std::optional<SearchMesh> search = simplifyForSearch(mesh, settings, progress);
+  const DistanceField graded = gradedField(mesh, settings);
+  const bool is_graded = graded.triangleCount() > 0;
+  const std::optional<SearchMesh> search = is_graded ? std::nullopt : simplifyForSearch(mesh, settings, progress);
   // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from
   // it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
   BuildSettings search_settings = settings;
@@ -263,11 +277,13 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
 
   const Vector3d origin = chooseOrigin(field);
   const TriangleMesh to_cover = joined(mesh, cover_too);
-  Certifier certifier(to_cover, field, origin, settings.seed, progress);
+  // A graded tree aims at keeping its distance in the graded field.
+  const DistanceField& goal = is_graded ? graded : field;
+  Certifier certifier(to_cover, goal, origin, settings.seed, progress);
   search_settings.tolerance_mm /= kAim;
   CertifiedLevels levels;
   for (int attempt = 0;; ++attempt) {
-    const LevelBalls balls = buildLevels(search ? search->mesh : mesh, search ? search->field : field, search_settings, progress);
+    const LevelBalls balls = buildLevels(search ? search->mesh : mesh, search ? search->field : goal, search_settings, progress);
     finishStage("balls");
     progress.stage("certify");
     levels = certifier.certify(balls);
@@ -295,6 +311,12 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   }
   result.statistics.tolerance_met =
       !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
+  if (is_graded) {
+    double most = 0;
+    for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1))
+      most = std::max(most, overhangBound(graded, origin, tree.cover[leaf]));
+    result.statistics.tolerance_met = most <= settings.tolerance_mm;
+  }
 
   Provenance& from = tree.provenance;
   from.builder = name(settings.builder);

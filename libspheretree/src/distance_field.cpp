@@ -55,9 +55,10 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
   return finish(a + (vb / normal2) * ab + (vc / normal2) * ac, 0);
 }
 
-DistanceField::DistanceField(const TriangleMesh& mesh) {
+DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> slack) : has_slack_(!slack.empty()) {
   const std::size_t n = mesh.triangles.size();
   if (n == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
+  if (has_slack_ && slack.size() != n) throw std::invalid_argument("distance field: not one slack for each triangle");
   std::vector<Eigen::AlignedBox3d> boxes(n);
   for (std::size_t t = 0; t < n; ++t) {
     for (int k = 0; k < 3; ++k) boxes[t].extend(mesh.corner(t, k));
@@ -75,6 +76,7 @@ DistanceField::DistanceField(const TriangleMesh& mesh) {
     Face& f = faces_[s];
     f.a = mesh.corner(t, 0), f.b = mesh.corner(t, 1), f.c = mesh.corner(t, 2);
     f.triangle = t;
+    if (has_slack_) f.slack = slack[t];
     const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
     const double length = cross.norm();
     f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
@@ -130,7 +132,8 @@ DistanceField::DistanceField(const TriangleMesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) pseudonormals_[t].at[3 + k] = at_vertex[weld[mesh.triangles[t][k]]].normalized();
 }
 
-NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
+template <bool with_slack>
+NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
   NearestPoint best;
   double limit2 = limit * limit;
   std::uint32_t tested = 0;
@@ -138,7 +141,8 @@ NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
     tested += static_cast<std::uint32_t>(count);
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
-      const NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
+      NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
+      if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
       if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
       if (q.distance > best.distance || (q.distance == best.distance && f.triangle >= best.triangle)) continue;
       best = q;
@@ -152,12 +156,17 @@ NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
   return best;
 }
 
+NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
+  return has_slack_ ? search<true>(p, limit) : search<false>(p, limit);
+}
+
 Vector3d DistanceField::pseudonormal(const NearestPoint& nearest) const {
   return nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
 }
 
 bool DistanceField::isInside(const Vector3d& p, const NearestPoint& nearest) const {
-  return (p - nearest.point).dot(pseudonormal(nearest)) < 0;
+  const NearestPoint& sign = has_slack_ ? search<false>(p, nearest.distance * (1 + 1e-9) + 1e-300) : nearest;
+  return (p - sign.point).dot(pseudonormal(sign)) < 0;
 }
 
 double DistanceField::signedDistance(const Vector3d& p, NearestPoint* nearest_out) const {

@@ -45,12 +45,20 @@ Hash128 meshHash(const TriangleMesh& mesh) {
   return canonical(XXH3_128bits_digest(state.get()));
 }
 
+// Tolerances of single triangles are many: their hash stands for them.
+static std::string gradedText(const BuildSettings& settings) {
+  if (settings.tolerance_of_triangle_mm.empty()) return "";
+  std::string text = "tolerance_of_triangle_mm=";
+  for (const std::uint8_t byte : bytesHash(std::as_bytes(std::span(settings.tolerance_of_triangle_mm)))) text += std::to_string(byte) + ".";
+  return text + "\n";
+}
+
 std::string settingsText(const BuildSettings& settings) {
   std::string members;
   for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
-         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" +
+         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + gradedText(settings) +
          (settings.simplify ? "" : "simplify=0\n");
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace spheretree::builder {
 
@@ -30,16 +31,18 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
   std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
+  std::array<double, kMostNear> slack;   // of each
   std::array<double, kMostNear> away;    // 1: the clearance grows away from it; -1: towards it, seen from outside
   std::size_t near_count = 0, near_next = 0;
-  const auto remember = [&](const Vector3d& s, bool inside) {
-    near[near_next] = s;
+  const auto remember = [&](const NearestPoint& s, bool inside) {
+    near[near_next] = s.point;
+    slack[near_next] = s.slack;
     away[near_next] = inside ? 1 : -1;
     near_next = (near_next + 1) % kMostNear;
     near_count = std::min(near_count + 1, kMostNear);
   };
   if (best.stand_off <= enough) return best;
-  remember(field.nearest(start, std::abs(clearance) * (1 + 1e-9) + 1e-300).point, clearance > 0);
+  remember(field.nearest(start, std::abs(clearance) * (1 + 1e-9) + 1e-300), clearance > 0);
 
   std::array<Vector3d, kMostFar> pull;
   std::array<Vector3d, kMostNear> push;
@@ -55,7 +58,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     }
     for (std::size_t k = 0; k < near_count; ++k) {
       const double d = (best.centre - near[k]).norm();
-      if (d <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
+      if (d + slack[k] <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
     }
     if (pulls == 0 || pushes == 0) break;
     // Shortest vector of conv(pull) - conv(push).
@@ -77,8 +80,8 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
       continue;
     }
     const Vector3d trial = best.centre - (step / slope) * g;
-    double limit = (trial - near[(near_next + kMostNear - 1) % kMostNear]).norm();
-    for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm());
+    double limit = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm() + slack[k]);
     const double trial_reach = farthest(patch, trial);
     best.work += patch.size();
     if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no need to ask
@@ -88,7 +91,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     const NearestPoint touch = field.nearest(trial, limit * (1 + 1e-9) + 1e-300);
     const bool inside = field.isInside(trial, touch);
     const double trial_clearance = inside ? touch.distance : -touch.distance;
-    remember(touch.point, inside);
+    remember(touch, inside);
     best.work += touch.tested;
     if (trial_reach - trial_clearance < best.stand_off) {
       best = {trial, trial_clearance, trial_reach - trial_clearance, best.work};

@@ -27,10 +27,13 @@ struct BuildSettings {
   int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
   double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
-  bool simplify = true;     // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
-  double unit_mm = 1;       // only recorded: unit of the source file [mm]
-  std::uint64_t seed = 1;   // any value
-  int threads = 0;          // 0: as many as the machine has; the result does not depend on it
+  // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the place allows where
+  // it leaves the object (graded_tolerance.h). Builder Cover only.
+  std::vector<double> tolerance_of_triangle_mm;
+  bool simplify = true;    // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
+  double unit_mm = 1;      // only recorded: unit of the source file [mm]
+  std::uint64_t seed = 1;  // any value
+  int threads = 0;         // 0: as many as the machine has; the result does not depend on it
 };
 
 struct LevelBuildStatistics {

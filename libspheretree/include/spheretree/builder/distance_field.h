@@ -11,6 +11,7 @@
 
 #include <Eigen/Geometry>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "spheretree/builder/box_tree.h"
@@ -20,7 +21,8 @@ namespace spheretree::builder {
 
 struct NearestPoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();            // on the surface [mm]
-  double distance = std::numeric_limits<double>::infinity();  // >= 0 [mm]
+  double distance = std::numeric_limits<double>::infinity();  // >= 0, with the slack of its triangle [mm]
+  double slack = 0;                                           // of its triangle [mm]
   std::uint32_t triangle = 0;                                 // index into the mesh given to the constructor
   std::uint8_t feature = 0;                                   // 0 face; 1..3 edge opposite corner 0..2; 4..6 corner 0..2
   std::uint32_t tested = 0;                                   // triangles looked at: the cost of the query, the same everywhere
@@ -31,15 +33,18 @@ NearestPoint nearestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& 
 
 class DistanceField {
  public:
+  DistanceField() = default;  // of no triangles: everything is infinitely far
   /// O(n log n). Keeps a copy of what it needs. @throws std::invalid_argument for a mesh without triangles.
-  explicit DistanceField(const TriangleMesh& mesh);
+  /// `slack`: one length >= 0 for each triangle, or none [mm]. It is added to every distance to that triangle, so that a ball that keeps
+  /// its distance may reach out by as much more there: how places of a surface get tolerances of their own (graded_tolerance.h).
+  explicit DistanceField(const TriangleMesh& mesh, std::span<const double> slack = {});
 
   /// Nearest surface point among those nearer than `limit`; none: `distance` is infinite. Ties go to the lower triangle.
   NearestPoint nearest(const Eigen::Vector3d& p, double limit = std::numeric_limits<double>::infinity()) const;
   double distance(const Eigen::Vector3d& p) const { return nearest(p).distance; }
   /// Distance to the surface, negative inside the solid [mm].
   double signedDistance(const Eigen::Vector3d& p, NearestPoint* nearest_out = nullptr) const;
-  /// Whether `p` is inside, given its nearest surface point.
+  /// Whether `p` is inside, given its nearest surface point. With slack, the place nearest in earnest is sought again.
   bool isInside(const Eigen::Vector3d& p, const NearestPoint& nearest) const;
 
   /// Unit normal of a triangle; zero for a degenerate one.
@@ -61,10 +66,14 @@ class DistanceField {
   struct Face {  // in slot order
     Eigen::Vector3d a, b, c, normal;
     std::uint32_t triangle;
+    double slack = 0;
   };
+  template <bool with_slack>
+  NearestPoint search(const Eigen::Vector3d& p, double limit) const;
   struct Pseudonormals {
     std::array<Eigen::Vector3d, 6> at;  // features 1..6
   };
+  bool has_slack_ = false;
   BoxTree tree_;
   std::vector<Face> faces_;
   std::vector<std::uint32_t> slot_;           // triangle -> slot
