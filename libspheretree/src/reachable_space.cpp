@@ -27,7 +27,7 @@ class Union {
   double signedDistance(const Vector3d& p) const {
     double least = std::numeric_limits<double>::infinity();
     for (const DistanceField& field : fields_)
-      if (field.box().exteriorDistance(p) < least) least = std::min(least, field.signedDistance(p));
+      if (field.box().exteriorDistance(p) <= std::max(least, 0.0)) least = std::min(least, field.signedDistance(p));
     return least;
   }
   Eigen::AlignedBox3d box() const {
@@ -46,7 +46,7 @@ ReachableSpace::ReachableSpace(std::span<const TriangleMesh> solids, double radi
   if (solids.empty() || !(radius > 0)) throw std::invalid_argument("reachable space: no solids, or a radius that is not above 0");
   const Union all(solids);
   const Eigen::AlignedBox3d box = all.box();
-  cell_ = std::max(radius, box.diagonal().norm() / kCellsAcross);
+  cell_ = std::max(radius / 2, box.diagonal().norm() / kCellsAcross);
   const double half_diagonal = cell_ * std::sqrt(3.0) / 2;
   low_ = box.min() - Vector3d::Constant(radius + 2 * cell_);
   for (std::size_t axis = 0; axis < 3; ++axis)

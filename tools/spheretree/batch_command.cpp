@@ -127,7 +127,7 @@ void load(Item& item, const formats::SceneFile& scene, const BatchOptions& optio
   job.part = source.part;
   job.repair = settings.repair.value_or("auto");
   job.settings = buildSettings(settings);
-  item.key = job.key();
+  job.pose = source.pose;
   const std::vector<std::string>& parts = job.file->mesh.mesh.part_names;
   if (!job.part.empty() && std::find(parts.begin(), parts.end(), job.part) == parts.end())
     (void)formats::selectPart(job.file->mesh.mesh, job.part);  // says which parts there are
@@ -138,6 +138,48 @@ void load(Item& item, const formats::SceneFile& scene, const BatchOptions& optio
     triangles = static_cast<std::size_t>(std::count(part.begin(), part.end(), index));
   }
   item.work = 4000 + static_cast<double>(triangles);
+}
+
+/// Null if the scene says nothing about where accuracy is needed.
+std::shared_ptr<WorkSite> workSite(const formats::SceneFile& scene, const std::vector<Item>& items) {
+  if (scene.work.empty() && !scene.reach) return nullptr;
+  auto site = std::make_shared<WorkSite>();
+  site->regions = scene.work;
+  site->reach = scene.reach;
+  formats::SceneFile only;  // the scene's own text of regions and reach
+  only.work = scene.work;
+  only.reach = scene.reach;
+  only.tool.name = "tool";
+  site->key = formats::sceneText(only);
+  if (scene.reach)  // what one object shuts off depends on where all others are
+    for (const Item& item : items)
+      if (!item.is_tool && item.status == Status::Waiting) {
+        formats::SceneItem place;
+        place.name = item.job.key();
+        place.pose = item.source->pose;
+        only.objects.push_back(place);
+      }
+  site->key += formats::sceneText(only);
+  return site;
+}
+
+/// What comes as a tree, or cannot be read, is left out: it shuts nothing off.
+void findReach(WorkSite& site, std::vector<Item>& items, int threads, builder::Progress& progress) {
+  progress.stage("reach");
+  std::vector<TriangleMesh> solids(items.size());
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+      if (items[i].is_tool || !items[i].job.file || items[i].status == Status::Failed) return;
+      try {
+        std::vector<std::string> ignored;
+        solids[i] = inWorld(items[i].job.solid(ignored, progress).mesh, items[i].source->pose);
+      } catch (const builder::BuildError&) {  // refused again, with its reasons, when its turn comes
+      }
+    });
+    progress.check();
+    std::erase_if(solids, [](const TriangleMesh& mesh) { return mesh.triangles.empty(); });
+    if (!solids.empty()) site.space = std::make_unique<builder::ReachableSpace>(solids, site.reach->radius_mm, progress);
+  });
 }
 
 /// Runs `items` in `order` on all threads of this arena, draws one bar, and hands Ctrl-C on to each. @throws builder::Cancelled
@@ -320,17 +362,20 @@ int batch(BatchOptions options, builder::Progress& progress) {
     tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
       Item& item = items[i];
       if (progress.cancelled()) return;
-      guarded(item, [&] {
-        load(item, scene, options, meshes);
-        if (item.status != Status::Waiting) return;
-        if (std::optional<TreeResult> found = cache.find(item.key)) {
-          item.result = std::move(*found);
-          item.status = Status::Cached;
-        }
-      });
+      guarded(item, [&] { load(item, scene, options, meshes); });
     });
   });
   progress.check();
+  const std::shared_ptr<WorkSite> site = workSite(scene, items);
+  for (Item& item : items) {
+    if (item.status != Status::Waiting) continue;
+    if (!item.is_tool) item.job.site = site;
+    item.key = item.job.key();
+    if (std::optional<TreeResult> found = cache.find(item.key)) {
+      item.result = std::move(*found);
+      item.status = Status::Cached;
+    }
+  }
 
   // The same object twice is built once: the second waits and then finds it.
   std::vector<std::size_t> order, twins;
@@ -351,6 +396,7 @@ int batch(BatchOptions options, builder::Progress& progress) {
     };
     std::erase_if(order, [&](std::size_t i) { return !isOurs(i); });
   }
+  if (site && site->reach && !order.empty()) findReach(*site, items, threads, progress);
   Crew(items, cache, progress).run(order, threads);
   for (const std::size_t i : twins) {
     const Item& first = items[first_of.at(items[i].key)];

@@ -44,6 +44,21 @@ auto named(const Kinds& kinds, const std::string& text) {
   return *found;
 }
 
+std::string siteText(const WorkSite& site, const Configuration& pose) {
+  std::string text = site.key;
+  for (const double x : {pose.position.x(), pose.position.y(), pose.position.z(), pose.orientation.w(), pose.orientation.x(),
+                         pose.orientation.y(), pose.orientation.z()})
+    text += "\n" + std::to_string(x);
+  return text;
+}
+
+// Where every place has the same tolerance, the plain search for it is meant.
+void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
+  const auto [least, most] = std::minmax_element(tolerances.begin(), tolerances.end());
+  settings.tolerance_mm = *least;
+  if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
+}
+
 Json levelsOf(const TriangleMesh& mesh, const SphereTree& tree, builder::Progress& progress) {
   builder::EvaluateSettings settings;
   settings.limits = false;
@@ -94,20 +109,26 @@ builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
 
 std::string TreeJob::key() const {
   return hex(hashOf(kGenerator + "\n" + kRecordSchema + "\n" + hex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) +
-                    "\n" + repair + "\n" + builder::settingsText(settings)));
+                    "\n" + repair + "\n" + builder::settingsText(settings) + (site ? siteText(*site, pose) : "")));
+}
+
+builder::RepairedMesh TreeJob::solid(std::vector<std::string>& steps, builder::Progress& progress) const {
+  const TriangleMesh input = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
+  progress.check();
+  return soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), steps, progress);
 }
 
 TreeResult TreeJob::run(builder::Progress& progress) const {
   const auto begun = std::chrono::steady_clock::now();
-  const TriangleMesh input = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
   std::vector<std::string> steps;
-  const builder::RepairedMesh repaired =
-      soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), steps, progress);
+  const builder::RepairedMesh repaired = solid(steps, progress);
   const TriangleMesh& mesh = repaired.mesh;
   progress.check();
-  builder::BuildSettings unit_known = settings;
-  unit_known.unit_mm = file->mesh.unit_mm;
-  builder::BuildResult built = builder::buildSphereTree(mesh, unit_known, progress, repaired.to_cover);
+  builder::BuildSettings own = settings;
+  own.unit_mm = file->mesh.unit_mm;
+  const bool is_graded = site && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
+  if (is_graded) grade(own, tolerancesAt(*site, inWorld(mesh, pose), settings.tolerance_mm));
+  builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
 
   TreeResult result;
   result.record = {{"triangles", mesh.triangles.size()},
@@ -120,6 +141,8 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
                    {"repair", steps},
                    {"notes", file->mesh.notes},
                    {"levels", levelsOf(mesh, built.tree, progress)}};
+  if (is_graded) result.record["least_tolerance_mm"] = own.tolerance_mm;
+  if (site) result.record["work"] = workFigures(*site, mesh, pose, built.tree);
   result.tree = std::move(built.tree);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

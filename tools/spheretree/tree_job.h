@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/repair_mesh.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/scene_file.h"
+#include "work_site.h"
 
 namespace spheretree::tool {
 
@@ -50,9 +52,13 @@ struct TreeJob {
   std::string part;            // "": all
   std::string repair = "auto";
   builder::BuildSettings settings;
+  Configuration pose;                    // of an object in the world
+  std::shared_ptr<const WorkSite> site;  // null: the same accuracy everywhere
 
   /// Of all that the tree depends on: content, part, unit, settings and version of the program; 32 hexadecimal digits.
   std::string key() const;
+  /// The mesh as it is built, with a sentence for each change.
+  builder::RepairedMesh solid(std::vector<std::string>& steps, builder::Progress& progress) const;
   TreeResult run(builder::Progress& progress) const;
 };
 

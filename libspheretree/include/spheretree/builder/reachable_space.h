@@ -17,7 +17,7 @@ namespace spheretree::builder {
 
 class ReachableSpace {
  public:
-  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cells are as wide as the radius, or a
+  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cells are half as wide as the radius, or a
   /// four-hundredth of the scene's diagonal if that is more.
   /// Cost: about one distance query for each cell near a surface; a mouth of 33 objects takes some seconds of processor time.
   /// @throws Cancelled, std::invalid_argument for no solids or a radius that is not positive.
