@@ -267,9 +267,17 @@ formats::SceneFile compiledScene(const formats::SceneFile& scene, const std::vec
   return out;
 }
 
+/// Of the leaves that its levels and branching allow, those that a tolerance made needless.
+std::size_t savedLeaves(const Item& item) {
+  if (item.key.empty() || !(item.job.settings.tolerance_mm > 0)) return 0;
+  std::size_t budget = 1;
+  for (int level = 1; level < item.job.settings.levels; ++level) budget *= static_cast<std::size_t>(item.job.settings.branching);
+  return budget - std::min(budget, item.result.record.at("leaves").get<std::size_t>());
+}
+
 Json reportOf(const BatchOptions& options, const std::vector<Item>& items, double seconds) {
   Json objects = Json::array();
-  std::size_t counts[3] = {}, triangles = 0, leaves = 0, nodes = 0, bytes = 0;
+  std::size_t counts[3] = {}, triangles = 0, leaves = 0, saved = 0, nodes = 0, bytes = 0;
   double worst = 0;
   for (const Item& item : items) {
     Json entry{{"name", item.source->name}, {"role", item.is_tool ? "tool" : "object"}, {"status", name(item.status)}};
@@ -280,10 +288,12 @@ Json reportOf(const BatchOptions& options, const std::vector<Item>& items, doubl
       ++counts[item.status == Status::Cached];
       entry["seconds"] = item.result.seconds;
       entry.update(item.result.record);
+      entry["saved_leaves"] = savedLeaves(item);
       entry["tree"] = item.source->name + ".stree";
       entry["bytes"] = encodeSphereTree(item.result.tree).size();
       triangles += entry["triangles"].get<std::size_t>();
       leaves += entry["leaves"].get<std::size_t>();
+      saved += entry["saved_leaves"].get<std::size_t>();
       nodes += entry["nodes"].get<std::size_t>();
       bytes += entry["bytes"].get<std::size_t>();
       const Json& bound = entry["levels"].back()["overhang_mm"]["bound"];
@@ -302,6 +312,7 @@ Json reportOf(const BatchOptions& options, const std::vector<Item>& items, doubl
             {"failed", counts[2]},
             {"triangles", triangles},
             {"leaves", leaves},
+            {"saved_leaves", saved},
             {"nodes", nodes},
             {"bytes", bytes},
             {"overhang_bound_mm", worst},

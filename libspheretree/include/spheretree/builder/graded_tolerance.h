@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A tolerance for each triangle: small where work is done, larger where the tool cannot come. What it guarantees: docs/batch.md
 //
-// A leaf that leaves the object through a triangle of tolerance t reaches out by at most t there. So that this also bounds the error at
-// a place nearby whose own tolerance is smaller, a tolerance grows with the distance d from such a place no faster than d / 2: a point
-// out of the object by more than d / 2 is nearer to where its leaf came out than to that place.
+// A leaf that leaves the object through a triangle of tolerance t reaches out by at most t there. So that the tolerance of a region, and
+// that of what is reached, holds in all of it, a tolerance grows with the distance d from there no faster than d / 2: a point that is
+// out by more than d / 2 is nearer to where its leaf came out. In the belt where it grows, a leaf that came out farther off may reach
+// out by more than the triangle below says, up to its own.
 // Units: mm, world frame.
 #pragma once
 
