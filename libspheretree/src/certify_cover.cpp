@@ -21,6 +21,7 @@ namespace {
 constexpr std::size_t kTrianglesAChunk = 256;
 constexpr double kRelative = 0.1;    // share of a growth to which it is the least: without it, pieces grow as the square of a hole
 constexpr double kDeepEnough = 0.5;  // a point with this share of a gap stands for the gap ...
+constexpr std::size_t kLately = 32;        // points looked at for that: pieces near each other follow each other
 constexpr double kNearby = 2;        // ... as far as that many times its own from it
 
 struct Piece {
@@ -57,7 +58,8 @@ double radiusAbout(const Piece& piece, const Vector3d& c) {
 // Splits one triangle until each piece lies in one ball, or the caller is content with it.
 class Splitter {
  public:
-  Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
+  // Balls whose slot is marked in `gone` do not count; the marks may change between runs.
+  Splitter(const BallIndex& index, double margin, const std::vector<char>* gone = nullptr) : index_(index), margin_(margin), gone_(gone) {}
 
   // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no single ball:
   // true if that is the end of it, false to have it split.
@@ -72,7 +74,8 @@ class Splitter {
     const Vector3d middle = centroidOf(triangle);
     const double extent = radiusAbout(triangle, middle);
     index_.tree.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
-      for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
+      for (std::size_t s = first; s < first + count; ++s)
+        if (!isGone(s)) near_.push_back(static_cast<std::uint32_t>(s));
     });
     frames_.push_back({triangle, 0, near_.size()});
     while (!frames_.empty()) {
@@ -120,10 +123,11 @@ class Splitter {
     Piece piece;
     std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
   };
+  bool isGone(std::size_t slot) const { return gone_ && (*gone_)[slot]; }
   bool isHeld(const Piece& piece, std::uint32_t slot) const {
     const Ball& ball = index_.balls[slot];
     const double within = ball.radius - margin_;
-    if (!(within >= 0)) return false;
+    if (!(within >= 0) || isGone(slot)) return false;
     for (const Vector3d& p : piece.corner)
       if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
     return true;
@@ -134,6 +138,7 @@ class Splitter {
 
   const BallIndex& index_;
   double margin_;
+  const std::vector<char>* gone_;
   std::uint32_t last_held_ = 0;
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> near_;
@@ -332,6 +337,46 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   return out;
 }
 
+std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Vector3d& origin,
+                            std::span<const std::uint32_t> candidates, double resolution, Progress& progress) {
+  std::vector<Ball> stored;
+  stored.reserve(spheres.size());
+  for (const Sphere& s : spheres) stored.push_back({Vector3d(s.x, s.y, s.z), s.radius});
+  const BallIndex index(stored);
+  std::vector<std::uint32_t> slot(stored.size());
+  for (std::uint32_t s = 0; s < slot.size(); ++s) slot[index.original(s)] = s;
+  std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t)
+    for (const Vector3d& corner : pieceOf(mesh, t, origin).corner) boxes[t].extend(corner);
+  const BoxTree triangles(boxes, 4);
+
+  std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
+  Splitter splitter(index, roundingMargin(mesh, origin), &gone);
+  for (const std::uint32_t candidate : candidates) {
+    progress.check();
+    gone[slot[candidate]] = 1;
+    bool covered = true;
+    const Ball& ball = stored[candidate];
+    triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
+      for (std::size_t k = first; covered && k < first + count; ++k)
+        splitter.run(
+            pieceOf(mesh, triangles.order()[k], origin), [] {},
+            [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
+              if (covered && side > resolution && !near.empty()) {
+                const Vector3d middle = centroidOf(piece);
+                double gap = std::numeric_limits<double>::infinity();
+                for (const std::uint32_t s : near) gap = std::min(gap, (middle - index.balls[s].centre).norm() - index.balls[s].radius);
+                if (gap <= 0) return false;
+              }
+              covered = false;
+              return true;
+            });
+    });
+    gone[slot[candidate]] = spare[candidate] = covered;
+  }
+  return spare;
+}
+
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
                                     double tolerance, Progress& progress) {
   const BallIndex index(balls);
@@ -350,7 +395,7 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
             const double most = leastGrowth(index, piece, near).more;
             if (most <= tolerance) return true;
             Vector3d p = centroidOf(piece);
-            for (std::size_t k = first; k < found.size(); ++k)
+            for (std::size_t k = std::max(first, found.size() - std::min(found.size(), kLately)); k < found.size(); ++k)
               if (most <= kDeepEnough * found[k].gap && (p - found[k].point).norm() <= kNearby * found[k].gap) return true;
             double gap = gapAt(index, p, most);
             if (side > 0.5 * tolerance && gap < kDeepEnough * most) return false;

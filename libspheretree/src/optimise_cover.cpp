@@ -423,7 +423,9 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     const std::size_t few = std::max<std::size_t>(10 * n, 500);
     const SampleIndex samples(everyNth<Vector3d>(points, few));
     const std::vector<Ball> some = everyNth<Ball>(candidates, few);
-    for (double low = 0, high = 0.01 * field.diagonal(); h == 0; low = high, high *= 2) {
+    // The stand-off falls about as 1/n. Too high a start costs memory: every candidate would reach every sample.
+    const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
+    for (double low = 0, high = start; h == 0; low = high, high *= 2) {
       const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
       if (!greedy.chosen.empty()) h = greedy.stand_off;
     }

@@ -130,7 +130,8 @@ TEST(MeshSurvey, TinyPartsAndUnlikelyUnits) {
 TEST(MeshSurvey, ThicknessAndLeavesOfKnownSolids) {
   const MeshSurvey ball = survey(test::sphereMesh(5, 4));
   ASSERT_TRUE(ball.has_inside);
-  EXPECT_NEAR(ball.thickness.median, 10, 0.1);
+  EXPECT_LE(ball.thickness.median, 10 + 1e-9);
+  EXPECT_GE(ball.thickness.median, 9) << "flat facets: a ball that touches one beside its middle is a little smaller";
   const MeshSurvey slab = survey(test::boxMesh({0, 0, 0}, {40, 40, 1}));
   EXPECT_NEAR(slab.thickness.median, 1, 0.01);
   // A slab of thickness 2r and area A: 2 n pi h (2r + h) = 1.2092 A (docs/measures.md).

@@ -31,6 +31,12 @@ struct CertifiedCover {
 CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Eigen::Vector3d& origin, double resolution,
                             Progress& progress);
 
+/// Marks those of `candidates` (indices into `spheres`) without which the others still cover `mesh`: taken away one after the other,
+/// each with a proof that looks at the triangles near it only. Needs `spheres` (relative to `origin`) to cover the mesh. Where a piece of
+/// the size of `resolution` [mm] is in no single sphere, the sphere is kept. Deterministic.
+std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Eigen::Vector3d& origin,
+                            std::span<const std::uint32_t> candidates, double resolution, Progress& progress);
+
 /// A point of the surface that no ball holds.
 struct CoverGap {
   Eigen::Vector3d point;  // [mm]
