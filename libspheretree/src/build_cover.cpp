@@ -91,7 +91,9 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, std::max<std::size_t>(400, 60 * spheres)),
+    // Memory grows with the candidates: sixty a sphere, but in very deep trees eight do.
+    const std::size_t candidates = std::max<std::size_t>(400, std::min(60 * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates),
                          cover_settings, progress);
   };
 
