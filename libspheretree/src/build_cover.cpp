@@ -93,8 +93,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     sampling.seed = settings.seed + 1;
     // Memory grows with the candidates: sixty a sphere, but in very deep trees eight do.
     const std::size_t candidates = std::max<std::size_t>(400, std::min(60 * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates),
-                         cover_settings, progress);
+    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates), cover_settings, progress);
   };
 
   progress.stage("cover");

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kTrianglesAChunk = 256;
 constexpr double kRelative = 0.1;    // share of a growth to which it is the least: without it, pieces grow as the square of a hole
 constexpr double kDeepEnough = 0.5;  // a point with this share of a gap stands for the gap ...
-constexpr std::size_t kLately = 32;        // points looked at for that: pieces near each other follow each other
+constexpr std::size_t kLately = 32;  // points looked at for that: pieces near each other follow each other
 constexpr double kNearby = 2;        // ... as far as that many times its own from it
 
 struct Piece {

@@ -44,9 +44,15 @@ TEST(GradedTolerance, GrowsHalfAsFastAsTheDistance) {
   const std::vector<ToleranceRegion> regions{box, ballRegion({0, 0, 10}, 5, 0.3)};
   const std::vector<double> graded = gradedTolerance(mesh, 0.2, regions, reached, 2.0);
   for (std::size_t t = 0; t < graded.size(); ++t) {
-    if (mesh.corner(t, 0).z() > 9.5) { EXPECT_EQ(graded[t], 0.1); }
-    if (mesh.corner(t, 0).z() < -9.5) { EXPECT_EQ(graded[t], 2.0); }
-    if (reached[t]) { EXPECT_LE(graded[t], 0.2); }
+    if (mesh.corner(t, 0).z() > 9.5) {
+      EXPECT_EQ(graded[t], 0.1);
+    }
+    if (mesh.corner(t, 0).z() < -9.5) {
+      EXPECT_EQ(graded[t], 2.0);
+    }
+    if (reached[t]) {
+      EXPECT_LE(graded[t], 0.2);
+    }
   }
 }
 
