@@ -25,7 +25,7 @@ struct Options {
   PlaySettings play;
   std::string device, mode = "constrained", clock = "real", scenario, out, quality = "standard", progress = "auto";
   double share = 1, seconds = 0;
-  bool list = false, json = false, quiet = false, bridges = false;
+  bool list = false, json = false, quiet = false, bridges = false, gimbal_torque = false;
 };
 
 /// Ctrl-C while something is built or measured: the emergency stop's flag, looked at whenever there is progress.
@@ -112,6 +112,7 @@ int runPlay(Options& options, builder::Progress& progress) {
     throw UsageError("--trajectory is not for --device phantom: there the hand moves");
   if (device == "phantom" && options.clock == "stepped")
     throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
+  if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
   if (options.seconds > 0) play_settings.seconds = options.seconds;
@@ -154,6 +155,12 @@ void addOptions(CLI::App& cli, Options& o) {
       ->check(CLI::Range(0.001, 86400.0));
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
       ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; });
+  cli.add_option("--hd-library", o.play.phantom.library, "With --device phantom: path of the vendor's library; default: where the loader looks");
+  cli.add_option("--hd-device", o.play.phantom.device, "With --device phantom: name in the vendor's configuration; default: the first device");
+  cli.add_flag("--hd-calibrate", o.play.phantom.calibrate,
+               "With --device phantom: the arm stands in its reset pose, take it as such (once after power-up)");
+  cli.add_flag("--hd-gimbal-torque", o.gimbal_torque,
+               "With --device phantom: send torques about the gimbal's joints, not as a vector; docs/device.md says how to find out");
   cli.add_option("--record", o.play.record, "Writes one row of CSV for each step");
   cli.add_flag("--json", o.json, "Prints the summary as JSON");
   cli.add_option("--scenario", o.scenario, "Runs stability scenarios instead of a scene: all, or ids and names divided by commas");

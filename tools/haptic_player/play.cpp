@@ -179,7 +179,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary) {
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
-  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(device::PhantomSettings());  // fails at once
+  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // fails at once
   const runtime::Scene scene = loadScene(settings.scene, settings.bridges, progress);
   if (!device) device = openInput(settings, scene);
   std::unique_ptr<RecordingWriter> recording;

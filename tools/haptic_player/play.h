@@ -9,6 +9,7 @@
 
 #include "spheretree/builder/progress.h"
 #include "spheretree/device/device.h"
+#include "spheretree/device/phantom_device.h"
 #include "spheretree/device/simulated_device.h"
 #include "spheretree/runtime/scene.h"
 #include "spheretree/runtime/step.h"
@@ -26,6 +27,7 @@ struct PlaySettings {
   std::optional<double> seconds;  // absent: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C [s]
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
+  device::PhantomSettings phantom;
   bool bridges = false;           // runtime::SceneDescription::bridges
   bool status_line = false;
 };
