@@ -155,8 +155,10 @@ void addOptions(CLI::App& cli, Options& o) {
       ->check(CLI::Range(0.001, 86400.0));
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
       ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; });
-  cli.add_option("--hd-library", o.play.phantom.library, "With --device phantom: path of the vendor's library; default: where the loader looks");
-  cli.add_option("--hd-device", o.play.phantom.device, "With --device phantom: name in the vendor's configuration; default: the first device");
+  cli.add_option("--hd-library", o.play.phantom.library,
+                 "With --device phantom: path of the vendor's library; default: where the loader looks");
+  cli.add_option("--hd-device", o.play.phantom.device,
+                 "With --device phantom: name in the vendor's configuration; default: the first device");
   cli.add_flag("--hd-calibrate", o.play.phantom.calibrate,
                "With --device phantom: the arm stands in its reset pose, take it as such (once after power-up)");
   cli.add_flag("--hd-gimbal-torque", o.gimbal_torque,
