@@ -73,15 +73,23 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
 
-  progress.stage("medial axis");
-  const std::vector<Ball> pool = medialPool(mesh, field, budget, effort, settings.seed, progress);
-  if (pool.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
+  // With a tolerance, one level after the other: a tree deeper than it needs would cost eight times as much to find out.
+  std::size_t low = 0, high = settings.tolerance_mm > 0 ? static_cast<std::size_t>(settings.branching) : budget;
+  std::size_t fitted = 0;  // number of spheres that the pool and the effort are made for
+  std::vector<Ball> pool;
+  const auto fitPool = [&] {
+    progress.stage("medial axis");
+    fitted = high;
+    pool = medialPool(mesh, field, fitted, effort, settings.seed, progress);
+    if (pool.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
+    progress.stage("cover");
+  };
 
   const auto cover = [&](std::size_t spheres) {
     CoverSettings cover_settings;
     cover_settings.spheres = spheres;
     cover_settings.rounds = effort.rounds;
-    cover_settings.swap_work = effort.swap_work / budget * std::max(spheres, budget / 10 + 1);
+    cover_settings.swap_work = effort.swap_work / fitted * std::max(spheres, fitted / 10 + 1);
     cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
     cover_settings.squeeze.step = effort.squeeze_step;
     cover_settings.squeeze.work = effort.squeeze_work;
@@ -96,11 +104,16 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates), cover_settings, progress);
   };
 
-  progress.stage("cover");
-  Cover leaves = cover(budget);
+  fitPool();
+  Cover leaves = cover(high);
+  while (leaves.stand_off > settings.tolerance_mm && high < budget) {  // low is too few, high suffices or is all there is
+    low = high;
+    high *= static_cast<std::size_t>(settings.branching);
+    fitPool();
+    leaves = cover(high);
+  }
   if (settings.tolerance_mm > 0 && leaves.stand_off < settings.tolerance_mm) {
     // The stand-off falls about as 1/n: start there, then close in on the fewest.
-    std::size_t low = 0, high = budget;  // low is too few, high suffices
     for (int step = 0; step < 12 && high - low > std::max<std::size_t>(1, high / 100); ++step) {
       const double guess = static_cast<double>(high) * leaves.stand_off / settings.tolerance_mm;
       std::size_t middle = low + (high - low) / 2;

@@ -109,7 +109,8 @@ void findSeams(const TriangleMesh& mesh, const std::vector<BorderEdge>& edges, d
     }
   }
   const BoxTree tree(boxes);
-  for (const auto& [v, length] : shortest) {
+  for (const auto& [vertex, length] : shortest) {
+    const std::uint32_t v = vertex;
     const Vector3d& p = mesh.positions[v];
     const double reach = std::min(tolerance, kShortOfEdge * length);
     Seam crack{v, 0, std::numeric_limits<double>::infinity(), p}, junction = crack;
