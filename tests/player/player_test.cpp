@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -18,32 +17,9 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"
 #include "stability.h"
+#include "support/count_allocations.h"
 #include "support/scratch_folder.h"
 #include "support/shape_trees.h"
-
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-[[gnu::noinline]] void* take(std::size_t size, std::size_t alignment) {
-  if (counting) ++allocations;
-  if (void* p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void give(void* p) { std::free(p); }
-}  // namespace
-// Replaced for the whole program; all forms go through these.
-void* operator new(std::size_t size) { return take(size, 16); }
-void* operator new(std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return take(size, 16); }
-void* operator new[](std::size_t size) { return take(size, 16); }
-void* operator new[](std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
-void operator delete[](void* p) noexcept { give(p); }
-void operator delete[](void* p, std::size_t) noexcept { give(p); }
-void operator delete[](void* p, std::align_val_t) noexcept { give(p); }
-void operator delete(void* p) noexcept { give(p); }
-void operator delete(void* p, std::size_t) noexcept { give(p); }
-void operator delete(void* p, std::align_val_t) noexcept { give(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { give(p); }
 
 namespace spheretree::player {
 namespace {
@@ -105,20 +81,17 @@ TEST(ServoLoop, AllocatesNothing) {
   RecordingWriter recording(folder.path() / "run.csv");
   ServoLoop loop(scene, &recording, {});
   device::DeviceState state;
-  allocations = 0;
+  const std::vector<Configuration> poses = pathOverPlate(2000);
   double force = 0;
-  for (const Configuration& pose : pathOverPlate(2000)) {
-    state.tool = pose;
-    counting = true;
-    force = std::max(force, loop.render(state).wrench.force.norm());
-    counting = false;
-  }
-  EXPECT_EQ(allocations, 0);
-  EXPECT_GT(force, 0.5);  // it was in contact
-  counting = true;
-  delete new int(1);  // the counter counts
-  counting = false;
-  EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(test::allocationsIn([&] {
+              for (const Configuration& pose : poses) {
+                state.tool = pose;
+                force = std::max(force, loop.render(state).wrench.force.norm());
+              }
+            }),
+            0);
+  EXPECT_GT(force, 0.5);                                                            // it was in contact
+  EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1);  // the counter counts
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.csv"));
   recording.finish();
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.csv"));
@@ -202,7 +175,7 @@ TEST(Stability, NamesSelectScenarios) {
   EXPECT_THROW(selectScenarios("F99"), std::invalid_argument);
   std::set<std::string> ids;
   for (const Scenario& s : scenarios()) ids.insert(s.id);
-  for (int n = 1; n <= 22; ++n) EXPECT_TRUE(ids.count("F" + std::to_string(n))) << n;
+  for (int n = 1; n <= 22; ++n) EXPECT_TRUE(ids.count(std::string("F").append(std::to_string(n)))) << n;
 }
 
 TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {

@@ -5,41 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <new>
 #include <string>
 
+#include "support/count_allocations.h"
 #include "support/shape_trees.h"
-
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-}  // namespace
-
-// Counts what a step allocates. Replaced for the whole program; all forms go through these.
-namespace {
-[[gnu::noinline]] void* take(std::size_t size, std::size_t alignment) {
-  if (counting) ++allocations;
-  if (void* p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void give(void* p) { std::free(p); }
-}  // namespace
-void* operator new(std::size_t size) { return take(size, 16); }
-void* operator new(std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return take(size, 16); }
-void* operator new[](std::size_t size) { return take(size, 16); }
-void* operator new[](std::size_t size, std::align_val_t alignment) { return take(size, static_cast<std::size_t>(alignment)); }
-void operator delete[](void* p) noexcept { give(p); }
-void operator delete[](void* p, std::size_t) noexcept { give(p); }
-void operator delete[](void* p, std::align_val_t) noexcept { give(p); }
-void operator delete(void* p) noexcept { give(p); }
-void operator delete(void* p, std::size_t) noexcept { give(p); }
-void operator delete(void* p, std::align_val_t) noexcept { give(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { give(p); }
 
 namespace spheretree::runtime {
 namespace {
@@ -329,20 +301,16 @@ TEST(Step, AllocatesNothing) {
   StageTimes times;
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     Random random(3);
-    allocations = 0;
-    counting = true;
-    for (int n = 0; n < 300; ++n) {
-      const Configuration haptic{test::randomPoint(random, 9), rotationOf(test::randomPoint(random, 1))};
-      step(rig.scene, haptic, mode, *rig.workspace, &times);
-    }
-    reset(*rig.workspace);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    EXPECT_EQ(test::allocationsIn([&] {
+                for (int n = 0; n < 300; ++n) {
+                  const Configuration haptic{test::randomPoint(random, 9), rotationOf(test::randomPoint(random, 1))};
+                  step(rig.scene, haptic, mode, *rig.workspace, &times);
+                }
+                reset(*rig.workspace);
+              }),
+              0);
   }
-  counting = true;
-  ::operator delete(::operator new(4));  // the counter does count
-  counting = false;
-  EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1);  // the counter does count
 }
 
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Replaces the allocation functions of the whole test program by ones that count. To be included in one source of a program.
+#pragma once
+
+#include <cstdlib>
+#include <new>
+
+namespace spheretree::test {
+
+inline thread_local long allocations = 0;  // of this thread so far
+
+/// How often this thread allocates in `work`.
+template <class Work>
+long allocationsIn(const Work& work) {
+  const long before = allocations;
+  work();
+  return allocations - before;
+}
+
+[[gnu::noinline]] inline void* countedAllocation(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  if (void* p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] inline void countedFree(void* p) { std::free(p); }
+
+}  // namespace spheretree::test
+
+// All forms go through these.
+void* operator new(std::size_t size) { return spheretree::test::countedAllocation(size, 16); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return spheretree::test::countedAllocation(size, static_cast<std::size_t>(alignment));
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return spheretree::test::countedAllocation(size, 16); }
+void* operator new[](std::size_t size) { return spheretree::test::countedAllocation(size, 16); }
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return spheretree::test::countedAllocation(size, static_cast<std::size_t>(alignment));
+}
+void operator delete[](void* p) noexcept { spheretree::test::countedFree(p); }
+void operator delete[](void* p, std::size_t) noexcept { spheretree::test::countedFree(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { spheretree::test::countedFree(p); }
+void operator delete(void* p) noexcept { spheretree::test::countedFree(p); }
+void operator delete(void* p, std::size_t) noexcept { spheretree::test::countedFree(p); }
+void operator delete(void* p, std::align_val_t) noexcept { spheretree::test::countedFree(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { spheretree::test::countedFree(p); }
