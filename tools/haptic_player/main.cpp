@@ -4,15 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "command.h"
 #include "play.h"
+#include "program_end.h"
 #include "progress_bar.h"
-#include "spheretree/device/emergency_stop.h"
 #include "spheretree/formats/errors.h"
 #include "stability.h"
 
@@ -23,54 +20,43 @@ using namespace spheretree::tool;
 
 struct Options {
   PlaySettings play;
-  std::string device, mode = "constrained", clock = "real", scenario, out, quality = "standard", progress = "auto";
+  std::string device, mode = "constrained", clock = "real", scenario, out, cache, quality = "standard", progress = "auto";
   double share = 1, seconds = 0;
   bool list = false, json = false, quiet = false, bridges = false, gimbal_torque = false;
 };
 
-/// Ctrl-C while something is built or measured: the emergency stop's flag, looked at whenever there is progress.
-class StoppableProgress : public ProgressBar {
- public:
-  using ProgressBar::ProgressBar;
-  void stage(std::string_view name) override {
-    look();
-    ProgressBar::stage(name);
-  }
-  void advance(double fraction) override {
-    look();
-    ProgressBar::advance(fraction);
-  }
-
- private:
-  void look() {
-    if (device::EmergencyStop::requested()) cancel();
-  }
-};
-
-int explain(int code, const std::string& message) {
-  std::cerr << "haptic-player: " << message << '\n';
-  return code;
-}
+const std::string kProgram = "haptic-player";
 
 int listScenarios() {
   for (const Scenario& s : scenarios()) std::printf("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
   return kExitOk;
 }
 
+std::vector<const Scenario*> chosenScenarios(const std::string& names) {
+  try {
+    return selectScenarios(names);
+  } catch (const std::invalid_argument& unknown) {
+    throw UsageError(unknown.what());
+  }
+}
+
 int runBench(const Options& options, builder::Progress& progress) {
-  const std::vector<const Scenario*> chosen = selectScenarios(options.scenario);
+  const std::vector<const Scenario*> chosen = chosenScenarios(options.scenario);
   if (!options.out.empty()) {
     const std::filesystem::path folder(options.out);
     if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
       throw formats::FileError(options.out + ": is not a folder. Name another one.");
   }
-  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, options.bridges, progress);
+  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, options.bridges, progress,
+                     options.cache);
   Bench bench{bodies, {options.share}, progress};
   std::vector<ScenarioResult> results;
   int short_of = 0;
   std::printf("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
   for (const Scenario* scenario : chosen) {
-    progress.stage(scenario->id + " " + scenario->title);
+    const std::string stage = scenario->id + " " + scenario->title;
+    bodies.setStage(stage);
+    progress.stage(stage);
     progress.check();
     results.push_back(runScenario(*scenario, bench, options.out));
     short_of += !holds(results.back().constrained);
@@ -124,12 +110,12 @@ int runPlay(Options& options, builder::Progress& progress) {
   else
     printSummary(summary);
   if (end == PlayEnd::DeviceFailed)
-    return explain(kExitFile, "the device failed while running. Check its cable and power, then start again.");
+    return explain(kProgram, kExitFile, "the device failed while running. Check its cable and power, then start again.");
   return end == PlayEnd::Interrupted ? kExitInterrupted : kExitOk;
 }
 
 void addOptions(CLI::App& cli, Options& o) {
-  cli.name("haptic-player");
+  cli.name(kProgram);
   cli.set_version_flag("--version", kGenerator);
   cli.footer(
       "Examples:\n"
@@ -168,6 +154,7 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_option("--scenario", o.scenario, "Runs stability scenarios instead of a scene: all, or ids and names divided by commas");
   cli.add_flag("--list", o.list, "Lists the scenarios");
   cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models");
+  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none");
   cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->check(CLI::IsMember({"quick", "standard"}));
   cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
@@ -180,9 +167,10 @@ void addOptions(CLI::App& cli, Options& o) {
 int run(Options& options) {
   if (options.list) return listScenarios();
   if (options.scenario.empty() && !options.out.empty()) throw UsageError("--out goes with --scenario; for a scene use --record FILE.csv");
+  if (options.scenario.empty() && !options.cache.empty()) throw UsageError("--cache goes with --scenario");
   if (!options.scenario.empty() && !options.play.scene.empty()) throw UsageError("--scenario brings its own bodies: leave SCENE away");
-  const device::EmergencyStop guard;
-  StoppableProgress progress(options.progress, options.quiet);
+  ProgressBar progress(options.progress, options.quiet);
+  const InterruptGuard guard(progress);
   return options.scenario.empty() ? runPlay(options, progress) : runBench(options, progress);
 }
 
@@ -193,34 +181,18 @@ int runProgram(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& help) {
-    return cli.exit(help);
+    return flushed(kProgram, cli.exit(help));
   } catch (const CLI::ParseError& error) {
-    cli.exit(error);
-    return kExitUsage;
+    const std::string mistake = unknownOption(cli, "", kProgram);
+    return explain(kProgram, kExitUsage, mistake.empty() ? std::string(error.what()) + ". See haptic-player --help." : mistake);
   }
-  try {
-    const int code = run(options);
-    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-    return explain(kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
-  } catch (const UsageError& error) {
-    return explain(kExitUsage, error.what());
-  } catch (const std::invalid_argument& error) {
-    return explain(kExitUsage, error.what());
-  } catch (const formats::FileError& error) {
-    return explain(kExitFile, error.what());
-  } catch (const device::DeviceError& error) {
-    return explain(kExitFile, error.what());
-  } catch (const formats::FormatError& error) {
-    return explain(kExitRefused, error.what());
-  } catch (const builder::BuildError& error) {
-    return explain(kExitRefused, error.what());
-  } catch (const builder::Cancelled&) {
-    return explain(kExitInterrupted, "interrupted, nothing was written.");
-  } catch (const std::bad_alloc&) {
-    return explain(kExitInternal, "not enough memory. Close other programs or use a smaller scene.");
-  } catch (const std::exception& error) {
-    return explain(kExitInternal, std::string("internal error: ") + error.what() + ". Please report this with the command and its input.");
-  }
+  return runAndExplain(kProgram, [&] {
+    try {
+      return run(options);
+    } catch (const device::DeviceError& error) {
+      return explain(kProgram, kExitFile, error.what());
+    }
+  });
 }
 
 }  // namespace

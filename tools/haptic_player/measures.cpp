@@ -24,8 +24,12 @@ double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) 
 
 SpherePenetration::SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects)
     : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
-  for (const Ball& b : tool_) tool_reach_ = std::max(tool_reach_, b.centre.norm() + b.radius);
-  for (const PlacedBody& object : objects) objects_.push_back(leavesOf(object.body->tree, object.pose));
+  for (const PlacedBody& object : objects) {
+    Object made{leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
+    for (const Ball& b : made.balls) made.around.centre += b.centre / static_cast<double>(made.balls.size());
+    for (const Ball& b : made.balls) made.around.radius = std::max(made.around.radius, (b.centre - made.around.centre).norm() + b.radius);
+    objects_.push_back(std::move(made));
+  }
 }
 
 std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTree& tree, const Configuration& pose) {
@@ -40,25 +44,29 @@ std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTre
 }
 
 double SpherePenetration::at(const Configuration& pose, int only) const {
-  std::vector<Ball> tool = tool_;
-  for (Ball& b : tool) b.centre = place(pose, b.centre);
   double deepest = 0;
+  std::vector<Ball> near;  // of the tool, within reach of any ball of the object
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     if (only >= 0 && i != static_cast<std::size_t>(only)) continue;
-    for (const Ball& o : objects_[i]) {
-      const double near = tool_reach_ + o.radius;
-      if ((o.centre - pose.position).squaredNorm() >= near * near) continue;
-      for (const Ball& t : tool) {
+    const Ball& around = objects_[i].around;
+    near.clear();
+    for (const Ball& t : tool_) {
+      const Eigen::Vector3d centre = place(pose, t.centre);
+      if ((centre - around.centre).norm() < around.radius + t.radius) near.push_back({centre, t.radius});
+    }
+    if (near.empty()) continue;
+    for (const Ball& o : objects_[i].balls)
+      for (const Ball& t : near) {
         const double touch = t.radius + o.radius - deepest;
         if (touch > 0 && (t.centre - o.centre).squaredNorm() < touch * touch) deepest = t.radius + o.radius - (t.centre - o.centre).norm();
       }
-    }
   }
   return deepest;
 }
 
 void SpherePenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
-  for (Ball& b : objects_[object]) b.centre += way;
+  for (Ball& b : objects_[object].balls) b.centre += way;
+  objects_[object].around.centre += way;
 }
 
 std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing) {

@@ -31,9 +31,12 @@ class SpherePenetration {
     double radius;
   };
   static std::vector<Ball> leavesOf(const SphereTree& tree, const Configuration& pose);
+  struct Object {
+    std::vector<Ball> balls;  // world
+    Ball around;              // encloses them
+  };
   std::vector<Ball> tool_;  // about the reference point
-  double tool_reach_ = 0;
-  std::vector<std::vector<Ball>> objects_;  // world
+  std::vector<Object> objects_;
 };
 
 /// Deepest penetration of the two meshes: points spread over the tool's surface by their exact signed distance to the objects, and the

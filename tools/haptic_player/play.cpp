@@ -189,6 +189,8 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   options.wait = !real;
   options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own
   ServoLoop loop(scene, recording.get(), options);
+  const device::EmergencyStop emergency_stop;  // from here on Ctrl-C means the device first
+  progress.check();
   const Json locked = real ? lockMemory() : Json(nullptr);
 
   device::SafetySettings safety;

@@ -2,22 +2,27 @@
 #include <time.h>
 
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "scenario.h"
 #include "servo_loop.h"
 
 namespace spheretree::player {
-namespace {
 
-/// Processor time of this thread: what others do on the machine does not count [us].
 double threadTime() {
   timespec t{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
-}  // namespace
+std::string text(double value, int digits) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+double leafOverhang(const Body& body) { return static_cast<double>(body.tree.statistics.back().overhang_bound); }
 
 Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options)
     : tool_(tool), objects_(std::move(objects)), mode_(mode), options_(options), spheres_(tool.tree, options.reference_point, objects_) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,16 @@ class Rig {
   std::uint64_t tick_ = 0;
 };
 
+/// Own generator: the same numbers with every standard library.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
 struct Scenario {
   std::string id;     // "F1"
   std::string alias;  // "deep"
@@ -112,9 +123,18 @@ struct Scenario {
 /// All, in the order of the table.
 const std::vector<Scenario>& scenarios();
 
-std::vector<Scenario> contactScenarios();  // penetration, ripple, edges, pop-through, jumps
-std::vector<Scenario> numericScenarios();  // rotations, rows, trees, units
-std::vector<Scenario> deviceScenarios();   // moving objects, hands, safety
+std::vector<Scenario> contactScenarios();     // penetration, ripple, edges, jumps
+std::vector<Scenario> popThroughScenarios();  // thin objects
+std::vector<Scenario> numericScenarios();     // rotations, rows, trees, units
+std::vector<Scenario> deviceScenarios();      // moving objects, safety
+std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
+
+/// Processor time of this thread: what others do on the machine does not count [us].
+double threadTime();
+/// For notes: three digits, or as many as asked for.
+std::string text(double value, int digits = 3);
+/// How far leaves reach out at most, as proven [mm].
+double leafOverhang(const Body& body);
 
 inline constexpr Eigen::Vector3d::Scalar kPenetrationPass = 0.01;  // of leaf spheres [mm]
 const Quaternion kUpright(1, 0, 0, 0);

@@ -7,7 +7,11 @@
 #include <stdexcept>
 
 #include "molar.h"
+#include "mouth.h"
 #include "probe.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/sphere_tree_file.h"
 
 namespace spheretree::player {
 namespace {
@@ -61,12 +65,11 @@ std::vector<Triangle> triangulate(const Profile& polygon) {
   return triangles;
 }
 
-TriangleMesh capsule(double radius, double length) {  // tip at the origin, axis +z
-  constexpr int kSteps = 5;
+TriangleMesh capsule(double radius, double length, std::uint32_t around = 20, int steps = 5) {  // tip at the origin, axis +z
   Profile profile;
-  addArc(profile, radius, radius, 0, std::numbers::pi / 2, kSteps);
-  addArc(profile, radius, length - radius, std::numbers::pi / 2, std::numbers::pi, kSteps);
-  return lathe(cut(profile, 2 * radius), 20);
+  addArc(profile, radius, radius, 0, std::numbers::pi / 2, steps);
+  addArc(profile, radius, length - radius, std::numbers::pi / 2, std::numbers::pi, steps);
+  return lathe(cut(profile, 2 * radius), around);
 }
 
 TriangleMesh ball(double radius) {
@@ -86,10 +89,28 @@ TriangleMesh bowl() {  // a ball of radius 15 taken out of a cylinder, rim at z 
   return lathe(profile, 96);
 }
 
+/// A block with a blind hole of diameter 10.2, 10 deep, its mouth chamfered at z = 0.
+TriangleMesh bore() { return lathe({{0, -16}, {14, -16}, {14, 0}, {5.6, 0}, {5.1, -0.5}, {5.1, -10}, {0, -10}}, 64); }
+
+/// Only the inside of the hole has to be true.
+std::vector<double> boreTolerances(const TriangleMesh& mesh) {
+  std::vector<double> tolerances;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    bool inside = true;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d& p = mesh.corner(t, k);
+      inside = inside && p.head<2>().norm() > 5 && p.head<2>().norm() < 5.7 && p.z() > -10.1;
+    }
+    tolerances.push_back(inside ? 0.05 : 0.6);
+  }
+  return tolerances;
+}
+
 struct Recipe {
   std::function<TriangleMesh()> mesh;
   int levels = 4;
-  double tolerance = 0;
+  double tolerance = 0;                                              // > 0: of the whole [mm]
+  std::function<std::vector<double>(const TriangleMesh&)> graded{};  // of each triangle, none below `tolerance` [mm]
 };
 
 const std::map<std::string, Recipe>& recipes() {
@@ -103,6 +124,7 @@ const std::map<std::string, Recipe>& recipes() {
          return box({-10, -10, -10}, {10, 10, 10});
        }}},
       {"cylinder", {[] { return cylinder(5, -30, 30, 32); }}},
+      {"peg", {[] { return capsule(5, 40, 64, 12); }, 4, 0.02}},
       {"dental_probe", {[] { return samples::makeProbe(); }}},
       // Objects; surfaces at z = 0 unless said.
       {"slab", {[] {
@@ -140,6 +162,7 @@ const std::map<std::string, Recipe>& recipes() {
       {"blind_hole", {[] {
          return lathe(cut({{0, -9}, {4, -9}, {4, 0}, {1.2, 0}, {1.2, -5}, {0, -5}}, 0.8), 32);
        }}},
+      {"bore", {bore, 5, 0.05, boreTolerances}},
       {"bowl", {bowl}},
       {"wall", {[] {
          return box({-4, -15, -35}, {0, 15, 35});
@@ -199,16 +222,45 @@ TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
 
 const Body& BodyLibrary::get(const std::string& name) {
   if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
-  const auto recipe = recipes().find(name);
-  if (recipe == recipes().end()) throw std::invalid_argument("no body is called " + name);
   builder::BuildSettings settings;
-  settings.levels = recipe->second.levels;
-  settings.tolerance_mm = recipe->second.tolerance;
   settings.quality = quality_;
-  TriangleMesh mesh = recipe->second.mesh();
-  SphereTree tree = builder::buildSphereTree(mesh, settings, progress_).tree;
+  TriangleMesh mesh;
+  if (const auto recipe = recipes().find(name); recipe != recipes().end()) {
+    mesh = recipe->second.mesh();
+    settings.levels = recipe->second.levels;
+    settings.tolerance_mm = recipe->second.tolerance;
+    if (recipe->second.graded) settings.tolerance_of_triangle_mm = recipe->second.graded(mesh);
+  } else {
+    static const samples::Mouth mouth = samples::makeMouth();
+    for (const samples::Mouth::Part& part : mouth.parts())
+      if (part.name == name) mesh = *part.mesh;
+    if (mesh.triangles.empty()) throw std::invalid_argument("no body is called " + name);
+    settings.quality = builder::Quality::Quick;  // there are many
+  }
+  SphereTree tree = this->tree(mesh, settings);
   builder::DistanceField field(mesh);
   return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), bridges_}).first->second;
+}
+
+const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::BuildSettings& settings) {
+  const Hash128 mesh_hash = builder::meshHash(mesh), settings_hash = builder::settingsHash(settings);
+  const std::string key = toHex(mesh_hash) + '-' + toHex(settings_hash);
+  if (const auto found = trees_.find(key); found != trees_.end()) return found->second;
+  const std::filesystem::path file = cache_ / (key + ".stree");
+  if (!cache_.empty() && std::filesystem::exists(file)) try {
+      SphereTree kept = formats::readSphereTree(file);
+      if (kept.provenance.mesh_hash == mesh_hash && kept.provenance.settings_hash == settings_hash)
+        return trees_.emplace(key, std::move(kept)).first->second;
+    } catch (const formats::FormatError&) {  // damaged, or of another version: built again
+    }
+  SphereTree built = builder::buildSphereTree(mesh, settings, progress_).tree;
+  if (!cache_.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(cache_, error);  // what is wrong shows at the file
+    formats::writeSphereTree(file, built);
+  }
+  if (!stage_.empty()) progress_.stage(stage_);
+  return trees_.emplace(key, std::move(built)).first->second;
 }
 
 }  // namespace spheretree::player

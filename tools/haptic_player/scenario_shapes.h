@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -34,21 +35,29 @@ struct Body {
   bool bridges = false;  // the runtime fills the pits between its leaves
 };
 
-/// Makes the bodies that scenarios ask for by name, each once.
+/// Makes the bodies that scenarios ask for by name, and trees of any mesh; the same mesh and settings only once.
 class BodyLibrary {
  public:
-  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress)
-      : quality_(quality), bridges_(bridges), progress_(progress) {}
+  /// `cache`: a folder that keeps the trees for later runs; empty: none. It does not notice that the builder changed: empty it then.
+  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress, std::filesystem::path cache = {})
+      : quality_(quality), bridges_(bridges), progress_(progress), cache_(std::move(cache)) {}
 
-  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: docs/stability.md. @throws std::invalid_argument
+  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47 and
+  /// lower_jaw are those of the sample mouth. @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
-  const std::map<std::string, std::unique_ptr<Body>>& all() const { return bodies_; }
+  /// @throws builder::Cancelled, formats::FileError if the cache cannot be written
+  const SphereTree& tree(const TriangleMesh& mesh, const builder::BuildSettings& settings);
+  /// What is said to be going on again once a tree is built.
+  void setStage(std::string stage) { stage_ = std::move(stage); }
 
  private:
   builder::Quality quality_;
   bool bridges_;
   builder::Progress& progress_;
+  std::filesystem::path cache_;
+  std::string stage_;
   std::map<std::string, std::unique_ptr<Body>> bodies_;
+  std::map<std::string, SphereTree> trees_;  // by hashes of mesh and settings
 };
 
 }  // namespace spheretree::player

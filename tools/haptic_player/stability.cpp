@@ -69,8 +69,8 @@ std::string recordingText(const std::vector<RecordedStep>& rows) {
 const std::vector<Scenario>& scenarios() {
   static const std::vector<Scenario> all = [] {
     std::vector<Scenario> list = contactScenarios();
-    for (Scenario& s : numericScenarios()) list.push_back(std::move(s));
-    for (Scenario& s : deviceScenarios()) list.push_back(std::move(s));
+    for (const auto& more : {popThroughScenarios(), numericScenarios(), deviceScenarios(), handScenarios()})
+      list.insert(list.end(), more.begin(), more.end());
     std::stable_sort(list.begin(), list.end(), [](const Scenario& a, const Scenario& b) {
       return a.id[0] != b.id[0] ? a.id[0] < b.id[0] : std::stoi(a.id.substr(1)) < std::stoi(b.id.substr(1));
     });
@@ -121,6 +121,7 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::fi
     }
     std::vector<RecordedStep>().swap(outcome.recording);
     (is_paper ? result.paper : result.constrained) = std::move(outcome);
+    bench.progress.advance(is_paper ? 0.5 : 1);
   }
   if (result.paper.figures.size() != result.constrained.figures.size()) throw std::logic_error(scenario.id + ": figures of two kinds");
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,33 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the verbs of the program share: options, exit codes, and how a failure becomes a message.
+// What the verbs of the program share: the options that each has, and how one is chosen and run.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <stdexcept>
 #include <string>
 
+#include "program_end.h"
 #include "spheretree/builder/progress.h"
 
 namespace spheretree::tool {
-
-enum ExitCode : int {
-  kExitOk = 0,
-  kExitInternal = 1,
-  kExitUsage = 2,
-  kExitFile = 3,           // cannot be read or written
-  kExitRefused = 4,        // input refused, with the reason
-  kExitTargetMissed = 5,   // best result written
-  kExitPartlyFailed = 6,   // of a batch
-  kExitInterrupted = 130,  // Ctrl-C
-};
-
-/// Options that are fine one by one but not together, or not in this version. The program exits with 2.
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-inline const std::string kGenerator = "spheretree " SPHERETREE_VERSION;
 
 /// The program under construction: a verb adds its options to `cli`, and sets `run` once it is chosen.
 struct Program {

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "program_end.h"
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/nearest_word.h"
+
+namespace spheretree::tool {
+namespace {
+
+std::atomic<builder::Progress*> running{nullptr};
+static_assert(std::atomic<builder::Progress*>::is_always_lock_free, "a signal handler may not wait");
+
+extern "C" void interrupt(int) {
+  if (builder::Progress* progress = running.load()) progress->cancel();
+}
+
+}  // namespace
+
+InterruptGuard::InterruptGuard(builder::Progress& progress) {
+  running.store(&progress);
+  struct sigaction action {};
+  action.sa_handler = interrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+}
+
+InterruptGuard::~InterruptGuard() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  running.store(nullptr);
+}
+
+int explain(const std::string& program, int code, const std::string& message) {
+  std::cerr << program << ": " << message << '\n';
+  return code;
+}
+
+int flushed(const std::string& program, int code) {
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  return explain(program, kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
+}
+
+int runAndExplain(const std::string& program, const std::function<int()>& run) {
+  try {
+    return flushed(program, run());
+  } catch (const UsageError& error) {
+    return explain(program, kExitUsage, error.what());
+  } catch (const formats::FileError& error) {
+    return explain(program, kExitFile, error.what());
+  } catch (const formats::FormatError& error) {
+    return explain(program, kExitRefused, error.what());
+  } catch (const builder::BuildError& error) {
+    return explain(program, kExitRefused, error.what());
+  } catch (const builder::Cancelled&) {
+    return explain(program, kExitInterrupted, "interrupted, nothing was written.");
+  } catch (const std::bad_alloc&) {
+    return explain(program, kExitInternal, "not enough memory. Close other programs or use a smaller input.");
+  } catch (const std::exception& error) {
+    return explain(program, kExitInternal,
+                   std::string("internal error: ") + error.what() + ". Please report this with the command and its input.");
+  }
+}
+
+std::string unknownOption(const CLI::App& app, const std::string& of, const std::string& command) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& word : app.remaining()) {
+    if (word.size() < 2 || word[0] != '-') continue;
+    const std::string name = word.substr(0, word.find('='));
+    return "unknown option '" + name + "'" + of + "; the nearest is '" + std::string(formats::nearestWord(name, known)) + "'. See " +
+           command + " --help.";
+  }
+  return {};
+}
+
+}  // namespace spheretree::tool
