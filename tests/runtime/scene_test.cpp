@@ -54,10 +54,9 @@ TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
       EXPECT_EQ(record.radius, cover.radius);
       EXPECT_LT((Eigen::Vector3d(compiled.exact[slot][0], compiled.exact[slot][1], compiled.exact[slot][2]) - c).norm(), 1e-12);
       reach = std::max(reach, c.norm() + static_cast<double>(cover.radius));
-      EXPECT_EQ(compiled.child_block[slot] == 0, tree.isLeaf(node));
-      EXPECT_EQ(slot % 8 < compiled.inner_lanes[slot / 8], !tree.isLeaf(node));
+      EXPECT_EQ(compiled.isInner(slot), !tree.isLeaf(node));
       if (!tree.isLeaf(node)) {
-        EXPECT_EQ(compiled.node[8 * std::size_t{compiled.child_block[slot]}], tree.first_child[node]);
+        EXPECT_EQ(compiled.node[8 * (compiled.links[slot / 8].first_child + slot % 8)], tree.first_child[node]);
       }
     }
     for (std::size_t n = 0; n < seen.size(); ++n) EXPECT_EQ(seen[n], 1) << "node " << n;

@@ -102,7 +102,7 @@ struct Leaf {
 std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree) {
   std::vector<Leaf> leaves;
   for (std::uint32_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != runtime::kNoNode && tree.child_block[slot] == 0)
+    if (tree.node[slot] != runtime::kNoNode && !tree.isInner(slot))
       leaves.push_back({slot, {tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]}, double(tree.cover_records[slot].radius)});
   return leaves;
 }

@@ -94,7 +94,7 @@ Bridges makeBridges(const CompiledTree& tree, double most_depth) {
   if (!(most_depth > 0)) return bridges;
   std::vector<Leaf> leaves;
   for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != kNoNode && tree.child_block[slot] == 0)
+    if (tree.node[slot] != kNoNode && !tree.isInner(slot))
       leaves.push_back(
           {centre(tree.cover_records[slot]), static_cast<double>(tree.cover_records[slot].radius), static_cast<std::uint16_t>(slot)});
   std::sort(leaves.begin(), leaves.end(),

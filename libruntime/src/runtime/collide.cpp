@@ -2,6 +2,8 @@
 #include "spheretree/runtime/collide.h"
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
 #include "kernel.h"
 #include "spheretree/runtime/workspace.h"
@@ -12,75 +14,63 @@ namespace {
 // Float rounding moves a distance by less than this times the lengths involved: at most 12 roundings of 2^-24 each on either side.
 constexpr double kRounding = 1e-6;
 
-TreeView viewOf(const CompiledTree& tree) { return {tree.bound.data(), tree.child_block.data(), tree.inner_lanes.data()}; }
-
 }  // namespace
 
 bool isAvailable(Kernel kernel) { return kernel != Kernel::Avx2 || avx2Kernel() != nullptr; }
 
 PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, bool exact, std::uint32_t max_work,
                   Workspace& workspace) noexcept {
-  PairSet set;
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
   const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
-  std::vector<std::uint32_t>& near_objects = workspace.near_objects;
-  near_objects.clear();
-  for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
-    const CompiledObject& object = scene.objects[i];
-    const double slack = kRounding * (scene.tool.reach + object.tree.reach + (pose.position - object.anchor).norm());
-    const double reach = scene.tool_root_radius + object.root_radius + margin + slack;
-    if ((root - object.anchor).squaredNorm() <= reach * reach) near_objects.push_back(i);
-  }
-  workspace.runs.clear();
-  set.work = static_cast<std::uint32_t>((scene.objects.size() + 7) / 8);
-  if (near_objects.empty()) return set;
-
+  // Rounding of world coordinates in the broad phase, and of what is about the anchors afterwards: offsets of near objects are no longer
+  // than the two reaches and the margin.
+  const double world_slack = kRounding * (scene.tool.reach + scene.objects_reach + scene.farthest_anchor + root.norm());
+  const double slack = kRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      search.rotation[3 * r + c] = static_cast<float>(rotation(r, c));
-      search.exact.rotation[3 * r + c] = rotation(r, c);
-    }
+  search.tool = scene.tool.bound.data();
+  search.object_roots = scene.object_roots.data();
+  search.tool_links = scene.tool.links.data();
+  search.exact_tool = scene.tool.exact.data();
+  search.objects = workspace.object_views.data();
+  search.object_count = static_cast<std::uint32_t>(scene.objects.size());
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) search.rotation[3 * r + c] = rotation(r, c);
+    search.position[r] = pose.position[r];
+    search.root[r] = static_cast<float>(root[r]);
+  }
+  search.root[3] = static_cast<float>(scene.tool_root_radius + margin + world_slack);
+  search.margin = margin;
+  search.inner_margin = static_cast<float>(margin + 2 * slack);
+  search.sure_margin = exact ? static_cast<float>(margin - slack) : search.inner_margin;
   if (++workspace.pose_count == 0) {  // after 2^32 searches the old marks would come round again
     std::fill(workspace.turned_when.begin(), workspace.turned_when.end(), 0u);
     workspace.pose_count = 1;
   }
-  search.tool = viewOf(scene.tool);
   search.turned_tool = workspace.turned_tool.data();
   search.turned_when = workspace.turned_when.data();
   search.now = workspace.pose_count;
-  search.lists[0] = workspace.list_a.data();
-  search.lists[1] = workspace.list_b.data();
-  std::uint32_t count = 0;
-  for (std::size_t n = 0; n < near_objects.size(); ++n) {
-    const std::uint32_t i = near_objects[n];
-    const CompiledObject& object = scene.objects[i];
-    const Eigen::Vector3d offset = pose.position - object.anchor;
-    const double slack = kRounding * (scene.tool.reach + object.tree.reach + offset.norm());
-    search.object = viewOf(object.tree);
-    for (int k = 0; k < 3; ++k) {
-      search.offset[k] = static_cast<float>(offset[k]);
-      search.exact.offset[k] = offset[k];
-    }
-    search.exact.margin = margin;
-    search.exact.tool = exact ? scene.tool.exact.data() : nullptr;
-    search.exact.object = object.tree.exact.data();
-    search.inner_margin = static_cast<float>(margin + 2 * slack);
-    search.maybe_margin = static_cast<float>(margin + slack);
-    search.sure_margin = exact ? static_cast<float>(margin - slack) : search.maybe_margin;
-    search.pairs = workspace.pairs.data() + count;
-    // 64 pairs are kept for each object that is still to come, so that a full list never leaves one out.
-    const auto later = static_cast<std::uint32_t>(64 * (near_objects.size() - n - 1));
-    search.capacity = scene.step_limits.max_pairs - count - later;
-    search.max_work = max_work > set.work ? max_work - set.work : 0;
-    const PairSearchResult found = workspace.kernel->findPairs(search);
-    set.work += found.work;
-    set.coarse |= found.coarse;
-    if (found.count == 0) continue;
-    workspace.runs.push_back({i, count, found.count});
-    count += found.count;
+  search.near_objects = workspace.near_objects.data();
+  search.near_views = workspace.near_views.data();
+  search.leaves = workspace.leaves.data();
+  search.open_tool = workspace.open_tool.data();
+  search.open_object = workspace.open_object.data();
+  search.pairs = workspace.pairs.data();
+  search.near_counts = workspace.near_counts.data();
+  search.capacity = scene.step_limits.max_pairs;
+  search.list_capacity = static_cast<std::uint32_t>(workspace.open_tool.size());
+  search.max_work = max_work;
+  const PairSearchResult found = workspace.kernel->findPairs(search);
+
+  workspace.runs.clear();
+  for (std::uint32_t n = 0, begin = 0; n < found.near_count; ++n) {
+    const std::uint32_t count = workspace.near_counts[n];
+    if (count > 0) workspace.runs.push_back({workspace.near_objects[n], begin, count});
+    begin += count;
   }
-  set.pairs = {workspace.pairs.data(), count};
+  PairSet set;
+  set.work = found.work;
+  set.coarse = found.coarse;
+  set.pairs = {workspace.pairs.data(), found.count};
   set.runs = workspace.runs;
   return set;
 }

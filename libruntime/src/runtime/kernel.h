@@ -10,40 +10,49 @@
 
 namespace spheretree::runtime {
 
-struct TreeView {
+/// An object as the search sees it; all that it reads of an object before the blocks.
+struct alignas(64) ObjectView {
   const Block* bound;
-  const std::uint16_t* child_block;
-  const std::uint8_t* inner_lanes;
+  const BlockLinks* links;
+  const std::array<double, 3>* exact;  // (slot) world axes, about the anchor
+  const double* anchor;                // world
+  float offset[3];                     // reference point of the tool from the anchor, world axes [mm]; of a near object
 };
 
-/// Decides in double a pair that float cannot decide. Null `tool`: no pair is in doubt.
-struct ExactTest {
-  const std::array<double, 3>* tool = nullptr;    // (slot) about the reference point, tool axes
-  const std::array<double, 3>* object = nullptr;  // (slot) world axes, about the anchor
-  double rotation[9];                             // tool axes to world axes, row-major
-  double offset[3];                               // reference point from the anchor
-  double margin;
+/// Up to 8 pairs that one test found: one node and some lanes of a block.
+struct HitGroup {
+  std::uint32_t name, step;   // lane k: name + k * step; tool slot << 16 | object slot
+  std::uint16_t near, lanes;  // which of the near objects; bit k: lane k
+  std::uint16_t one, many;    // of the next test with lane 0: slot of the one node, block of the many
+  std::uint16_t one_varies;   // 1: the next tests take lane k as the one node, 0: its children as the many
+  std::uint16_t one_is_leaf;  // of the next tests
 };
 
 struct PairSearch {
-  TreeView tool, object;       // the tool as it stands in the scene
-  float rotation[9];           // tool axes to world axes, row-major
-  Block* turned_tool;          // a block is turned when it is first met
-  std::uint32_t* turned_when;  // (block) the `now` of its last turn
-  std::uint32_t now;           // names the pose
-  float offset[3];             // reference point from the anchor, world axes [mm]
-  float inner_margin;          // the margin and all that rounding can lose
-  float sure_margin;           // pairs of leaves within this are in, in float
-  float maybe_margin;          // beyond this they are out; between, the exact test decides
-  ExactTest exact;
-  std::uint32_t* pairs;     // output; written to [0, capacity + 8)
-  std::uint32_t* lists[2];  // each capacity + 8
-  std::uint32_t capacity;   // >= 64
-  std::uint32_t max_work;
+  const Block *tool, *object_roots;
+  const BlockLinks* tool_links;
+  const std::array<double, 3>* exact_tool;  // (slot) about the reference point, tool axes; null: no pair is in doubt
+  const ObjectView* objects;
+  std::uint32_t object_count;
+  double rotation[9];                          // tool axes to world axes, row-major
+  double position[3];                          // of the reference point, world
+  double margin;                               // [mm]
+  float root[4];                               // bounding sphere of the tool in the world, radius with all that the broad phase adds
+  float inner_margin;                          // the margin and all that rounding can lose; beyond it no pair is in
+  float sure_margin;                           // pairs of leaves within this are in, in float; between, double decides
+  Block* turned_tool;                          // a block is turned into world axes, about the reference point, when it is first met
+  std::uint32_t* turned_when;                  // (block) the `now` of its last turn
+  std::uint32_t now;                           // names the pose
+  std::uint32_t* near_objects;                 // output; [0, object_count + 8)
+  ObjectView* near_views;                      // of them
+  HitGroup *leaves, *open_tool, *open_object;  // scratch, list_capacity each
+  std::uint32_t* pairs;                        // output; [0, capacity + 8), by object
+  std::uint32_t* near_counts;                  // output: pairs of each near object
+  std::uint32_t capacity, list_capacity, max_work;
 };
 
 struct PairSearchResult {
-  std::uint32_t count, work;
+  std::uint32_t count, near_count, work;
   bool coarse;
 };
 

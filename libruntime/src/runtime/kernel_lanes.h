@@ -107,137 +107,207 @@ inline Turned turn(F8 x, F8 y, F8 z, const float* m) {
           splat(m[6]) * x + splat(m[7]) * y + splat(m[8]) * z};
 }
 
-inline const Block& toolBlock(const PairSearch& s, std::uint32_t b) {
-  Block& out = s.turned_tool[b];
-  if (s.turned_when[b] == s.now) return out;
-  const Block& in = s.tool.bound[b];
-  const Turned t = turn(load(in.x), load(in.y), load(in.z), s.rotation);
-  store(out.x, t.x);
-  store(out.y, t.y);
-  store(out.z, t.z);
-  store(out.r, load(in.r));
-  s.turned_when[b] = s.now;
-  return out;
-}
+// 8 balls, or one 8 times.
+struct Balls {
+  F8 x, y, z, r;
+};
+inline Balls ballsOf(const Block& b) { return {load(b.x), load(b.y), load(b.z), load(b.r)}; }
+inline Balls ballOf(const Block& b, unsigned k) { return {splat(b.x[k]), splat(b.y[k]), splat(b.z[k]), splat(b.r[k])}; }
 
 struct Hits {
   F8 square, sum;  // squared distance of the centres, sum of the radii
 };
-// One sphere against the lanes of a block.
-inline Hits measure(float x, float y, float z, float r, const Block& block) {
-  const F8 dx = splat(x) - load(block.x), dy = splat(y) - load(block.y), dz = splat(z) - load(block.z);
-  return {dx * dx + dy * dy + dz * dz, splat(r) + load(block.r)};
+inline Hits measure(const Balls& a, const Balls& b) {
+  const F8 dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
+  return {dx * dx + dy * dy + dz * dz, a.r + b.r};
 }
 inline unsigned within(const Hits& h, float margin) {
   const F8 reach = h.sum + splat(margin);
   return maskOf(h.square <= reach * reach);
 }
 
-bool touchesExactly(const ExactTest& t, std::uint32_t tool, std::uint32_t object, double radius_sum) {
-  const double x = t.tool[tool][0], y = t.tool[tool][1], z = t.tool[tool][2];
-  const double* m = t.rotation;
-  const double dx = (m[0] * x + m[1] * y + m[2] * z) + t.offset[0] - t.object[object][0];
-  const double dy = (m[3] * x + m[4] * y + m[5] * z) + t.offset[1] - t.object[object][1];
-  const double dz = (m[6] * x + m[7] * y + m[8] * z) + t.offset[2] - t.object[object][2];
-  const double reach = radius_sum + t.margin;
-  return dx * dx + dy * dy + dz * dz <= reach * reach;
-}
-
-// Of the leaf lanes `leaves` (tool_name and object_name give the slots of lane k), those that are in.
-template <class Slots>
-inline unsigned leafHits(const PairSearch& s, const Hits& h, unsigned leaves, float radius, const Block& block, Slots slots) {
-  const unsigned sure = within(h, s.sure_margin) & leaves;
-  if (!s.exact.tool) return sure;
-  unsigned hits = sure;
-  for (unsigned doubt = within(h, s.maybe_margin) & leaves & ~sure; doubt; doubt &= doubt - 1) {
-    const unsigned lane = static_cast<unsigned>(__builtin_ctz(doubt));
-    const std::uint32_t name = slots(lane);
-    if (touchesExactly(s.exact, name >> 16, name & 0xffff, static_cast<double>(radius) + static_cast<double>(block.r[lane])))
-      hits |= 1u << lane;
-  }
-  return hits;
-}
-
 constexpr U8 kLanes{0, 1, 2, 3, 4, 5, 6, 7};
 
-PairSearchResult findPairs(const PairSearch& s) {
-  const float ox = s.offset[0], oy = s.offset[1], oz = s.offset[2];
-  std::uint32_t* leaf_end = s.pairs;
-  std::uint32_t *now = s.lists[0], *now_end = now, *next = s.lists[1];
-  std::uint32_t work = 1;
-  {
-    const Block& a = toolBlock(s, 0);
-    const Hits h = measure(a.x[0] + ox, a.y[0] + oy, a.z[0] + oz, a.r[0], s.object.bound[0]);
-    if (s.tool.child_block[0] == 0 && s.object.child_block[0] == 0) {
-      const unsigned hit = leafHits(s, h, 1, a.r[0], s.object.bound[0], [](unsigned) { return 0u; });
-      if (hit) *leaf_end++ = 0;
-    } else if (within(h, s.inner_margin) & 1) {
-      *now_end++ = 0;
+// One search. Breadth first over all near objects together, in straight loops: of two nodes that touch the larger one is opened, and its
+// children meet the other one all at once; what they hit is only appended to a list.
+class PairFinder {
+ public:
+  explicit PairFinder(const PairSearch& s) : s_(s), leaf_end_(s.leaves), open_tool_end_(s.open_tool), open_object_end_(s.open_object) {
+    for (int k = 0; k < 9; ++k) rotation_[k] = static_cast<float>(s.rotation[k]);
+  }
+
+  PairSearchResult run() {
+    const std::uint32_t near_count = findNear();
+    live_ = near_count;
+    for (std::uint32_t n = 0; n < near_count; ++n)  // the roots
+      open<true>({0, 1, static_cast<std::uint16_t>(n), 1, 0, 0, 0, s_.tool_links[0].inner == 0});
+    HitGroup *tool = s_.open_tool, *object = s_.open_object;
+    bool full = false;
+    // A group is at most 8 tests, and each adds at most 2 groups to a list and 8 pairs in place of one.
+    const HitGroup *const tool_limit = s_.open_tool + s_.list_capacity - 16, *const object_limit = s_.open_object + s_.list_capacity - 16;
+    const auto goesOn = [&] {
+      full = live_ + 64 > s_.capacity || work_ + 8 > s_.max_work || open_tool_end_ > tool_limit || open_object_end_ > object_limit;
+      return !full;
+    };
+    while (!full && (tool != open_tool_end_ || object != open_object_end_)) {
+      for (; tool != open_tool_end_ && goesOn(); ++tool) open<false>(*tool);
+      if (tool == open_tool_end_) tool = open_tool_end_ = s_.open_tool;
+      for (; object != open_object_end_ && goesOn(); ++object) open<true>(*object);
+      if (object == open_object_end_) object = open_object_end_ = s_.open_object;
+    }
+    // Out of room or work: what is still to open stands for the leaves below it.
+    for (; tool != open_tool_end_; ++tool) *leaf_end_++ = *tool;
+    for (; object != open_object_end_; ++object) *leaf_end_++ = *object;
+    return {gather(near_count), near_count, work_, full};
+  }
+
+ private:
+  // The pairs, by object.
+  std::uint32_t gather(std::uint32_t near_count) {
+    for (std::uint32_t n = 0; n < near_count; ++n) s_.near_counts[n] = 0;
+    for (const HitGroup* g = s_.leaves; g != leaf_end_; ++g) ++s_.near_counts[g->near];
+    std::uint32_t begin = 0;
+    for (std::uint32_t n = 0; n < near_count; ++n) {
+      const std::uint32_t count = s_.near_counts[n];
+      s_.near_counts[n] = begin;
+      begin += count;
+    }
+    for (const HitGroup* g = s_.leaves; g != leaf_end_; ++g) s_.open_tool[s_.near_counts[g->near]++] = *g;
+    std::uint32_t* end = s_.pairs;
+    const HitGroup* g = s_.open_tool;
+    for (std::uint32_t n = 0; n < near_count; ++n) {
+      const std::uint32_t* const from = end;
+      for (const HitGroup* const last = s_.open_tool + s_.near_counts[n]; g != last; ++g)
+        end = append(end, splatU(g->name) + kLanes * splatU(g->step), g->lanes);
+      s_.near_counts[n] = static_cast<std::uint32_t>(end - from);
+    }
+    return static_cast<std::uint32_t>(end - s_.pairs);
+  }
+
+  // The objects whose bounding spheres the tool's meets.
+  std::uint32_t findNear() {
+    const Balls root{splat(s_.root[0]), splat(s_.root[1]), splat(s_.root[2]), splat(s_.root[3])};
+    std::uint32_t* end = s_.near_objects;
+    for (std::uint32_t i = 0; i < s_.object_count; i += 8, ++work_)
+      end = append(end, splatU(i) + kLanes, within(measure(root, ballsOf(s_.object_roots[i / 8])), 0));
+    const auto count = static_cast<std::uint32_t>(end - s_.near_objects);
+    if (count > 0) turnedTool(0);
+    for (std::uint32_t n = 0; n < count; ++n) {
+      ObjectView& view = s_.near_views[n];
+      view = s_.objects[s_.near_objects[n]];
+      for (int k = 0; k < 3; ++k) view.offset[k] = static_cast<float>(s_.position[k] - view.anchor[k]);
+    }
+    return count;
+  }
+
+  const Block& turnedTool(std::uint32_t b) {
+    Block& out = s_.turned_tool[b];
+    if (s_.turned_when[b] == s_.now) return out;
+    const Block& in = s_.tool[b];
+    const Turned t = turn(load(in.x), load(in.y), load(in.z), rotation_);
+    store(out.x, t.x);
+    store(out.y, t.y);
+    store(out.z, t.z);
+    store(out.r, load(in.r));
+    s_.turned_when[b] = s_.now;
+    return out;
+  }
+
+  // The tests that a group asks for. Of tool and object one is the one node (`kToolIsOne`), the other has the many.
+  template <bool kToolIsOne>
+  void open(const HitGroup& g) {
+    const ObjectView& view = s_.near_views[g.near];
+    const F8 ox = splat(view.offset[0]), oy = splat(view.offset[1]), oz = splat(view.offset[2]);
+    const auto moved = [&](Balls b) { return Balls{b.x + ox, b.y + oy, b.z + oz, b.r}; };
+    const auto one = [&](std::uint32_t slot) {
+      return kToolIsOne ? moved(ballOf(s_.turned_tool[slot >> 3], slot & 7)) : ballOf(view.bound[slot >> 3], slot & 7);
+    };
+    const auto many = [&](std::uint32_t b) { return kToolIsOne ? ballsOf(view.bound[b]) : moved(ballsOf(turnedTool(b))); };
+    const std::uint32_t slot = g.one, b = g.many;
+    const auto count = static_cast<std::uint32_t>(__builtin_popcount(g.lanes));
+    live_ -= count;
+    work_ += count;
+    if (g.one_varies) {
+      const Balls fixed = many(b);
+      for (unsigned lanes = g.lanes; lanes; lanes &= lanes - 1) {
+        const auto k = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        meet<kToolIsOne>(view, g, slot + k, one(slot + k), b, fixed);
+      }
+    } else {
+      const Balls fixed = one(slot);
+      for (unsigned lanes = g.lanes; lanes; lanes &= lanes - 1) {
+        const auto k = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        meet<kToolIsOne>(view, g, slot, fixed, b + k, many(b + k));
+      }
     }
   }
-  while (now_end != now) {
-    std::uint32_t* const leaf_begin = leaf_end;  // of this level
-    std::uint32_t* next_end = next;
-    for (const std::uint32_t* item = now; item != now_end; ++item) {
-      if (static_cast<std::size_t>(leaf_end - s.pairs) + static_cast<std::size_t>(next_end - next) + 64 > s.capacity ||
-          work + 9 > s.max_work) {
-        // The last whole level stands in: the leaf pairs of the levels before it and all its own pairs.
-        leaf_end = leaf_begin;
-        for (const std::uint32_t* k = now; k != now_end; ++k) *leaf_end++ = *k;
-        return {static_cast<std::uint32_t>(leaf_end - s.pairs), work, true};
+
+  // One node against the 8 of a block: what it meets, to where it goes on. The larger is opened, of a leaf and another the other.
+  template <bool kToolIsOne>
+  void meet(const ObjectView& view, const HitGroup& g, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
+    const Hits h = measure(one, many);
+    unsigned hits = within(h, s_.inner_margin);
+    if (hits == 0) return;
+    const BlockLinks& links = (kToolIsOne ? view.links : s_.tool_links)[b];
+    const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot, step = kToolIsOne ? 1 : 1u << 16;
+    const unsigned inner_lanes = (1u << links.inner) - 1, inner = hits & inner_lanes;
+    unsigned leaves = hits & ~inner_lanes;
+    HitGroup*& open_one = kToolIsOne ? open_tool_end_ : open_object_end_;
+    HitGroup*& open_many = kToolIsOne ? open_object_end_ : open_tool_end_;
+    if (g.one_is_leaf) {
+      if (leaves) {
+        if (const unsigned doubt = leaves & ~within(h, s_.sure_margin); doubt) leaves &= ~apartExactly(name, step, view, doubt);
+        add(leaf_end_, leaves, name, step, g.near, 0, 0, 0, true);
       }
-      const std::uint32_t ts = *item >> 16, os = *item & 0xffff, tb = s.tool.child_block[ts], ob = s.object.child_block[os];
-      if (ob) {
-        const Block& object = s.object.bound[ob];
-        const unsigned object_inner = (1u << s.object.inner_lanes[ob]) - 1;
-        unsigned rows;
-        std::uint32_t first;
-        if (tb) {  // the object's node against the tool's lanes first
-          const Block& b = s.object.bound[os >> 3];
-          const unsigned k = os & 7;
-          rows = within(measure(b.x[k] - ox, b.y[k] - oy, b.z[k] - oz, b.r[k], toolBlock(s, tb)), s.inner_margin);
-          first = 8 * tb;
-          ++work;
-        } else {
-          rows = 1;
-          first = ts;
-        }
-        for (; rows; rows &= rows - 1) {
-          const std::uint32_t slot = first + static_cast<std::uint32_t>(__builtin_ctz(rows));
-          const Block& a = s.turned_tool[slot >> 3];  // turned when its node was met
-          const unsigned k = slot & 7;
-          const Hits h = measure(a.x[k] + ox, a.y[k] + oy, a.z[k] + oz, a.r[k], object);
-          ++work;
-          const std::uint32_t base = slot << 16 | ob << 3;
-          const U8 names = splatU(base) + kLanes;
-          if (s.tool.child_block[slot]) {
-            next_end = append(next_end, names, within(h, s.inner_margin));
-          } else {
-            leaf_end =
-                append(leaf_end, names, leafHits(s, h, 0xffu & ~object_inner, a.r[k], object, [&](unsigned lane) { return base + lane; }));
-            if (object_inner) next_end = append(next_end, names, within(h, s.inner_margin) & object_inner);
-          }
-        }
-      } else {  // an object's leaf against the children of a tool node
-        const Block& b = s.object.bound[os >> 3];
-        const Block& tool = toolBlock(s, tb);
-        const unsigned k = os & 7, tool_inner = (1u << s.tool.inner_lanes[tb]) - 1;
-        const Hits h = measure(b.x[k] - ox, b.y[k] - oy, b.z[k] - oz, b.r[k], tool);
-        ++work;
-        const std::uint32_t base = tb << 19 | os;
-        const U8 names = splatU(base) + (kLanes << 16);
-        leaf_end =
-            append(leaf_end, names, leafHits(s, h, 0xffu & ~tool_inner, b.r[k], tool, [&](unsigned lane) { return base + (lane << 16); }));
-        if (tool_inner) next_end = append(next_end, names, within(h, s.inner_margin) & tool_inner);
+      if (inner) add(open_many, inner, name, step, g.near, 0, slot, links.first_child, true);
+    } else {
+      const BlockLinks& one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
+      const std::uint32_t children = one_links.first_child + (slot & 7);
+      if (leaves) add(open_one, leaves, name, step, g.near, 1, b << 3, children, true);
+      if (inner) {
+        if (one.r[0] > links.largest)
+          add(open_one, inner, name, step, g.near, 1, b << 3, children, false);
+        else
+          add(open_many, inner, name, step, g.near, 0, slot, links.first_child, false);
       }
     }
-    std::uint32_t* const done = now;
-    now = next;
-    now_end = next_end;
-    next = done;
   }
-  return {static_cast<std::uint32_t>(leaf_end - s.pairs), work, false};
-}
+  void add(HitGroup*& end, unsigned lanes, std::uint32_t name, std::uint32_t step, std::uint16_t near, std::uint16_t one_varies,
+           std::uint32_t one, std::uint32_t many, bool one_is_leaf) {
+    live_ += static_cast<std::uint32_t>(__builtin_popcount(lanes));
+    *end++ = {
+        name,       step,       near, static_cast<std::uint16_t>(lanes), static_cast<std::uint16_t>(one), static_cast<std::uint16_t>(many),
+        one_varies, one_is_leaf};
+  }
+
+  // Those of the pairs that double arithmetic finds apart.
+  [[gnu::noinline]] unsigned apartExactly(std::uint32_t name, std::uint32_t step, const ObjectView& view, unsigned doubt) const {
+    unsigned apart = 0;
+    for (unsigned lane = 0; lane < 8; ++lane) {
+      const std::uint32_t pair = name + lane * step;
+      if (doubt >> lane & 1 && !touchesExactly(pair >> 16, pair & 0xffff, view)) apart |= 1u << lane;
+    }
+    return apart;
+  }
+  bool touchesExactly(std::uint32_t tool, std::uint32_t object, const ObjectView& view) const {
+    const double *a = &s_.exact_tool[tool][0], *b = &view.exact[object][0], *m = s_.rotation;
+    double square = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double d = (m[3 * k] * a[0] + m[3 * k + 1] * a[1] + m[3 * k + 2] * a[2]) + (s_.position[k] - view.anchor[k]) - b[k];
+      square += d * d;
+    }
+    const double reach =
+        static_cast<double>(s_.tool[tool >> 3].r[tool & 7]) + static_cast<double>(view.bound[object >> 3].r[object & 7]) + s_.margin;
+    return square <= reach * reach;
+  }
+
+  const PairSearch& s_;
+  HitGroup *leaf_end_, *open_tool_end_, *open_object_end_;
+  float rotation_[9];
+  std::uint32_t work_ = 0, live_ = 0;  // live: pairs in the lists that are not opened yet, and those of leaves
+};
+
+PairSearchResult findPairs(const PairSearch& s) { return PairFinder(s).run(); }
 
 float makeRows(const RowRequest& q) {
   const F8 ox = splat(q.offset[0]), oy = splat(q.offset[1]), oz = splat(q.offset[2]), inverse = splat(q.inverse_angle_length),

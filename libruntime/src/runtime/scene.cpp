@@ -13,32 +13,36 @@ constexpr float kFarAway = 1e18f;  // an empty lane; its squared distance still 
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
 
-// `place` maps a centre of the tree's mesh frame to the frame of the compiled tree.
-template <class Place>
-CompiledTree compileTree(const SphereTree& tree, const Place& place) {
-  CompiledTree out;
-  const std::size_t blocks = 1 + tree.bound.size();
+Block emptyBlock() {
   Block empty;
   std::fill_n(empty.x, 8, kFarAway);
   std::fill_n(empty.y, 8, kFarAway);
   std::fill_n(empty.z, 8, kFarAway);
   std::fill_n(empty.r, 8, 0.0f);
-  out.bound.assign(blocks, empty);
+  return empty;
+}
+
+void put(Block& block, std::size_t lane, const Eigen::Vector3d& c, float radius) {
+  block.x[lane] = static_cast<float>(c.x());
+  block.y[lane] = static_cast<float>(c.y());
+  block.z[lane] = static_cast<float>(c.z());
+  block.r[lane] = radius;
+}
+
+// `place` maps a centre of the tree's mesh frame to the frame of the compiled tree.
+template <class Place>
+CompiledTree compileTree(const SphereTree& tree, const Place& place) {
+  CompiledTree out;
+  const std::size_t blocks = 1 + tree.bound.size();
+  out.bound.assign(blocks, emptyBlock());
   out.cover_records.assign(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
-  out.child_block.assign(8 * blocks, 0);
-  out.inner_lanes.assign(blocks, 0);
+  out.links.assign(blocks, {});
   out.exact.assign(8 * blocks, {kFarAway, kFarAway, kFarAway});
   out.node.assign(8 * blocks, kNoNode);
   out.smallest_radius = std::numeric_limits<float>::infinity();
 
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   const auto centreOf = [&](const Sphere& s) -> Eigen::Vector3d { return place(Eigen::Vector3d(s.x, s.y, s.z) + origin); };
-  const auto put = [](Block& block, std::size_t lane, const Eigen::Vector3d& c, float radius) {
-    block.x[lane] = static_cast<float>(c.x());
-    block.y[lane] = static_cast<float>(c.y());
-    block.z[lane] = static_cast<float>(c.z());
-    block.r[lane] = radius;
-  };
   const auto putNode = [&](std::size_t slot, std::uint32_t node) {
     const Sphere& cover = tree.cover[node];
     const Sphere& bound = sphereOf(tree, node, SphereKind::Bound);
@@ -51,8 +55,11 @@ CompiledTree compileTree(const SphereTree& tree, const Place& place) {
     if (tree.isLeaf(node)) {
       out.smallest_radius = std::min(out.smallest_radius, cover.radius);
     } else {
-      out.child_block[slot] = static_cast<std::uint16_t>(tree.bound_index[node] + 1);
-      ++out.inner_lanes[slot / 8];
+      // Inner siblings stand ahead of leaves, and inner nodes are numbered as they come: their blocks follow each other.
+      BlockLinks& links = out.links[slot / 8];
+      if (slot % 8 == 0) links.first_child = static_cast<std::uint16_t>(tree.bound_index[node] + 1);
+      ++links.inner;
+      links.largest = std::max(links.largest, bound.radius);
     }
   };
   putNode(0, 0);
@@ -133,6 +140,10 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
       return false;
     }
     smallest = std::min(smallest, compiled.tree.smallest_radius);
+    out.objects_reach = std::max({out.objects_reach, compiled.tree.reach, compiled.root_radius});
+    out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
+    if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
+    put(out.object_roots.back(), i % 8, compiled.anchor, top.radius);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

@@ -354,9 +354,14 @@ void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path
 // Gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
 Eigen::Vector3d eulerAngles(const Quaternion& q) {
   const Eigen::Matrix3d m = q.toRotationMatrix();
-  return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), std::hypot(m(0, 0), m(1, 0))), std::atan2(m(1, 0), m(0, 0))};
+  const double level = std::sqrt(m(0, 0) * m(0, 0) + m(1, 0) * m(1, 0));
+  return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), level), std::atan2(m(1, 0), m(0, 0))};
 }
-Quaternion fromEuler(const Eigen::Vector3d& e) { return rotationOf({0, 0, e[2]}) * rotationOf({0, e[1], 0}) * rotationOf({e[0], 0, 0}); }
+Quaternion fromEuler(const Eigen::Vector3d& e) {
+  const Eigen::Array3d half = 0.5 * e.array(), c = half.cos(), s = half.sin();
+  return {c[2] * c[1] * c[0] + s[2] * s[1] * s[0], c[2] * c[1] * s[0] - s[2] * s[1] * c[0], c[2] * s[1] * c[0] + s[2] * c[1] * s[0],
+          s[2] * c[1] * c[0] - c[2] * s[1] * s[0]};
+}
 
 void Stepper::paper(const Configuration& haptic) {
   Eigen::Vector3d before(workspace_.euler[0], workspace_.euler[1], workspace_.euler[2]);
@@ -369,10 +374,10 @@ void Stepper::paper(const Configuration& haptic) {
   Eigen::Vector3d position = haptic.position, after = angles;
   workspace_.answer.active_count = 0;
   if (!pairs.pairs.empty()) {
-    const Eigen::Matrix3d yaw = rotationOf({0, 0, before[2]}).toRotationMatrix();
-    const Eigen::Matrix3d yaw_pitch = yaw * rotationOf({0, before[1], 0}).toRotationMatrix();
+    // Gamma turns about the tool's own x axis, alpha about the world's z, beta about the y axis that alpha has turned.
     Eigen::Matrix3d axes;
-    axes << yaw_pitch.col(0), yaw.col(1), Eigen::Vector3d::UnitZ();
+    axes << workspace_.graphic.orientation * Eigen::Vector3d::UnitX(), Eigen::Vector3d(-std::sin(before[2]), std::cos(before[2]), 0),
+        Eigen::Vector3d::UnitZ();
     const RowSet set = rows(pairs, workspace_.graphic, RowForm::SquaredDistance, axes);
     findActive(pairs);
     solve(set, scaledVector({haptic.position - workspace_.graphic.position, angles - before}));

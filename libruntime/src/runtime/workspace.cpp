@@ -23,11 +23,14 @@ Workspace::Workspace(const Scene& scene, Kernel wanted) : kernel(choose(wanted))
   const std::size_t capacity = scene.step_limits.max_pairs + 16;
   turned_tool.resize(scene.tool.bound.size());
   turned_when.resize(scene.tool.bound.size());
+  for (const CompiledObject& o : scene.objects)
+    object_views.push_back({o.tree.bound.data(), o.tree.links.data(), o.tree.exact.data(), o.anchor.data(), {}});
+  near_views.resize(scene.objects.size());
+  near_objects.resize(scene.objects.size() + 16);
+  near_counts.resize(scene.objects.size());
+  for (auto* list : {&leaves, &open_tool, &open_object}) list->resize(2 * capacity + 4096);
   pairs.resize(capacity);
-  list_a.resize(capacity);
-  list_b.resize(capacity);
   runs.reserve(scene.objects.size());
-  near_objects.reserve(scene.objects.size());
   const std::size_t row_count = capacity + (scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
   bridge_rows.reserve(scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
   near_bridges.reserve(scene.deepest_bridge > 0 ? kMostNearBridges : 0);

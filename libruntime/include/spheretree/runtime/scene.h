@@ -56,16 +56,23 @@ struct alignas(128) Block {
 };
 static_assert(sizeof(Block) == 128);
 
+/// Lanes [0, inner) of a block are inner nodes, the others leaves or empty. The children of lane k stand in block first_child + k.
+struct BlockLinks {
+  std::uint16_t first_child = 0, inner = 0;
+  float largest = 0;  // radius of the inner nodes [mm]
+};
+
 struct CompiledTree {
   std::vector<Block> bound;                  // what the search tests: bounding spheres, and leaves
   std::vector<Sphere> cover_records;         // (slot) what touches: cover spheres; equal to `bound` at the leaves
-  std::vector<std::uint16_t> child_block;    // (slot) 0 for a leaf
-  std::vector<std::uint8_t> inner_lanes;     // (block) lanes [0, n) are inner nodes, the others leaves or empty
+  std::vector<BlockLinks> links;             // (block)
   std::vector<std::array<double, 3>> exact;  // (slot) centre before rounding to float
   std::vector<std::uint32_t> node;           // (slot) index in the SphereTree; kNoNode for an empty lane
   double reach = 0;                          // no point of any sphere is farther from the frame's origin [mm]
   float smallest_radius = 0;                 // of the leaves [mm]
   Bridges bridges;                           // of an object; the tool has none
+
+  bool isInner(std::size_t slot) const { return slot % 8 < links[slot / 8].inner; }
 };
 inline constexpr std::uint32_t kNoNode = 0xffffffffu;
 
@@ -80,6 +87,9 @@ struct Scene {
   Eigen::Vector3d tool_root;    // centre of its root about the reference point, tool axes [mm]
   double tool_root_radius = 0;  // [mm]
   std::vector<CompiledObject> objects;
+  std::vector<Block> object_roots;  // bounding spheres of the objects in the world, 8 to a block
+  double objects_reach = 0;         // no point of an object is farther from its anchor [mm]
+  double farthest_anchor = 0;       // of the objects from the origin of the world [mm]
   Coupling coupling;
   WrenchLimits wrench_limits;
   StepLimits step_limits;

@@ -14,6 +14,8 @@
 namespace spheretree::runtime {
 
 struct KernelTable;
+struct ObjectView;
+struct HitGroup;
 
 /// What names a row from step to step.
 struct PairName {
@@ -44,9 +46,11 @@ class Workspace {
   std::vector<Block> turned_tool;          // bounding spheres in world axes, about the reference point
   std::vector<std::uint32_t> turned_when;  // (block) the search that turned it last
   std::uint32_t pose_count = 0;            // searches so far
-  std::vector<std::uint32_t> pairs, list_a, list_b;
-  std::vector<PairRun> runs;
+  std::vector<ObjectView> object_views, near_views;
   std::vector<std::uint32_t> near_objects;
+  std::vector<HitGroup> leaves, open_tool, open_object;
+  std::vector<std::uint32_t> near_counts, pairs;
+  std::vector<PairRun> runs;
   struct FreeFloats {
     void operator()(float* p) const;
   };
