@@ -295,7 +295,9 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   result.statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
-  const auto parents = levels.parents.empty() ? groupLevels(levels.spheres, settings.branching) : levels.parents;
+  const auto parents = levels.parents.empty()
+                           ? groupLevels(levels.spheres, settings.branching, settings.tolerance_mm > 0 ? Room::Leave : Room::Use)
+                           : levels.parents;
   SphereTree& tree = result.tree;
   tree = assembleTree(levels.spheres, parents, settings.branching);
   tree.origin_mm = {origin.x(), origin.y(), origin.z()};

@@ -3,8 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -17,14 +19,15 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kCentring = 12;           // steps towards the centre of an enclosing ball: within a few per cent
-constexpr std::size_t kNeighbours = 6;  // parents that a child is tried under
-constexpr int kPasses = 4;
-constexpr double kWorthwhile = 1e-9;  // relative gain below which a swap is rounding
+constexpr int kCuts = 16;               // places where a part is tried to be cut, along each key
+constexpr std::size_t kNeighbours = 6;  // groups that a child is tried in
+constexpr int kPasses = 8;
+constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange is rounding
 
 Ball toBall(const Sphere& s) { return {Vector3d(s.x, s.y, s.z), s.radius}; }
 
 // A small ball about some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA 2003.
-Ball enclosing(const std::vector<Ball>& balls) {
+Ball enclosing(std::span<const Ball> balls) {
   Vector3d c = Vector3d::Zero();
   for (const Ball& b : balls) c += b.centre;
   c /= static_cast<double>(balls.size());
@@ -45,212 +48,314 @@ Ball enclosing(const std::vector<Ball>& balls) {
   return best;
 }
 
+// Of the smallest ball about two.
+double jointRadius(const Ball& a, const Ball& b) {
+  return std::max({a.radius, b.radius, 0.5 * ((a.centre - b.centre).norm() + a.radius + b.radius)});
+}
+
+// Groups of children, each for a parent's own sphere or, where there is room for more groups than parents, for none.
 class Grouping {
  public:
-  Grouping(const std::vector<Ball>& parents, const std::vector<Ball>& children, std::size_t capacity)
-      : parents_(parents),
-        children_(children),
-        capacity_(capacity),
-        members_(parents.size()),
-        parent_(children.size()),
-        bound_(parents.size()) {
-    assignAll();
+  Grouping(const std::vector<Ball>& parents, const std::vector<Ball>& children, std::size_t capacity, std::size_t groups)
+      : parents_(parents), children_(children), capacity_(capacity), group_of_(children.size()) {
+    cutAll(groups);
+    matchParents(true);
     fillEmpty();
-    for (std::size_t p = 0; p < parents_.size(); ++p) bound_[p] = boundOf(p, members_[p]);
-    for (int pass = 0; pass < kPasses && improve(); ++pass) {
+    boundAll();
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const bool moved = exchangeChildren();
+      if (!matchParents(false) && !moved) break;
+      boundAll();
     }
+    std::erase_if(groups_, [](const Group& g) { return g.parent == kNoParent && g.members.empty(); });
   }
-  const std::vector<std::uint32_t>& parent() const { return parent_; }
-  const std::vector<Ball>& bounds() const { return bound_; }
+
+  struct Group {
+    std::vector<std::uint32_t> members;
+    std::uint32_t parent = kNoParent;
+    Ball inner, bound;  // about the members; with the parent's own sphere, too
+    int changed = 0;    // pass in which it changed last
+  };
+  const std::vector<Group>& groups() const { return groups_; }
+  static double cost(const Group& g) { return cost(g.members.size(), g.bound.radius); }
 
  private:
-  static double cost(const Ball& b) { return b.radius * b.radius; }
-
-  Ball boundOf(std::size_t p, const std::vector<std::uint32_t>& members) const {
+  // Every child is tested whenever the bounding sphere is met. That grows far less than with its area: two objects meet at their ends and
+  // edges more than elsewhere, and beyond the size of the other object it grows hardly at all. So one bound that is much too large for few
+  // children is better than many that are a little too large. Exponents of 0.2 to 0.5 gave the same number of node pairs within 5 %, 1 more
+  // by a tenth, 2 by a half.
+  static double cost(std::size_t members, double radius) { return static_cast<double>(members) * std::cbrt(radius); }
+  Ball boundOf(std::uint32_t parent, std::span<const std::uint32_t> members) const {
     scratch_.clear();
-    scratch_.push_back(parents_[p]);
     for (const std::uint32_t c : members) scratch_.push_back(children_[c]);
-    return enclosing(scratch_);
+    if (parent != kNoParent) scratch_.push_back(parents_[parent]);
+    return scratch_.empty() ? Ball{} : enclosing(scratch_);
+  }
+  void boundAll() {
+    for (Group& g : groups_) {
+      g.inner = boundOf(kNoParent, g.members);
+      g.bound = boundOf(g.parent, g.members);
+    }
   }
 
-  // Compact groups by halving the children across their longest extent, in the proportion of the parents on either side; then each
-  // group to the parent whose own sphere it goes with best.
-  void assignAll() {
-    std::vector<std::uint32_t> order(children_.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::vector<std::vector<std::uint32_t>> groups;
+  // Compact groups, from the whole down: a part is cut in two where the cost of both is least, for half of its groups each.
+  void cutAll(std::size_t groups) {
     struct Part {
-      std::size_t first, last, parents;
+      std::vector<std::uint32_t> members;
+      std::size_t groups;
     };
-    std::vector<Part> parts{{0, order.size(), parents_.size()}};
+    std::vector<Part> parts(1);
+    parts[0].groups = groups;
+    for (std::uint32_t c = 0; c < children_.size(); ++c) parts[0].members.push_back(c);
     while (!parts.empty()) {
-      const Part part = parts.back();
+      Part part = std::move(parts.back());
       parts.pop_back();
-      if (part.parents == 1) {
-        groups.emplace_back(order.begin() + static_cast<std::ptrdiff_t>(part.first),
-                            order.begin() + static_cast<std::ptrdiff_t>(part.last));
+      if (part.groups == 1) {
+        groups_.emplace_back().members = std::move(part.members);
         continue;
       }
-      Eigen::AlignedBox3d box;
-      for (std::size_t i = part.first; i < part.last; ++i) box.extend(children_[order[i]].centre);
-      int axis = 0;
-      if (!box.isEmpty()) box.sizes().maxCoeff(&axis);
-      const std::size_t count = part.last - part.first, left = part.parents / 2, right = part.parents - left;
-      std::size_t here = (count * left + part.parents / 2) / part.parents;
-      here = std::min(here, left * capacity_);
-      if (count - here > right * capacity_) here = count - right * capacity_;
-      std::sort(order.begin() + static_cast<std::ptrdiff_t>(part.first), order.begin() + static_cast<std::ptrdiff_t>(part.last),
-                [&](std::uint32_t x, std::uint32_t y) {
-                  const double cx = children_[x].centre[axis], cy = children_[y].centre[axis];
-                  return cx != cy ? cx < cy : x < y;
-                });
-      parts.push_back({part.first + here, part.last, right});
-      parts.push_back({part.first, part.first + here, left});
+      const std::size_t left = part.groups / 2, right = part.groups - left;
+      const std::size_t here = cut(part.members, left, right);
+      const auto middle = part.members.begin() + static_cast<std::ptrdiff_t>(here);
+      parts.push_back({{middle, part.members.end()}, right});
+      parts.push_back({{part.members.begin(), middle}, left});
     }
-    // Greedy by the ball about both, then exchanges.
-    std::vector<Ball> about;
-    for (const auto& group : groups) {
-      scratch_.clear();
-      for (const std::uint32_t c : group) scratch_.push_back(children_[c]);
-      about.push_back(scratch_.empty() ? Ball{} : enclosing(scratch_));
-    }
-    const auto price = [&](std::size_t g, std::size_t p) {
-      if (groups[g].empty()) return cost(parents_[p]);
-      const double distance = (about[g].centre - parents_[p].centre).norm();
-      const double radius = std::max({about[g].radius, parents_[p].radius, 0.5 * (distance + about[g].radius + parents_[p].radius)});
-      return radius * radius;
-    };
-    std::vector<std::size_t> of_parent(parents_.size());  // group of each parent
-    std::vector<char> taken(groups.size(), 0);
-    std::vector<std::size_t> by_size(parents_.size());
-    std::iota(by_size.begin(), by_size.end(), std::size_t{0});
-    std::stable_sort(by_size.begin(), by_size.end(), [&](std::size_t x, std::size_t y) { return parents_[x].radius > parents_[y].radius; });
-    for (const std::size_t p : by_size) {
-      std::size_t best = groups.size();
-      for (std::size_t g = 0; g < groups.size(); ++g)
-        if (!taken[g] && (best == groups.size() || price(g, p) < price(best, p))) best = g;
-      taken[best] = 1;
-      of_parent[p] = best;
-    }
-    for (int pass = 0, changed = 1; pass < kPasses && changed; ++pass) {
-      changed = 0;
-      for (std::size_t p = 0; p < parents_.size(); ++p)
-        for (std::size_t q = p + 1; q < parents_.size(); ++q) {
-          const double now = price(of_parent[p], p) + price(of_parent[q], q);
-          if (price(of_parent[q], p) + price(of_parent[p], q) < now * (1 - kWorthwhile)) std::swap(of_parent[p], of_parent[q]), changed = 1;
-        }
-    }
-    for (std::uint32_t p = 0; p < parents_.size(); ++p)
-      for (const std::uint32_t c : groups[of_parent[p]]) join(c, p);
-    // A child is later tried under the parents whose groups are nearest.
-    near_.resize(children_.size());
-    std::vector<std::pair<double, std::uint32_t>> by_distance(parents_.size());
-    for (std::uint32_t c = 0; c < children_.size(); ++c) {
-      for (std::uint32_t p = 0; p < parents_.size(); ++p) {
-        const Ball& group = about[of_parent[p]];
-        by_distance[p] = {(children_[c].centre - group.centre).norm() + children_[c].radius - group.radius, p};
-      }
-      const std::size_t kept = std::min(by_distance.size(), kNeighbours);
-      std::partial_sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(kept), by_distance.end());
-      for (std::size_t i = 0; i < kept; ++i) near_[c].push_back(by_distance[i].second);
-    }
-  }
-  void join(std::uint32_t child, std::uint32_t parent) {
-    members_[parent].push_back(child);
-    parent_[child] = parent;
+    for (std::uint32_t g = 0; g < groups_.size(); ++g)
+      for (const std::uint32_t c : groups_[g].members) group_of_[c] = g;
   }
 
-  // A parent without a child takes the nearest one whose parent has others.
+  // Orders the members and says how many go to the left: no group needs to be empty or too full. Keys: the coordinates, the radius (large
+  // balls inside an object are best kept together) and the distance from the middle.
+  std::size_t cut(std::vector<std::uint32_t>& members, std::size_t left, std::size_t right) const {
+    const std::size_t count = members.size();
+    const std::size_t fewest = std::max(count - std::min(count, right * capacity_), std::min(left, count));
+    const std::size_t most = std::max(fewest, std::min(left * capacity_, count - std::min(right, count - fewest)));
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t c : members) middle += children_[c].centre / static_cast<double>(count);
+    std::vector<std::uint32_t> best_order = members;
+    std::size_t best_count = fewest;
+    double least = std::numeric_limits<double>::infinity();
+    std::vector<std::pair<double, std::uint32_t>> keyed(count);
+    std::vector<Ball> sorted(count);
+    for (int key = 0; key < 5; ++key) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const Ball& b = children_[members[i]];
+        keyed[i] = {key < 3 ? b.centre[key] : key == 3 ? b.radius : (b.centre - middle).norm(), members[i]};
+      }
+      std::sort(keyed.begin(), keyed.end());
+      for (std::size_t i = 0; i < count; ++i) sorted[i] = children_[keyed[i].second];
+      const std::size_t step = std::max<std::size_t>(1, (most - fewest) / kCuts);
+      for (std::size_t here = fewest; here <= most; here += step) {
+        if (here == 0 || here == count) continue;
+        const std::span<const Ball> all(sorted);
+        const double sum = cost(here, enclosing(all.first(here)).radius) + cost(count - here, enclosing(all.subspan(here)).radius);
+        if (sum >= least) continue;
+        least = sum;
+        best_count = here;
+        for (std::size_t i = 0; i < count; ++i) best_order[i] = keyed[i].second;
+      }
+    }
+    members = best_order;
+    return best_count;
+  }
+
+  // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing changed.
+  bool matchParents(bool anew) {
+    for (Group& g : groups_) g.inner = boundOf(kNoParent, g.members);
+    const auto price = [&](const Group& g, std::uint32_t parent) {
+      if (parent == kNoParent) return cost(g.members.size(), g.inner.radius);
+      return g.members.empty() ? parents_[parent].radius : cost(g.members.size(), jointRadius(g.inner, parents_[parent]));
+    };
+    if (anew) {
+      std::vector<std::uint32_t> by_size(parents_.size());
+      std::iota(by_size.begin(), by_size.end(), 0u);
+      std::stable_sort(by_size.begin(), by_size.end(),
+                       [&](std::uint32_t x, std::uint32_t y) { return parents_[x].radius > parents_[y].radius; });
+      for (const std::uint32_t p : by_size) {
+        Group* best = nullptr;
+        double least = std::numeric_limits<double>::infinity();
+        for (Group& g : groups_) {
+          if (g.parent != kNoParent) continue;
+          const double more = price(g, p) - price(g, kNoParent);
+          if (!best || more < least) least = more, best = &g;
+        }
+        best->parent = p;
+      }
+    }
+    bool any = false;
+    for (int pass = 0, changed = 1; pass < kPasses && changed; ++pass) {
+      changed = 0;
+      for (std::size_t i = 0; i < groups_.size(); ++i)
+        for (std::size_t j = i + 1; j < groups_.size(); ++j) {
+          Group &a = groups_[i], &b = groups_[j];
+          const double now = price(a, a.parent) + price(b, b.parent);
+          if (price(a, b.parent) + price(b, a.parent) < now * (1 - kWorthwhile))
+            std::swap(a.parent, b.parent), a.changed = b.changed = pass_, changed = 1;
+        }
+      any = any || changed;
+    }
+    return any;
+  }
+
+  // A parent without a child takes the nearest one whose group has others.
   void fillEmpty() {
-    for (std::uint32_t p = 0; p < parents_.size(); ++p) {
-      if (!members_[p].empty()) continue;
+    for (std::uint32_t g = 0; g < groups_.size(); ++g) {
+      if (!groups_[g].members.empty() || groups_[g].parent == kNoParent) continue;
       std::uint32_t best = kNoParent;
       double least = std::numeric_limits<double>::infinity();
       for (std::uint32_t c = 0; c < children_.size(); ++c) {
-        const double distance = (children_[c].centre - parents_[p].centre).norm();
-        if (members_[parent_[c]].size() > 1 && distance < least) least = distance, best = c;
+        const double distance = (children_[c].centre - parents_[groups_[g].parent].centre).norm();
+        if (groups_[group_of_[c]].members.size() > 1 && distance < least) least = distance, best = c;
       }
       if (best == kNoParent) return;
-      auto& from = members_[parent_[best]];
-      from.erase(std::find(from.begin(), from.end(), best));
-      join(best, p);
+      std::erase(groups_[group_of_[best]].members, best);
+      groups_[g].members.push_back(best);
+      group_of_[best] = g;
     }
   }
 
-  // One pass of moves and swaps. False if nothing improved.
-  bool improve() {
+  // One pass of moves and swaps of children between groups that are near, of which one changed since the last. False if nothing improved.
+  bool exchangeChildren() {
     bool any = false;
+    std::vector<std::pair<double, std::uint32_t>> near(groups_.size());
+    ++pass_;
     for (std::uint32_t c = 0; c < children_.size(); ++c) {
-      const std::uint32_t a = parent_[c];
-      std::vector<std::uint32_t> without = members_[a];
-      without.erase(std::find(without.begin(), without.end(), c));
-      const double before_a = cost(bound_[a]), freed = before_a - cost(boundOf(a, without));
-      if (!(freed > kWorthwhile * before_a)) continue;  // it is not what makes its parent large
-      double best_gain = kWorthwhile * before_a;
-      std::uint32_t best_parent = a, best_other = kNoParent;
-      for (const std::uint32_t b : near_[c]) {
-        if (b == a) continue;
-        const double before = before_a + cost(bound_[b]);
-        std::vector<std::uint32_t> with = members_[b];
-        with.push_back(c);
-        if (members_[b].size() < capacity_ && !without.empty()) {
-          const double gain = before - cost(boundOf(a, without)) - cost(boundOf(b, with));
-          if (gain > best_gain) best_gain = gain, best_parent = b, best_other = kNoParent;
-        }
-        for (std::size_t i = 0; i < members_[b].size(); ++i) {
-          const std::uint32_t other = members_[b][i];
-          // The other must not be hopeless where it would go.
-          if ((children_[other].centre - bound_[a].centre).norm() + children_[other].radius > 1.5 * bound_[a].radius) continue;
-          std::vector<std::uint32_t> new_a = without, new_b = members_[b];
-          new_a.push_back(other);
-          new_b[i] = c;
-          const double cost_a = cost(boundOf(a, new_a));
-          if (before - cost_a <= best_gain) continue;
-          const double gain = before - cost_a - cost(boundOf(b, new_b));
-          if (gain > best_gain) best_gain = gain, best_parent = b, best_other = other;
-        }
-      }
-      if (best_parent == a) continue;
-      any = true;
-      members_[a] = std::move(without);
-      if (best_other != kNoParent) {
-        auto& from = members_[best_parent];
-        from.erase(std::find(from.begin(), from.end(), best_other));
-        join(best_other, a);
-      }
-      join(c, best_parent);
-      bound_[a] = boundOf(a, members_[a]);
-      bound_[best_parent] = boundOf(best_parent, members_[best_parent]);
+      const std::uint32_t a = group_of_[c];
+      if (groups_[a].members.size() < 2) continue;
+      for (std::uint32_t g = 0; g < groups_.size(); ++g)
+        near[g] = {(children_[c].centre - groups_[g].inner.centre).norm() - groups_[g].inner.radius, g};
+      const std::size_t kept = std::min(near.size(), kNeighbours);
+      std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept), near.end());
+      int changed = groups_[a].changed;
+      for (std::size_t i = 0; i < kept; ++i) changed = std::max(changed, groups_[near[i].second].changed);
+      if (changed + 1 >= pass_) any = exchangeOne(c, {near.data(), kept}) || any;
     }
     return any;
+  }
+
+  // The best move or swap of a child into one of the groups given, if it lowers the cost.
+  bool exchangeOne(std::uint32_t c, std::span<const std::pair<double, std::uint32_t>> near) {
+    const std::uint32_t a = group_of_[c];
+    Group& from = groups_[a];
+    std::vector<std::uint32_t> without = from.members;
+    std::erase(without, c);
+    const double radius_without = std::min(from.bound.radius, boundOf(from.parent, without).radius);
+    const double cost_moved = cost(without.size(), radius_without), cost_swapped = cost(from.members.size(), radius_without);
+    const bool is_outer = cost_swapped < cost(from) * (1 - kWorthwhile);  // a swap of another is of no use to its group
+    double best_gain = kWorthwhile * cost(from);
+    std::uint32_t best_group = a, best_other = kNoParent;
+    std::vector<std::uint32_t> with;
+    for (const auto& [distance, b] : near) {
+      if (b == a) continue;
+      const Group& to = groups_[b];
+      const double before = cost(from) + cost(to);
+      const double joint = leastRadius(to, c, kNoParent);
+      if (to.members.size() < capacity_ && before - cost_moved - cost(to.members.size() + 1, joint) > best_gain) {
+        with = to.members;
+        with.push_back(c);
+        const double gain = before - cost_moved - cost(with.size(), boundOf(to.parent, with).radius);
+        if (gain > best_gain) best_gain = gain, best_group = b, best_other = kNoParent;
+      }
+      for (std::size_t i = 0; is_outer && i < to.members.size(); ++i) {
+        const std::uint32_t other = to.members[i];
+        if (before - cost_swapped - cost(to.members.size(), leastRadius(to, c, other)) <= best_gain) continue;
+        with = without;
+        with.push_back(other);
+        const double cost_a = cost(with.size(), boundOf(from.parent, with).radius);
+        if (before - cost_a <= best_gain) continue;
+        with = to.members;
+        with[i] = c;
+        const double gain = before - cost_a - cost(with.size(), boundOf(to.parent, with).radius);
+        if (gain > best_gain) best_gain = gain, best_group = b, best_other = other;
+      }
+    }
+    if (best_group == a) return false;
+    Group& to = groups_[best_group];
+    from.members = std::move(without);
+    if (best_other != kNoParent) {
+      std::erase(to.members, best_other);
+      from.members.push_back(best_other);
+      group_of_[best_other] = a;
+    }
+    to.members.push_back(c);
+    group_of_[c] = best_group;
+    for (Group* g : {&from, &to}) {
+      g->bound = boundOf(g->parent, g->members);
+      g->inner = boundOf(kNoParent, g->members);
+      g->changed = pass_;
+    }
+    return true;
+  }
+
+  // A lower bound of the radius about a group with one more child and, perhaps, without another.
+  double leastRadius(const Group& group, std::uint32_t more, std::uint32_t less) const {
+    double radius = group.parent == kNoParent ? 0 : jointRadius(children_[more], parents_[group.parent]);
+    for (const std::uint32_t c : group.members)
+      if (c != less) radius = std::max(radius, jointRadius(children_[more], children_[c]));
+    return radius;
   }
 
   const std::vector<Ball>& parents_;
   const std::vector<Ball>& children_;
   std::size_t capacity_;
-  std::vector<std::vector<std::uint32_t>> members_, near_;
-  std::vector<std::uint32_t> parent_;
-  std::vector<Ball> bound_;
+  std::vector<Group> groups_;
+  std::vector<std::uint32_t> group_of_;  // (children)
+  int pass_ = 0;
   mutable std::vector<Ball> scratch_;
 };
 
-}  // namespace
+struct GroupedLevels {
+  std::vector<std::vector<Sphere>> levels;
+  std::vector<std::vector<std::uint32_t>> parents;
+  double cost = 0;
+};
 
-std::vector<std::vector<std::uint32_t>> groupLevels(const std::vector<std::vector<Sphere>>& levels, int branching) {
-  std::vector<std::vector<std::uint32_t>> parents(levels.size());
+GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::size_t branching, Room room) {
+  GroupedLevels out{std::move(levels), {}, 0};
+  out.parents.resize(out.levels.size());
   std::vector<Ball> below;
-  if (!levels.empty())
-    for (const Sphere& s : levels.back()) below.push_back(toBall(s));
-  for (std::size_t level = levels.size(); level-- > 1;) {
-    if (levels[level].size() > levels[level - 1].size() * static_cast<std::size_t>(branching))
+  if (!out.levels.empty())
+    for (const Sphere& s : out.levels.back()) below.push_back(toBall(s));
+  for (std::size_t level = out.levels.size(); level-- > 1;) {
+    std::vector<Sphere>& owners = out.levels[level - 1];
+    std::size_t groups = owners.size();
+    if (room == Room::Use && level > 1) groups = std::max(groups, std::min(out.levels[level - 2].size() * branching, below.size()));
+    if (below.size() > groups * branching)
       throw std::invalid_argument("hierarchy: level " + std::to_string(level) + " has more spheres than its parents may have children");
     std::vector<Ball> above;
-    for (const Sphere& s : levels[level - 1]) above.push_back(toBall(s));
-    const Grouping grouping(above, below, static_cast<std::size_t>(branching));
-    parents[level] = grouping.parent();
-    below = grouping.bounds();
+    for (const Sphere& s : owners) above.push_back(toBall(s));
+    const Grouping grouping(above, below, branching, groups);
+    std::vector<Ball> bounds(owners.size());
+    out.parents[level].resize(below.size());
+    for (const Grouping::Group& g : grouping.groups()) {
+      std::uint32_t parent = g.parent;
+      if (parent == kNoParent) {
+        parent = static_cast<std::uint32_t>(owners.size());
+        owners.push_back(out.levels[level][g.members[0]]);
+        bounds.emplace_back();
+      }
+      bounds[parent] = g.bound;
+      out.cost += Grouping::cost(g);
+      for (const std::uint32_t c : g.members) out.parents[level][c] = parent;
+    }
+    below = std::move(bounds);
   }
-  return parents;
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphere>>& levels, int branching, Room room) {
+  const auto full = static_cast<std::size_t>(branching);
+  GroupedLevels best = group(levels, full, room);
+  bool fits = true;  // without further nodes
+  for (std::size_t level = 1; level < levels.size(); ++level) fits = fits && levels[level].size() <= levels[level - 1].size() * full;
+  if (fits && best.levels != levels) {  // more groups are more to test, too
+    GroupedLevels plain = group(levels, full, Room::Leave);
+    if (plain.cost <= best.cost) best = std::move(plain);
+  }
+  levels = std::move(best.levels);
+  return best.parents;
 }
 
 std::vector<std::size_t> levelCounts(std::size_t leaves, int branching) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
@@ -38,10 +39,29 @@ Levels randomLevels(const std::vector<std::size_t>& sizes, std::uint64_t seed) {
   return levels;
 }
 
-double sumOfSquaredBounds(const SphereTree& tree) {
+// What the grouping lowers: children times the cube root of the bounding radius, over the inner nodes.
+double traversalCost(const SphereTree& tree) {
   double sum = 0;
-  for (const Sphere& b : tree.bound) sum += static_cast<double>(b.radius) * static_cast<double>(b.radius);
+  for (std::size_t i = 0; i < tree.nodeCount(); ++i)
+    if (!tree.isLeaf(i)) sum += tree.child_count[i] * std::cbrt(static_cast<double>(tree.bound[tree.bound_index[i]].radius));
   return sum;
+}
+
+// Spheres that a ball of no size tests at every leaf's centre: what the cost stands for.
+double nodesTested(const SphereTree& tree) {
+  std::size_t tested = 0;
+  for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) {
+    std::vector<std::uint32_t> open{0};
+    while (!open.empty()) {
+      const std::uint32_t node = open.back();
+      open.pop_back();
+      ++tested;
+      const Sphere& s = sphereOf(tree, node, SphereKind::Bound);
+      if ((centre(s) - centre(tree.cover[leaf])).norm() > static_cast<double>(s.radius)) continue;
+      for (std::uint32_t c = 0; c < tree.child_count[node]; ++c) open.push_back(tree.first_child[node] + c);
+    }
+  }
+  return static_cast<double>(tested);
 }
 
 // What one would write first: every child under the nearest parent that has room, children in the order given.
@@ -88,7 +108,7 @@ TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
   const std::vector<std::tuple<int, std::vector<std::size_t>>> cases{{2, {1, 2, 4, 8}},    {3, {1, 2, 5, 15}}, {4, {1, 4, 13, 40, 100}},
                                                                      {8, {1, 8, 64, 512}}, {8, {1, 7, 7, 8}},  {5, {1, 1, 1}}};
   for (const auto& [branching, sizes] : cases) {
-    const Levels levels = randomLevels(sizes, 1);
+    Levels levels = randomLevels(sizes, 1);
     const Parents parents = groupLevels(levels, branching);
     ASSERT_EQ(parents.size(), levels.size());
     EXPECT_TRUE(parents[0].empty());
@@ -118,9 +138,9 @@ TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
 TEST(Hierarchy, GroupsTighterThanNearestFirst) {
   double ours = 0, plain = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const Levels levels = randomLevels({1, 8, 60, 300}, seed);
-    const double a = sumOfSquaredBounds(assembleTree(levels, groupLevels(levels, 8), 8));
-    const double b = sumOfSquaredBounds(assembleTree(levels, nearestFirst(levels, 8), 8));
+    Levels levels = randomLevels({1, 8, 60, 300}, seed);
+    const double b = nodesTested(assembleTree(levels, nearestFirst(levels, 8), 8));
+    const double a = nodesTested(assembleTree(levels, groupLevels(levels, 8), 8));
     EXPECT_LT(a, b) << "seed " << seed;
     ours += a;
     plain += b;
@@ -142,8 +162,8 @@ TEST(Hierarchy, FindsClustersThatTheParentsDoNotShow) {
 TEST(Hierarchy, IsNearTheBestOfAllGroupings) {
   double ours = 0, optimal = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Levels levels = randomLevels({1, 2, 6}, seed);
-    const auto cost = [&](const Parents& parents) { return sumOfSquaredBounds(assembleTree(levels, parents, 3)); };
+    Levels levels = randomLevels({1, 2, 6}, seed);
+    const auto cost = [&](const Parents& parents) { return traversalCost(assembleTree(levels, parents, 3)); };
     double best = std::numeric_limits<double>::infinity();
     for (unsigned mask = 0; mask < 64; ++mask) {
       Parents parents{{}, {0, 0}, {}};
@@ -158,6 +178,29 @@ TEST(Hierarchy, IsNearTheBestOfAllGroupings) {
   EXPECT_LE(ours, 1.04 * optimal);
 }
 
+// Most leaves are at a tip, where the level above has one sphere: their groups need not reach back to the other spheres of that level.
+TEST(Hierarchy, RoomMakesNodesWhereTheLeavesAre) {
+  test::Random random(5);
+  Levels levels{{sphere({0, 0, 0}, 30)}, {}, {}};
+  for (int i = 0; i < 4; ++i) levels[1].push_back(sphere({static_cast<double>(12 * i), 0, 0}, 6.5));
+  for (int i = 0; i < 24; ++i) levels[2].push_back(sphere(random.inCube(3), 0.5));
+  for (int i = 1; i < 4; ++i) levels[2].push_back(sphere({static_cast<double>(12 * i), 0, 0}, 6));
+  Levels with_room = levels;
+  const SphereTree plain = assembleTree(levels, groupLevels(levels, 8), 8);
+  const Parents parents = groupLevels(with_room, 8, Room::Use);
+  const SphereTree roomy = assembleTree(with_room, parents, 8);
+  EXPECT_EQ(findFault(roomy), "");
+  ASSERT_EQ(with_room[1].size(), 8u);
+  EXPECT_EQ(Levels({{with_room[1].begin(), with_room[1].begin() + 4}}), Levels({levels[1]})) << "those given stay ahead";
+  for (std::uint32_t p = 4; p < 8; ++p) {
+    bool repeats = false;
+    for (std::size_t c = 0; c < parents[2].size(); ++c) repeats = repeats || (parents[2][c] == p && with_room[2][c] == with_room[1][p]);
+    EXPECT_TRUE(repeats) << "sphere " << p << " stands for none of the object but repeats a child's";
+  }
+  EXPECT_LT(traversalCost(roomy), 0.9 * traversalCost(plain));
+  EXPECT_LT(nodesTested(roomy), 0.9 * nodesTested(plain));
+}
+
 TEST(Hierarchy, NodesMayEndEarlyAndStandBehindTheirInnerSiblings) {
   const Levels levels = randomLevels({1, 3, 2}, 4);
   const SphereTree tree = assembleTree(levels, {{}, {0, 0, 0}, {2, 2}}, 3);  // only sphere 2 has children
@@ -168,7 +211,9 @@ TEST(Hierarchy, NodesMayEndEarlyAndStandBehindTheirInnerSiblings) {
 }
 
 TEST(Hierarchy, RefusesWhatMakesNoTree) {
-  EXPECT_THROW(groupLevels(randomLevels({1, 2, 9}, 1), 4), std::invalid_argument);
+  Levels too_many = randomLevels({1, 2, 9}, 1);
+  EXPECT_THROW(groupLevels(too_many, 4), std::invalid_argument);
+  EXPECT_THROW(groupLevels(too_many, 2, Room::Use), std::invalid_argument);
   const Levels levels = randomLevels({1, 2, 3}, 1);
   EXPECT_THROW(assembleTree({}, {}, 4), std::invalid_argument);
   EXPECT_THROW(assembleTree(randomLevels({2, 2}, 1), {{}, {0, 1}}, 4), std::invalid_argument);
