@@ -198,7 +198,7 @@ class Certifier {
     const bool deepest = level + 1 == levels.balls.size();
     if (deepest) {
       out_.wanted = stand_off;
-      dropNeedless(certified.spheres, own, resolution);
+      dropNeedless(certified.spheres, own);
       for (const Sphere& s : certified.spheres) out_.bound = std::max(out_.bound, overhangBound(field_, origin_, s));
     }
     const std::size_t kept = certified.spheres.size() - ended_.size();
@@ -212,7 +212,7 @@ class Certifier {
   }
 
   // Leaves that add nothing; no sphere above loses its last child by that.
-  void dropNeedless(std::vector<Sphere>& set, std::size_t own, double resolution) {
+  void dropNeedless(std::vector<Sphere>& set, std::size_t own) {
     if (out_.spheres.size() < 2) return;
     const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();
     std::vector<std::uint32_t> group(set.size(), 0);
@@ -220,7 +220,7 @@ class Certifier {
     std::vector<char> fixed(own, 0);
     fixed.resize(set.size(), 1);
     const std::size_t most = out_.parents.empty() ? own - std::min(own, above) : own;
-    const std::vector<char> needless = findNeedless(mesh_, set, origin_, group, fixed, most, resolution, seed_, progress_);
+    const std::vector<char> needless = findNeedless(mesh_, set, origin_, group, fixed, most, seed_, progress_);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < set.size(); ++i) {
       if (needless[i]) continue;

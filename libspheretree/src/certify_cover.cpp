@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "spheretree/builder/box_tree.h"
+#include "power_cells.h"
 
 namespace spheretree::builder {
 
@@ -19,32 +19,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
-constexpr double kRelative = 0.1;    // share of a growth to which it is the least: without it, pieces grow as the square of a hole
-constexpr double kDeepEnough = 0.5;  // a point with this share of a gap stands for the gap ...
-constexpr std::size_t kLately = 32;  // points looked at for that: pieces near each other follow each other
-constexpr double kNearby = 2;        // ... as far as that many times its own from it
+constexpr double kRelative = 0.1;  // share of a growth to which it is the least: without it, pieces grow as the square of a hole
+constexpr double kSame = 1e-3;     // of its gap: corners of a hole as near as that are one corner, of two cells
 
 struct Piece {
   std::array<Vector3d, 3> corner;
-};
-
-// The balls in slot order of a box tree.
-struct BallIndex {
-  BoxTree tree;
-  std::vector<Ball> balls;
-
-  explicit BallIndex(std::span<const Ball> given) {
-    std::vector<Eigen::AlignedBox3d> boxes;
-    boxes.reserve(given.size());
-    for (const Ball& b : given) {
-      const Vector3d half = Vector3d::Constant(b.radius);
-      boxes.emplace_back(b.centre - half, b.centre + half);
-    }
-    tree = BoxTree(boxes, 2);
-    balls.reserve(given.size());
-    for (const std::uint32_t i : tree.order()) balls.push_back(given[i]);
-  }
-  std::uint32_t original(std::uint32_t slot) const { return tree.order()[slot]; }
 };
 
 Vector3d centroidOf(const Piece& piece) { return (piece.corner[0] + piece.corner[1] + piece.corner[2]) / 3; }
@@ -58,8 +37,7 @@ double radiusAbout(const Piece& piece, const Vector3d& c) {
 // Splits one triangle until each piece lies in one ball, or the caller is content with it.
 class Splitter {
  public:
-  // Balls whose slot is marked in `gone` do not count; the marks may change between runs.
-  Splitter(const BallIndex& index, double margin, const std::vector<char>* gone = nullptr) : index_(index), margin_(margin), gone_(gone) {}
+  Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
 
   // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no single ball:
   // true if that is the end of it, false to have it split.
@@ -74,8 +52,7 @@ class Splitter {
     const Vector3d middle = centroidOf(triangle);
     const double extent = radiusAbout(triangle, middle);
     index_.tree.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
-      for (std::size_t s = first; s < first + count; ++s)
-        if (!isGone(s)) near_.push_back(static_cast<std::uint32_t>(s));
+      for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
     });
     frames_.push_back({triangle, 0, near_.size()});
     while (!frames_.empty()) {
@@ -123,11 +100,10 @@ class Splitter {
     Piece piece;
     std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
   };
-  bool isGone(std::size_t slot) const { return gone_ && (*gone_)[slot]; }
   bool isHeld(const Piece& piece, std::uint32_t slot) const {
     const Ball& ball = index_.balls[slot];
     const double within = ball.radius - margin_;
-    if (!(within >= 0) || isGone(slot)) return false;
+    if (!(within >= 0)) return false;
     for (const Vector3d& p : piece.corner)
       if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
     return true;
@@ -138,7 +114,6 @@ class Splitter {
 
   const BallIndex& index_;
   double margin_;
-  const std::vector<char>* gone_;
   std::uint32_t last_held_ = 0;
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> near_;
@@ -191,81 +166,6 @@ double gapAt(const BallIndex& index, const Vector3d& p, double limit) {
   });
   return std::max(0.0, gap);
 }
-
-// Finds where a hole between three balls is deepest in the plane of a triangle, with the balls within `reach` of `about`.
-class HoleClimber {
- public:
-  HoleClimber(const BallIndex& index, const Piece& triangle, const Vector3d& about, double reach) : index_(index), triangle_(triangle) {
-    index.tree.searchWithin(about, reach * reach, [&](std::size_t first, std::size_t count) {
-      for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
-    });
-    normal_ = (triangle.corner[1] - triangle.corner[0]).cross(triangle.corner[2] - triangle.corner[0]).normalized();
-  }
-
-  // The point about `p` that is as far from the three balls nearest to it; `p` itself if there is none in the triangle.
-  Vector3d climb(Vector3d p) const {
-    double depth = gap(p);
-    for (int round = 0; round < 3 && near_.size() >= 3; ++round) {
-      const Vector3d q = equidistant(p, threeNearest(p));
-      if (!q.allFinite() || !holds(q)) break;
-      const double g = gap(q);
-      if (!(g > depth)) break;
-      p = q, depth = g;
-    }
-    return p;
-  }
-
-  double gap(const Vector3d& p) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t slot : near_) least = std::min(least, (p - index_.balls[slot].centre).norm() - index_.balls[slot].radius);
-    return least;
-  }
-
- private:
-  std::array<std::uint32_t, 3> threeNearest(const Vector3d& p) const {
-    std::array<std::uint32_t, 3> slots{};
-    std::array<double, 3> gaps;
-    gaps.fill(std::numeric_limits<double>::infinity());
-    for (const std::uint32_t slot : near_) {
-      const double g = (p - index_.balls[slot].centre).norm() - index_.balls[slot].radius;
-      std::size_t i = 3;
-      for (; i > 0 && gaps[i - 1] > g; --i)
-        if (i < 3) gaps[i] = gaps[i - 1], slots[i] = slots[i - 1];
-      if (i < 3) gaps[i] = g, slots[i] = slot;
-    }
-    return slots;
-  }
-  bool holds(const Vector3d& p) const {
-    for (std::size_t k = 0; k < 3; ++k)
-      if ((triangle_.corner[(k + 1) % 3] - triangle_.corner[k]).cross(p - triangle_.corner[k]).dot(normal_) < 0) return false;
-    return true;
-  }
-  // Newton's method in the plane for the point with the same gap to three balls.
-  Vector3d equidistant(Vector3d p, const std::array<std::uint32_t, 3>& slots) const {
-    const Vector3d u = normal_.unitOrthogonal(), v = normal_.cross(u);
-    for (int step = 0; step < 6; ++step) {
-      std::array<Vector3d, 3> slope;
-      std::array<double, 3> g;
-      for (std::size_t m = 0; m < 3; ++m) {
-        const Vector3d to = p - index_.balls[slots[m]].centre;
-        const double distance = to.norm();
-        g[m] = distance - index_.balls[slots[m]].radius;
-        slope[m] = distance > 0 ? Vector3d(to / distance) : Vector3d::Zero();
-      }
-      const Vector3d s1 = slope[0] - slope[1], s2 = slope[0] - slope[2];
-      const double a = s1.dot(u), b = s1.dot(v), c = s2.dot(u), d = s2.dot(v), e = g[1] - g[0], f = g[2] - g[0];
-      const double determinant = a * d - b * c;
-      if (!(std::abs(determinant) > 1e-12)) break;
-      p += ((e * d - b * f) / determinant) * u + ((a * f - e * c) / determinant) * v;
-    }
-    return p;
-  }
-
-  const BallIndex& index_;
-  const Piece& triangle_;
-  std::vector<std::uint32_t> near_;
-  Vector3d normal_;
-};
 
 }  // namespace
 
@@ -338,11 +238,11 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
 }
 
 std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Vector3d& origin,
-                            std::span<const std::uint32_t> candidates, double resolution, Progress& progress) {
+                            std::span<const std::uint32_t> candidates, Progress& progress) {
   std::vector<Ball> stored;
   stored.reserve(spheres.size());
   for (const Sphere& s : spheres) stored.push_back({Vector3d(s.x, s.y, s.z), s.radius});
-  const BallIndex index(stored);
+  const BallIndex index(stored, -roundingMargin(mesh, origin));
   std::vector<std::uint32_t> slot(stored.size());
   for (std::uint32_t s = 0; s < slot.size(); ++s) slot[index.original(s)] = s;
   std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
@@ -351,7 +251,7 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
   const BoxTree triangles(boxes, 4);
 
   std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
-  Splitter splitter(index, roundingMargin(mesh, origin), &gone);
+  PowerCells cells(index, &gone);
   for (const std::uint32_t candidate : candidates) {
     progress.check();
     gone[slot[candidate]] = 1;
@@ -359,18 +259,7 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
     const Ball& ball = stored[candidate];
     triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
       for (std::size_t k = first; covered && k < first + count; ++k)
-        splitter.run(
-            pieceOf(mesh, triangles.order()[k], origin), [] {},
-            [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
-              if (covered && side > resolution && !near.empty()) {
-                const Vector3d middle = centroidOf(piece);
-                double gap = std::numeric_limits<double>::infinity();
-                for (const std::uint32_t s : near) gap = std::min(gap, (middle - index.balls[s].centre).norm() - index.balls[s].radius);
-                if (gap <= 0) return false;
-              }
-              covered = false;
-              return true;
-            });
+        covered = cells.holes(pieceOf(mesh, triangles.order()[k], origin).corner, [](const Vector3d&, std::uint32_t) {});
     });
     gone[slot[candidate]] = spare[candidate] = covered;
   }
@@ -379,35 +268,22 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
 
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
                                     double tolerance, Progress& progress) {
-  const BallIndex index(balls);
+  const BallIndex index(balls, tolerance);
   const std::size_t chunks = (triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
   std::vector<std::vector<CoverGap>> parts(chunks);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     progress.check();
-    Splitter splitter(index, 0);
+    PowerCells cells(index);
+    std::vector<CoverGap>& found = parts[chunk];
     for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
-      const Piece triangle = pieceOf(mesh, triangles[i], Vector3d::Zero());
-      std::vector<CoverGap>& found = parts[chunk];
       const std::size_t first = found.size();
-      splitter.run(
-          triangle, [] {},
-          [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
-            const double most = leastGrowth(index, piece, near).more;
-            if (most <= tolerance) return true;
-            Vector3d p = centroidOf(piece);
-            for (std::size_t k = std::max(first, found.size() - std::min(found.size(), kLately)); k < found.size(); ++k)
-              if (most <= kDeepEnough * found[k].gap && (p - found[k].point).norm() <= kNearby * found[k].gap) return true;
-            double gap = gapAt(index, p, most);
-            if (side > 0.5 * tolerance && gap < kDeepEnough * most) return false;
-            if (gap <= tolerance) return true;
-            for (const Vector3d& corner : piece.corner)
-              if (const double g = gapAt(index, corner, most); g > gap) p = corner, gap = g;
-            const HoleClimber climber(index, triangle, p, 2 * gap);
-            const Vector3d q = climber.climb(p);
-            if (const double g = gapAt(index, q, climber.gap(q)); g > gap) p = q, gap = g;
-            found.push_back({p, gap, triangles[i]});
-            return true;
-          });
+      cells.holes(pieceOf(mesh, triangles[i], Vector3d::Zero()).corner, [&](const Vector3d& p, std::uint32_t slot) {
+        for (std::size_t k = first; k < found.size(); ++k)
+          if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
+        const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
+                                                       : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
+        found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
+      });
     }
   });
   std::vector<CoverGap> gaps;

@@ -18,8 +18,8 @@ constexpr std::size_t kSamplesASphere = 40;
 }  // namespace
 
 std::vector<char> findNeedless(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Vector3d& origin,
-                               std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t most, double resolution,
-                               std::uint64_t seed, Progress& progress) {
+                               std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t most, std::uint64_t seed,
+                               Progress& progress) {
   SampleSettings sampling;
   sampling.count = kSamplesASphere * spheres.size();
   sampling.seed = seed;
@@ -31,7 +31,7 @@ std::vector<char> findNeedless(const TriangleMesh& mesh, std::span<const Sphere>
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t b = 0; b < maybe.size(); ++b)
     if (maybe[b] && candidates.size() < most) candidates.push_back(b);
-  return findSpare(mesh, spheres, origin, candidates, resolution, progress);
+  return findSpare(mesh, spheres, origin, candidates, progress);
 }
 
 }  // namespace spheretree::builder

@@ -15,6 +15,7 @@
 #include "open_set.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/sample_index.h"
+#include "spheretree/builder/shrinking_balls.h"
 
 namespace spheretree::builder {
 
@@ -22,7 +23,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;  // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr int kBisections = 4;      // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr double kDry = 0.4;        // share of the stand-off: a sample that no candidate comes so near to holds the search up
+constexpr int kMostTopUps = 9;      // of the candidates where they are dry, each with a new greedy cover
+constexpr double kFull = 0.9;       // share of the spheres that a greedy cover uses where candidates suffice
+constexpr std::size_t kDenser = 8;  // times the samples, of which those are taken that lie where balls have few
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Which candidate covers which sample at which stand-off: the entries with gap = |p - c| - d(c) <= limit, by candidate and by
@@ -363,18 +368,62 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
   return best;
 }
 
-// Centres below sharp convex edges and corners. A ball that reaches an edge best has its centre about the stand-off deep, where the
-// medial axis that samples find is too thin to hold a choice.
-void addFeatureCandidates(const DistanceField& field, std::span<const SurfaceSample> samples, double stand_off,
-                          std::vector<Ball>& candidates) {
-  for (const SurfaceSample& s : samples) {
-    if (!s.feature) continue;
-    for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
-      const Vector3d c = s.point - depth * stand_off * s.normal;
-      const double clearance = -field.signedDistance(c);
-      if (clearance > 0) candidates.push_back({c, clearance});
-    }
+// Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the stand-off deep,
+// where the medial axis that samples find is too thin to hold a choice.
+void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off, std::vector<Ball>& candidates) {
+  for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
+    const Vector3d c = point - depth * stand_off * normal;
+    const double clearance = -field.signedDistance(c);
+    if (clearance > 0) candidates.push_back({c, clearance});
   }
+}
+
+// More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an edge, smaller
+// ones below it. On a slender part the pool may hold none that reaches an end; without them the search would stop there, with most of
+// its spheres idle.
+void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off,
+                 std::vector<Ball>& candidates) {
+  std::vector<std::uint32_t> dry;
+  for (std::uint32_t s = 0; s < samples.size(); ++s) {
+    const auto near = [&](const GapTable::Entry& e) { return e.gap <= kDry * stand_off; };
+    if (std::ranges::none_of(table.ofSample(s), near)) dry.push_back(s);
+  }
+  std::vector<std::vector<Ball>> found(dry.size());
+  tbb::parallel_for(std::size_t{0}, dry.size(), [&](std::size_t i) {
+    const NearestPoint here = field.nearest(samples[dry[i]]);
+    const Vector3d normal = field.pseudonormal(here);
+    const Ball touching = shrinkingBall(field, here.point, normal);
+    if (touching.radius > 0)
+      found[i].push_back(touching);
+    else
+      addBelow(field, here.point, normal, kDry * stand_off, found[i]);
+  });
+  for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
+}
+
+// More samples for balls that have fewer than half of `wanted`: at a cap of a long cylinder, an area small for its need of spheres,
+// samples uniform by area would leave a ball with one. Empty if no more than a quarter of the balls are so poor.
+std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& samples, std::span<const Ball> balls, double stand_off,
+                                      std::size_t wanted, std::uint64_t seed) {
+  const Assignment patches = assign(samples, balls, stand_off);
+  std::size_t poor = 0;
+  for (std::size_t b = 0; b < balls.size(); ++b) poor += patches.patch(b).size() < wanted / 2;
+  if (poor <= balls.size() / 4) return {};
+  SampleSettings sampling;
+  sampling.count = kDenser * samples.size();
+  sampling.seed = seed;
+  std::vector<Vector3d> dense;
+  for (const SurfaceSample& s : sampleSurface(mesh, sampling)) dense.push_back(s.point);
+  const Assignment more = assign(SampleIndex(dense), balls, stand_off);
+  std::vector<Vector3d> added;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    const std::size_t has = patches.patch(b).size();
+    if (has >= wanted) continue;
+    const auto patch = more.patch(b);
+    const std::size_t few = std::min(wanted - has, patch.size());
+    for (std::size_t i = 0; i < few; ++i) added.push_back(patch[i * patch.size() / few]);
+  }
+  return added;
 }
 
 // The greedy cover of least stand-off, found by bisection between `low` and `high`; the table must hold all gaps up to `high`. Empty if
@@ -430,17 +479,32 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
       if (!greedy.chosen.empty()) h = greedy.stand_off;
     }
   }
-  addFeatureCandidates(field, given, h, candidates);
-
-  const SampleIndex samples(points);
-  std::vector<Ball> balls;
-  for (double low = 0.5 * h, high = 1.05 * h; balls.empty(); low = high, high *= 1.3) {
-    const Greedy greedy = bisectGreedy(GapTable(samples, candidates, high), low, high, n, kBisections, progress);
-    for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
-    h = greedy.stand_off;
-  }
+  for (const SurfaceSample& s : given)
+    if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
   std::mt19937_64 random(settings.seed);
+  SampleIndex samples(points);
+  std::vector<Ball> balls;
+  for (int top_up = 0; top_up <= kMostTopUps; ++top_up) {
+    const std::size_t known = candidates.size();
+    double low = top_up == 0 ? 0.5 * h : 0.25 * h, high = 1.05 * h;
+    for (balls.clear(); balls.empty(); low = high, high *= 1.3) {
+      const GapTable table(samples, candidates, high);
+      const Greedy greedy = bisectGreedy(table, low, high, n, kBisections, progress);
+      if (greedy.chosen.empty()) continue;
+      for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
+      h = greedy.stand_off;
+      // The fewer spheres that takes, the lower the stand-off of all of them will be.
+      addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(n), candidates);
+    }
+    const bool was_dry = candidates.size() > known && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
+    const std::vector<Vector3d> more = samplesWhereFew(mesh, samples, balls, h, given.size() / n, random());
+    if (more.empty() && !was_dry) break;
+    if (more.empty()) continue;
+    points.insert(points.end(), more.begin(), more.end());
+    samples = SampleIndex(points);
+  }
+
   for (int round = 0; round < settings.rounds; ++round) {
     std::vector<Ball> all = balls;  // the present balls are candidates too, in front
     all.insert(all.end(), candidates.begin(), candidates.end());

@@ -32,10 +32,10 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
                             Progress& progress);
 
 /// Marks those of `candidates` (indices into `spheres`) without which the others still cover `mesh`: taken away one after the other,
-/// each with a proof that looks at the triangles near it only. Needs `spheres` (relative to `origin`) to cover the mesh. Where a piece of
-/// the size of `resolution` [mm] is in no single sphere, the sphere is kept. Deterministic.
+/// each with a proof that looks at the triangles near it only. Needs `spheres` (relative to `origin`) to cover the mesh. Decided exactly,
+/// by power cells; where rounding leaves a doubt the sphere is kept. Deterministic.
 std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Eigen::Vector3d& origin,
-                            std::span<const std::uint32_t> candidates, double resolution, Progress& progress);
+                            std::span<const std::uint32_t> candidates, Progress& progress);
 
 /// A point of the surface that no ball holds.
 struct CoverGap {
@@ -44,9 +44,9 @@ struct CoverGap {
   std::uint32_t triangle;
 };
 
-/// Points that stand for all holes deeper than 2 `tolerance` [mm] (> 0): where a triangle has such a gap g, one of its points found has
-/// a gap G >= g / 2, within 2 G of there or at the very place. Each has a gap above `tolerance`. By branch and bound, so that no hole is
-/// missed (but for rounding). Sorted by triangle. Deterministic for any number of threads.
+/// All places that are farther than `tolerance` [mm] (>= 0) from the balls: each connected piece of them in a triangle has at least one of
+/// the points found in it. Exact up to rounding: the points are corners of the power cells of the balls, each grown by the tolerance.
+/// Sorted by triangle. Deterministic for any number of threads. Cost: a triangle costs the square of the number of balls that cut it.
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
                                     double tolerance, Progress& progress);
 
