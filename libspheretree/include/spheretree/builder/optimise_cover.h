@@ -29,7 +29,7 @@ struct Cover {
 };
 
 /// Covers `mesh`. `samples`: points on it; `pool`: inscribed balls (radius d(c)), the candidates of the discrete search. Uncovered by at
-/// most 2 % of the stand-off, here and there, which certifyCover closes. Deterministic for any number of threads.
+/// most squeeze.gap_tolerance of the stand-off, here and there, which certifyCover closes. Deterministic for any number of threads.
 /// @throws std::invalid_argument for no samples or no candidates.
 Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> samples,
                     std::span<const Ball> pool, const CoverSettings& settings, Progress& progress);
