@@ -14,7 +14,8 @@ namespace {
 constexpr double kDependent = 1e-10;  // squared length of what is left of a unit row off the active ones
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular, kept up to date by Givens rotations.
+// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular: a row enters by a reflection and leaves by
+// Givens rotations.
 class ActiveSet {
  public:
   int size = 0;
@@ -61,13 +62,15 @@ class ActiveSet {
 
   // `d` = project(normal), squaredRest(d) > kDependent, size < 6.
   void add(std::uint32_t r, double b, double u, double d[6]) {
-    for (int j = 5; j > size; --j) {
-      const double length = std::sqrt(d[j - 1] * d[j - 1] + d[j] * d[j]);
-      if (d[j] == 0 || length == 0) continue;
-      turn(q_[j - 1], q_[j], d[j - 1] / length, d[j] / length);
-      d[j - 1] = length;
-      d[j] = 0;
-    }
+    // One reflection brings what is left of the normal onto the next column of Q.
+    const double rest = std::sqrt(squaredRest(d)), length = d[size] > 0 ? -rest : rest, scale = 1 / (rest * (rest + std::abs(d[size])));
+    d[size] -= length;
+    double across[6] = {};
+    for (int j = size; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) across[i] += d[j] * q_[j][i];
+    for (int j = size; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) q_[j][i] -= scale * d[j] * across[i];
+    d[size] = length;
     for (int i = 0; i <= size; ++i) r_[i][size] = d[i];
     row[size] = r;
     bound[size] = b;
@@ -219,7 +222,7 @@ void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& targ
       break;
     }
   }
-  if (answer.status == QpStatus::Optimal) y = set.nearest(target);  // free of what the steps have gathered
+  if (answer.status == QpStatus::Optimal && answer.iterations > 0) y = set.nearest(target);  // free of what the steps have gathered
   answer.y = y;
   answer.active_count = static_cast<std::uint8_t>(set.size);
   for (int k = 0; k < set.size; ++k) {
