@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "spheretree/builder/build_cover.h"
+#include "spheretree/builder/canonical_order.h"
 #include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/hierarchy.h"
@@ -331,8 +332,6 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   from.tolerance_mm = settings.tolerance_mm;
   from.triangle_count = mesh.triangles.size();
   from.seed = settings.seed;
-  from.mesh_hash = meshHash(mesh);
-  from.settings_hash = settingsHash(settings);
   const std::string fault = findFault(tree);
   if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
   finishStage("hierarchy");
@@ -383,7 +382,16 @@ BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& setti
   const int threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(std::max(threads, 1)));
   tbb::task_arena arena(threads);
-  return arena.execute([&] { return build(mesh, settings, progress, cover_too); });
+  require(settings.tolerance_of_triangle_mm.empty() || settings.tolerance_of_triangle_mm.size() == mesh.triangles.size(),
+          "there must be one tolerance for each triangle");
+  const OrderedMesh ordered = inCanonicalOrder(mesh);
+  BuildSettings ordered_settings = settings;
+  for (std::size_t t = 0; t < settings.tolerance_of_triangle_mm.size(); ++t)
+    ordered_settings.tolerance_of_triangle_mm[t] = settings.tolerance_of_triangle_mm[ordered.triangle[t]];
+  BuildResult result = arena.execute([&] { return build(ordered.mesh, ordered_settings, progress, inCanonicalOrder(cover_too).mesh); });
+  result.tree.provenance.mesh_hash = meshHash(mesh);
+  result.tree.provenance.settings_hash = settingsHash(settings);
+  return result;
 }
 
 }  // namespace spheretree::builder
