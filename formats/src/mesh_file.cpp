@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/gltf.h"
@@ -130,22 +131,12 @@ TriangleMesh selectPart(const TriangleMesh& mesh, std::string_view name) {
                       (known.empty() ? "; it has no named parts." : "; its parts are " + known + "."));
   }
   const auto wanted = static_cast<std::uint32_t>(found - mesh.part_names.begin());
-  constexpr std::uint32_t kNone = 0xffffffff;
   TriangleMesh result;
+  result.positions = mesh.positions;
   result.part_names = {std::string(name)};
-  std::vector<std::uint32_t> index(mesh.positions.size(), kNone);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (mesh.part[t] != wanted) continue;
-    for (const std::uint32_t v : mesh.triangles[t]) index[v] = 0;
-    result.triangles.push_back(mesh.triangles[t]);
-  }
-  for (std::size_t v = 0; v < index.size(); ++v) {
-    if (index[v] == kNone) continue;
-    index[v] = static_cast<std::uint32_t>(result.positions.size());
-    result.positions.push_back(mesh.positions[v]);
-  }
-  for (Triangle& triangle : result.triangles)
-    for (std::uint32_t& v : triangle) v = index[v];
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.part[t] == wanted) result.triangles.push_back(mesh.triangles[t]);
+  dropUnusedVertices(result);
   result.part.assign(result.triangles.size(), 0);
   return result;
 }

@@ -26,6 +26,7 @@
 #include "spheretree/builder/reduce_octree.h"
 #include "spheretree/builder/reduce_spawn.h"
 #include "spheretree/builder/simplify_mesh.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 
@@ -148,13 +149,6 @@ float roundUp(double x) {
 }
 
 // Triangles of both, to be covered; the sharing of vertices does not matter to that.
-TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
-  for (const auto& [a, b, c] : more.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
-  return mesh;
-}
-
 // The spheres of each level, each level (with the spheres that ended above it) certified to cover the mesh.
 struct CertifiedLevels {
   std::vector<std::vector<Sphere>> spheres;

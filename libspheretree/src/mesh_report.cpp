@@ -2,15 +2,13 @@
 // What a report says in words, and the changes that it allows.
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <utility>
 
 #include "spheretree/builder/mesh_checks.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 namespace {
-
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 std::string numberText(double value) {
   char text[32];
@@ -150,21 +148,14 @@ TriangleMesh orientOutward(TriangleMesh mesh, const MeshReport& report) {
 TriangleMesh withoutBuried(const TriangleMesh& mesh, const MeshReport& report) {
   if (report.buriedComponents() == 0) return mesh;
   TriangleMesh result;
+  result.positions = mesh.positions;
   result.part_names = mesh.part_names;
-  std::vector<std::uint32_t> index(mesh.positions.size(), kNone);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (report.components[report.component_of[t]].buried) continue;
-    for (const std::uint32_t v : mesh.triangles[t]) index[v] = 0;
     result.triangles.push_back(mesh.triangles[t]);
     if (!mesh.part.empty()) result.part.push_back(mesh.part[t]);
   }
-  for (std::size_t v = 0; v < index.size(); ++v) {
-    if (index[v] == kNone) continue;
-    index[v] = static_cast<std::uint32_t>(result.positions.size());
-    result.positions.push_back(mesh.positions[v]);
-  }
-  for (Triangle& triangle : result.triangles)
-    for (std::uint32_t& v : triangle) v = index[v];
+  dropUnusedVertices(result);
   return result;
 }
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "spheretree/core/triangle_mesh.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::test {
 
@@ -78,12 +78,6 @@ inline TriangleMesh torusMesh(double big_radius, double small_radius, std::uint3
   return mesh;
 }
 
-/// Both meshes as one.
-inline TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
-  const auto shift = static_cast<std::uint32_t>(a.positions.size());
-  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
-  for (const Triangle& t : b.triangles) a.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
-  return a;
-}
+using spheretree::joined;
 
 }  // namespace spheretree::test
