@@ -10,6 +10,7 @@
 #include <string>
 
 #include "spheretree/builder/volumes.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 
@@ -43,7 +44,8 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
   return out;
 }
 
-Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
+Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
+                    const TriangleMesh& cover_too) {
   progress.stage("distance field");
   const DistanceField field(mesh);
   const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
@@ -61,6 +63,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   gaps.samples = share(gaps.samples);
   gaps.seed = settings.seed;
   gaps.most_pieces = share(gaps.most_pieces);
+  const TriangleMesh to_cover = joined(mesh, cover_too);
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (int level = 0; level < tree.levelCount(); ++level) {
     progress.stage("level " + std::to_string(level));
@@ -75,7 +78,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
     const SphereUnion set(balls);
     result.overhang = measureOverhang(field, set, outside, progress);
     progress.advance(0.7);
-    result.coverage = measureCoverage(mesh, set, gaps, progress);
+    result.coverage = measureCoverage(to_cover, set, gaps, progress);
     progress.advance(0.9);
     const Volumes volumes = measureVolumes(mesh, set.balls(), share(kVolumeLines), progress);
     if (volumes.mesh > 0) {
@@ -94,12 +97,13 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
 
 }  // namespace
 
-Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress) {
+Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
+                        const TriangleMesh& cover_too) {
   if (tree.nodeCount() == 0 || tree.levelCount() < 1) throw std::invalid_argument("evaluate: the tree has no nodes");
   if (!(settings.effort > 0 && settings.effort <= 1)) throw std::invalid_argument("evaluate: effort must be above 0 and at most 1");
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(settings.threads > 0 ? std::min(settings.threads, cores) : cores);
-  return arena.execute([&] { return evaluate(mesh, tree, settings, progress); });
+  return arena.execute([&] { return evaluate(mesh, tree, settings, progress, cover_too); });
 }
 
 }  // namespace spheretree::builder

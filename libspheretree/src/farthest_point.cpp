@@ -19,6 +19,7 @@ constexpr std::size_t kMostHalved = 1'000'000;  // pieces; then the bound is wha
 
 struct Piece {
   std::array<Vector3d, 3> corner;
+  std::uint32_t origin;  // place in the list of triangles given
   Vector3d middle() const { return (corner[0] + corner[1] + corner[2]) / 3; }
   double spread() const {
     const Vector3d m = middle();
@@ -31,14 +32,15 @@ struct Piece {
     for (std::size_t j = 0; j < 3; ++j)
       if (const double length = (corner[(j + 1) % 3] - corner[(j + 2) % 3]).squaredNorm(); length > longest) longest = length, k = j;
     const Vector3d half = 0.5 * (corner[(k + 1) % 3] + corner[(k + 2) % 3]);
-    return {Piece{{corner[k], corner[(k + 1) % 3], half}}, Piece{{corner[k], half, corner[(k + 2) % 3]}}};
+    return {Piece{{corner[k], corner[(k + 1) % 3], half}, origin}, Piece{{corner[k], half, corner[(k + 2) % 3]}, origin}};
   }
 };
 
 std::vector<Piece> piecesOf(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<Piece> pieces;
   pieces.reserve(triangles.size());
-  for (const std::uint32_t t : triangles) pieces.push_back({{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}});
+  for (const std::uint32_t t : triangles)
+    pieces.push_back({{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}, static_cast<std::uint32_t>(pieces.size())});
   return pieces;
 }
 
@@ -95,21 +97,28 @@ double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::s
   return std::max(found, bound);
 }
 
-TriangleMesh notDeepWithin(const DistanceField& solid, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double depth,
-                           Progress& progress) {
-  TriangleMesh result;
+Undeep notDeepWithin(const DistanceField& solid, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double depth,
+                     Progress& progress) {
+  Undeep result;
+  std::vector<char> is_kept(triangles.size(), 0), is_cut(triangles.size(), 0);
   refine(
       piecesOf(mesh, triangles), progress, [&](const Piece& piece) { return solid.signedDistance(piece.middle()); },
       [&](const Piece& piece, double distance) {
         const double spread = piece.spread();
-        if (distance + spread < -depth) return false;
+        if (distance + spread < -depth) {
+          is_cut[piece.origin] = 1;
+          return false;
+        }
         const bool is_large = spread > kLarge * solid.diagonal() && distance - spread < -depth;  // may be deep away from its middle
         if (is_large || (distance < -depth && spread > 0.25 * depth)) return true;
-        const auto first = static_cast<std::uint32_t>(result.positions.size());
-        for (const Vector3d& p : piece.corner) result.positions.push_back(p);
-        result.triangles.push_back({first, first + 1, first + 2});
+        is_kept[piece.origin] = 1;
+        const auto first = static_cast<std::uint32_t>(result.pieces.positions.size());
+        for (const Vector3d& p : piece.corner) result.pieces.positions.push_back(p);
+        result.pieces.triangles.push_back({first, first + 1, first + 2});
         return false;
       });
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    if (is_cut[i]) (is_kept[i] ? result.partly : result.gone).push_back(triangles[i]);
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/farthest_point.h"
@@ -15,6 +16,7 @@
 #include "spheretree/builder/resolve_overlaps.h"
 #include "spheretree/builder/separate_fans.h"
 #include "spheretree/builder/wrap_surface.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 
@@ -68,10 +70,12 @@ class Repair {
     soup_.source = allTriangles(input_);
     clean();
     if (soup_.mesh.triangles.empty()) return {};
+    is_sheet_ = std::ranges::any_of(findOpenEdges(soup_.mesh), [](const OpenEdge& e) { return e.times > 1; });  // may have one side only
     closeBorders();
     for (int round = 0; round < kRounds; ++round) {
       progress_.check();
       MeshReport state = checkMesh(soup_.mesh);
+      if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));
       // After a cut the winding is right; where components cross, which lie in which is uncertain.
       if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
       if (state.clean()) return finish(state);
@@ -81,11 +85,19 @@ class Repair {
     return {};
   }
 
-  RepairedMesh wrap() {
-    steps_.clear();
+  /// Whether what is left to wrap is a sheet, which has no inside.
+  bool isSheet() const { return is_sheet_; }
+
+  /// `is_closed`: with its holes and openings spanned, since what is wider than the ball would let it in.
+  RepairedMesh wrap(bool is_closed) {
     soup_.mesh = {input_.positions, input_.triangles, {}, {}};
     soup_.source = allTriangles(input_);
-    note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
+    if (is_closed) {
+      clean();
+      closeBorders();
+    } else {
+      note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
+    }
     progress_.stage("wrap");
     const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
     RepairedMesh out;
@@ -97,10 +109,20 @@ class Repair {
       const DistanceField surface(soup_.mesh);
       step.change_mm = farthestFrom(surface, out.mesh, allTriangles(out.mesh), kEnough * diagonal_, progress_);
       out.bound_mm = step.change_mm;
-      out.to_cover = notDeepWithin(DistanceField(out.mesh), soup_.mesh, allTriangles(soup_.mesh), alpha, progress_);
+      const std::vector<char> is_removed = removed();
+      std::vector<std::uint32_t> left;
+      for (std::uint32_t t = 0; t < is_removed.size(); ++t)
+        if (!is_removed[t]) left.push_back(t);
+      Undeep undeep = notDeepWithin(DistanceField(out.mesh), input_, left, alpha, progress_);
+      out.to_cover = std::move(undeep.pieces);
+      out.partly = std::move(undeep.partly);
+      step.removed = std::move(undeep.gone);
     }
     step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " round the whole, at most " +
-                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) + " mm are bridged, cavities filled.";
+                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
+                " mm are bridged, cavities filled; what lies deeper than " + number(alpha) +
+                " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
+                std::to_string(out.partly.size()) + " in part.";
     steps_.push_back(std::move(step));
     out.steps = std::move(steps_);
     return out;
@@ -200,11 +222,23 @@ class Repair {
   }
 
   MeshReport turnOutward(const MeshReport& state) {
-    const std::size_t count = state.count(DefectKind::InsideOut);
-    steps_.push_back(
-        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
+    noteTurned(state.count(DefectKind::InsideOut));
     soup_.mesh = orientOutward(std::move(soup_.mesh), state);
     return checkMesh(soup_.mesh);
+  }
+
+  /// Where a check cannot tell what is inside out, since triangles cross: the sign of the volume does. Cut as they are, they would bound
+  /// nothing.
+  MeshReport turnCrossing(MeshReport state) {
+    const std::size_t count = turnInward(soup_, state.component_of);
+    if (count == 0) return state;
+    noteTurned(count);
+    return checkMesh(soup_.mesh);
+  }
+
+  void noteTurned(std::size_t count) {
+    steps_.push_back(
+        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
   }
 
   static bool needsCuts(const MeshReport& state) {
@@ -213,7 +247,7 @@ class Repair {
 
   bool resolve() {
     progress_.stage("overlaps");
-    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, progress_);
+    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, kLostArea * report_.area - lost_area_, progress_);
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
@@ -227,10 +261,12 @@ class Repair {
     step->removed.insert(step->removed.end(), resolved.within.begin(), resolved.within.end());
     std::sort(step->removed.begin(), step->removed.end());
     step->removed.erase(std::unique(step->removed.begin(), step->removed.end()), step->removed.end());
-    partly_within_ = std::max(partly_within_, resolved.partly_within.size());
+    partly_.insert(resolved.partly_within.begin(), resolved.partly_within.end());
     step->text = "overlaps resolved: " + counted(step->count, "pair", "pairs") + " of triangles that cross cut along each other; " +
-                 counted(step->removed.size(), "triangle", "triangles") + " wholly and " + std::to_string(partly_within_) +
+                 counted(step->removed.size(), "triangle", "triangles") + " wholly and " + std::to_string(partly_.size()) +
                  " in part left out, that lie within solid matter.";
+    is_either_way_ |= resolved.is_either_way;
+    if (is_either_way_) step->text += " What the surface winds round backwards counts as solid, too.";
     // Corners that were rounded may lie in one place or in line.
     dropFlat(soup_);
     Stitched stitched = stitchCracks(soup_, input_.triangles.size());
@@ -259,7 +295,8 @@ class Repair {
   }
 
   std::optional<RepairedMesh> finish(const MeshReport& state) {
-    if (!(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) return {};  // a sheet closed upon itself
+    is_sheet_ = find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area);
+    if (is_sheet_) return {};  // closed upon itself
     RepairedMesh out;
     if (const std::size_t buried = state.buriedComponents(); buried > 0) {
       std::vector<std::uint32_t> removed;
@@ -275,9 +312,7 @@ class Repair {
     dropUnusedVertices(soup_.mesh);
     out.mesh = std::move(soup_.mesh);
     out.result = checkMesh(out.mesh);
-    std::vector<char> is_removed(input_.triangles.size(), 0);
-    for (const RepairStep& step : steps_)
-      for (const std::uint32_t t : step.removed) is_removed[t] = 1;
+    const std::vector<char> is_removed = removed();
     std::vector<std::uint32_t> modified;
     for (std::uint32_t t = 0; t < is_modified_.size(); ++t)
       if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
@@ -285,9 +320,24 @@ class Repair {
       if (step.kind == RepairStepKind::StitchCracks || step.kind == RepairStepKind::SeparateBodies ||
           step.kind == RepairStepKind::ResolveOverlaps)
         out.bound_mm += step.change_mm;
-    if (!modified.empty()) out.to_cover = notDeepWithin(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+    if (!modified.empty()) {
+      Undeep undeep = notDeepWithin(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+      out.to_cover = std::move(undeep.pieces);
+      partly_.insert(undeep.gone.begin(), undeep.gone.end());
+      partly_.insert(undeep.partly.begin(), undeep.partly.end());
+    }
+    for (const std::uint32_t t : partly_)
+      if (!is_removed[t]) out.partly.push_back(t);
     out.steps = std::move(steps_);
     return out;
+  }
+
+  /// For each triangle of the input whether a step removed it.
+  std::vector<char> removed() const {
+    std::vector<char> is_removed(input_.triangles.size(), 0);
+    for (const RepairStep& step : steps_)
+      for (const std::uint32_t t : step.removed) is_removed[t] = 1;
+    return is_removed;
   }
 
   RepairStep* find(RepairStepKind kind) {
@@ -303,7 +353,8 @@ class Repair {
   std::vector<char> is_modified_;  // for each triangle of the input: whether it is not exactly in the result, and yet to be covered
   std::vector<RepairStep> steps_;
   double lost_area_ = 0;
-  std::size_t partly_within_ = 0;
+  std::set<std::uint32_t> partly_;  // of the input, where they lie within solid matter left out
+  bool is_either_way_ = false, is_sheet_ = false;
 };
 
 /// What a sound mesh may need, and what `off` does.
@@ -370,8 +421,13 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& pro
     out.result = report;
   } else {
     std::optional<RepairedMesh> repaired;
-    if (kind == RepairKind::Auto) repaired = Repair(mesh, report, progress).repair();
-    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap();
+    bool is_solid = false;
+    if (kind == RepairKind::Auto) {
+      Repair repair(mesh, report, progress);
+      repaired = repair.repair();
+      is_solid = !repair.isSheet();
+    }
+    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap(is_solid);
   }
   out.report = report;
   return out;

@@ -366,6 +366,34 @@ std::size_t alignWinding(RepairSoup& soup) {
   return turned;
 }
 
+std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of) {
+  TriangleMesh& mesh = soup.mesh;
+  struct Body {
+    double volume = 0;
+    Eigen::AlignedBox3d box;
+  };
+  std::vector<Body> bodies;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    bodies.resize(std::max<std::size_t>(bodies.size(), component_of[t] + 1u));
+    for (int k = 0; k < 3; ++k) bodies[component_of[t]].box.extend(mesh.corner(t, k));
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Body& body = bodies[component_of[t]];
+    const Vector3d middle = body.box.center();  // else a small body far away has no digits left
+    body.volume += (mesh.corner(t, 0) - middle).dot((mesh.corner(t, 1) - middle).cross(mesh.corner(t, 2) - middle));
+  }
+  const auto goesRound = [&](const Body& inner) {
+    return std::ranges::any_of(bodies, [&](const Body& b) { return &b != &inner && b.box.contains(inner.box); });
+  };
+  std::vector<char> turns(bodies.size(), 0);
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < bodies.size(); ++c)
+    if (bodies[c].volume < 0 && !goesRound(bodies[c])) turns[c] = 1, ++count;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (turns[component_of[t]]) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+  return count;
+}
+
 std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
   double left = 0;  // area that may still go
   for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * areaOf(soup.mesh, t);
@@ -398,21 +426,6 @@ std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
   }
   std::sort(dropped.begin(), dropped.end());
   return dropped;
-}
-
-void dropUnusedVertices(TriangleMesh& mesh) {
-  std::vector<std::uint32_t> index(mesh.positions.size(), kAddedTriangle);
-  for (const Triangle& triangle : mesh.triangles)
-    for (const std::uint32_t v : triangle) index[v] = 0;
-  std::size_t kept = 0;
-  for (std::size_t v = 0; v < index.size(); ++v) {
-    if (index[v] == kAddedTriangle) continue;
-    index[v] = static_cast<std::uint32_t>(kept);
-    mesh.positions[kept++] = mesh.positions[v];
-  }
-  mesh.positions.resize(kept);
-  for (Triangle& triangle : mesh.triangles)
-    for (std::uint32_t& v : triangle) v = index[v];
 }
 
 }  // namespace spheretree::builder

@@ -14,6 +14,7 @@
 
 #include "spheretree/builder/crossing_triangles.h"
 #include "spheretree/builder/winding_number.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 
@@ -127,6 +128,11 @@ struct Arrangement {
   std::vector<Triangle> facets;
   std::vector<std::vector<Member>> members;
   std::vector<Vector3d> positions;
+
+  double area(std::size_t f) const {
+    const auto& [a, b, c] = facets[f];
+    return 0.5 * (positions[b] - positions[a]).cross(positions[c] - positions[a]).norm();
+  }
 };
 
 Arrangement arrange(const TriangleMesh& mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs, Progress& progress) {
@@ -213,7 +219,7 @@ class Classifier {
     std::vector<std::uint32_t> largest(patches_, kNone);
     std::vector<double> area(patches_, -1);
     for (std::uint32_t f = 0; f < a_.facets.size(); ++f) {
-      const double own = (mesh_.corner(f, 1) - mesh_.corner(f, 0)).cross(mesh_.corner(f, 2) - mesh_.corner(f, 0)).norm();
+      const double own = a_.area(f);
       if (own > area[patch_[f]]) area[patch_[f]] = own, largest[patch_[f]] = f;
     }
     std::vector<int> front_of_patch(patches_);  // on the front of the largest
@@ -301,7 +307,7 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> list) {
 
 }  // namespace
 
-Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, Progress& progress) {
+Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_lost, Progress& progress) {
   Resolved result;
   const CrossingTriangles crossing = findCrossingTriangles(soup.mesh, most_pairs);
   result.crossing_pairs = crossing.pairs.size();
@@ -312,11 +318,27 @@ Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, Progress& pro
   Classifier classifier(arrangement);
   const std::vector<int> fronts = classifier.fronts();
 
+  const auto isSolid = [&](int winding) { return winding >= 1 || (result.is_either_way && winding < 0); };
+  const auto boundsNothing = [&](std::size_t f) { return !isSolid(fronts[f]) && !isSolid(fronts[f] + classifier.net(f)); };
+  const auto lostArea = [&] {
+    double sum = 0;
+    for (std::size_t f = 0; f < arrangement.facets.size(); ++f)
+      if (boundsNothing(f) &&
+          std::ranges::any_of(arrangement.members[f], [&](const auto& m) { return soup.source[m.triangle] != kAddedTriangle; }))
+        sum += arrangement.area(f);
+    return sum;
+  };
+  result.lost_area = lostArea();
+  if (result.lost_area > most_lost) {
+    result.is_either_way = true;
+    result.lost_area = lostArea();
+  }
+
   RepairSoup kept;
   kept.mesh.positions = arrangement.positions;
   std::vector<std::uint32_t> within, bounds;
   for (std::size_t f = 0; f < arrangement.facets.size(); ++f) {
-    const bool front = fronts[f] >= 1, back = fronts[f] + classifier.net(f) >= 1;
+    const bool front = isSolid(fronts[f]), back = isSolid(fronts[f] + classifier.net(f));
     std::uint32_t speaker = kAddedTriangle;  // the first of the input
     for (const Arrangement::Member& m : arrangement.members[f]) {
       const std::uint32_t source = soup.source[m.triangle];
@@ -324,13 +346,8 @@ Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, Progress& pro
       speaker = std::min(speaker, source);
       (front != back ? bounds : front ? within : result.lost).push_back(source);
     }
+    if (front == back) continue;
     Triangle corners = arrangement.facets[f];
-    if (front == back) {
-      if (front || speaker == kAddedTriangle) continue;
-      const auto& p = arrangement.positions;
-      result.lost_area += 0.5 * (p[corners[1]] - p[corners[0]]).cross(p[corners[2]] - p[corners[0]]).norm();
-      continue;
-    }
     if (front) std::swap(corners[1], corners[2]);
     kept.mesh.triangles.push_back(corners);
     kept.source.push_back(speaker);

@@ -14,6 +14,7 @@
 #include "spheretree/builder/cover_limits.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -65,8 +66,8 @@ Json buildAndMeasure(const ComparedMesh& compared, const builder::BuildSettings&
   run["processor_seconds"] = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
   run["nodes"] = result.tree.nodeCount();
   formats::writeSphereTree(tree_file, result.tree);
-  const Json figures = evaluationJson(
-      builder::evaluateTree(compared.mesh, result.tree, {.limits = false, .seed = settings.seed, .threads = settings.threads}, progress));
+  const Json figures = evaluationJson(builder::evaluateTree(
+      compared.mesh, result.tree, {.limits = false, .seed = settings.seed, .threads = settings.threads}, progress, compared.to_cover));
   run["levels"] = figures.at("levels");
   run["hierarchy"] = figures.at("hierarchy");
   return run;
@@ -141,7 +142,7 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
   double total = 0, done = 0;
   for (const ComparedMesh& compared : meshes) {
     progress.stage("limits of " + compared.name);
-    const std::string mesh_hash = hex(builder::meshHash(compared.mesh));
+    const std::string mesh_hash = hex(builder::meshHash(joined(compared.mesh, compared.to_cover)));
     const Json mesh_key{{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", out["settings"]}};
     out["meshes"].push_back(meshEntry(compared, mesh_key, settings, fileOf(compared.name), progress));
     progress.check();

@@ -96,7 +96,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   options.settings.limits = !options.no_limits;
   builder::Evaluation evaluation;
   try {
-    evaluation = builder::evaluateTree(mesh, tree, options.settings, progress);
+    evaluation = builder::evaluateTree(mesh, tree, options.settings, progress, repaired.to_cover);
   } catch (const std::invalid_argument& error) {  // a mesh without area: what the readers let pass, but nothing can be measured on
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }

@@ -54,6 +54,7 @@ nlohmann::ordered_json repairJson(const builder::RepairedMesh& repaired) {
   }
   out["bound_mm"] = repaired.bound_mm;
   out["input_triangles"] = repaired.report.triangles;
+  out["partly_removed_triangles"] = runsOf(repaired.partly);
   out["input_pieces_covered_too"] = repaired.to_cover.triangles.size();
   return out;
 }

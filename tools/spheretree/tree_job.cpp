@@ -59,11 +59,11 @@ void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
   if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
 }
 
-Json levelsOf(const TriangleMesh& mesh, const SphereTree& tree, builder::Progress& progress) {
+Json levelsOf(const builder::RepairedMesh& repaired, const SphereTree& tree, builder::Progress& progress) {
   builder::EvaluateSettings settings;
   settings.limits = false;
   settings.effort = kMeasuringEffort;
-  builder::Evaluation evaluation = builder::evaluateTree(mesh, tree, settings, progress);
+  builder::Evaluation evaluation = builder::evaluateTree(repaired.mesh, tree, settings, progress, repaired.to_cover);
   for (builder::LevelEvaluation& level : evaluation.levels) {
     // The builder's proof is often the tighter one of two, since this measure is short.
     const double proven = tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound;
@@ -140,7 +140,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
                    {"certified", true},
                    {"repair", steps},
                    {"notes", file->mesh.notes},
-                   {"levels", levelsOf(mesh, built.tree, progress)}};
+                   {"levels", levelsOf(repaired, built.tree, progress)}};
   if (is_graded) result.record["least_tolerance_mm"] = own.tolerance_mm;
   if (site) result.record["work"] = workFigures(*site, mesh, pose, built.tree);
   result.tree = std::move(built.tree);

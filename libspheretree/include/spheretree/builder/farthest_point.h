@@ -16,9 +16,14 @@ namespace spheretree::builder {
 double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double enough,
                     Progress& progress);
 
+struct Undeep {
+  TriangleMesh pieces;                      // what is kept: triangles and pieces of triangles, each with vertices of its own
+  std::vector<std::uint32_t> gone, partly;  // of the triangles given, in their order: nothing, or not all, is kept
+};
+
 /// The triangles, or pieces of them, without what lies deeper than `depth` [mm] within the solid. What is left out is proven to lie
-/// deeper; what is kept may be deep in part. Pieces have vertices of their own and are no smaller than an eighth of `depth`.
-TriangleMesh notDeepWithin(const DistanceField& solid, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double depth,
-                           Progress& progress);
+/// deeper; what is kept may be deep in part. Pieces are no smaller than an eighth of `depth`.
+Undeep notDeepWithin(const DistanceField& solid, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double depth,
+                     Progress& progress);
 
 }  // namespace spheretree::builder

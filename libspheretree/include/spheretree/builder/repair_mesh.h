@@ -46,12 +46,15 @@ struct RepairStep {
   double change_mm = 0;   // no point of what it moved, added or removed lies farther than this from the surface before (removed:
                           // after) it; 0 where the surface stayed or nothing but matter within the solid went
   std::vector<std::uint32_t> removed;  // triangles of the input that are no part of the solid's surface afterwards and need not be
-                                       // covered; sorted
+                                       // covered: left out, or deep within the solid; sorted
 };
 
 struct RepairedMesh {
   TriangleMesh mesh;      // sound if `report` is fit(); parts are kept if nothing but turned or left out components changed
   TriangleMesh to_cover;  // triangles of the input, or pieces, that are not part of `mesh` exactly and have to be covered too
+  // Triangles of the input that need no cover where they lie deep within the solid; sorted. `mesh` and `to_cover` hold all of the input
+  // but for that and for what the steps removed.
+  std::vector<std::uint32_t> partly;
   std::vector<RepairStep> steps;
   double bound_mm = 0;  // no point of the surface of `mesh` lies farther from the input's triangles, holes that were filled aside
   MeshReport report;    // of the input

@@ -52,11 +52,12 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
 /// winding. Returns how many triangles it turned. Where a sheet has but one side (Moebius), some edges stay open.
 std::size_t alignWinding(RepairSoup& soup);
 
+/// Turns the components whose volume is negative, but for those whose box lies within the box of another: they may be cavities. Returns how
+/// many. @pre no open edges. `component_of`: for each triangle, as in MeshReport.
+std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of);
+
 /// Removes sheets that hang on the rest by an edge of three or more triangles and end in a free border, as long as they are small: their
 /// box up to a tenth of the diagonal, together at most 3 % of the area. Returns their sources.
 std::vector<std::uint32_t> dropFins(RepairSoup& soup);
-
-/// Leaves out vertices that no triangle uses.
-void dropUnusedVertices(TriangleMesh& mesh);
 
 }  // namespace spheretree::builder
