@@ -76,6 +76,27 @@ TEST(EvaluateTree, OctantsOfACubeGiveTheClosedForms) {
   EXPECT_GT(e.limits->h_fin, 0);
 }
 
+// A wall of the input beside the cube, that the leaves do not reach: by area, half as much again as the cube's side.
+TEST(EvaluateTree, WhatHasToBeCoveredTooCountsInTheCoverageAlone) {
+  TriangleMesh wall;
+  wall.positions = {{4, -1, -1}, {4, 1, -1}, {4, 1, 1}, {4, -1, 1}};
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const SphereTree tree = octantTree(0.9f, 1.8f);
+  const Evaluation without = evaluate(kCube, tree);
+  Progress progress;
+  const Evaluation with = evaluateTree(kCube, tree, {}, progress, wall);
+  EXPECT_EQ(with.diagonal, without.diagonal);
+  for (std::size_t l = 0; l < 2; ++l) {
+    EXPECT_EQ(without.levels[l].coverage.uncovered_fraction, 0);
+    EXPECT_NEAR(with.levels[l].coverage.uncovered_fraction, 4.0 / (24 + 4), 1e-4);
+    EXPECT_EQ(with.levels[l].overhang.max, without.levels[l].overhang.max);
+    EXPECT_EQ(with.levels[l].excess_volume_fraction, without.levels[l].excess_volume_fraction);
+  }
+  // From a corner of the wall to the nearest leaf, and to the root.
+  EXPECT_NEAR(with.levels[1].coverage.max_gap, Eigen::Vector3d(3.5, 0.5, 0.5).norm() - 0.9, 1e-4);
+  EXPECT_NEAR(with.levels[0].coverage.max_gap, std::sqrt(18.0) - 1.75, 1e-4);
+}
+
 TEST(EvaluateTree, GapsShow) {
   const Evaluation e = evaluate(kCube, octantTree(0.6f, 1.8f), {.limits = false});
   EXPECT_GT(e.levels[1].coverage.uncovered_fraction, 0.1);

@@ -217,40 +217,6 @@ TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
   }
 }
 
-/// Winding number of a closed mesh round a point by solid angles (A. van Oosterom, J. Strackee, 1983).
-int windingOf(const TriangleMesh& mesh, const Eigen::Vector3d& p) {
-  double sum = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Eigen::Vector3d a = mesh.corner(t, 0) - p, b = mesh.corner(t, 1) - p, c = mesh.corner(t, 2) - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return static_cast<int>(std::lround(sum / (4 * std::acos(-1.0))));
-}
-
-TEST(MeshChecks, NestingAgreesWithSolidAnglesWhereRaysMeetEdgesAndVertices) {
-  // Small boxes on a grid whose lines are those of the large meshes: rays along z run through edges, corners and faces on edge.
-  const TriangleMesh outers[] = {boxMesh({-4, -4, -4}, {4, 4, 4}), torusMesh(4, 2, 8, 8), sphereMesh(5, 1)};
-  std::size_t inside = 0;
-  for (const TriangleMesh& outer : outers) {
-    for (int x = -5; x <= 5; ++x) {
-      for (int y = -5; y <= 5; ++y) {
-        for (const double z : {-6.0, -3.0, -0.25, 0.5, 3.0}) {
-          const Eigen::Vector3d low(x, y, z);
-          const TriangleMesh mesh = joined(outer, boxMesh(low, low + Eigen::Vector3d(0.125, 0.125, 0.125)));
-          const MeshReport report = checkMesh(mesh);
-          if (report.has(DefectKind::SelfIntersection)) continue;
-          ASSERT_TRUE(report.clean()) << report.summary();
-          EXPECT_EQ(report.components[1].buried, windingOf(outer, low) == 1) << low.transpose();
-          EXPECT_FALSE(report.components[0].buried);
-          inside += report.components[1].buried;
-        }
-      }
-    }
-  }
-  EXPECT_GT(inside, 100u);
-}
-
 TEST(MeshChecks, SolidsSideBySideAreTurnedOneByOne) {
   const TriangleMesh mesh = joined(sphereMesh(1, 2), moved(flipped(sphereMesh(1, 2)), {5, 0, 0}));
   const MeshReport report = checkMesh(mesh);
@@ -260,68 +226,6 @@ TEST(MeshChecks, SolidsSideBySideAreTurnedOneByOne) {
   const TriangleMesh fixed = orientOutward(mesh, report);
   EXPECT_TRUE(checkMesh(fixed).clean());
   EXPECT_NEAR(volumeOf(fixed), 2 * volumeOf(sphereMesh(1, 2)), 1e-9);
-}
-
-/// Whether a segment pierces a triangle, in general position.
-bool pierces(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const std::array<Eigen::Vector3d, 3>& t) {
-  const auto side = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
-    return (b - a).cross(c - a).dot(d - a) > 0;
-  };
-  if (side(t[0], t[1], t[2], p) == side(t[0], t[1], t[2], q)) return false;
-  const bool s = side(p, q, t[0], t[1]);
-  return side(p, q, t[1], t[2]) == s && side(p, q, t[2], t[0]) == s;
-}
-
-TEST(MeshChecks, SelfIntersectionsOfASoupAgreeWithBruteForce) {
-  test::Random random(7);
-  std::size_t total = 0;
-  for (int round = 0; round < 20; ++round) {
-    TriangleMesh mesh;
-    for (std::uint32_t t = 0; t < 60; ++t) {
-      const Eigen::Vector3d at = random.inCube(3);
-      for (int k = 0; k < 3; ++k) mesh.positions.push_back(at + random.inCube(1));
-      mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-    }
-    if (round % 2)  // with shared corners, too
-      for (std::uint32_t t = 3; t < 60; t += 3) mesh.triangles[t][0] = mesh.triangles[t - 3][0];
-    std::size_t expected = 0;
-    for (std::size_t a = 0; a < 60; ++a) {
-      for (std::size_t b = a + 1; b < 60; ++b) {
-        const auto corners = [&](std::size_t t) { return std::array{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}; };
-        const auto meets = [&](std::size_t first, std::size_t second) {
-          for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t v = mesh.triangles[first][k], w = mesh.triangles[first][(k + 1) % 3];
-            const Triangle& other = mesh.triangles[second];
-            if (std::count(other.begin(), other.end(), v) + std::count(other.begin(), other.end(), w) > 0) continue;
-            if (pierces(mesh.positions[v], mesh.positions[w], corners(second))) return true;
-          }
-          return false;
-        };
-        expected += meets(a, b) || meets(b, a);
-      }
-    }
-    const MeshReport report = checkMesh(mesh);
-    EXPECT_EQ(report.count(DefectKind::SelfIntersection), expected) << round;
-    total += expected;
-  }
-  EXPECT_GT(total, 200u);
-}
-
-TEST(MeshChecks, TrianglesThatTouchOrFoldOntoEachOtherIntersect) {
-  const auto crossings = [](std::vector<Eigen::Vector3d> positions, std::vector<Triangle> triangles) {
-    TriangleMesh mesh;
-    mesh.positions = std::move(positions);
-    mesh.triangles = std::move(triangles);
-    return checkMesh(mesh).count(DefectKind::SelfIntersection);
-  };
-  const Eigen::Vector3d o(0, 0, 0), x(4, 0, 0), y(0, 4, 0);
-  EXPECT_EQ(crossings({o, x, y, {3, 3, 0}}, {{0, 1, 2}, {1, 3, 2}}), 0u);                             // side by side
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}}, {{0, 1, 2}, {2, 1, 3}}), 1u);                             // folded flat
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}}, {{0, 1, 2}, {2, 1, 3}}), 0u);                        // almost
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 1u);       // a corner touches
-  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 0u);  // almost
-  EXPECT_EQ(crossings({o, x, y, {2, 2, 1}, {2, 2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1u);                 // shares a corner and cuts through
-  EXPECT_EQ(crossings({o, x, y, {-2, -2, 1}, {-2, -2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 0u);
 }
 
 TEST(MeshChecks, OverlappingSolidsCross) {
@@ -395,25 +299,6 @@ TEST(MeshChecks, TheOrderOfTrianglesChangesNoCount) {
     ASSERT_EQ(kindsOf(report), kindsOf(expected));
     for (const DefectKind kind : kindsOf(expected)) EXPECT_EQ(report.count(kind), expected.count(kind)) << name(kind);
   }
-}
-
-TEST(MeshChecks, TheSummaryNamesKindCountPlaceAndRemedy) {
-  TriangleMesh mesh = boxMesh({0, 0, 0}, {3, 3, 3});
-  mesh.triangles.erase(mesh.triangles.begin() + 2);
-  const std::string text = checkMesh(mesh).summary();
-  for (const char* words : {"border: 3 edges round 1 hole", "the longest 10.2426 mm", "at triangle", "Close the holes"})
-    EXPECT_NE(text.find(words), std::string::npos) << text;
-}
-
-TEST(MeshChecks, TheComponentsLeftOutTakeTheirPartsAlong) {
-  TriangleMesh mesh = joined(sphereMesh(3, 1), sphereMesh(1, 1));
-  mesh.part_names = {"outer", "inner"};
-  mesh.part.assign(32, 0);
-  mesh.part.resize(64, 1);
-  const TriangleMesh solid = withoutBuried(mesh, checkMesh(mesh));
-  EXPECT_EQ(solid.triangles.size(), 32u);
-  EXPECT_EQ(solid.part, std::vector<std::uint32_t>(32, 0));
-  EXPECT_EQ(solid.part_names, mesh.part_names);
 }
 
 }  // namespace

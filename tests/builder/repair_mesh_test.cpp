@@ -19,6 +19,7 @@
 #include "spheretree/builder/coverage.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/sphere_union.h"
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/mesh_file.h"
 #include "support/mesh_measures.h"
 #include "support/shapes.h"
@@ -43,13 +44,6 @@ std::vector<RepairStepKind> kindsOf(const RepairedMesh& r) {
 }
 
 using Kinds = std::vector<RepairStepKind>;
-
-TriangleMesh merged(TriangleMesh a, const TriangleMesh& b) {
-  const auto first = static_cast<std::uint32_t>(a.positions.size());
-  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
-  for (const auto& [i, j, k] : b.triangles) a.triangles.push_back({first + i, first + j, first + k});
-  return a;
-}
 
 /// Every triangle with corners of its own.
 TriangleMesh soupOf(const TriangleMesh& mesh) {
@@ -195,15 +189,40 @@ TEST(RepairMesh, CapsAnOpenScan) {
   EXPECT_EQ(r.bound_mm, 0);
 }
 
+// The border of an open shell turned inside out at its rim: the cap crosses the wall. A wrap would make a shell of it, not a solid.
+TEST(RepairMesh, CapsAScanThatItsCapCrosses) {
+  TriangleMesh bowl;
+  constexpr std::uint32_t kAround = 48, kAlong = 24;
+  for (std::uint32_t j = 0; j <= kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const double u = 2 * std::numbers::pi * i / kAround, v = 0.05 + 1.6 * j / kAlong;  // from the bottom up beyond the equator
+      bowl.positions.emplace_back(10 * std::sin(v) * std::cos(u), 8 * std::sin(v) * std::sin(u),
+                                  -10 * std::cos(v) + 5 * std::cos(2 * u) * j / kAlong);
+    }
+  for (std::uint32_t j = 0; j < kAlong; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
+      bowl.triangles.insert(bowl.triangles.end(), {{a, b, b + kAround}, {a, b + kAround, a + kAround}});
+    }
+  for (const bool is_inward : {false, true}) {
+    if (is_inward)
+      for (Triangle& t : bowl.triangles) std::swap(t[0], t[1]);
+    const RepairedMesh r = repaired(bowl);
+    ASSERT_TRUE(r.isSound()) << r.result.summary();
+    EXPECT_NE(r.steps.back().kind, Wrap);
+    EXPECT_GT(volumeOf(r.mesh), 0.6 * 2 / 3 * std::numbers::pi * 800);
+  }
+}
+
 TEST(RepairMesh, UnitesOverlappingBodies) {
   // The second reaches through the side of the first, with no plane in common.
-  const RepairedMesh apart = repaired(merged(boxMesh({0, 0, 0}, {2, 2, 2}), boxMesh({1.1, 0.3, 0.4}, {3.1, 1.3, 1.4})));
+  const RepairedMesh apart = repaired(joined(boxMesh({0, 0, 0}, {2, 2, 2}), boxMesh({1.1, 0.3, 0.4}, {3.1, 1.3, 1.4})));
   ASSERT_TRUE(apart.isSound()) << apart.result.summary();
   EXPECT_EQ(kindsOf(apart), Kinds{ResolveOverlaps});
   EXPECT_NEAR(volumeOf(apart.mesh), 8 + 2 - 0.9, 1e-12);
   // Pushed along: four sides lie in the same planes. And a stack: faces on faces.
   for (const double shift : {0.25, 0.5, 1.0}) {
-    const RepairedMesh r = repaired(merged(boxMesh({0, 0, 0}, {1, 1, 1}), boxMesh({shift, 0, 0}, {1 + shift, 1, 1})));
+    const RepairedMesh r = repaired(joined(boxMesh({0, 0, 0}, {1, 1, 1}), boxMesh({shift, 0, 0}, {1 + shift, 1, 1})));
     ASSERT_TRUE(r.isSound()) << shift << r.result.summary();
     EXPECT_NEAR(volumeOf(r.mesh), 1 + shift, 1e-12);
     EXPECT_EQ(r.bound_mm, 0);
@@ -211,7 +230,7 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   // Two teeth, one in the other's side.
   TriangleMesh moved = molar();
   for (Vector3d& p : moved.positions) p += Vector3d(3.21, 1.17, 0.53);
-  const RepairedMesh teeth = repaired(merged(molar(), moved));
+  const RepairedMesh teeth = repaired(joined(molar(), moved));
   ASSERT_TRUE(teeth.isSound()) << teeth.result.summary();
   const double volume = volumeOf(teeth.mesh), one = volumeOf(molar());
   EXPECT_GT(volume, 1.1 * one);
@@ -219,15 +238,37 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   const RepairStep& step = teeth.steps.at(0);
   EXPECT_FALSE(step.removed.empty());
   const DistanceField solid(teeth.mesh);
-  const TriangleMesh both = merged(molar(), moved);
+  const TriangleMesh both = joined(molar(), moved);
   for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they do lie within
+}
+
+// A solid within solid matter bounds nothing and goes, listed; one wound inward is a hollow and stays. Also where the outer is damaged.
+TEST(RepairMesh, NestedSolidsKeepTheirMeaning) {
+  for (const bool is_damaged : {false, true})
+    for (const bool is_hollow : {false, true}) {
+      TriangleMesh inner = boxMesh({1, 1, 1}, {2, 2, 2});
+      if (is_hollow)
+        for (Triangle& t : inner.triangles) std::swap(t[0], t[1]);
+      TriangleMesh mesh = joined(inner, boxMesh({0, 0, 0}, {4, 4, 4}));
+      if (is_damaged) mesh.triangles.pop_back();
+      const RepairedMesh r = repaired(mesh);
+      ASSERT_TRUE(r.isSound()) << r.result.summary();
+      EXPECT_NEAR(volumeOf(r.mesh), is_hollow ? 63 : 64, 1e-12);
+      Kinds kinds;
+      if (is_damaged) kinds.push_back(CapOpenings);
+      if (!is_hollow) kinds.push_back(DropBuried);
+      EXPECT_EQ(kindsOf(r), kinds);
+      if (!is_hollow) {
+        EXPECT_EQ(r.steps.back().removed, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+      }
+    }
 }
 
 TEST(RepairMesh, SeparatesBodiesThatTouch) {
   const TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1});
   const std::map<std::string, Vector3d> neighbours{{"vertex", {1, 1, 1}}, {"edge", {1, 1, 0}}};
   for (const auto& [how, at] : neighbours) {
-    TriangleMesh both = merged(box, boxMesh(at, at + Vector3d(1, 1, 1)));
+    TriangleMesh both = joined(box, boxMesh(at, at + Vector3d(1, 1, 1)));
     for (Triangle& triangle : both.triangles)  // as readers weld
       for (std::uint32_t& v : triangle)
         v = static_cast<std::uint32_t>(std::ranges::find(both.positions, both.positions[v]) - both.positions.begin());
@@ -309,8 +350,8 @@ TEST(RepairMesh, MixedDamageComesOutSound) {
   const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
   for (int round = 0; round < (isLongRun() ? 60 : 8); ++round) {
     TriangleMesh mesh = test::sphereMesh(10, 3);
-    if (chance(2)) mesh = merged(mesh, boxMesh({-2, -3, 5}, {4, 3, 5.0 + static_cast<double>(random() % 10)}));
-    if (chance(3)) mesh = merged(mesh, molar());
+    if (chance(2)) mesh = joined(mesh, boxMesh({-2, -3, 5}, {4, 3, 5.0 + static_cast<double>(random() % 10)}));
+    if (chance(3)) mesh = joined(mesh, molar());
     if (chance(2)) mesh = soupOf(mesh);
     const int holes = 10 + static_cast<int>(random() % 200), turns = 2 + static_cast<int>(random() % 50);
     std::erase_if(mesh.triangles, [&](const Triangle&) { return chance(holes); });
@@ -333,7 +374,7 @@ TEST(RepairMesh, MixedDamageComesOutSound) {
 }
 
 TEST(RepairMesh, IsDeterministic) {
-  TriangleMesh mesh = merged(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3}));
+  TriangleMesh mesh = joined(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3}));
   mesh.triangles.erase(mesh.triangles.begin() + 100, mesh.triangles.begin() + 140);
   const RepairedMesh a = repaired(mesh), b = repaired(mesh);
   ASSERT_TRUE(a.isSound()) << a.result.summary();
@@ -367,6 +408,45 @@ TEST(RepairMesh, TreesCoverTheInput) {
       const SphereUnion spheres(balls);
       for (const SurfacePoint& p : spreadOverSurface(mesh, 20000, 1)) ASSERT_TRUE(spheres.covers(p.point, 1e-12)) << level;
     }
+  }
+}
+
+/// Damage of every kind that a repair accounts for; the last is to be wrapped.
+std::vector<TriangleMesh> damagedMeshes() {
+  TriangleMesh overlapping = joined(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3})), cracked = soupOf(overlapping), bare;
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> jitter(-1e-4, 1e-4);
+  for (Vector3d& p : cracked.positions) p += Vector3d(jitter(random), jitter(random), jitter(random));
+  std::erase_if(overlapping.triangles, [&](const Triangle&) { return random() % 60 == 0; });
+  for (std::size_t t = 0; t < 300; ++t) bare.triangles.push_back(molar().triangles[t]);
+  bare.positions = molar().positions;
+  return {joined(molar(), molar()), overlapping, cracked, bare, joined(molar(), boxMesh({-1, -1, -1}, {0, 0, 0}))};
+}
+
+// The surface that a build covers and the lists of a repair account for all of the input, point by point.
+TEST(RepairMesh, EveryPointOfTheInputIsCoveredOrListed) {
+  const std::vector<TriangleMesh> meshes = damagedMeshes();
+  for (const TriangleMesh& mesh : meshes) {
+    const RepairedMesh r = repaired(mesh, &mesh == &meshes.back() ? RepairKind::Wrap : RepairKind::Auto);
+    ASSERT_TRUE(r.isSound()) << r.result.summary();
+    ASSERT_FALSE(r.steps.empty());
+    std::vector<char> is_removed(mesh.triangles.size(), 0), is_partly(mesh.triangles.size(), 0);
+    for (const RepairStep& step : r.steps)
+      for (const std::uint32_t t : step.removed) is_removed.at(t) = 1;
+    for (const std::uint32_t t : r.partly) is_partly.at(t) = 1;
+    EXPECT_TRUE(std::ranges::is_sorted(r.partly));
+    const double near = 1e-9 * diagonalOf(mesh);
+    const DistanceField solid(r.mesh), covered(joined(r.mesh, r.to_cover));
+    std::size_t listed = 0;
+    for (const SurfacePoint& p : spreadOverSurface(mesh, 20000, 1)) {
+      if (covered.distance(p.point) <= near) continue;
+      ++listed;
+      ASSERT_TRUE(is_removed[p.triangle] || is_partly[p.triangle]) << p.point.transpose();
+      if (is_partly[p.triangle] && !is_removed[p.triangle]) {
+        ASSERT_LT(solid.signedDistance(p.point), 0) << p.point.transpose();
+      }
+    }
+    EXPECT_LT(listed, 20000u);
   }
 }
 

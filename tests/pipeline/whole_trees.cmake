@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Trees of the sample meshes, from mesh file to verdict. The fixture `judge` is in judge.cmake.
+# Trees of whole meshes, from mesh file to verdict. The fixture `judge` is in judge.cmake.
 find_package(Python3 COMPONENTS Interpreter)
 if(Python3_FOUND)
   foreach(builder IN ITEMS cover merge expand)
@@ -8,4 +8,8 @@ if(Python3_FOUND)
       ${CMAKE_CURRENT_BINARY_DIR}/judged_trees_${builder} ${builder})
     set_tests_properties(pipeline.judged_trees.${builder} PROPERTIES LABELS pipeline FIXTURES_REQUIRED judge TIMEOUT 900 SKIP_RETURN_CODE 77)
   endforeach()
+  # Meshes of others, sound or not; SPHERETREE_LONG=1 takes all of them.
+  add_test(NAME pipeline.mesh_sweep COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/mesh_sweep.py $<TARGET_FILE:spheretree>
+    ${SPHERETREE_SHARED_DIR}/meshes ${CMAKE_CURRENT_BINARY_DIR}/mesh_sweep)
+  set_tests_properties(pipeline.mesh_sweep PROPERTIES LABELS pipeline TIMEOUT 3600 SKIP_RETURN_CODE 77)
 endif()

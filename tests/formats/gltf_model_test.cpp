@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the model of any document holds, whatever its bytes; what the reader makes of it is in gltf_test.cpp.
+#include "gltf_model.h"
+
+#include <gtest/gtest.h>
+
+#include "spheretree/formats/errors.h"
+#include "support/mesh_measures.h"
+#include "support/sample_gltf.h"
+
+namespace spheretree::formats {
+namespace {
+
+using Json = nlohmann::json;
+using test::tetrahedronBuffer;
+using test::tetrahedronJson;
+using test::toGlb;
+
+tinygltf::Model load(const std::string& bytes) {
+  MeshAssembly assembly("test.glb", 1000);
+  return loadGltfModel(test::charsOf(bytes), {}, assembly);
+}
+
+/// Of every index, size and array, what the header promises.
+void expectWhole(const tinygltf::Model& model) {
+  const auto within = [](int index, const auto& array) { return index >= 0 && static_cast<std::size_t>(index) < array.size(); };
+  for (const tinygltf::Node& node : model.nodes) {
+    if (node.mesh >= 0) {
+      EXPECT_TRUE(within(node.mesh, model.meshes));
+    }
+    for (const int child : node.children) EXPECT_TRUE(within(child, model.nodes));
+    EXPECT_TRUE(node.matrix.empty() || node.matrix.size() == 16);
+    EXPECT_TRUE(node.rotation.empty() || node.rotation.size() == 4);
+    for (const auto& three : {node.scale, node.translation}) EXPECT_TRUE(three.empty() || three.size() == 3);
+  }
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives) {
+      EXPECT_TRUE(primitive.mode >= 0 && primitive.mode <= 6);
+      if (primitive.mode < 4) continue;
+      ASSERT_TRUE(within(primitive.attributes.at("POSITION"), model.accessors));
+      const tinygltf::Accessor& positions = model.accessors[static_cast<std::size_t>(primitive.attributes.at("POSITION"))];
+      EXPECT_EQ(positions.type, TINYGLTF_TYPE_VEC3);
+      EXPECT_GT(positions.count, 0u);
+      if (primitive.indices < 0) continue;
+      ASSERT_TRUE(within(primitive.indices, model.accessors));
+      const tinygltf::Accessor& indices = model.accessors[static_cast<std::size_t>(primitive.indices)];
+      EXPECT_EQ(indices.type, TINYGLTF_TYPE_SCALAR);
+      EXPECT_TRUE(within(indices.bufferView, model.bufferViews));
+    }
+  for (const tinygltf::BufferView& view : model.bufferViews) EXPECT_TRUE(within(view.buffer, model.buffers));
+}
+
+TEST(GltfModel, HoldsTheBytesOfItsBuffers) {
+  const tinygltf::Model model = load(toGlb(tetrahedronJson(), tetrahedronBuffer()));
+  expectWhole(model);
+  ASSERT_EQ(model.buffers.size(), 1u);
+  EXPECT_EQ(std::string(model.buffers[0].data.begin(), model.buffers[0].data.end()), tetrahedronBuffer());
+  EXPECT_EQ(model.nodes[0].name, "tooth");
+}
+
+TEST(GltfModel, Base64IsThatOfRfc4648) {
+  for (const auto& [text, bytes] :
+       {std::pair<std::string, std::string>{"Zg==", "f"}, {"Zm8=", "fo"}, {"Zm9v", "foo"}, {"Zm9vYmFy", "foobar"}, {"+/8=", "\xfb\xff"}}) {
+    Json json = tetrahedronJson();
+    json["buffers"][0] = {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + text}};
+    const std::vector<unsigned char> data = load(json.dump()).buffers[0].data;
+    EXPECT_EQ(std::string(data.begin(), data.end()), bytes) << text;
+  }
+  Json json = tetrahedronJson();
+  json["buffers"][0] = {{"byteLength", 1}, {"uri", "data:;base64,Z*=="}};
+  EXPECT_THROW(load(json.dump()), FormatError);
+}
+
+TEST(GltfModel, LeavesOutWhatNoMeshNeedsAndKeepsEveryIndex) {
+  Json json = tetrahedronJson();
+  json["meshes"].insert(json["meshes"].begin(), Json{{"primitives", "none"}});  // no node names it: never looked at
+  json["nodes"][0]["mesh"] = 1;
+  json["buffers"].push_back({{"byteLength", 1'000'000'000}, {"uri", "../nowhere.bin"}});
+  json["images"] = {{{"uri", "missing.png"}}};
+  json["materials"] = "all wrong";
+  json["nodes"][0]["extras"] = {{"mesh", -7}};
+  const tinygltf::Model model = load(toGlb(json, tetrahedronBuffer()));
+  expectWhole(model);
+  EXPECT_TRUE(model.meshes[0].primitives.empty());
+  EXPECT_EQ(model.meshes[1].primitives.size(), 1u);
+  EXPECT_EQ(model.buffers.size(), 2u);
+  EXPECT_LE(model.buffers[1].data.size(), 1u);
+  EXPECT_TRUE(model.images.empty());
+}
+
+/// Calls `visit` with every value below `json`.
+template <class Visit>
+void forEachValue(Json& json, Visit visit) {
+  for (Json& value : json) {
+    visit(value);
+    if (value.is_structured()) forEachValue(value, visit);
+  }
+}
+
+// Every value of the document in turn becomes something of another type, or a number out of range: refused by name, or of no matter.
+TEST(GltfModel, AnyValueMayBeWrong) {
+  const Json wrong[] = {nullptr,       true,           -1,          0.5, 1e300, 4294967296u, 18446744073709551615u, "x",
+                        Json::array(), Json::object(), {{{"a", 1}}}};
+  std::size_t values = 0, refused = 0;
+  Json whole = tetrahedronJson();
+  whole["nodes"][0]["rotation"] = {0, 0, 0, 1};
+  whole["nodes"][0]["children"] = Json::array();
+  whole["accessors"][0]["sparse"] = {
+      {"count", 1}, {"indices", {{"bufferView", 1}, {"componentType", 5123}}}, {"values", {{"bufferView", 0}}}};
+  forEachValue(whole, [&](Json&) { ++values; });
+  for (std::size_t place = 0; place < values; ++place)
+    for (const Json& other : wrong) {
+      Json json = whole;
+      std::size_t k = 0;
+      forEachValue(json, [&](Json& value) {
+        if (k++ == place) value = other;
+      });
+      try {
+        expectWhole(load(toGlb(json, tetrahedronBuffer())));
+      } catch (const FormatError& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with("test.glb: ")) << error.what();
+        ++refused;
+      }
+    }
+  EXPECT_GT(refused, values * std::size(wrong) / 2);
+}
+
+}  // namespace
+}  // namespace spheretree::formats
