@@ -19,6 +19,8 @@ constexpr double kPathTolerance = 0.01;  // deepest a leaf may dip in the middle
 constexpr double kLeastMargin = 0.01;    // [mm]
 constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
+constexpr double kForceStep = 0.1;       // [N] a change of force by less than this, or by the part below, is hardly felt
+constexpr double kForceStepPart = 0.07;  // of the force
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
@@ -178,6 +180,7 @@ class Stepper {
   void paper(const Configuration& haptic);
 
  private:
+  double mostWay(const Configuration& haptic) const;
   static std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
   void accelerate(const RowSet& set, const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet set, const Configuration& haptic, double path_tolerance, double largest_turn);
@@ -203,6 +206,15 @@ void Stepper::accelerate(const RowSet& set, const Vector6& want, const Vector6& 
   solve(set, want + further);
 }
 
+// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps, so that
+// the force changes by no more than can hardly be felt; never where it follows the hand, or has not yet arrived for want of work.
+double Stepper::mostWay(const Configuration& haptic) const {
+  if (workspace_.is_behind) return std::numeric_limits<double>::infinity();
+  const double hand = scaledVector(displacementBetween(workspace_.haptic, haptic)).norm();
+  const double stretch = (workspace_.haptic.position - workspace_.graphic.position).norm();
+  return std::max({4 * hand, kForceStep / scene_.coupling.translation, kForceStepPart * stretch});
+}
+
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
 // than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b), and the true gap is the row's value
 // plus a convex function of the translation, less at most |r| angle^2 / 2 for the turn. So no pair is ever deeper than that.
@@ -225,6 +237,7 @@ void Stepper::constrained(const Configuration& haptic) {
       best_depth = depth;
     }
   };
+  double way = mostWay(haptic);  // that the graphic tool may still go in this step [mm, scaled]
   bool settled = false;
   while (!settled) {
     if (result_.linearisations >= kMostLinearisations || !workLeft()) {
@@ -245,6 +258,7 @@ void Stepper::constrained(const Configuration& haptic) {
       findActive(pairs);
       set = rowsWithBridges(pairs, now, margin, true);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
+      if (depth > kGapTolerance) way = std::numeric_limits<double>::infinity();
       used = 0;
       stale = false;
       record();
@@ -254,11 +268,15 @@ void Stepper::constrained(const Configuration& haptic) {
     if (pairs.pairs.empty()) {
       workspace_.active_count = 0;
       result_.active = 0;
-      if (length <= margin) {
+      const double stretch = scaledVector(want).norm();
+      if (length <= margin && stretch <= way) {
         now = haptic;
         settled = true;
       } else {
-        now = moved(now, scaled(want, margin / length));
+        const double part = std::min(margin / length, way / stretch);
+        now = moved(now, scaled(want, part));
+        way -= part * stretch;
+        settled = !(way > 0);
         margin = std::min({4 * margin, length, margin_limit});
         stale = true;
       }
@@ -280,6 +298,8 @@ void Stepper::constrained(const Configuration& haptic) {
     double part = std::min(1.0, length > left ? left / length : 1.0);
     const bool short_of_margin = part < 1;
     if (turn * part > largest_turn) part = largest_turn / turn;
+    const double way_whole = workspace_.answer.y.norm();
+    part = std::min(part, way / way_whole);
     const Configuration from = now;
     const double depth_before = depth;
     bool accepted = false;
@@ -296,8 +316,9 @@ void Stepper::constrained(const Configuration& haptic) {
     last_way_ = part * workspace_.answer.y;
     has_last_ = true;
     used += part * length;
+    way -= part * way_whole;
     record();
-    if (straight && part == 1) {
+    if ((straight && part == 1) || !(way > 1e-9)) {
       settled = true;
     } else if (short_of_margin && margin - used < 0.5 * (1 - part) * length) {
       const double wish = std::max(margin, std::min(4 * margin, 1.1 * (1 - part) * length + kLeastMargin));
@@ -305,6 +326,7 @@ void Stepper::constrained(const Configuration& haptic) {
       stale = true;
     }
   }
+  workspace_.is_behind = !settled;
   // A way that ends with a turn may end a little inside. Push straight out, or fall back to the last pose that was free.
   for (int attempt = 0;
        attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
@@ -424,6 +446,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
 
 void reset(Workspace& workspace) noexcept {
   workspace.started = false;
+  workspace.is_behind = false;
   workspace.active_count = 0;
   workspace.answer = {};
   workspace.wrench = {};

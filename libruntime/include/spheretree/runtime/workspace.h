@@ -61,6 +61,7 @@ class Workspace {
 
   // State from step to step.
   bool started = false;
+  bool is_behind = false;                  // the graphic tool had not arrived when the last step ended
   Configuration haptic, graphic;           // of the last step
   std::array<double, 3> euler{};           // of the graphic tool in paper mode: gamma, beta, alpha [rad]
   Wrench wrench;                           // of the last step, not limited
