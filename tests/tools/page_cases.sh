@@ -25,6 +25,21 @@ case_compare() {
   [ ! -e work/e/compare.json ] || fail "a refused comparison left a result"
   : >file
   expect 3 compare a.obj -o file
+  # The table of stability, which goes on like the runs do.
+  expect 0 compare b.obj -o work/s --builders octree --levels 2
+  grep -q 'Stability' work/s/index.html && fail "a table that was not asked for"
+  expect 0 compare b.obj -o work/s --builders cover,octree --qualities quick --levels 2 --stability 2
+  says '"change": "rotation"' work/s/compare.json
+  says '"cases": 2' work/s/compare.json
+  says 'Largest change over all meshes' work/s/index.html
+  says 'same spheres' work/s/index.html
+  [ -s work/s/runs/b.cover.quick.stability.json ] || fail "no file of the stability of a run"
+  sed -i 's/"largest_change": [0-9.e+-]*/"largest_change": 7/' work/s/runs/b.cover.quick.stability.json
+  expect 0 compare b.obj -o work/s --builders cover,octree --qualities quick --levels 2 --stability 2
+  says '"largest_change": 7' work/s/compare.json
+  expect 0 compare b.obj -o work/s --builders cover,octree --qualities quick --levels 2 --stability 3
+  grep -q '"largest_change": 7' work/s/compare.json && fail "other rotations, the old table"
+  expect 2 compare b.obj -o work/s --stability -1
 }
 
 # A run that was stopped goes on where it was, and what changed is done again.

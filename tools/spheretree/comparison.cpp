@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "comparison.h"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "spheretree/builder/cover_limits.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
+#include "spheretree/builder/stability.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -183,6 +185,50 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
     job.run.erase("key");
     out["runs"].push_back(std::move(job.run));
   }
+  return out;
+}
+
+Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector<Configuration>& what,
+                      const builder::BuildSettings& settings, int rotations, const fs::path& folder, builder::Progress& progress) {
+  Json out = Json::array();
+  builder::StabilitySettings tried;
+  tried.rotations = rotations;
+  tried.others = std::clamp(rotations / 6, 1, tried.others);
+  tried.seed = settings.seed;
+  const auto total = static_cast<double>(meshes.size() * what.size());
+  progress.stage("stability");
+  for (const ComparedMesh& compared : meshes)
+    for (const Configuration& configuration : what) {
+      progress.check();
+      RunProgress run_progress(progress, static_cast<double>(out.size()) / total);
+      builder::BuildSettings build = settings;
+      build.builder = configuration.builder;
+      build.quality = configuration.quality;
+      const fs::path file = folder / "runs" /
+                            (compared.name + "." + std::string(name(configuration.builder)) + "." +
+                             std::string(name(configuration.quality)) + ".stability.json");
+      const Json key{{"generator", kGenerator},
+                     {"mesh", hex(builder::meshHash(compared.mesh))},
+                     {"settings", hex(builder::settingsHash(build))},
+                     {"rotations", rotations}};
+      Json entry = known(file, key);
+      if (entry.is_null()) {
+        entry =
+            Json{{"key", key}, {"mesh", compared.name}, {"builder", name(configuration.builder)}, {"quality", name(configuration.quality)}};
+        try {
+          entry["rows"] = Json::array();
+          for (const builder::StabilityRow& row : builder::measureStability(compared.mesh, build, tried, run_progress))
+            entry["rows"].push_back(
+                {{"change", row.change}, {"cases", row.cases}, {"largest_change", row.largest_change}, {"same_spheres", row.same_spheres}});
+        } catch (const builder::BuildError& error) {
+          entry.erase("rows");
+          entry["error"] = error.what();
+        }
+        formats::writeWhole(file, entry.dump(1) + "\n");
+      }
+      entry.erase("key");
+      out.push_back(std::move(entry));
+    }
   return out;
 }
 

@@ -38,6 +38,14 @@ std::vector<Configuration> configurations(const std::vector<builder::BuilderKind
 Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<Configuration>& what,
                      const builder::BuildSettings& settings, const std::filesystem::path& folder, builder::Progress& progress);
 
+/// How much the trees of `what` change when their mesh changes in ways that should not matter (`builder::measureStability`), with so many
+/// rotations: an array of {mesh, builder, quality, rows: [{change, cases, largest_change, same_spheres}]}; `error` in place of rows where
+/// no tree can be built. Like runs, what `folder` holds is not done again.
+/// @throws builder::Cancelled, formats::FileError.
+Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector<Configuration>& what,
+                      const builder::BuildSettings& settings, int rotations, const std::filesystem::path& folder,
+                      builder::Progress& progress);
+
 /// One line for each level of each run.
 std::string comparisonCsv(const Json& comparison);
 

@@ -167,6 +167,54 @@ std::string runsTable(const Json& comparison, const Json& mesh) {
   return table.html();
 }
 
+/// The largest change of each kind over the meshes that `is_shown` picks, for each builder and quality.
+template <class Shows>
+std::string stabilityTable(const Json& stability, std::string caption, Shows&& is_shown) {
+  HtmlTable table{std::move(caption), {"Builder \u00b7 quality"}, {}};
+  struct Cell {
+    double largest = 0;
+    bool same = true;
+  };
+  std::vector<std::pair<std::string, std::vector<Cell>>> by_label;
+  for (const Json& entry : stability) {
+    if (!is_shown(entry) || !entry.contains("rows")) continue;
+    const Json& rows = entry.at("rows");
+    if (table.heads.size() == 1)
+      for (const Json& row : rows) table.heads.push_back(escaped(row.at("change").get<std::string>()));
+    auto at = std::find_if(by_label.begin(), by_label.end(), [&](const auto& l) { return l.first == label(entry); });
+    if (at == by_label.end()) at = by_label.insert(at, {label(entry), std::vector<Cell>(rows.size())});
+    for (std::size_t i = 0; i < rows.size() && i < at->second.size(); ++i) {
+      at->second[i].largest = std::max(at->second[i].largest, rows[i].at("largest_change").get<double>());
+      at->second[i].same = at->second[i].same && rows[i].at("same_spheres").get<bool>();
+    }
+  }
+  for (const auto& [name, cells] : by_label) {
+    std::vector<std::string> row{escaped(name)};
+    for (const Cell& cell : cells) row.push_back(cell.same ? "same spheres" : shortNumber(100 * cell.largest));
+    table.rows.push_back(row);
+  }
+  return table.rows.empty() ? "" : table.html();
+}
+
+std::string stabilitySection(const Json& comparison) {
+  const Json& stability = comparison.at("stability");
+  std::string out =
+      "<p>How much the bound on the worst overhang of the leaves changes when the mesh is turned, its vertices shifted by up to 0.05 % of "
+      "the diagonal, vertices or triangles listed in another order, the object scaled, each triangle cut into four. Largest of all "
+      "cases.</p>" +
+      stabilityTable(stability, "Largest change over all meshes [%]", [](const Json&) { return true; });
+  if (comparison.at("meshes").size() > 1)
+    for (const Json& mesh : comparison.at("meshes"))
+      out += "<details><summary>" + escaped(mesh.at("name").get<std::string>()) + "</summary>" +
+             stabilityTable(stability, "Largest change [%]", [&](const Json& entry) { return entry.at("mesh") == mesh.at("name"); }) +
+             "</details>\n";
+  for (const Json& entry : stability)
+    if (entry.contains("error"))
+      out += "<p class=\"bad\">" + escaped(entry.at("mesh").get<std::string>()) + ", " + escaped(label(entry)) + ": " +
+             escaped(entry.at("error").get<std::string>()) + "</p>\n";
+  return out;
+}
+
 /// Whether a run is on the Pareto front of its mesh, by time and worst overhang.
 bool isOnFront(const Json& comparison, const Json& run) {
   const Json mine = figuresOf(run, 1);
@@ -270,6 +318,7 @@ std::string assemble(const Json& comparison, const Json& means, const fs::path& 
   if (!missing.empty()) view += "<p class=\"note\">Meshes that could not be read any more:" + missing + ".</p>";
   page.addSection("view", "In 3D", view);
   page.addSection("meshes", "Mesh by mesh", by_mesh);
+  if (comparison.contains("stability")) page.addSection("stability", "Stability", stabilitySection(comparison));
   return page.html(std::array{embedded::viewScript(), embedded::compareScript()});
 }
 
