@@ -3,6 +3,7 @@
 # tools/test.sh [CTEST OPTION...]: builds everything and runs all tests; CTest's summary comes last.
 # PRESET=sanitize tests with AddressSanitizer and UndefinedBehaviorSanitizer, PRESET=clang what Clang makes; default release, with GCC.
 # SPHERETREE_JOBS=N builds and tests with N jobs; default: as many as the machine has.
+# SPHERETREE_TARGETS="A B" builds only those, for a run that --label-regex restricts to them; default: everything.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${PRESET:-release}
@@ -10,5 +11,5 @@ jobs=${SPHERETREE_JOBS:-$(nproc)}
 
 tools/setup.sh
 cmake --preset "$preset" -DSPHERETREE_TESTS=ON >/dev/null
-cmake --build --preset "$preset" --parallel "$jobs"
+cmake --build --preset "$preset" --parallel "$jobs" ${SPHERETREE_TARGETS:+--target $SPHERETREE_TARGETS}
 ctest --preset "$preset" --parallel "$jobs" "$@"

@@ -23,11 +23,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;      // of the greedy cover: what is left of the interval, the later steps take in their stride
-constexpr double kDry = 0.4;        // share of the stand-off: a sample that no candidate comes so near to holds the search up
-constexpr int kMostTopUps = 9;      // of the candidates where they are dry, each with a new greedy cover
-constexpr double kFull = 0.9;       // share of the spheres that a greedy cover uses where candidates suffice
-constexpr std::size_t kDenser = 8;  // times the samples, of which those are taken that lie where balls have few
+constexpr int kBisections = 4;                    // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr double kDry = 0.4;                      // share of the stand-off: a sample that no candidate comes so near to holds the search up
+constexpr int kMostTopUps = 9;                    // of the candidates where they are dry, each with a new greedy cover
+constexpr double kFull = 0.9;                     // share of the spheres that a greedy cover uses where candidates suffice
+constexpr std::size_t kDenser = 8;                // times the samples, of which those are taken that lie where balls have few
+constexpr std::size_t kMostEntries = 25'000'000;  // of a gap table, 16 bytes each: else very slender or deep trees fill the memory
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Which candidate covers which sample at which stand-off: the entries with gap = |p - c| - d(c) <= limit, by candidate and by
@@ -60,6 +61,7 @@ class GapTable {
     tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
       std::copy(found[chunk].begin(), found[chunk].end(),
                 by_candidate_.begin() + static_cast<std::ptrdiff_t>(candidate_begin_[chunk * kChunk]));
+      found[chunk] = {};
     });
     transpose(samples.size());
   }
@@ -104,6 +106,19 @@ class GapTable {
   std::vector<std::size_t> candidate_begin_, sample_begin_;
   std::vector<Entry> by_candidate_, by_sample_;
 };
+
+// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about kMostEntries.
+void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates) {
+  constexpr std::size_t kStride = 64;
+  std::size_t entries = 0;
+  for (std::size_t c = 0; c < candidates.size(); c += kStride)
+    samples.within(candidates[c].centre, candidates[c].radius + limit, [&](std::uint32_t, double) { ++entries; });
+  const std::size_t every = 1 + kStride * entries / kMostEntries;
+  if (every == 1) return;
+  std::size_t kept = fixed;
+  for (std::size_t c = fixed; c < candidates.size(); c += every) candidates[kept++] = candidates[c];
+  candidates.resize(kept);
+}
 
 // Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower candidate.
 std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most) {
@@ -447,6 +462,25 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
   return best;
 }
 
+// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is not enough, above; and `h` of it. Candidates
+// are added where they are dry: returns how many.
+std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
+                        std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
+  for (double high = 1.05 * h;; low = high, high *= 1.3) {
+    thinToFit(samples, high, 0, candidates);
+    const GapTable table(samples, candidates, high);
+    const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
+    if (greedy.chosen.empty()) continue;
+    balls.clear();
+    for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
+    h = greedy.stand_off;
+    const std::size_t known = candidates.size();
+    // The fewer spheres that took, the lower the stand-off of all of them will be.
+    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), candidates);
+    return candidates.size() - known;
+  }
+}
+
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
   const std::size_t n = std::max<std::size_t>(1, all.size() / std::max<std::size_t>(wanted, 1));
@@ -486,18 +520,8 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   SampleIndex samples(points);
   std::vector<Ball> balls;
   for (int top_up = 0; top_up <= kMostTopUps; ++top_up) {
-    const std::size_t known = candidates.size();
-    double low = top_up == 0 ? 0.5 * h : 0.25 * h, high = 1.05 * h;
-    for (balls.clear(); balls.empty(); low = high, high *= 1.3) {
-      const GapTable table(samples, candidates, high);
-      const Greedy greedy = bisectGreedy(table, low, high, n, kBisections, progress);
-      if (greedy.chosen.empty()) continue;
-      for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
-      h = greedy.stand_off;
-      // The fewer spheres that takes, the lower the stand-off of all of them will be.
-      addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(n), candidates);
-    }
-    const bool was_dry = candidates.size() > known && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
+    const std::size_t added = greedyBalls(field, samples, n, top_up == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
+    const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
     const std::vector<Vector3d> more = samplesWhereFew(mesh, samples, balls, h, given.size() / n, random());
     if (more.empty() && !was_dry) break;
     if (more.empty()) continue;
@@ -508,6 +532,7 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   for (int round = 0; round < settings.rounds; ++round) {
     std::vector<Ball> all = balls;  // the present balls are candidates too, in front
     all.insert(all.end(), candidates.begin(), candidates.end());
+    thinToFit(samples, h, balls.size(), all);
     GapTable table(samples, all, h);
     std::vector<std::uint32_t> chosen(balls.size());
     std::iota(chosen.begin(), chosen.end(), 0u);
