@@ -145,8 +145,8 @@ TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
   const int poses = std::getenv("SPHERETREE_LONG") ? 100000 : 100;
   const std::array tools{test::rodTree(35, 512, 0.5), test::boxTree({5, 5, 5}, {8, 8, 8}, 0.9), test::ellipsoidTree({3, 4, 9}, 512, 0.7),
                          test::randomTree(11, 4, 8), test::rodTree(60, 100, 1.5)};
-  const std::array objects{test::ellipsoidTree({4.5, 4.5, 7}, 512, 1.8), test::boxTree({10, 10, 1}, {16, 16, 2}, 1),
-                           test::randomTree(12, 5, 7), test::ellipsoidTree({14, 20, 7}, 512, 4)};
+  const std::array objects{test::ellipsoidTree({4.5, 4.5, 7}, 512, 0.6), test::boxTree({10, 10, 1}, {16, 16, 2}, 0.9),
+                           test::randomTree(12, 5, 7), test::ellipsoidTree({14, 20, 7}, 512, 1.6)};
   std::uint64_t missed = 0, extra = 0, found = 0, touched = 0;
   for (std::size_t t = 0; t < tools.size(); ++t)
     for (std::size_t o = 0; o < objects.size(); ++o) {
