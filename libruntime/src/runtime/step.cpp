@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kPathTolerance = 0.01;  // deepest a leaf may dip in the middle of a step [mm]
 constexpr double kLeastMargin = 0.01;    // [mm]
+constexpr double kContactMargin = 1;     // most with something near: beyond, searching again is cheaper than the rows of far pairs [mm]
 constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
 constexpr double kForceStep = 0.1;       // [N] a change of force by less than this, or by the part below, is hardly felt
@@ -246,8 +247,10 @@ void Stepper::constrained(const Configuration& haptic) {
     }
     if (stale) {
       pairs = search(now, margin + scene_.deepest_bridge, false);
-      while (pairs.coarse && margin > kLeastMargin && workLeft()) {  // a shorter way has fewer pairs
-        margin = margin_limit = std::max(kLeastMargin, margin / 4);
+      while (margin > (pairs.coarse ? kLeastMargin : kContactMargin) && !pairs.pairs.empty() &&
+             workLeft()) {  // a shorter way has fewer pairs
+        margin = std::max(pairs.coarse ? kLeastMargin : kContactMargin, margin / 4);
+        if (pairs.coarse) margin_limit = margin;
         pairs = search(now, margin + scene_.deepest_bridge, false);
       }
       if (pairs.coarse) {
@@ -321,7 +324,7 @@ void Stepper::constrained(const Configuration& haptic) {
     if ((straight && part == 1) || !(way > 1e-9)) {
       settled = true;
     } else if (short_of_margin && margin - used < 0.5 * (1 - part) * length) {
-      const double wish = std::max(margin, std::min(4 * margin, 1.1 * (1 - part) * length + kLeastMargin));
+      const double wish = std::max(margin, std::min({4 * margin, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
       margin = std::max(kLeastMargin, std::min(wish, margin_limit));
       stale = true;
     }
