@@ -251,7 +251,7 @@ class Repair {
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
-    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1;  // still to be covered
+    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still to be covered
     RepairStep* step = find(RepairStepKind::ResolveOverlaps);
     if (!step) {
       steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
@@ -265,6 +265,8 @@ class Repair {
     step->text = "overlaps resolved: " + counted(step->count, "pair", "pairs") + " of triangles that cross cut along each other; " +
                  counted(step->removed.size(), "triangle", "triangles") + " wholly and " + std::to_string(partly_.size()) +
                  " in part left out, that lie within solid matter.";
+    if (!lost_.empty())
+      step->text += " " + counted(lost_.size(), "triangle", "triangles") + " with nothing solid on either side, covered all the same.";
     is_either_way_ |= resolved.is_either_way;
     if (is_either_way_) step->text += " What the surface winds round backwards counts as solid, too.";
     // Corners that were rounded may lie in one place or in line.
@@ -273,6 +275,7 @@ class Repair {
     for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
     step->change_mm = std::max(step->change_mm, stitched.moved);
     dropFlat(soup_);
+    for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;
     if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_);
     return true;
   }
@@ -354,6 +357,7 @@ class Repair {
   std::vector<RepairStep> steps_;
   double lost_area_ = 0;
   std::set<std::uint32_t> partly_;  // of the input, where they lie within solid matter left out
+  std::set<std::uint32_t> lost_;    // of the input: with nothing solid on either side, in part at least
   bool is_either_way_ = false, is_sheet_ = false;
 };
 

@@ -366,6 +366,27 @@ std::size_t alignWinding(RepairSoup& soup) {
   return turned;
 }
 
+std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup) {
+  std::map<Triangle, std::vector<std::size_t>> unmatched;  // by sorted corners: triangles of one winding
+  std::vector<char> goes(soup.source.size(), 0);
+  const auto isEven = [&](std::size_t t) {
+    const auto [a, b, c] = soup.mesh.triangles[t];
+    return ((a < b) + (b < c) + (c < a)) == 2;
+  };
+  for (std::size_t t = 0; t < goes.size(); ++t) {
+    Triangle corners = soup.mesh.triangles[t];
+    std::sort(corners.begin(), corners.end());
+    std::vector<std::size_t>& others = unmatched[corners];
+    if (others.empty() || isEven(others.back()) == isEven(t)) {
+      others.push_back(t);
+    } else {
+      goes[t] = goes[others.back()] = 1;
+      others.pop_back();
+    }
+  }
+  return filter(soup, [&](std::size_t t) { return !goes[t]; });
+}
+
 std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of) {
   TriangleMesh& mesh = soup.mesh;
   struct Body {

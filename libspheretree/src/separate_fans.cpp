@@ -14,6 +14,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kRounds = 20;  // of splits: as many as a triangle has edges that several share, but without end where triangles coincide
+
 struct Side {
   std::uint32_t low, high, triangle;
   std::uint32_t corner;  // the edge runs from this corner to the next
@@ -102,8 +104,11 @@ void join(const TriangleMesh& mesh, const Side& a, const Side& b, std::vector<st
 SeparatedFans separateFans(RepairSoup& soup, double distance) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<std::uint32_t> copies;  // the vertices to move
-  for (auto middles = splitSharedEdges(soup); !middles.empty(); middles = splitSharedEdges(soup))
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<std::uint32_t> middles = splitSharedEdges(soup);
+    if (middles.empty()) break;
     copies.insert(copies.end(), middles.begin(), middles.end());
+  }
   std::vector<std::uint32_t> parent(3 * mesh.triangles.size());
   std::iota(parent.begin(), parent.end(), 0u);
   for (const std::vector<Side>& edge : sidesOfEdges(mesh))

@@ -189,28 +189,36 @@ TEST(RepairMesh, CapsAnOpenScan) {
   EXPECT_EQ(r.bound_mm, 0);
 }
 
-// The border of an open shell turned inside out at its rim: the cap crosses the wall. A wrap would make a shell of it, not a solid.
+// A tongue in its trough: a flat cap on the border crosses it, and encloses matter above it as well as below. The volume is that of
+// z = 3 cos(k r) over the disc, k = 3 pi / 2 R, whatever its sign.
 TEST(RepairMesh, CapsAScanThatItsCapCrosses) {
-  TriangleMesh bowl;
-  constexpr std::uint32_t kAround = 48, kAlong = 24;
-  for (std::uint32_t j = 0; j <= kAlong; ++j)
+  constexpr std::uint32_t kAround = 96, kAlong = 61;
+  const double radius = 10, k = 1.5 * std::numbers::pi / radius;
+  TriangleMesh tongue;
+  tongue.positions.emplace_back(0, 0, 3);
+  for (std::uint32_t j = 1; j <= kAlong; ++j)
     for (std::uint32_t i = 0; i < kAround; ++i) {
-      const double u = 2 * std::numbers::pi * i / kAround, v = 0.05 + 1.6 * j / kAlong;  // from the bottom up beyond the equator
-      bowl.positions.emplace_back(10 * std::sin(v) * std::cos(u), 8 * std::sin(v) * std::sin(u),
-                                  -10 * std::cos(v) + 5 * std::cos(2 * u) * j / kAlong);
+      const double u = 2 * std::numbers::pi * i / kAround, r = radius * j / kAlong;
+      tongue.positions.emplace_back(r * std::cos(u), r * std::sin(u), j < kAlong ? 3 * std::cos(k * r) : 0);
     }
-  for (std::uint32_t j = 0; j < kAlong; ++j)
-    for (std::uint32_t i = 0; i < kAround; ++i) {
-      const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
-      bowl.triangles.insert(bowl.triangles.end(), {{a, b, b + kAround}, {a, b + kAround, a + kAround}});
+  for (std::uint32_t i = 0; i < kAround; ++i) {
+    const std::uint32_t next = (i + 1) % kAround;
+    tongue.triangles.push_back({0, 1 + next, 1 + i});
+    for (std::uint32_t j = 0; j + 1 < kAlong; ++j) {
+      const std::uint32_t a = 1 + j * kAround + i, b = 1 + j * kAround + next;
+      tongue.triangles.insert(tongue.triangles.end(), {{a, b, b + kAround}, {a, b + kAround, a + kAround}});
     }
-  for (const bool is_inward : {false, true}) {
-    if (is_inward)
-      for (Triangle& t : bowl.triangles) std::swap(t[0], t[1]);
-    const RepairedMesh r = repaired(bowl);
+  }
+  const double volume = 6 * std::numbers::pi * (5 * radius / 3 / k - 1 / (k * k));
+  for (const bool is_turned : {false, true}) {
+    if (is_turned)
+      for (Triangle& t : tongue.triangles) std::swap(t[0], t[1]);
+    const RepairedMesh r = repaired(tongue);
     ASSERT_TRUE(r.isSound()) << r.result.summary();
-    EXPECT_NE(r.steps.back().kind, Wrap);
-    EXPECT_GT(volumeOf(r.mesh), 0.6 * 2 / 3 * std::numbers::pi * 800);
+    EXPECT_NEAR(volumeOf(r.mesh), volume, 0.01 * volume);
+    EXPECT_EQ(r.steps.at(0).kind, CapOpenings);
+    EXPECT_TRUE(std::ranges::none_of(r.steps, [](const RepairStep& step) { return step.kind == Wrap; }));
+    EXPECT_LT(r.bound_mm, 1e-4);
   }
 }
 

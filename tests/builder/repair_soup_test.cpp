@@ -72,6 +72,22 @@ TEST(TurnInward, TurnsBodiesButNoCavities) {
   EXPECT_EQ(turnInward(soup, component_of), 0u);
 }
 
+// A box, a wall of no thickness on it and three triangles in one place: of these one is left, and no edge is open as none was.
+TEST(CancelOpposites, LeavesTheSumOfWindings) {
+  const TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1});
+  const auto [a, b, c] = box.triangles[4];
+  TriangleMesh mesh = box;
+  mesh.positions.push_back({5, 5, 5});
+  mesh.triangles.insert(mesh.triangles.end(), {{a, b, 8}, {b, a, 8}, {b, a, c}, {b, c, a}});
+  RepairSoup soup = soupOf(mesh);
+  const std::size_t open = findOpenEdges(mesh).size();
+  EXPECT_EQ(cancelOpposites(soup), (std::vector<std::uint32_t>{4, 12, 13, 14}));
+  EXPECT_EQ(soup.mesh.triangles.size(), 12u);
+  EXPECT_EQ(findOpenEdges(soup.mesh).size(), open);
+  EXPECT_NEAR(test::volumeOf(soup.mesh), 1, 1e-12);
+  EXPECT_TRUE(cancelOpposites(soup).empty());
+}
+
 TEST(DropFins, LeavesLargeSheetsAndThoseThatHangOnNothing) {
   const TriangleMesh sphere = test::sphereMesh(10, 3);
   for (const double height : {0.5, 12.0}) {

@@ -36,6 +36,16 @@ TEST(SeparateFans, DrawsApartByTheDistanceAsked) {
   EXPECT_EQ(checkMesh(both).components.size(), 2u);
 }
 
+TEST(SeparateFans, EndsWhereTrianglesCoincide) {
+  const TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1});
+  TriangleMesh twice = box;
+  twice.triangles.insert(twice.triangles.end(), box.triangles.begin(), box.triangles.end());
+  RepairSoup soup = soupOf(twice);
+  separateFans(soup, 1e-4);
+  EXPECT_TRUE(findOpenEdges(soup.mesh).empty());
+  EXPECT_LT(soup.mesh.triangles.size(), 1000000u);
+}
+
 TEST(SeparateFans, LeavesAManifoldAlone) {
   RepairSoup soup = soupOf(test::torusMesh(2, 0.5, 12, 8));
   const TriangleMesh before = soup.mesh;

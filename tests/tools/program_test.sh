@@ -320,6 +320,15 @@ case_build_repairs() {
   expect 0 evaluate open.obj work/a.stree --no-limits
   says "1 opening closed" err
   if grep -q "another mesh" err; then fail "evaluate repairs otherwise than build"; fi
+  # A triangle beside the solid is no part of it, yet every tree of the file covers it, and evaluate misses it in a tree of another.
+  { cat whole.obj; printf 'v 12 1 1\nv 12.1 1 1\nv 12 1.1 1\nf 5 6 7\n'; } >crumb.obj
+  expect 0 build whole.obj -o work/b.stree --levels 2 --quality quick
+  expect 0 build crumb.obj -o work/c.stree --levels 2 --quality quick
+  says "1 triangle with nothing solid on either side, covered all the same" err
+  expect 0 evaluate crumb.obj work/c.stree --no-limits --json
+  [ "$(grep -c '"max_gap_mm": 0.0,' out)" = 2 ] || fail "a level does not cover the triangle beside the solid"
+  expect 0 evaluate crumb.obj work/b.stree --no-limits --json
+  if grep -q '"max_gap_mm": 0.0,' out; then fail "evaluate does not see the triangle beside the solid"; fi
   expect 0 build whole.obj -o work/b.stree --levels 2 --quality quick --repair wrap
   says "wrapped" err
   expect 0 evaluate whole.obj work/b.stree --no-limits --repair wrap

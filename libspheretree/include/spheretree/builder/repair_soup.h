@@ -52,6 +52,10 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
 /// winding. Returns how many triangles it turned. Where a sheet has but one side (Moebius), some edges stay open.
 std::size_t alignWinding(RepairSoup& soup);
 
+/// Removes triangles with the same corners and opposite winding, two by two: what rounding makes of a gap or a wall thinner than itself.
+/// No edge becomes open by that. Returns their sources.
+std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup);
+
 /// Turns the components whose volume is negative, but for those whose box lies within the box of another: they may be cavities. Returns how
 /// many. @pre no open edges. `component_of`: for each triangle, as in MeshReport.
 std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of);

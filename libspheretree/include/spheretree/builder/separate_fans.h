@@ -16,7 +16,8 @@ struct SeparatedFans {
 
 /// Every vertex in which several fans of triangles meet gets a copy for each; the copies move inwards by `distance` [mm], or a
 /// hundredth of their shortest side if that is less. At an edge of four triangles or more, those go together that have solid matter
-/// between them, and the edge gets a vertex in its middle. The triangles must be wound outward and have no open edges (repair_soup.h).
+/// between them, and the edge gets a vertex in its middle. The triangles must be wound outward, have no open edges, and no two the same
+/// corners (repair_soup.h: cancelOpposites); else some stay together.
 SeparatedFans separateFans(RepairSoup& soup, double distance);
 
 }  // namespace spheretree::builder
