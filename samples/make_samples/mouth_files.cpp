@@ -140,8 +140,9 @@ Path probePocket(const Mouth& mouth) {
 }
 
 Path inspectTeeth(const Mouth& mouth) {
-  const Vector3d centre(0, 30, 21);
-  Hand hand({centre, holdDown()});
+  // In the open mouth: the handle leans out, below the upper incisors or above the lower ones.
+  const auto centre = [](bool upper) { return Vector3d(0, 30, upper ? 21 : 14); };
+  Hand hand({centre(false), holdDown()});
   const auto touch = [&](const MouthTooth& tooth, bool from_mesial, bool is_incisor, const Quaternion& hold) {
     for (int i = -2; i <= 2; ++i) {
       const double mesial = (from_mesial ? -1 : 1) * 0.18 * i * tooth.width;
@@ -152,14 +153,14 @@ Path inspectTeeth(const Mouth& mouth) {
   };
   for (const bool upper : {false, true}) {
     const Quaternion hold = upper ? holdUp() : holdDown();
-    hand.moveTo({centre, hold}, kFree);
+    hand.moveTo({centre(upper), hold}, kFree);
     // Lower: 47 to 41, 31 to 37; upper: 27 to 21, 11 to 17. Quadrants stand in `teeth` as 1, 2, 3, 4.
     const std::size_t first = upper ? 7 : 21, second = upper ? 0 : 14;
     const MouthTooth& start = mouth.teeth[first + 6];
     hand.moveTo({start.centre + (crownHeight(start, 0, 0) + 3) * start.occlusal, hold}, kFree);
     for (std::size_t i = 7; i-- > 0;) touch(mouth.teeth[first + i], false, i < 2, hold);
     for (std::size_t i = 0; i < 7; ++i) touch(mouth.teeth[second + i], true, i < 2, hold);
-    hand.moveTo({centre, hold}, kFree);
+    hand.moveTo({centre(upper), hold}, kFree);
   }
   return std::move(hand).path();
 }

@@ -97,6 +97,26 @@ TEST(ServoLoop, AllocatesNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.csv"));
 }
 
+/// SPHERETREE_MOUTH=FOLDER, with FOLDER/scene.json and FOLDER/pocket.csv: the same along a recording in a whole scene.
+TEST(ServoLoop, AllocatesNothingInTheMouth) {
+  const char* folder = std::getenv("SPHERETREE_MOUTH");
+  if (!folder) GTEST_SKIP() << "SPHERETREE_MOUTH names no folder";
+  builder::Progress progress;
+  const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", false, progress);
+  const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv");
+  ServoLoop loop(scene, nullptr, {});
+  device::DeviceState state;
+  double force = 0;
+  EXPECT_EQ(test::allocationsIn([&] {
+              for (const Configuration& pose : poses) {
+                state.tool = pose;
+                force = std::max(force, loop.render(state).wrench.force.norm());
+              }
+            }),
+            0);
+  EXPECT_GT(force, 0.1);
+}
+
 TEST(Recording, ReplaysToTheSameBytes) {
   const test::ScratchFolder folder;
   const runtime::Scene scene = ballOnPlate();

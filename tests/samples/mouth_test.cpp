@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "mouth_files.h"
+#include "probe.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/formats/file_io.h"
@@ -127,6 +128,8 @@ TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
     for (std::size_t i = 0; i < inspection.size(); i += 5)
       if ((inspection[i].position - touched.centre).norm() < 14) deepest = std::min(deepest, field.signedDistance(inspection[i].position));
     EXPECT_LT(deepest, -0.15) << touched.name;
+    for (const Eigen::Vector3d& p : makeProbe().positions)  // a path that begins inside a tooth says nothing
+      ASSERT_GT(field.signedDistance(inspection[0].orientation * p + inspection[0].position), 1) << touched.name;
     EXPECT_GT(deepest, -1.5) << touched.name;
   }
 }

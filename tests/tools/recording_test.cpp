@@ -46,6 +46,15 @@ Recording still(std::size_t steps) {
   return r;
 }
 
+TEST(Recording, PenetrationIsReadWhereItWasRecorded) {
+  const std::string row = "0,0,1,2,3,1,0,0,0,1,2,3,1,0,0,0,0,0,0,0,0,0,1,1,1,1,0,1,1,1,1";
+  EXPECT_TRUE(readRecording(written(kHeader + row + "\n")).penetration.empty());
+  std::string header = kHeader;
+  header.insert(header.size() - 1, ",penetration_mm");
+  EXPECT_EQ(readRecording(written(header + row + ",0.25\n")).penetration, std::vector<float>{0.25f});
+  EXPECT_NE(complaint(header + row + ",deep\n").find("column penetration_mm: 'deep'"), std::string::npos);
+}
+
 TEST(Recording, ColumnsGoByTheirNames) {
   const Recording r =
       readRecording(written("t_s,extra,total_us,faults,pairs,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,"

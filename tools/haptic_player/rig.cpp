@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <time.h>
-
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -10,11 +8,7 @@
 
 namespace spheretree::player {
 
-double threadTime() {
-  timespec t{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
+constexpr std::size_t kMostRows = 200'000;
 
 std::string text(double value, int digits) {
   char buffer[32];
@@ -48,10 +42,15 @@ runtime::StepResult Rig::to(const Configuration& haptic) {
   times_.add(total);
   work_.push_back(result.work);
   last_ = recordedStep(tick_++, haptic, result, times, total);
-  if (options_.keep_rows) rows_.push_back(last_);
+  double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
-    sphere_penetration_ = std::max(sphere_penetration_, spheres_.at(result.graphic));
+    penetration = spheres_.at(result.graphic);
+    sphere_penetration_ = std::max(sphere_penetration_, penetration);
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
+  }
+  if (options_.keep_rows && rows_.size() < kMostRows) {
+    rows_.push_back(last_);
+    row_penetration_.push_back(static_cast<float>(penetration));
   }
   return result;
 }
@@ -75,6 +74,7 @@ void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
 
 void Rig::finish(Outcome& outcome) {
   outcome.recording = std::move(rows_);
+  outcome.penetration = std::move(row_penetration_);
   outcome.tool = &tool_;
   outcome.objects = objects_;
   outcome.reference_point = options_.reference_point;

@@ -50,11 +50,14 @@ void PassivityObserver::add(const Configuration& pose, const Wrench& wrench) noe
   started_ = true;
 }
 
-void RunStatistics::add(const RecordedStep& row, double penetration) noexcept {
+void RunStatistics::add(const RecordedStep& row, double penetration, double processor_us) noexcept {
   find_.add(row.find_us);
   rows_.add(row.rows_us);
   qp_.add(row.qp_us);
   total_.add(row.total_us);
+  processor_.add(processor_us);
+  over_by_clock_ += row.total_us > 1000;
+  over_by_processor_ += processor_us > 1000;
   if (isFinite(row.haptic)) energy_.add(row.haptic, row.wrench);
   if (steps_ > 0) {
     force_step_ = std::max(force_step_, (row.wrench.force - last_wrench_.force).norm());
@@ -71,7 +74,13 @@ nlohmann::ordered_json RunStatistics::toJson() const {
   nlohmann::ordered_json faults;
   for (std::size_t k = 0; k < faults_.size(); ++k) faults[kFaultNames[k]] = faults_[k];
   return {{"steps", steps_},
-          {"time_us", {{"find", timesJson(find_)}, {"rows", timesJson(rows_)}, {"qp", timesJson(qp_)}, {"total", timesJson(total_)}}},
+          {"time_us",
+           {{"find", timesJson(find_)},
+            {"rows", timesJson(rows_)},
+            {"qp", timesJson(qp_)},
+            {"total", timesJson(total_)},
+            {"processor", timesJson(processor_)}}},
+          {"steps_over_ms", {{"clock", over_by_clock_}, {"processor", over_by_processor_}}},
           {"largest_penetration_mm", penetration_},
           {"largest_force_n", largest_force_},
           {"wrench_step", {{"force_n", force_step_}, {"torque_n_mm", torque_step_}}},

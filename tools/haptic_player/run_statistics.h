@@ -47,20 +47,21 @@ class PassivityObserver {
 
 class RunStatistics {
  public:
-  void add(const RecordedStep& row, double penetration) noexcept;
+  /// `processor_us`: that the step's thread had the processor; the rest of row.total_us went to other programs.
+  void add(const RecordedStep& row, double penetration, double processor_us) noexcept;
 
   std::uint64_t steps() const { return steps_; }
   double largestPenetration() const { return penetration_; }
   const TimeHistogram& total() const { return total_; }
-  /// For --json: steps, time_us, largest_penetration_mm, wrench_step, energy_mj, faults.
+  /// For --json: steps, time_us, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
   nlohmann::ordered_json toJson() const;
 
  private:
-  TimeHistogram find_, rows_, qp_, total_;
+  TimeHistogram find_, rows_, qp_, total_, processor_;
   PassivityObserver energy_;
   Wrench last_wrench_;
   double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;
-  std::uint64_t steps_ = 0;
+  std::uint64_t steps_ = 0, over_by_clock_ = 0, over_by_processor_ = 0;
   std::array<std::uint64_t, 6> faults_{};
 };
 

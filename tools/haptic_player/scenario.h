@@ -30,6 +30,7 @@ struct Outcome {
   std::vector<Figure> figures;  // the same ones in both modes
   std::string note;             // what physics or the model forbids, and by how much
   std::vector<RecordedStep> recording;
+  std::vector<float> penetration;  // of leaf spheres, of each recorded step [mm]
   const Body* tool = nullptr;
   std::vector<PlacedBody> objects;
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();
@@ -72,6 +73,7 @@ class Rig {
   void restart();
   void moveObject(std::size_t object, const Eigen::Vector3d& way);
 
+  /// Of all steps, or as many as fit: the first 200,000.
   const std::vector<RecordedStep>& rows() const { return rows_; }
   std::size_t mark() const { return rows_.size(); }
   std::span<const RecordedStep> since(std::size_t mark) const { return std::span(rows_).subspan(mark); }
@@ -96,6 +98,7 @@ class Rig {
   SpherePenetration spheres_;
   std::unique_ptr<MeshPenetration> meshes_;
   std::vector<RecordedStep> rows_;
+  std::vector<float> row_penetration_;
   std::vector<std::uint32_t> work_;
   RecordedStep last_;
   TimeHistogram times_;
@@ -129,8 +132,6 @@ std::vector<Scenario> numericScenarios();     // rotations, rows, trees, units
 std::vector<Scenario> deviceScenarios();      // moving objects, safety
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 
-/// Processor time of this thread: what others do on the machine does not count [us].
-double threadTime();
 /// For notes: three digits, or as many as asked for.
 std::string text(double value, int digits = 3);
 /// How far leaves reach out at most, as proven [mm].

@@ -229,6 +229,7 @@ const Body& BodyLibrary::get(const std::string& name) {
     mesh = recipe->second.mesh();
     settings.levels = recipe->second.levels;
     settings.tolerance_mm = recipe->second.tolerance;
+    if (settings.tolerance_mm > 0) settings.quality = builder::Quality::Quick;  // the tolerance says how good it must be
     if (recipe->second.graded) settings.tolerance_of_triangle_mm = recipe->second.graded(mesh);
   } else {
     static const samples::Mouth mouth = samples::makeMouth();
@@ -237,6 +238,11 @@ const Body& BodyLibrary::get(const std::string& name) {
     if (mesh.triangles.empty()) throw std::invalid_argument("no body is called " + name);
     settings.quality = builder::Quality::Quick;  // there are many
   }
+  return make(name, std::move(mesh), settings);
+}
+
+const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings) {
+  if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
   SphereTree tree = this->tree(mesh, settings);
   builder::DistanceField field(mesh);
   return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), bridges_}).first->second;

@@ -45,6 +45,8 @@ class BodyLibrary {
   /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47 and
   /// lower_jaw are those of the sample mouth. @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
+  /// A body of its own under a name that is not taken; the same name again is the same body.
+  const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings);
   /// @throws builder::Cancelled, formats::FileError if the cache cannot be written
   const SphereTree& tree(const TriangleMesh& mesh, const builder::BuildSettings& settings);
   /// What is said to be going on again once a tree is built.

@@ -76,12 +76,13 @@ Outcome pressHoldRelease(Bench& bench, Mode mode) {
     for (const char* hand : kHands)
       for (const int delay : {0, 1, 2}) {
         Rig rig = scene.rig(mode);
-        const ClosedLoop loop = runHand(bench, rig, handAt(hand, delay, friction, pressPath(hand, 2, 100, 2)), 3500);
+        const ClosedLoop loop = runHand(bench, rig, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500);
         beyond = std::max(beyond, loop.energyBeyond(1.15));
         if (loop.leak > 0.05) share = std::max(share, -loop.lowest_energy / loop.leak);
         if (hand == std::string("teleoperator")) continue;  // 2 kg on 10 N/m: still swinging when the others hold
-        const std::vector<double> z = loop.force(2, 1000, 2000);
-        (friction == Friction::On ? swing : swing_loose) = std::max(friction == Friction::On ? swing : swing_loose, 1000 * peakToPeak(z));
+        const std::vector<double> z = loop.force(2, 2000, 3000);
+        if (friction == Friction::On) swing = std::max(swing, 1000 * peakToPeak(z));
+        if (friction == Friction::Off && delay == 0) swing_loose = std::max(swing_loose, 1000 * peakToPeak(z));
         if (friction == Friction::On) rms = std::max(rms, 1000 * roughness(z).rms);
         if (friction == Friction::Off && hand == std::string("fine") && delay == 1) rig.finish(out);
       }

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "scenario.h"
+#include "servo_loop.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/runtime/qp6.h"
 
@@ -352,8 +353,8 @@ Outcome units(Bench& bench, Mode mode) {
   for (Eigen::Vector3d& p : in_metres.positions) p = 1000 * (p / 1000);  // as a file in metres is read
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
-  const Body from_metres{"groove_m", in_metres, bench.bodies.tree(in_metres, settings), builder::DistanceField(in_metres)};
-  const Body from_millimetres{"groove_mm", groove.mesh, bench.bodies.tree(groove.mesh, settings), builder::DistanceField(groove.mesh)};
+  const Body& from_metres = bench.bodies.make("groove_m", in_metres, settings);
+  const Body& from_millimetres = bench.bodies.make("groove_mm", groove.mesh, settings);
   Rig a(ball, {{&from_millimetres, {}}}, mode), b(ball, {{&from_metres, {}}}, mode);
   double pose = 0, wrench = 0;
   for (int n = 0; n < 800; ++n) {
@@ -444,14 +445,13 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
   out.add("objects that need 512 leaves or more for their tolerance", "%", 100 * over / all, 50);
   out.add("leaves of all of them, share of 512 for each", "%", 100 * leaves / (512 * all), 100);
   settings.tolerance_mm = 0;
-  const auto body = [&](const char* name, int levels) {
-    const Body& whole = bench.bodies.get(name);
+  const auto body = [&](const char* name, int levels) -> const Body& {
     settings.levels = levels;
-    return Body{whole.name, whole.mesh, bench.bodies.tree(whole.mesh, settings), whole.field};
+    return bench.bodies.make(std::string(name).append("_quick_").append(std::to_string(levels)), bench.bodies.get(name).mesh, settings);
   };
-  const Body tool = body("dental_probe", 4);
+  const Body& tool = body("dental_probe", 4);
   for (int levels = 2; levels <= (bench.settings.share < 0.5 ? 4 : 5); ++levels) {
-    const Body object = body("molar", levels);
+    const Body& object = body("molar", levels);
     Rig rig(tool, {{&object, {}}}, mode);
     std::vector<double> pairs;
     rig.to({{0, 0, 14}, kUpright});
@@ -470,8 +470,6 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
     }
     if (levels == 4) rig.finish(out);
   }
-  out.tool = nullptr;  // its trees are not the library's
-  out.objects.clear();
   return out;
 }
 

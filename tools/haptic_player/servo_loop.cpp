@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <time.h>
 
 #include <chrono>
 
@@ -19,16 +20,23 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
   }
   runtime::StageTimes times;
+  const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
   const runtime::StepResult result = runtime::step(scene_, state.tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   const RecordedStep row = recordedStep(ticks_++, state.tool, result, times, total_us);
-  statistics_.add(row, result.penetration);
+  statistics_.add(row, result.penetration, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
   time_.store(total_us, std::memory_order_relaxed);
   if (recording_ && options_.wait) recording_->pushWaiting(row);
   if (recording_ && !options_.wait) recording_->push(row);
   return {result.wrench, 0, (result.faults & runtime::kBadInput) != 0};
+}
+
+double threadTime() noexcept {
+  timespec t{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
 
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,

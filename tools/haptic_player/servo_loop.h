@@ -42,6 +42,9 @@ class ServoLoop final : public device::Renderer {
   std::atomic<int> priority_error_{-1};
 };
 
+/// Processor time of this thread: what other programs do meanwhile does not count [us].
+double threadTime() noexcept;
+
 /// The row of a step.
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
                           const runtime::StageTimes& times, double total_us) noexcept;

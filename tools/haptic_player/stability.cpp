@@ -58,9 +58,16 @@ std::string offText(const TriangleMesh& mesh) {
   return text;
 }
 
-std::string recordingText(const std::vector<RecordedStep>& rows) {
+/// As the player records, and how deep leaf spheres were in each other.
+std::string recordingText(const Outcome& outcome) {
   std::string text(recordingHeader());
-  for (const RecordedStep& row : rows) appendRow(text, row);
+  text.insert(text.size() - 1, ",penetration_mm");
+  char value[32];
+  for (std::size_t i = 0; i < outcome.recording.size(); ++i) {
+    appendRow(text, outcome.recording[i]);
+    std::snprintf(value, sizeof value, ",%.4g", static_cast<double>(outcome.penetration[i]));
+    text.insert(text.size() - 1, value);
+  }
   return text;
 }
 
@@ -116,10 +123,11 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::fi
       std::error_code error;
       std::filesystem::create_directories(folder, error);  // what is wrong shows at the file
       const std::string name = scenario.id + (is_paper ? ".paper.csv" : ".constrained.csv");
-      formats::writeWhole(folder / name, recordingText(outcome.recording));
+      formats::writeWhole(folder / name, recordingText(outcome));
       result.recordings[is_paper ? "paper" : "constrained"] = name;
     }
     std::vector<RecordedStep>().swap(outcome.recording);
+    std::vector<float>().swap(outcome.penetration);
     (is_paper ? result.paper : result.constrained) = std::move(outcome);
     bench.progress.advance(is_paper ? 0.5 : 1);
   }

@@ -25,7 +25,8 @@ struct ScenarioResult {
 bool holds(const Figure& figure);
 bool holds(const Outcome& outcome);
 
-/// Runs it in both modes. Recordings go to `ID.MODE.csv` in `folder` (empty: nowhere) and out of memory. @throws formats::FileError
+/// Runs it in both modes. Recordings go to `ID.MODE.csv`, with a column penetration_mm at the end, in `folder` (empty:
+/// nowhere) and out of memory. @throws formats::FileError
 ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::filesystem::path& folder);
 
 /// Lines of the table: a scenario's title, then one line for each figure.

@@ -97,6 +97,7 @@ Recording readRecording(const std::filesystem::path& path) {
                                  "'. Give a recording of haptic-player --record.");
     at[c] = static_cast<std::size_t>(found - heads.begin());
   }
+  const auto depth = static_cast<std::size_t>(std::find(heads.begin(), heads.end(), "penetration_mm") - heads.begin());
   Recording out;
   while (!text.empty()) {
     const std::vector<std::string_view> fields = fieldsOf(nextLine());
@@ -104,13 +105,17 @@ Recording readRecording(const std::filesystem::path& path) {
       throw formats::FormatError(path.string() + ": line " + std::to_string(line_number) + ": " + what + ". Record the run again.");
     };
     if (fields.size() != heads.size()) refuse(std::to_string(fields.size()) + " fields, not " + std::to_string(heads.size()));
+    const auto number = [&](std::size_t column) {
+      const std::string_view field = fields[column];
+      double value = 0;
+      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+      if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value) || std::abs(value) > 1e30)
+        refuse("column " + std::string(heads[column]) + ": '" + std::string(field.substr(0, 40)) + "' is not a number");
+      return value;
+    };
     std::array<double, kColumns.size()> v{};
-    for (std::size_t c = 0; c < kColumns.size(); ++c) {
-      const std::string_view field = fields[at[c]];
-      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), v[c]);
-      if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(v[c]) || std::abs(v[c]) > 1e30)
-        refuse("column " + std::string(kColumns[c]) + ": '" + std::string(field.substr(0, 40)) + "' is not a number");
-    }
+    for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = number(at[c]);
+    if (depth < heads.size()) out.penetration.push_back(static_cast<float>(number(depth)));
     const auto f = [&](std::size_t c) { return static_cast<float>(v[c]); };
     if (!out.time.empty() && !(f(0) >= out.time.back())) refuse("column t_s: the time runs backwards");
     out.time.push_back(f(0));

@@ -21,10 +21,12 @@ struct Recording {
   std::vector<float> total_us;                   // time of the step
   std::vector<float> pairs;
   std::vector<std::uint32_t> faults;
+  std::vector<float> penetration;  // of leaf spheres [mm]; empty where it was not recorded
   std::size_t steps() const { return time.size(); }
 };
 
-/// Columns by their names in the first line, in any order; others are ignored.
+/// Columns by their names in the first line, in any order; others are ignored. penetration_mm, which the stability scenarios write, may
+/// lack.
 /// @throws formats::FileError, formats::FormatError with line and column.
 Recording readRecording(const std::filesystem::path& path);
 

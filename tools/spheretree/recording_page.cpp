@@ -49,7 +49,7 @@ std::string scenarioTable(const Json& scenario) {
   return table.html();
 }
 
-/// Force, its spectrum and the distance between hand and tool, both modes in one chart each.
+/// Force, energy, penetration and spectrum, both modes in one chart each.
 std::string modeCharts(const std::vector<std::pair<std::string, Recording>>& runs) {
   std::string out = "<div class=\"charts wide\">";
   if (runs.empty()) return "";
@@ -66,6 +66,10 @@ std::string modeCharts(const std::vector<std::pair<std::string, Recording>>& run
   chart(
       "Energy taken from the hand; below 0 the renderer has given energy", "Energy [mJ]", [](const Recording& r) { return energyTaken(r); },
       ScatterChart::Line{0, ""});
+  if (std::all_of(runs.begin(), runs.end(), [](const auto& r) { return !r.second.penetration.empty(); }))
+    chart(
+        "Penetration of the tool's leaf spheres", "Depth [mm]", [](const Recording& r) { return r.penetration; },
+        ScatterChart::Line{0.01, "passes: 0.01 mm"});
   TraceChart spectra{"Spectrum of the force", "Frequency [Hz]", "Amplitude [N]", {}, {}, true, {}};
   for (const auto& [mode, run] : runs) {
     const double seconds = std::max(1e-9, static_cast<double>(run.time.back()) - run.time.front());
