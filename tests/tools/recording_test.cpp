@@ -55,6 +55,14 @@ TEST(Recording, PenetrationIsReadWhereItWasRecorded) {
   EXPECT_NE(complaint(header + row + ",deep\n").find("column penetration_mm: 'deep'"), std::string::npos);
 }
 
+TEST(Recording, AHandThatBeginsElsewhereGivesNoEnergy) {
+  Recording r = still(3);
+  r.wrench.assign(3, {1, 0, 0, 0, 0, 0});
+  r.hand[1][0] = 9;
+  r.hand[2][0] = 59;
+  EXPECT_EQ(energyTaken(r), (std::vector<float>{0, -9, -9}));
+}
+
 TEST(Recording, ColumnsGoByTheirNames) {
   const Recording r =
       readRecording(written("t_s,extra,total_us,faults,pairs,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,"

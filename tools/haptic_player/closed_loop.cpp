@@ -111,7 +111,7 @@ Spectrum roughness(const std::vector<double>& signal) {
     out.largest_line = std::max(out.largest_line, std::sqrt(2 * p / windows));
   }
   out.rms = std::sqrt(out.rms);
-  return out;
+  return out.rms > 1e-12 ? out : Spectrum{};  // less is rounding of a signal that stands still
 }
 
 Spectrum forceRoughness(const ClosedLoop& loop, std::size_t begin, std::size_t end) {

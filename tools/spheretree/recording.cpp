@@ -21,6 +21,8 @@ constexpr std::array kColumns{"t_s",   "hx_mm", "hy_mm",  "hz_mm",  "hqw",    "h
                               "gx_mm", "gy_mm", "gz_mm",  "gqw",    "gqx",    "gqy",   "gqz",    "fx_n",
                               "fy_n",  "fz_n",  "tx_nmm", "ty_nmm", "tz_nmm", "pairs", "faults", "total_us"};
 
+constexpr float kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
+
 std::vector<std::string_view> fieldsOf(std::string_view line) {
   std::vector<std::string_view> fields;
   for (std::size_t begin = 0;;) {
@@ -137,6 +139,8 @@ std::vector<float> energyTaken(const Recording& r) {
     const auto& a = r.hand[i - 1];
     const auto& b = r.hand[i];
     const auto& w = r.wrench[i - 1];
+    out[i] = out[i - 1];
+    if (std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) > kJump) continue;
     const Eigen::Quaterniond from(a[3], a[4], a[5], a[6]), to(b[3], b[4], b[5], b[6]);
     const Eigen::AngleAxisd turn(to.normalized() * from.normalized().conjugate());
     const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);

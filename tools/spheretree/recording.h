@@ -31,7 +31,7 @@ struct Recording {
 Recording readRecording(const std::filesystem::path& path);
 
 /// Energy that the renderer has taken from the hand until each step [mJ]: each wrench is held until the next pose. Below 0 it has given
-/// energy, which a passive object cannot.
+/// energy, which a passive object cannot. A hand that is more than 10 mm farther in a step has begun anew: that step adds nothing.
 /// Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic interfaces. IEEE T. Robotics and Automation 18(1), 2002.
 std::vector<float> energyTaken(const Recording& recording);
 

@@ -39,13 +39,28 @@ std::string verdictCell(const std::string& verdict) {
          escaped(verdict) + "</span>";
 }
 
+/// A value and whether it holds; `verdict` as in stability.json.
+std::string judged(const Json& value, const std::string& verdict) {
+  const std::string mark = verdict == "holds" ? " \u2713" : verdict == "reported" ? "" : " \u2717";
+  return (verdict == "holds"      ? "<span class=\"good\">"
+          : verdict == "reported" ? "<span>"
+                                  : "<span class=\"bad\">") +
+         numberOrDash(value) + mark + "</span>";
+}
+
+std::vector<std::string> figureCells(const Json& f) {
+  const bool is_reported = f.at("verdict") == "reported";
+  return {escaped(f.at("quantity").get<std::string>()), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>()),
+          is_reported ? "\u2013" : numberOrDash(f.at("pass")),
+          judged(f.at("results").at("paper"), f.at("paper_verdict").get<std::string>()),
+          judged(f.at("results").at("constrained"), f.at("verdict").get<std::string>())};
+}
+
 std::string scenarioTable(const Json& scenario) {
-  HtmlTable table{
-      "Figures; a value must not exceed its pass figure", {"Quantity", "Unit", "Pass", "Paper", "Constrained", "Constrained"}, {}};
-  for (const Json& f : scenario.at("figures"))
-    table.rows.push_back({escaped(f.at("quantity").get<std::string>()), escaped(f.at("unit").get<std::string>()),
-                          numberOrDash(f.at("pass")), numberOrDash(f.at("results").at("paper")),
-                          numberOrDash(f.at("results").at("constrained")), verdictCell(f.at("verdict").get<std::string>())});
+  HtmlTable table{"Figures; a value must not exceed its pass figure. \u2713 holds, \u2717 falls short; others are reported only.",
+                  {"Quantity", "Unit", "Pass", "Paper", "Constrained"},
+                  {}};
+  for (const Json& f : scenario.at("figures")) table.rows.push_back(figureCells(f));
   return table.html();
 }
 
@@ -123,8 +138,8 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
   const std::string of = std::to_string(stability.at("scenarios").size());
   Page page("Stability of the haptic step", "<p><b>" + std::to_string(hold) + " of " + of + "</b> scenarios hold in constrained mode, " +
                                                 std::to_string(paper) + " of " + of + " with the published algorithm.</p>");
-  HtmlTable table{"Scenarios; of each the figure that decides",
-                  {"Scenario", "Quantity", "Unit", "Pass", "Paper", "Constrained", "Paper", "Constrained"},
+  HtmlTable table{"Scenarios; of each the figure that decides. \u2713 holds, \u2717 falls short.",
+                  {"Scenario", "Quantity", "Unit", "Pass", "Paper", "Constrained"},
                   {}};
   std::string details;
   page.data.root["scenes"] = Json::array();
@@ -134,11 +149,10 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
     progress.check();
     const std::string title = s.at("id").get<std::string>() + " " + s.at("title").get<std::string>();
     progress.stage(title);
-    if (s.contains("results"))
-      table.rows.push_back({escaped(title), escaped(s.at("quantity").get<std::string>()), escaped(s.at("unit").get<std::string>()),
-                            numberOrDash(s.at("pass")), numberOrDash(s.at("results").at("paper")),
-                            numberOrDash(s.at("results").at("constrained")), verdictCell(s.at("paper_verdict").get<std::string>()),
-                            verdictCell(s.at("verdict").get<std::string>())});
+    if (s.contains("results")) {
+      table.rows.push_back(figureCells(s));
+      table.rows.back().insert(table.rows.back().begin(), escaped(title));
+    }
     const auto runs = runsOf(s, folder);
     details += "<details><summary>" + escaped(title) + " <span class=\"note\">" + verdictCell(s.at("verdict").get<std::string>()) +
                "</span></summary>";

@@ -330,7 +330,7 @@ std::string traceSvg(const TraceChart& chart) {
     out += "<path class=\"t" + index + "\" d=\"" + path + "\"/>\n";
     for (int round = 0; round < 8; ++round)
       for (const double other : name_at)
-        if (std::abs(last - other) < 13) last = other + (last < other ? -13 : 13);
+        if (std::abs(last - other) < 13) last = other + (last < other || other + 13 > bottom ? -13 : 13);
     name_at.push_back(last);
     out += text(("n" + index).c_str(), right + 6, std::clamp(last, kTop, bottom) + 4, "start", trace.name);
   }
