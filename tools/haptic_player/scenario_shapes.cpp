@@ -89,8 +89,8 @@ TriangleMesh bowl() {  // a ball of radius 15 taken out of a cylinder, rim at z 
   return lathe(profile, 96);
 }
 
-/// A block with a blind hole of diameter 10.2, 10 deep, its mouth chamfered at z = 0.
-TriangleMesh bore() { return lathe({{0, -16}, {14, -16}, {14, 0}, {5.6, 0}, {5.1, -0.5}, {5.1, -10}, {0, -10}}, 64); }
+/// A block with a blind hole of diameter 10.2, 5 deep, its mouth chamfered at z = 0.
+TriangleMesh bore() { return lathe({{0, -10}, {12, -10}, {12, 0}, {5.6, 0}, {5.1, -0.5}, {5.1, -5}, {0, -5}}, 64); }
 
 /// Only the inside of the hole has to be true.
 std::vector<double> boreTolerances(const TriangleMesh& mesh) {
@@ -99,7 +99,7 @@ std::vector<double> boreTolerances(const TriangleMesh& mesh) {
     bool inside = true;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d& p = mesh.corner(t, k);
-      inside = inside && p.head<2>().norm() > 5 && p.head<2>().norm() < 5.7 && p.z() > -10.1;
+      inside = inside && p.head<2>().norm() > 5 && p.head<2>().norm() < 5.7 && p.z() > -5.1;
     }
     tolerances.push_back(inside ? 0.05 : 0.6);
   }

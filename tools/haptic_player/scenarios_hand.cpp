@@ -260,7 +260,7 @@ Outcome tight(Bench& bench, Mode mode) {
     force = torque = {};
     left = 0;
   };
-  insert("peg", "bore", 8, 1.9, true);
+  insert("peg", "bore", 3.5, 1.4, true);
   report("peg");
   insert("fine_probe", "sulcus", 3, 1.5, false);
   report("sulcus");
