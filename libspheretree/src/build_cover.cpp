@@ -70,11 +70,12 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
 
 LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
   const Effort effort = effortOf(settings.quality);
-  std::size_t budget = 1;
-  for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
+  std::size_t full = 1;
+  for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
+  const std::size_t budget = settings.most_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.most_leaves)) : full;
 
   // With a tolerance, one level after the other: a tree deeper than it needs would cost eight times as much to find out.
-  std::size_t low = 0, high = settings.tolerance_mm > 0 ? static_cast<std::size_t>(settings.branching) : budget;
+  std::size_t low = 0, high = settings.tolerance_mm > 0 ? std::min(budget, static_cast<std::size_t>(settings.branching)) : budget;
   std::size_t fitted = 0;  // number of spheres that the pool and the effort are made for
   std::vector<Ball> pool;
   const auto fitPool = [&] {
@@ -108,7 +109,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   Cover leaves = cover(high);
   while (leaves.stand_off > settings.tolerance_mm && high < budget) {  // low is too few, high suffices or is all there is
     low = high;
-    high *= static_cast<std::size_t>(settings.branching);
+    high = std::min(budget, high * static_cast<std::size_t>(settings.branching));
     fitPool();
     leaves = cover(high);
   }
@@ -132,7 +133,8 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
   for (std::size_t level = 1; level < counts.size(); ++level)
     counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
-  if (leaves.balls.size() < budget && settings.tolerance_mm > 0) counts = levelCounts(leaves.balls.size(), settings.branching);
+  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.most_leaves > 0))
+    counts = levelCounts(leaves.balls.size(), settings.branching);
   LevelBalls levels;
   levels.balls.resize(counts.size());
   levels.balls.back() = std::move(leaves.balls);

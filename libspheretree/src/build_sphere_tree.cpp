@@ -50,6 +50,8 @@ void validate(const BuildSettings& s) {
   require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
   require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
   require(s.threads >= 0, "threads must not be negative");
+  require(s.most_leaves >= 0, "the number of leaves must not be negative");
+  require(s.most_leaves == 0 || s.builder == BuilderKind::Cover, "a number of leaves is for the builder cover");
   for (const double t : s.tolerance_of_triangle_mm)
     require(std::isfinite(t) && s.tolerance_mm > 0 && t >= s.tolerance_mm,
             "the tolerance of a triangle must be finite and not below the tolerance");
@@ -306,14 +308,14 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
     tree.statistics[l].overhang_bound = roundUp(most);
     result.statistics.levels[l] = {tree.statistics[l].sphere_count, most, levels.largest_growth[l]};
   }
-  result.statistics.tolerance_met =
-      !(settings.tolerance_mm > 0) || result.statistics.levels.back().overhang_bound_mm <= settings.tolerance_mm;
+  double& met = result.statistics.least_tolerance_mm;
+  met = result.statistics.levels.back().overhang_bound_mm;
   if (is_graded) {
-    double most = 0;
+    met = 0;
     for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1))
-      most = std::max(most, overhangBound(graded, origin, tree.cover[leaf]));
-    result.statistics.tolerance_met = most <= settings.tolerance_mm;
+      met = std::max(met, overhangBound(graded, origin, tree.cover[leaf]));
   }
+  result.statistics.tolerance_met = !(settings.tolerance_mm > 0) || met <= settings.tolerance_mm;
 
   Provenance& from = tree.provenance;
   from.builder = name(settings.builder);

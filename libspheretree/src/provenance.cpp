@@ -59,7 +59,8 @@ std::string settingsText(const BuildSettings& settings) {
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
          "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + gradedText(settings) +
-         (settings.simplify ? "" : "simplify=0\n");
+         (settings.simplify ? "" : "simplify=0\n") +
+         (settings.most_leaves == 0 ? "" : "most_leaves=" + std::to_string(settings.most_leaves) + "\n");
 }
 
 Hash128 settingsHash(const BuildSettings& settings) {

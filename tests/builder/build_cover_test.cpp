@@ -107,5 +107,27 @@ TEST(BuildCover, TellsItsStagesAndStopsInEach) {
   }
 }
 
+TEST(BuildCover, KeepsToANumberOfLeavesAndUsesIt) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  double above = 1e9;
+  for (const int leaves : {1, 7, 8, 50, 200}) {
+    BuildSettings settings = quick(4, 8);
+    settings.most_leaves = leaves;
+    const LevelBalls levels = build(mesh, settings);
+    ASSERT_EQ(levels.balls.back().size(), static_cast<std::size_t>(leaves));
+    for (std::size_t level = 1; level < levels.balls.size(); ++level)
+      EXPECT_LE(levels.balls[level].size(), 8 * levels.balls[level - 1].size());
+    const double h = standOff(mesh, levels.balls.back());
+    EXPECT_LT(h, above);
+    above = h;
+  }
+  BuildSettings more = quick(3, 8);  // than the levels allow
+  more.most_leaves = 100;
+  EXPECT_EQ(build(mesh, more).balls.back().size(), 64u);
+  more.tolerance_mm = 1e-6;  // that cannot be met: all of them, and no more
+  more.most_leaves = 20;
+  EXPECT_EQ(build(mesh, more).balls.back().size(), 20u);
+}
+
 }  // namespace
 }  // namespace spheretree::builder

@@ -56,6 +56,7 @@ void checkOptions(const BuildOptions& options) {
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (!options.unit.empty() && isGltf(options.input))
     throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
+  if (options.settings.most_leaves > 0 && options.builder != "cover") throw UsageError("--leaves is for --builder cover. Leave one of them out.");
   formats::checkWritable(options.output);
   if (!options.report.empty()) formats::checkWritable(options.report);
 }
@@ -70,6 +71,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["combine"] = options.combine;
   settings["levels"] = s.levels;
   settings["branching"] = s.branching;
+  settings["leaves"] = s.most_leaves > 0 ? Json(s.most_leaves) : Json(nullptr);
   settings["quality"] = name(s.quality);
   settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
   settings["unit_mm"] = s.unit_mm;
@@ -192,6 +194,10 @@ void addBuildCommand(Program& program) {
         const bool fits = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
         return fits ? std::string() : text + " is not a length above 0";
       });
+  app->add_option("--leaves", options->settings.most_leaves,
+                  "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
+      ->type_name("N")
+      ->check(CLI::Range(1, 32768));
   app->add_option("--unit", options->unit, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));

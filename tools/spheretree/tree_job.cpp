@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <stdexcept>
 
@@ -44,6 +45,11 @@ auto named(const Kinds& kinds, const std::string& text) {
   return *found;
 }
 
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
 std::string siteText(const WorkSite& site, const Configuration& pose) {
   std::string text = site.key;
   for (const double x : {pose.position.x(), pose.position.y(), pose.position.z(), pose.orientation.w(), pose.orientation.x(),
@@ -57,6 +63,14 @@ void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
   const auto [least, most] = std::minmax_element(tolerances.begin(), tolerances.end());
   settings.tolerance_mm = *least;
   if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
+}
+
+// The tolerances say no more than where an overhang matters less, and by how much.
+void useAllLeaves(builder::BuildSettings& settings) {
+  constexpr double kUnreached = 1e-6;  // of the least tolerance: no leaves are spared for it
+  const double less = (1 - kUnreached) * settings.tolerance_mm;
+  for (double& t : settings.tolerance_of_triangle_mm) t -= less;
+  settings.tolerance_mm = settings.tolerance_of_triangle_mm.empty() ? 0 : settings.tolerance_mm - less;
 }
 
 Json levelsOf(const builder::RepairedMesh& repaired, const SphereTree& tree, builder::Progress& progress) {
@@ -107,9 +121,13 @@ builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
   return out;
 }
 
+std::string TreeJob::meshKey() const {
+  return hex(hashOf(kGenerator + "\n" + hex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) + "\n" + repair));
+}
+
 std::string TreeJob::key() const {
-  return hex(hashOf(kGenerator + "\n" + kRecordSchema + "\n" + hex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) +
-                    "\n" + repair + "\n" + builder::settingsText(settings) + (site ? siteText(*site, pose) : "")));
+  return hex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (site ? siteText(*site, pose) : "") +
+                    (scale == 1 ? "" : "\nscale=" + shortest(scale))));
 }
 
 builder::RepairedMesh TreeJob::solid(std::vector<std::string>& steps, builder::Progress& progress) const {
@@ -127,7 +145,9 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   builder::BuildSettings own = settings;
   own.unit_mm = file->mesh.unit_mm;
   const bool is_graded = site && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
-  if (is_graded) grade(own, tolerancesAt(*site, inWorld(mesh, pose), settings.tolerance_mm));
+  if (is_graded) grade(own, tolerancesAt(*site, inWorld(mesh, pose), settings.tolerance_mm, scale));
+  const double least_tolerance = own.tolerance_mm;
+  if (own.most_leaves > 0) useAllLeaves(own);
   builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
 
   TreeResult result;
@@ -141,7 +161,13 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
                    {"repair", steps},
                    {"notes", file->mesh.notes},
                    {"levels", levelsOf(repaired, built.tree, progress)}};
-  if (is_graded) result.record["least_tolerance_mm"] = own.tolerance_mm;
+  if (own.most_leaves > 0) {
+    const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
+    const double least = is_graded ? least_tolerance / scale : wanted;
+    result.record["tolerance_met"] = settings.tolerance_mm > 0 ? Json(built.statistics.least_tolerance_mm <= least && scale <= 1) : Json(nullptr);
+    result.record["tolerance_ratio"] = built.statistics.least_tolerance_mm / least;
+  }
+  if (is_graded) result.record["least_tolerance_mm"] = least_tolerance;
   if (site) result.record["work"] = workFigures(*site, mesh, pose, built.tree);
   result.tree = std::move(built.tree);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();

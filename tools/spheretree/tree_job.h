@@ -54,9 +54,14 @@ struct TreeJob {
   builder::BuildSettings settings;
   Configuration pose;                    // of an object in the world
   std::shared_ptr<const WorkSite> site;  // null: the same accuracy everywhere
+  // With settings.most_leaves > 0: all of them are used, and the tolerance says where: the scene's tolerances times `scale`, as near as
+  // these leaves come to them.
+  double scale = 1;
 
   /// Of all that the tree depends on: content, part, unit, settings and version of the program; 32 hexadecimal digits.
   std::string key() const;
+  /// Of the mesh alone as it is built; 32 hexadecimal digits.
+  std::string meshKey() const;
   /// The mesh as it is built, with a sentence for each change.
   builder::RepairedMesh solid(std::vector<std::string>& steps, builder::Progress& progress) const;
   TreeResult run(builder::Progress& progress) const;

@@ -27,11 +27,15 @@ TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose) {
   return mesh;
 }
 
-std::vector<double> tolerancesAt(const WorkSite& site, const TriangleMesh& world_mesh, double tolerance_mm) {
+std::vector<double> tolerancesAt(const WorkSite& site, const TriangleMesh& world_mesh, double tolerance_mm, double scale) {
   std::vector<builder::ToleranceRegion> regions;
-  for (const formats::WorkRegion& region : site.regions) regions.push_back(regionOf(region));
+  for (const formats::WorkRegion& region : site.regions) {
+    regions.push_back(regionOf(region));
+    regions.back().tolerance *= scale;
+  }
   const std::vector<char> reached = site.space ? site.space->reached(world_mesh) : std::vector<char>();
-  return builder::gradedTolerance(world_mesh, tolerance_mm, regions, reached, site.reach ? site.reach->tolerance_mm : tolerance_mm);
+  return builder::gradedTolerance(world_mesh, scale * tolerance_mm, regions, reached,
+                                  scale * (site.reach ? site.reach->tolerance_mm : tolerance_mm));
 }
 
 nlohmann::ordered_json workFigures(const WorkSite& site, const TriangleMesh& mesh, const Configuration& pose, const SphereTree& tree) {

@@ -24,8 +24,8 @@ struct WorkSite {
 
 TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose);
 
-/// Tolerances of the triangles of `world_mesh`, whose own is `tolerance_mm`.
-std::vector<double> tolerancesAt(const WorkSite& site, const TriangleMesh& world_mesh, double tolerance_mm);
+/// Tolerances of the triangles of `world_mesh`, whose own is `tolerance_mm`; all that the scene says taken `scale` times.
+std::vector<double> tolerancesAt(const WorkSite& site, const TriangleMesh& world_mesh, double tolerance_mm, double scale = 1);
 
 /// For each region that the object reaches into: `name`, `tolerance_mm`, `triangles` in it, and `overhang_bound_mm`: no leaf reaches
 /// farther out of the object through these triangles; proven. `mesh` in the frame of the tree.

@@ -26,6 +26,7 @@ struct BuildSettings {
   int levels = 4;                    // range [2, 6]; the root is level 0
   int branching = 8;                 // range [2, 8]
   Quality quality = Quality::Standard;
+  int most_leaves = 0;      // > 0: no more leaves than this; 0: branching^(levels - 1). Builder Cover only
   double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
   // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the place allows where
   // it leaves the object (graded_tolerance.h). Builder Cover only.
@@ -53,6 +54,7 @@ struct BuildStatistics {
   std::vector<LevelBuildStatistics> levels;
   std::size_t certified_pieces = 0;
   bool tolerance_met = true;
+  double least_tolerance_mm = 0;  // the least tolerance_mm that the leaves meet; those of triangles beyond it by as much as given
   struct Stage {
     std::string name;
     double seconds;
