@@ -18,7 +18,7 @@ packages=(
   libgtest-dev            # tests
   libtet1.5-dev           # tests: TetGen, in a program of its own
 )
-if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git chromium chromium-driver); fi
+if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git chromium chromium-driver parallel slurmctld slurmd slurm-client munge); fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -115,6 +115,77 @@ case_batch_killed() {
   cmp whole/scene.json killed/scene.json || fail "the scenes differ"
 }
 
+# A number FIELD of FILE, the first one.
+number_of() { sed -n "s/^ *\"$1\": \([0-9.e-]*\),*$/\1/p" "$2" | head -n 1; }
+
+# less A B: as numbers.
+less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a < b) }'; }
+
+# A small ring and a large one, with a tetrahedron as tool.
+write_rings() {
+  write_tetrahedron tool.obj
+  write_torus small.obj 12
+  sed 's/^v \(\S*\) \(\S*\) \(\S*\)/v \10 \20 \30/; s/\.\([0-9]\)\([0-9]*\)/\1.\2/g' small.obj >large.obj  # ten times the size
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick"%s},
+    "tool": {"name": "tool", "mesh": "tool.obj"},
+    "objects": [{"name": "small", "mesh": "small.obj", "position_mm": [300, 0, 0]}, {"name": "large", "mesh": "large.obj"}]%s}' "$2" "$3" >"$1"
+}
+
+case_batch_budget() {
+  write_rings a.scene.json "" ""
+  write_rings even.scene.json ', "levels": 3' ""
+  expect 0 batch even.scene.json -o even
+  expect 0 batch a.scene.json -o out_a --budget 120
+  says '^budget: ' out
+  says '"of": "leaves"' out_a/report.json
+  leaves=$(number_of spent out_a/report.json)
+  [ "${leaves%.*}" -le 120 ] && [ "${leaves%.*}" -ge 100 ] || fail "$leaves leaves of 120"
+  # Fewer leaves than 64 each, and a smaller error: that is what a budget is for.
+  error=$(number_of overhang_bound_mm out_a/report.json)
+  less "$error" "$(number_of overhang_bound_mm even/report.json)" || fail "with $leaves leaves an error of $error"
+  expect 0 batch a.scene.json -o again --budget 120 --threads 1
+  for file in tool.stree small.stree large.stree scene.json; do cmp out_a/$file again/$file || fail "$file depends on threads"; done
+  expect 0 batch a.scene.json -o out_a --budget 120
+  says "0 built, 3 unchanged" out
+  # Of time, by a model: within it, and the same whatever else the machine does.
+  expect 0 batch even.scene.json -o slow --budget 1000us  # all that its levels allow
+  expect 5 batch even.scene.json -o fast --budget 0.1us
+  says "the budget is not met" err
+  # Tolerances say what weighs more: the small ring gets leaves.
+  sed 's/"mesh": "small.obj"/"mesh": "small.obj", "tolerance_mm": 0.05/; s/"mesh": "large.obj"/"mesh": "large.obj", "tolerance_mm": 5/' a.scene.json >w.scene.json
+  expect 0 batch w.scene.json -o weighed --budget 200
+  [ "$("$program" inspect weighed/small.stree --json | number_of nodes -)" -gt "$("$program" inspect again/small.stree --json | number_of nodes -)" ] ||
+    fail "the tolerance weighs nothing"
+  # A region of work is a tolerance, too.
+  write_rings site.scene.json ', "tolerance_mm": 4' ', "work": [{"name": "spot", "sphere": {"centre_mm": [130, 0, 0], "radius_mm": 10}, "tolerance_mm": 1}]'
+  expect 0 batch site.scene.json -o site --budget 300
+  says '"least_tolerance_mm"' site/report.json
+  for bad in 0 -3 2.5 x 5ms 1e10; do expect 2 batch a.scene.json -o none --budget=$bad; done
+  expect 2 batch a.scene.json -o none --budget 2
+  expect 2 batch a.scene.json -o none --budget 100 --shard 1/2
+  expect 2 batch a.scene.json -o none --trajectory t.csv
+  write_rings b.scene.json ', "builder": "octree"' ""
+  expect 2 batch b.scene.json -o none --budget 100
+}
+
+case_batch_chart() {
+  write_rings a.scene.json ', "levels": 3' ""
+  printf 't_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n' >press.csv
+  awk 'BEGIN { for (i = 0; i < 200; ++i) printf "%.3f,0,100,%.2f,1,0,0,0\n", i / 1000, 40 - i / 10 }' >>press.csv
+  expect 0 batch a.scene.json -o out_a --chart --trajectory press.csv
+  # 8, 16, 32 and 64 leaves and what was chosen, for the scene, the tool and two objects.
+  [ "$(grep -c '"leaves_each": ' out_a/report.json)" -eq 20 ] || fail "not 5 rows of 4"
+  [ "$(grep -c '"chosen": true' out_a/report.json)" -eq 4 ] || fail "not one chosen row each"
+  # The same again but for times: all of the chart comes from the cache.
+  grep -v -e seconds -e step_us -e built -e cached out_a/report.json >first
+  expect 0 batch a.scene.json -o out_a --chart --trajectory press.csv --threads 1
+  grep -v -e seconds -e step_us -e built -e cached out_a/report.json >second
+  cmp first second || fail "two charts differ beyond their times"
+  expect 0 report out_a -o page.html
+  says 'Leaves against overhang' page.html
+  says 'class="cq"' page.html
+}
+
 # Steps 1 to 4 of docs/tutorial.md, with the scene of its step 2: one tooth, built quickly.
 case_batch_tutorial() {
   "$1" --mouth mouth || fail "no sample mouth"

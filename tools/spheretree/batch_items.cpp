@@ -80,7 +80,8 @@ double workOf(const TreeJob& job) {
   const TriangleMesh& mesh = job.file->mesh.mesh;
   std::size_t triangles = mesh.triangles.size(), leaves = 1;
   if (!job.part.empty()) {
-    const auto index = static_cast<std::uint32_t>(std::find(mesh.part_names.begin(), mesh.part_names.end(), job.part) - mesh.part_names.begin());
+    const auto index =
+        static_cast<std::uint32_t>(std::find(mesh.part_names.begin(), mesh.part_names.end(), job.part) - mesh.part_names.begin());
     triangles = static_cast<std::size_t>(std::count(mesh.part.begin(), mesh.part.end(), index));
   }
   for (int level = 1; level < job.settings.levels; ++level) leaves *= static_cast<std::size_t>(job.settings.branching);
@@ -213,6 +214,20 @@ std::vector<Item> loadItems(const formats::SceneFile& scene, const std::filesyst
   });
   progress.check();
   return items;
+}
+
+std::size_t mostLeaves(const formats::SceneFile& scene, const Item& item) {
+  const int levels = formats::mergedSettings(item.source->settings, scene.defaults).levels.value_or(kMaxLevels);
+  std::size_t most = 1;
+  for (int level = 1; level < levels; ++level) most *= static_cast<std::size_t>(item.job.settings.branching);
+  return most;
+}
+
+void limitLeaves(builder::BuildSettings& settings, std::size_t leaves) {
+  const auto branching = static_cast<std::size_t>(settings.branching);
+  settings.most_leaves = static_cast<int>(leaves);
+  settings.levels = kMinLevels;
+  for (std::size_t full = branching; full < leaves; full *= branching) ++settings.levels;
 }
 
 void buildItems(std::vector<Item>& items, WorkSite* site, const Workshop& workshop, const std::string& stage, const Shard& shard) {

@@ -44,6 +44,12 @@ struct Workshop {
 std::vector<Item> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
                             builder::Progress& progress);
 
+/// The leaves that an item may have, if they are to be chosen for it: what the scene says of its levels, or the deepest tree there is.
+std::size_t mostLeaves(const formats::SceneFile& scene, const Item& item);
+
+/// At most so many leaves, in the shallowest tree that holds them.
+void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);
+
 /// Gives the objects what the scene says about where accuracy is needed; null if it says nothing.
 std::shared_ptr<WorkSite> giveSite(const formats::SceneFile& scene, std::vector<Item>& items);
 

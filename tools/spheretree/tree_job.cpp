@@ -163,9 +163,12 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
                    {"levels", levelsOf(repaired, built.tree, progress)}};
   if (own.most_leaves > 0) {
     const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
-    const double least = is_graded ? least_tolerance / scale : wanted;
-    result.record["tolerance_met"] = settings.tolerance_mm > 0 ? Json(built.statistics.least_tolerance_mm <= least && scale <= 1) : Json(nullptr);
-    result.record["tolerance_ratio"] = built.statistics.least_tolerance_mm / least;
+    const double met = built.statistics.least_tolerance_mm;
+    // Of a graded tree: every tolerance is met if all are multiplied by this.
+    const double ratio = is_graded ? scale * std::max(1.0, met / least_tolerance) : met / wanted;
+    result.record["tolerance_met"] = settings.tolerance_mm > 0 ? Json(ratio <= 1) : Json(nullptr);
+    result.record["tolerance_ratio"] = ratio;
+    if (is_graded) result.record["least_met_mm"] = met;
   }
   if (is_graded) result.record["least_tolerance_mm"] = least_tolerance;
   if (site) result.record["work"] = workFigures(*site, mesh, pose, built.tree);

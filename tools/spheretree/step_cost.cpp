@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "step_cost.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/trajectory.h"
+#include "spheretree/runtime/collide.h"
+#include "spheretree/runtime/workspace.h"
+
+namespace spheretree::tool {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStep = 0.1;  // of a hand that touches [mm]
+constexpr double kPress = 1;   // how far it goes on after the first touch [mm]
+constexpr std::uint32_t kAllWork = 1u << 30;
+constexpr int kRuns = 3;
+
+/// SplitMix64: the distributions of the standard library differ between implementations.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
+  /// A point in the unit ball of `N` dimensions, away from its centre, made a direction. No function of the C library: those differ.
+  template <int N>
+  Eigen::Matrix<double, N, 1> direction() {
+    for (;;) {
+      Eigen::Matrix<double, N, 1> v;
+      for (int i = 0; i < N; ++i) v[i] = 2 * unit() - 1;
+      const double n2 = v.squaredNorm();
+      if (n2 <= 1 && n2 > 0.01) return v / std::sqrt(n2);
+    }
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+struct Leaf {
+  Vector3d centre;
+  double radius;
+};
+
+std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Vector3d& anchor) {
+  std::vector<Leaf> leaves;
+  for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
+    if (tree.node[slot] != runtime::kNoNode && tree.child_block[slot] == 0)
+      leaves.push_back({anchor + Vector3d(tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]), tree.cover_records[slot].radius});
+  return leaves;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+
+/// Processor time of this thread: what a servo thread of its own would need, whatever else the machine runs.
+double microsecondsNow() {
+  timespec t;
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
+}
+
+}  // namespace
+
+std::vector<HandMotion> readMotions(const std::vector<std::filesystem::path>& files) {
+  std::vector<HandMotion> motions;
+  for (const std::filesystem::path& file : files) motions.push_back(formats::readTrajectory(file));
+  return motions;
+}
+
+std::vector<HandMotion> touchingMotions(const runtime::Scene& scene, std::size_t count, std::uint64_t seed) {
+  constexpr std::size_t kTries = 20;  // for each motion wanted
+  constexpr double kApproach = 2;     // how far off it begins [mm]
+  std::vector<std::vector<Leaf>> objects;
+  for (const runtime::CompiledObject& object : scene.objects) objects.push_back(leavesOf(object.tree, object.anchor));
+  const std::vector<Leaf> tool = leavesOf(scene.tool, Vector3d::Zero());
+  runtime::Workspace workspace(scene);
+  const auto touches = [&](const Configuration& pose) {
+    return !runtime::findPairs(scene, pose, 0, true, kAllWork, workspace).pairs.empty();
+  };
+  Random random(seed);
+  std::vector<HandMotion> motions;
+  for (std::size_t tries = 0; tries < kTries * count && motions.size() < count; ++tries) {
+    const std::vector<Leaf>& leaves = objects[random.below(objects.size())];
+    const Leaf &there = leaves[random.below(leaves.size())], &here = tool[random.below(tool.size())];
+    const Vector3d out = random.direction<3>();
+    const Eigen::Vector4d q = random.direction<4>();
+    const Quaternion turn(q[0], q[1], q[2], q[3]);
+    const Vector3d touch = there.centre + (there.radius + here.radius) * out - turn.toRotationMatrix() * here.centre;
+    const auto at = [&](int step) { return Configuration{touch + (kApproach - kStep * step) * out, turn}; };
+    if (touches(at(0))) continue;
+    int first = 1;  // the tool may touch elsewhere before
+    while (kStep * first < kApproach && !touches(at(first))) ++first;
+    HandMotion motion;
+    for (int step = first - 1; kStep * (step - first) <= kPress; ++step) motion.push_back(at(step));
+    motions.push_back(std::move(motion));
+  }
+  return motions;
+}
+
+double stepModel(const runtime::StepResult& step) { return 0.7 + 0.0053 * step.work + 0.55 * step.linearisations; }
+
+std::optional<StepCost> measureSteps(const runtime::Scene& scene, const std::vector<HandMotion>& motions, bool measure_time) {
+  std::vector<double> pairs, model, micros;
+  for (int run = 0; run < (measure_time ? kRuns : 1); ++run) {
+    runtime::Workspace workspace(scene);
+    std::size_t contact = 0;
+    for (const HandMotion& motion : motions) {
+      runtime::reset(workspace);
+      for (const Configuration& pose : motion) {
+        const double begun = measure_time ? microsecondsNow() : 0;
+        const runtime::StepResult r = runtime::step(scene, pose, runtime::Mode::Constrained, workspace);
+        const double spent = measure_time ? microsecondsNow() - begun : 0;
+        if (r.pairs == 0) continue;
+        if (run == 0) {
+          pairs.push_back(r.pairs);
+          model.push_back(stepModel(r));
+          micros.push_back(spent);
+        } else {
+          micros[contact] = std::min(micros[contact], spent);
+        }
+        ++contact;
+      }
+    }
+  }
+  if (pairs.empty()) return std::nullopt;
+  StepCost cost;
+  cost.steps = pairs.size();
+  cost.pairs_median = percentile(pairs, 0.5);
+  cost.pairs_p99 = percentile(pairs, 0.99);
+  cost.model_us_p99 = percentile(model, 0.99);
+  cost.time_us_median = percentile(micros, 0.5);
+  cost.time_us_p99 = percentile(std::move(micros), 0.99);
+  return cost;
+}
+
+std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, const std::vector<Item>& items, const Item* only) {
+  runtime::SceneDescription d;
+  for (const Item& item : items) {
+    if (!item.hasTree()) continue;
+    if (item.is_tool)
+      d.tool = item.result.tree;
+    else if (!only || only == &item)
+      d.objects.push_back({item.result.tree, item.source->pose});
+  }
+  if (d.objects.empty() || !items[0].hasTree()) return std::nullopt;
+  d.reference_point = scene.tool.reference_point_mm;
+  d.coupling = {scene.translation_n_per_mm, scene.rotation_n_mm_per_rad};
+  d.wrench_limits = {scene.force_n, scene.torque_n_mm};
+  d.step_limits.max_pairs = std::max<std::uint32_t>(d.step_limits.max_pairs, 64 * static_cast<std::uint32_t>(d.objects.size()));
+  runtime::Scene out;
+  std::string fault;
+  if (!runtime::compileScene(d, out, fault)) throw formats::FormatError("the scene of trees: " + fault);
+  return out;
+}
+
+std::size_t memoryOf(const runtime::Scene& scene) {
+  const auto bytesOf = [](const runtime::CompiledTree& tree) {
+    const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+    return bytes(tree.bound) + bytes(tree.cover_records) + bytes(tree.child_block) + bytes(tree.inner_lanes) + bytes(tree.exact) +
+           bytes(tree.node);
+  };
+  std::size_t total = bytesOf(scene.tool);
+  for (const runtime::CompiledObject& object : scene.objects) total += bytesOf(object.tree);
+  return total;
+}
+
+}  // namespace spheretree::tool
