@@ -149,6 +149,9 @@ case_batch_budget() {
   says "0 built, 3 unchanged" out
   # Of time, by a model: within it, and the same whatever else the machine does.
   expect 0 batch even.scene.json -o slow --budget 1000us  # all that its levels allow
+  some=$(number_of spent slow/report.json | awk '{ print 0.8 * $1 }')
+  expect 0 batch even.scene.json -o fast --budget "${some}us"
+  less "$(number_of spent fast/report.json)" "$some" || fail "beyond $some us"
   expect 5 batch even.scene.json -o fast --budget 0.1us
   says "the budget is not met" err
   # Tolerances say what weighs more: the small ring gets leaves.

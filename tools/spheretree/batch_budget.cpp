@@ -34,13 +34,13 @@ double errorOf(const Item& item) {
 
 class BudgetSearch {
  public:
-  BudgetSearch(const Budget& budget, const formats::SceneFile& scene, const std::vector<Item>& items, WorkSite* site,
-               std::vector<HandMotion> motions, const Workshop& workshop)
+  BudgetSearch(const Budget& budget, const formats::SceneFile& scene, const std::vector<Item>& items, WorkSite* site, Hands hands,
+               const Workshop& workshop)
       : budget_(budget),
         scene_(scene),
         site_(site),
-        motions_(std::move(motions)),
-        random_(motions_.empty()),
+        hands_(std::move(hands)),
+        random_(hands_.empty()),
         workshop_(workshop),
         source_(items) {
     double common = 0;  // without a tolerance of its own, an object has the largest that the scene gives
@@ -181,15 +181,15 @@ class BudgetSearch {
   double stepTime(const std::vector<Item>& items) {
     const std::optional<runtime::Scene> scene = runtimeScene(scene_, items);
     if (!scene) return 0;
-    if (motions_.empty()) motions_ = touchingMotions(*scene, kTouches, kTouchSeed);
-    const std::optional<StepCost> cost = measureSteps(*scene, motions_, false);
+    if (hands_.empty()) hands_ = randomTouches(*scene, kTouches);
+    const std::optional<StepCost> cost = measureSteps(*scene, hands_, false);
     return cost ? cost->model_us_p99 : 0;
   }
 
   Budget budget_;
   const formats::SceneFile& scene_;
   WorkSite* site_;
-  std::vector<HandMotion> motions_;
+  Hands hands_;
   bool random_;
   Workshop workshop_;
   std::vector<Item> source_;          // as they were read
@@ -207,9 +207,9 @@ class BudgetSearch {
 
 }  // namespace
 
-Json buildWithin(const Budget& budget, const formats::SceneFile& scene, std::vector<Item>& items, WorkSite* site,
-                 std::vector<HandMotion> motions, const Workshop& workshop) {
-  BudgetSearch search(budget, scene, items, site, std::move(motions), workshop);
+Json buildWithin(const Budget& budget, const formats::SceneFile& scene, std::vector<Item>& items, WorkSite* site, Hands hands,
+                 const Workshop& workshop) {
+  BudgetSearch search(budget, scene, items, site, std::move(hands), workshop);
   // The scene's own tolerance, if any, is what the report compares with.
   std::vector<bool> has_tolerance;
   for (const Item& item : items) has_tolerance.push_back(item.job.settings.tolerance_mm > 0);

@@ -17,10 +17,10 @@ struct Budget {
   bool is_time = false;  // microseconds of a step, by stepModel()
 };
 
-/// Builds all that waits in `items` within the budget. What came as a tree counts and stays. `motions`: the hands of a budget of time;
+/// Builds all that waits in `items` within the budget. What came as a tree counts and stays. `hands`: the hands of a budget of time;
 /// none: touches at random. Gives the field `budget` of the report.
 /// @throws UsageError if an item has another builder than cover or a leaf for each tree is too much; Cancelled.
-Json buildWithin(const Budget& budget, const formats::SceneFile& scene, std::vector<Item>& items, WorkSite* site,
-                 std::vector<HandMotion> motions, const Workshop& workshop);
+Json buildWithin(const Budget& budget, const formats::SceneFile& scene, std::vector<Item>& items, WorkSite* site, Hands hands,
+                 const Workshop& workshop);
 
 }  // namespace spheretree::tool

@@ -67,16 +67,16 @@ struct Overhang {
 
 class Rows {
  public:
-  Rows(const formats::SceneFile& scene, const std::vector<Item>& chosen, std::vector<HandMotion> motions, const Workshop& workshop)
-      : scene_(scene), chosen_(chosen), motions_(std::move(motions)), workshop_(workshop), of_object_(chosen.size()) {
-    const bool recorded = !motions_.empty();
+  Rows(const formats::SceneFile& scene, const std::vector<Item>& chosen, Hands hands, const Workshop& workshop)
+      : scene_(scene), chosen_(chosen), hands_(std::move(hands)), workshop_(workshop), of_object_(chosen.size()) {
+    const bool recorded = !hands_.empty();
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       if (chosen[i].is_tool) {
-        if (const auto all = runtimeScene(scene, chosen); all && !recorded) motions_ = touchingMotions(*all, kTouches, kTouchSeed);
+        if (const auto all = runtimeScene(scene, chosen); all && !recorded) hands_ = randomTouches(*all, kTouches);
       } else if (recorded) {
-        of_object_[i] = motions_;
+        of_object_[i] = hands_;
       } else if (const auto alone = runtimeScene(scene, chosen, &chosen[i]); alone && chosen[i].hasTree()) {
-        of_object_[i] = touchingMotions(*alone, kObjectTouches, kTouchSeed);
+        of_object_[i] = randomTouches(*alone, kObjectTouches);
       }
     }
   }
@@ -86,7 +86,7 @@ class Rows {
     for (const Item& item : items)
       if (item.hasTree()) all.add(item);
     if (all.trees == 0) return;
-    rows_.push_back(row(setting, items, nullptr, all, motions_));
+    rows_.push_back(row(setting, items, nullptr, all, hands_));
     for (std::size_t i = 0; i < items.size(); ++i) {
       workshop_.progress.check();
       if (!items[i].hasTree()) continue;
@@ -99,8 +99,7 @@ class Rows {
   Json take() { return std::move(rows_); }
 
  private:
-  Json row(const Setting& setting, const std::vector<Item>& items, const Item* object, const Overhang& overhang,
-           const std::vector<HandMotion>& motions) {
+  Json row(const Setting& setting, const std::vector<Item>& items, const Item* object, const Overhang& overhang, const Hands& hands) {
     Json out{{"object", object ? Json(object->source->name) : Json(nullptr)},
              {"leaves_each", setting.leaves > 0 ? Json(setting.leaves) : Json(nullptr)},
              {"tolerance_mm", setting.tolerance > 0 ? Json(setting.tolerance) : Json(nullptr)},
@@ -115,7 +114,7 @@ class Rows {
       scene = runtimeScene(scene_, items);
     else if (!object->is_tool)
       scene = runtimeScene(scene_, {chosen_[0], *object});
-    const std::optional<StepCost> cost = scene ? measureSteps(*scene, motions, true) : std::nullopt;
+    const std::optional<StepCost> cost = scene ? measureSteps(*scene, hands, true) : std::nullopt;
     out["memory_bytes"] = scene ? Json(memoryOf(*scene)) : Json(nullptr);
     out["steps"] = cost ? cost->steps : 0;
     out["pairs_median"] = cost ? Json(cost->pairs_median) : Json(nullptr);
@@ -128,17 +127,17 @@ class Rows {
 
   const formats::SceneFile& scene_;
   const std::vector<Item>& chosen_;
-  std::vector<HandMotion> motions_;
+  Hands hands_;
   const Workshop& workshop_;
-  std::vector<std::vector<HandMotion>> of_object_;
+  std::vector<Hands> of_object_;
   Json rows_ = Json::array();
 };
 
 }  // namespace
 
-Json paretoOf(const formats::SceneFile& scene, const std::vector<Item>& source, const std::vector<Item>& items, WorkSite* site,
-              std::vector<HandMotion> motions, const Workshop& workshop) {
-  Rows rows(scene, items, std::move(motions), workshop);
+Json paretoOf(const formats::SceneFile& scene, const std::vector<Item>& source, const std::vector<Item>& items, WorkSite* site, Hands hands,
+              const Workshop& workshop) {
+  Rows rows(scene, items, std::move(hands), workshop);
   for (const Setting& setting : settingsFor(scene, source)) {
     std::vector<Item> built = itemsFor(setting, scene, source);
     const std::string what = setting.leaves > 0 ? std::to_string(setting.leaves) + " leaves" : Json(setting.tolerance).dump() + " mm";

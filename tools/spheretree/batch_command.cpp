@@ -200,7 +200,7 @@ int batch(BatchOptions options, builder::Progress& progress) {
   formats::checkWritable(options.folder / "report.json");
 
   progress.stage("read");
-  const std::vector<HandMotion> motions = readMotions(options.hands);
+  const Hands hands = readHands(options.hands);
   MeshStore meshes;
   const TreeCache cache(options.cache);
   const Workshop workshop{cache, threads, progress};
@@ -209,10 +209,10 @@ int batch(BatchOptions options, builder::Progress& progress) {
   const std::vector<Item> source = items;
   Findings findings;
   if (options.budget)
-    findings.budget = buildWithin(*options.budget, scene, items, site.get(), motions, workshop);
+    findings.budget = buildWithin(*options.budget, scene, items, site.get(), hands, workshop);
   else
     buildItems(items, site.get(), workshop, "build " + std::to_string(items.size()) + " trees", options.shard);
-  if (options.chart) findings.pareto = paretoOf(scene, source, items, site.get(), motions, workshop);
+  if (options.chart) findings.pareto = paretoOf(scene, source, items, site.get(), hands, workshop);
   const bool whole = options.shard.count == 1;
   if (whole) writeResults(options, scene, items, findings, std::chrono::duration<double>(Clock::now() - begun).count());
   return printResults(options, items, findings, whole);

@@ -17,15 +17,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 0.1;  // of a hand that touches [mm]
-constexpr double kPress = 1;   // how far it goes on after the first touch [mm]
+constexpr double kStep = 0.1;                        // of a hand that touches [mm]
+constexpr double kPress = 1;                         // how far it goes on after the first touch, at least [mm]
+constexpr double kSearchStep = 0.2, kFarthest = 60;  // of the way out of a touch [mm]
 constexpr std::uint32_t kAllWork = 1u << 30;
 constexpr int kRuns = 3;
 
 /// SplitMix64: the distributions of the standard library differ between implementations.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
   std::uint64_t next() {
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -46,7 +46,7 @@ class Random {
   }
 
  private:
-  std::uint64_t state_;
+  std::uint64_t state_ = 1;
 };
 
 struct Leaf {
@@ -57,7 +57,7 @@ struct Leaf {
 std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Vector3d& anchor) {
   std::vector<Leaf> leaves;
   for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != runtime::kNoNode && tree.child_block[slot] == 0)
+    if (tree.node[slot] != runtime::kNoNode && !tree.isInner(slot))
       leaves.push_back({anchor + Vector3d(tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]), tree.cover_records[slot].radius});
   return leaves;
 }
@@ -65,6 +65,19 @@ std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Vector3d& an
 double percentile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+
+/// The poses of a touch, from the free one; none if the tool does not come free.
+std::vector<Configuration> motionOf(const Touch& touch, const runtime::Scene& scene, runtime::Workspace& workspace) {
+  const auto at = [&](double out) { return Configuration{touch.at.position + out * touch.out, touch.at.orientation}; };
+  double out = 0;
+  while (!runtime::findPairs(scene, at(out), 0, true, kAllWork, workspace).pairs.empty()) {
+    out += kSearchStep;
+    if (out > kFarthest) return {};
+  }
+  std::vector<Configuration> poses;
+  for (int step = 0; step * kStep <= kSearchStep + kPress; ++step) poses.push_back(at(out - step * kStep));
+  return poses;
 }
 
 /// Processor time of this thread: what a servo thread of its own would need, whatever else the machine runs.
@@ -76,50 +89,42 @@ double microsecondsNow() {
 
 }  // namespace
 
-std::vector<HandMotion> readMotions(const std::vector<std::filesystem::path>& files) {
-  std::vector<HandMotion> motions;
-  for (const std::filesystem::path& file : files) motions.push_back(formats::readTrajectory(file));
-  return motions;
+Hands readHands(const std::vector<std::filesystem::path>& files) {
+  Hands hands;
+  for (const std::filesystem::path& file : files) hands.recorded.push_back(formats::readTrajectory(file));
+  return hands;
 }
 
-std::vector<HandMotion> touchingMotions(const runtime::Scene& scene, std::size_t count, std::uint64_t seed) {
-  constexpr std::size_t kTries = 20;  // for each motion wanted
-  constexpr double kApproach = 2;     // how far off it begins [mm]
+Hands randomTouches(const runtime::Scene& scene, std::size_t count) {
   std::vector<std::vector<Leaf>> objects;
   for (const runtime::CompiledObject& object : scene.objects) objects.push_back(leavesOf(object.tree, object.anchor));
   const std::vector<Leaf> tool = leavesOf(scene.tool, Vector3d::Zero());
-  runtime::Workspace workspace(scene);
-  const auto touches = [&](const Configuration& pose) {
-    return !runtime::findPairs(scene, pose, 0, true, kAllWork, workspace).pairs.empty();
-  };
-  Random random(seed);
-  std::vector<HandMotion> motions;
-  for (std::size_t tries = 0; tries < kTries * count && motions.size() < count; ++tries) {
+  Random random;
+  Hands hands;
+  while (hands.touches.size() < count) {
     const std::vector<Leaf>& leaves = objects[random.below(objects.size())];
     const Leaf &there = leaves[random.below(leaves.size())], &here = tool[random.below(tool.size())];
     const Vector3d out = random.direction<3>();
     const Eigen::Vector4d q = random.direction<4>();
     const Quaternion turn(q[0], q[1], q[2], q[3]);
-    const Vector3d touch = there.centre + (there.radius + here.radius) * out - turn.toRotationMatrix() * here.centre;
-    const auto at = [&](int step) { return Configuration{touch + (kApproach - kStep * step) * out, turn}; };
-    if (touches(at(0))) continue;
-    int first = 1;  // the tool may touch elsewhere before
-    while (kStep * first < kApproach && !touches(at(first))) ++first;
-    HandMotion motion;
-    for (int step = first - 1; kStep * (step - first) <= kPress; ++step) motion.push_back(at(step));
-    motions.push_back(std::move(motion));
+    hands.touches.push_back({{there.centre + there.radius * out - turn.toRotationMatrix() * here.centre, turn}, out});
   }
-  return motions;
+  return hands;
 }
 
 double stepModel(const runtime::StepResult& step) { return 0.7 + 0.0053 * step.work + 0.55 * step.linearisations; }
 
-std::optional<StepCost> measureSteps(const runtime::Scene& scene, const std::vector<HandMotion>& motions, bool measure_time) {
+std::optional<StepCost> measureSteps(const runtime::Scene& scene, const Hands& hands, bool measure_time) {
+  std::vector<std::vector<Configuration>> motions = hands.recorded;
+  if (motions.empty()) {
+    runtime::Workspace workspace(scene);
+    for (const Touch& touch : hands.touches) motions.push_back(motionOf(touch, scene, workspace));
+  }
   std::vector<double> pairs, model, micros;
   for (int run = 0; run < (measure_time ? kRuns : 1); ++run) {
     runtime::Workspace workspace(scene);
     std::size_t contact = 0;
-    for (const HandMotion& motion : motions) {
+    for (const std::vector<Configuration>& motion : motions) {
       runtime::reset(workspace);
       for (const Configuration& pose : motion) {
         const double begun = measure_time ? microsecondsNow() : 0;
@@ -171,8 +176,7 @@ std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, cons
 std::size_t memoryOf(const runtime::Scene& scene) {
   const auto bytesOf = [](const runtime::CompiledTree& tree) {
     const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
-    return bytes(tree.bound) + bytes(tree.cover_records) + bytes(tree.child_block) + bytes(tree.inner_lanes) + bytes(tree.exact) +
-           bytes(tree.node);
+    return bytes(tree.bound) + bytes(tree.cover_records) + bytes(tree.links) + bytes(tree.exact) + bytes(tree.node);
   };
   std::size_t total = bytesOf(scene.tool);
   for (const runtime::CompiledObject& object : scene.objects) total += bytesOf(object.tree);

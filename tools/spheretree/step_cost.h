@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a servo step costs with the trees of a scene: pairs, work, time and memory, for hands that were recorded or that touch at random.
-// Units: mm, us; world frame.
+// What a servo step costs with the trees of a scene: pairs, work, time and memory, for hands that were recorded or that touch at random
+// places. Units: mm, us; world frame.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,26 @@
 namespace spheretree::tool {
 
 inline constexpr std::size_t kTouches = 400;  // of a scene
-inline constexpr std::uint64_t kTouchSeed = 1;
 
-/// Poses of the hand, one a step. The tool starts free at the first.
-using HandMotion = std::vector<Configuration>;
+/// Where the tool comes upon a scene: turned so, from far out along `out` towards `at`.
+struct Touch {
+  Configuration at;
+  Eigen::Vector3d out;
+};
+
+/// The hands whose steps are counted: those of recordings, or else touches.
+struct Hands {
+  std::vector<std::vector<Configuration>> recorded;  // poses, one a step; the tool starts free at the first
+  std::vector<Touch> touches;
+  bool empty() const { return recorded.empty() && touches.empty(); }
+};
 
 /// The trajectories or recordings in `files`. @throws what formats::readTrajectory throws.
-std::vector<HandMotion> readMotions(const std::vector<std::filesystem::path>& files);
+Hands readHands(const std::vector<std::filesystem::path>& files);
 
-/// `count` touches: a leaf of the tool comes from a random side, the tool turned at random, upon a random leaf of a random object, and is
-/// pressed in by 1 mm at 0.1 mm a step. Places where the tool would have to come through something are left out: there may be fewer than
-/// `count`. Same scene, count and seed: same motions.
-std::vector<HandMotion> touchingMotions(const runtime::Scene& scene, std::size_t count, std::uint64_t seed);
+/// `count` touches: a random leaf of the tool upon a random leaf of a random object, from a random side, the tool turned at random.
+/// Same scene and count: same touches.
+Hands randomTouches(const runtime::Scene& scene, std::size_t count);
 
 /// Of the steps in contact: those with a pair of leaves within the reach of the step.
 struct StepCost {
@@ -37,8 +45,9 @@ struct StepCost {
   double time_us_median = 0, time_us_p99 = 0;  // processor time, the least of three runs; measured only if asked for
 };
 
-/// Runs the motions in constrained mode. Nothing if no step is in contact.
-std::optional<StepCost> measureSteps(const runtime::Scene& scene, const std::vector<HandMotion>& motions, bool measure_time);
+/// Runs the hands in constrained mode. A touch begins where the tool, on its way out, is free of these trees, and is pressed in by 1 mm
+/// from there, at 0.1 mm a step. Nothing if no step is in contact.
+std::optional<StepCost> measureSteps(const runtime::Scene& scene, const Hands& hands, bool measure_time);
 
 /// Time of a step as a function of what it counted, so that a budget in microseconds gives the same trees on every machine. How the
 /// constants were found: docs/batch.md
