@@ -56,7 +56,8 @@ void checkOptions(const BuildOptions& options) {
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (!options.unit.empty() && isGltf(options.input))
     throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
-  if (options.settings.most_leaves > 0 && options.builder != "cover") throw UsageError("--leaves is for --builder cover. Leave one of them out.");
+  if (options.settings.most_leaves > 0 && options.builder != "cover")
+    throw UsageError("--leaves is for --builder cover. Leave one of them out.");
   formats::checkWritable(options.output);
   if (!options.report.empty()) formats::checkWritable(options.report);
 }
