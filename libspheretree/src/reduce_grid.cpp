@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -18,7 +17,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kShrink = 0.9;  // of the cell, from one grid to the next
+constexpr double kShrink = 0.9;               // of the cell, from one grid to the next
+constexpr double kFinest = 1e-3;              // cell, of the extent of the points
+constexpr std::int64_t kMostCells = 1 << 20;  // along an axis; there are 1 / kFinest
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -30,31 +31,28 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
 }
 
 struct Cell {
-  std::array<std::int64_t, 3> place;
-  std::uint32_t point;
-  auto operator<=>(const Cell&) const = default;
+  std::int64_t place;  // its three numbers along the axes in one: the search is for few cells, over and over
+  std::vector<Vector3d> points;
 };
 
-// The points of each occupied cell; empty as soon as there are more than `most`.
-std::vector<std::vector<Vector3d>> sortIntoCells(std::span<const Vector3d> points, const Matrix3d& turn, const Vector3d& low, double size,
-                                                 std::size_t most) {
-  std::vector<Cell> cells(points.size());
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const Vector3d q = (turn.transpose() * points[i] - low) / size;
-    cells[i] = {{static_cast<std::int64_t>(std::floor(q.x())), static_cast<std::int64_t>(std::floor(q.y())),
-                 static_cast<std::int64_t>(std::floor(q.z()))},
-                i};
-  }
-  std::sort(cells.begin(), cells.end());
-  std::vector<std::vector<Vector3d>> sorted;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i == 0 || cells[i].place != cells[i - 1].place) {
-      if (sorted.size() == most) return {};
-      sorted.emplace_back();
+// The occupied cells in order of place, each with its points; none as soon as there are more than `most`: of most grids a few points show
+// that. `turned`: the points in the axes of the grid, which starts at `low`.
+std::vector<Cell> sortIntoCells(std::span<const Vector3d> points, std::span<const Vector3d> turned, const Vector3d& low, double size,
+                                std::size_t most) {
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Array3d q = ((turned[i] - low) / size).array().floor();
+    const std::int64_t place =
+        (static_cast<std::int64_t>(q.x()) * kMostCells + static_cast<std::int64_t>(q.y())) * kMostCells + static_cast<std::int64_t>(q.z());
+    auto at = std::find_if(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.place == place; });
+    if (at == cells.end()) {
+      if (cells.size() == most) return {};
+      at = cells.insert(at, {place, {}});
     }
-    sorted.back().push_back(points[cells[i].point]);
+    at->points.push_back(points[i]);
   }
-  return sorted;
+  std::sort(cells.begin(), cells.end(), [](const Cell& x, const Cell& y) { return x.place < y.place; });
+  return cells;
 }
 
 }  // namespace
@@ -66,23 +64,27 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
   std::vector<FittedBall> best;
   double least = std::numeric_limits<double>::infinity();
+  std::vector<Vector3d> turned(region.points.size());
   for (const Matrix3d& turn : turns) {
     Eigen::AlignedBox3d box;
-    for (const Vector3d& p : region.points) box.extend(turn.transpose() * p);
+    for (std::size_t i = 0; i < turned.size(); ++i) {
+      turned[i] = turn.transpose() * region.points[i];
+      box.extend(turned[i]);
+    }
     const double extent = box.sizes().maxCoeff() * (1 + 1e-9);
     if (!(extent > 0)) return {{region.points.front(), 0, 0}};
     bool found = true;
-    for (double size = extent; found && size > 1e-3 * extent; size *= kShrink) {
+    for (double size = extent; found && size > kFinest * extent; size *= kShrink) {
       found = false;
       for (int offset = 0; offset < 8; ++offset) {
         const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
-        const auto cells = sortIntoCells(region.points, turn, box.min() - size * shift, size, region.most);
+        const auto cells = sortIntoCells(region.points, turned, box.min() - size * shift, size, region.most);
         if (cells.empty()) continue;
         found = true;
         std::vector<FittedBall> balls;
         double worst = 0;
-        for (const auto& points : cells) {
-          const Ball ball = smallestBall(points);
+        for (const Cell& cell : cells) {
+          const Ball ball = smallestBall(cell.points);
           balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
           worst = std::max(worst, balls.back().overhang());
           if (worst >= least) break;
