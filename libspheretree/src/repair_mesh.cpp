@@ -70,7 +70,7 @@ class Repair {
     soup_.source = allTriangles(input_);
     clean();
     if (soup_.mesh.triangles.empty()) return {};
-    is_sheet_ = std::ranges::any_of(findOpenEdges(soup_.mesh), [](const OpenEdge& e) { return e.times > 1; });  // may have one side only
+    is_sheet_ = isOneSided(soup_.mesh);
     closeBorders();
     for (int round = 0; round < kRounds; ++round) {
       progress_.check();
@@ -247,7 +247,9 @@ class Repair {
 
   bool resolve() {
     progress_.stage("overlaps");
-    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, kLostArea * report_.area - lost_area_, progress_);
+    const double may_be_lost = kLostArea * report_.area - lost_area_;
+    // What a sheet of one side winds round in which direction is chance.
+    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, is_sheet_ ? report_.area : may_be_lost, progress_);
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
@@ -298,8 +300,10 @@ class Repair {
   }
 
   std::optional<RepairedMesh> finish(const MeshReport& state) {
-    is_sheet_ = find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area);
-    if (is_sheet_) return {};  // closed upon itself
+    if (find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) {  // closed upon itself
+      is_sheet_ = true;
+      return {};
+    }
     RepairedMesh out;
     if (const std::size_t buried = state.buriedComponents(); buried > 0) {
       std::vector<std::uint32_t> removed;

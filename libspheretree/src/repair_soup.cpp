@@ -366,6 +366,14 @@ std::size_t alignWinding(RepairSoup& soup) {
   return turned;
 }
 
+bool isOneSided(const TriangleMesh& mesh) {
+  const std::vector<Side> sides = sortedSides(mesh);
+  bool found = false;
+  forEachEdge(sides,
+              [&](std::size_t first, std::size_t last) { found |= last - first == 2 && sides[first].forward == sides[first + 1].forward; });
+  return found;
+}
+
 std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup) {
   std::map<Triangle, std::vector<std::size_t>> unmatched;  // by sorted corners: triangles of one winding
   std::vector<char> goes(soup.source.size(), 0);

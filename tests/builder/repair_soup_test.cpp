@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "spheretree/core/mesh_edit.h"
@@ -70,6 +71,28 @@ TEST(TurnInward, TurnsBodiesButNoCavities) {
   EXPECT_EQ(turnInward(soup, component_of), 2u);
   EXPECT_NEAR(test::volumeOf(soup.mesh), 64 - 1 + 2 + 8, 1e-12);
   EXPECT_EQ(turnInward(soup, component_of), 0u);
+}
+
+TEST(AlignWinding, LeavesAMoebiusStripOneSided) {
+  for (const bool is_twisted : {false, true}) {
+    TriangleMesh strip;
+    constexpr std::uint32_t kSteps = 12;
+    for (std::uint32_t i = 0; i < kSteps; ++i) {
+      const double u = 0.5236 * i, half = is_twisted ? u / 2 : 0;
+      for (const double side : {-1.0, 1.0})
+        strip.positions.emplace_back((4 + side * std::cos(half)) * std::cos(u), (4 + side * std::cos(half)) * std::sin(u),
+                                     side * std::sin(half));
+    }
+    for (std::uint32_t i = 0; i < kSteps; ++i) {
+      const std::uint32_t a = 2 * i, b = a + 1;
+      const bool is_last = i + 1 == kSteps;
+      const std::uint32_t c = is_last ? (is_twisted ? 1 : 0) : a + 2, d = is_last ? (is_twisted ? 0 : 1) : a + 3;
+      strip.triangles.insert(strip.triangles.end(), {{a, c, b}, {b, c, d}});
+    }
+    RepairSoup soup = soupOf(strip);
+    alignWinding(soup);
+    EXPECT_EQ(isOneSided(soup.mesh), is_twisted);
+  }
 }
 
 // A box, a wall of no thickness on it and three triangles in one place: of these one is left, and no edge is open as none was.

@@ -52,6 +52,9 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
 /// winding. Returns how many triangles it turned. Where a sheet has but one side (Moebius), some edges stay open.
 std::size_t alignWinding(RepairSoup& soup);
 
+/// Whether an edge of two triangles is left along which they run in the same direction: after alignWinding, a sheet of one side only.
+bool isOneSided(const TriangleMesh& mesh);
+
 /// Removes triangles with the same corners and opposite winding, two by two: what rounding makes of a gap or a wall thinner than itself.
 /// No edge becomes open by that. Returns their sources.
 std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup);
