@@ -87,5 +87,30 @@ TEST(ForceStep, IsSpreadWhereTheNearestPoseJumps) {
   }
 }
 
+TEST(ForceStep, GivesNoEnergyBeyondWhatSamplingLeaks) {
+  // Held for a step while the hand moves by d, a spring that only ever relaxes gives at most what it has stored and |d|^2 / 2 each step.
+  const Scene scene = compiled(test::oneBallTree(1), test::boxTree({10, 10, 0}, {12, 12, 1}, 1.5));
+  for (const double speed : {0.02, 0.2, 1.0}) {
+    Workspace workspace(scene);
+    test::Random random(static_cast<std::uint64_t>(100 * speed));
+    Eigen::Vector3d hand(0, 0, 4), velocity = Eigen::Vector3d::Zero();
+    StepResult last = step(scene, {hand, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+    double given = 0, leak = 0, worst = 0;
+    int contacts = 0;
+    for (int n = 0; n < 6000; ++n) {
+      velocity =
+          0.95 * velocity + test::randomPoint(random, 0.3 * speed) - 0.02 * speed * Eigen::Vector3d(hand.x(), hand.y(), hand.z() - 1) / 3;
+      hand += velocity;
+      given += last.wrench.force.dot(velocity);
+      leak += 0.5 * velocity.squaredNorm();
+      last = step(scene, {hand, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+      worst = std::max(worst, given + 0.5 * last.wrench.force.squaredNorm() - 1.01 * leak);
+      contacts += last.active > 0;
+    }
+    EXPECT_LT(worst, 1e-3) << "N mm at " << speed;
+    EXPECT_GT(contacts, 1000) << speed;
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime
