@@ -189,20 +189,32 @@ case_batch_chart() {
   says 'class="cq"' page.html
 }
 
-# Steps 1 to 4 of docs/tutorial.md, with the scene of its step 2: one tooth, built quickly.
+# Every command of docs/tutorial.md, and the scene of its step 2. Arguments: make_samples, haptic-player, the page.
 case_batch_tutorial() {
-  "$1" --mouth mouth || fail "no sample mouth"
-  cat >mouth/first.scene.json <<END
-{"schema": "spheretree.scene/1", "defaults": {"quality": "quick"},
- "tool": {"name": "probe", "mesh": "probe.obj"},
- "objects": [{"name": "tooth_46", "mesh": "mouth.obj", "part": "tooth_46"}]}
-END
-  expect 0 batch mouth/first.scene.json -o compiled
-  says "2 built" out
+  mkdir bin
+  ln -s "$program" bin/spheretree
+  ln -s "$1" bin/make_samples
+  ln -s "$2" bin/haptic-player
+  PATH=$PWD/bin:$PATH
+  sed -n 's/^    //p' "$3" >lines
+  commands=0
+  while read -r line; do
+    case $line in
+      "{"*) printf '%s\n' "$line" >mouth/first.scene.json ;;
+      '"'*) printf '%s\n' "$line" >>mouth/first.scene.json ;;
+      *)
+        sh -euc "$line" >"out" 2>err </dev/null || fail "of the tutorial: $line"
+        commands=$((commands + 1))
+        case $line in haptic-player*) says '"end": "complete"' out ;; esac
+        ;;
+    esac
+  done <lines
+  [ $commands -eq 7 ] || fail "the tutorial has $commands commands, not 7"
   says '"overhang_mm"' compiled/report.json
-  expect 0 inspect compiled/tooth_46.stree
+  says 'tooth_46' page.html
+  sed 's/"tool"/"defaults": {"quality": "quick"}, "tool"/' mouth/first.scene.json >mouth/quick.scene.json
   # Fewer leaves where the tool cannot come and no work is done; the region has its own figure, and its tolerance is met.
-  sed -e 's/"quality": "quick"/"quality": "quick", "tolerance_mm": 0.4/' mouth/first.scene.json >mouth/even.scene.json
+  sed -e 's/"quality": "quick"/"quality": "quick", "tolerance_mm": 0.4/' mouth/quick.scene.json >mouth/even.scene.json
   sed -e '$ s/}$/, "work": [{"name": "cusp", "sphere": {"centre_mm": [-26, 16, 7], "radius_mm": 2}, "tolerance_mm": 0.2}]}/' \
     mouth/even.scene.json >mouth/work.scene.json
   # 5: certification may push a leaf a little past its tolerance.

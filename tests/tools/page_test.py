@@ -106,6 +106,30 @@ def check_view(browser):
         browser.run("document.querySelector('.all').click()")
 
 
+def check_hiding(browser):
+    """A page of a batch: an object can be hidden, by its button in the table or by a double click, and comes back."""
+    if not browser.run("return Boolean(document.querySelector('[data-eye]'))"):
+        return
+    browser.run("document.querySelector('.all').click()")
+    whole = browser.run(SEEN)
+    browser.run("document.querySelector('[data-eye]').click()")
+    assert browser.run(SEEN) != whole, "a hidden object is still there"
+    browser.run("document.querySelector('[aria-label=\"Hidden objects\"] button').click()")
+    assert browser.run(SEEN) == whole, "an object does not come back"
+    hidden = browser.run("""const v = sphereView, c = v.canvas;
+        for (let y = 0; y < c.clientHeight; y += 8) for (let x = 0; x < c.clientWidth; x += 8)
+          if (v.objectAt(x, y) >= 0) {
+            const r = c.getBoundingClientRect();
+            c.dispatchEvent(new MouseEvent('dblclick', {clientX: r.left + x, clientY: r.top + y, bubbles: true}));
+            return v.objects.filter(o => !o.shown).length;
+          }
+        return -1;""")
+    assert hidden == 1, f"a double click hides {hidden} objects"
+    assert browser.run(SEEN) != whole
+    browser.run("document.querySelector('[data-eye][aria-pressed=true]').click()")
+    assert browser.run(SEEN) == whole, "the table's button does not bring it back"
+
+
 def check_replay(browser):
     """A page with a recording: the time slider moves the tool."""
     if not browser.run("return Boolean(document.querySelector('.time input'))"):
@@ -144,6 +168,7 @@ def main():
         opened = time.monotonic() - begun
         if has_view:
             check_view(browser)
+            check_hiding(browser)
             check_replay(browser)
         if options.picture:
             for selector, value in (("look", options.look), ("level", options.level)):

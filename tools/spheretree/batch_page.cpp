@@ -57,9 +57,11 @@ std::string objectTable(const Json& report, const std::map<std::string, std::siz
   for (const Json& o : report.at("objects")) {
     const std::string name = o.at("name").get<std::string>();
     const auto at = index.find(name);
-    const std::string head = at == index.end() ? escaped(name)
-                                               : "<button type=\"button\" data-object=\"" + std::to_string(at->second) +
-                                                     "\" title=\"Show its worst spot\">" + escaped(name) + "</button>";
+    const std::string head =
+        at == index.end() ? escaped(name)
+                          : "<button type=\"button\" data-object=\"" + std::to_string(at->second) + "\" title=\"Show its worst spot\">" +
+                                escaped(name) + "</button> <button type=\"button\" data-eye=\"" + std::to_string(at->second) +
+                                "\" aria-pressed=\"false\" aria-label=\"Hide " + escaped(name) + " in the view\">hide</button>";
     const std::string status = o.at("status").get<std::string>();
     if (status == "failed") {
       table.rows.push_back({head, "<span class=\"bad\">failed: " + escaped(o.value("error", "")) + "</span>"});
@@ -158,7 +160,7 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
       if (recording) shown["replays"].push_back(packRecording(page.data, recording_file->stem().string(), *recording));
       page.data.root["scenes"].push_back(shown);
       view = viewSection(recording.has_value(),
-                         std::string("A name in the table above shows the object's worst spot.") +
+                         std::string("A name in the table above shows the object's worst spot; a double click hides what is in front.") +
                              (meshes.empty() ? " The meshes were not found: spheres without colours of overhang." : ""));
     }
     page.addSection("charts", "Size against accuracy", charts(report));

@@ -253,7 +253,7 @@ std::string scatterSvg(const ScatterChart& chart) {
   std::map<std::string, std::vector<std::size_t>> series;
   for (std::size_t i = 0; i < points.size(); ++i) series[points[i].series].push_back(i);
   for (const auto& [name, members] : series) {
-    if (members.size() < 2) continue;
+    if (name.empty() || members.size() < 2) continue;
     std::string path;
     for (const std::size_t i : members) path += (path.empty() ? "M" : "L") + px(x.at(points[i].x)) + " " + px(y.at(points[i].y));
     out += "<path class=\"cj\" d=\"" + path + "\"/>\n";

@@ -19,7 +19,7 @@ std::string shortNumber(double value);
 
 struct ChartPoint {
   double x = 0, y = 0;  // a point with x or y not above 0 is left out: the axes are logarithmic
-  std::string series;   // points of one series are joined in their order; its name stands beside its last point
+  std::string series;   // points of one series are joined in their order; its name stands beside its last point; "": of none
   std::string title;    // what a pointer that rests on the dot shows
   int size = 1;         // 0 small, 1 medium, 2 large
   bool chosen = false;  // ringed

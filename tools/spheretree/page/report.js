@@ -85,6 +85,11 @@ spheretreePage.whenReady(data => {
   places.setAttribute('role', 'group');
   places.setAttribute('aria-label', 'Worst spots');
   view.panel.append(places);
+  const hidden = document.createElement('div');
+  hidden.className = 'spots';
+  hidden.setAttribute('role', 'group');
+  hidden.setAttribute('aria-label', 'Hidden objects');
+  view.panel.append(hidden);
   const current = () => data.scenes[scenes.value];
 
   function spots() {
@@ -105,6 +110,23 @@ spheretreePage.whenReady(data => {
       places.append(button);
     }
   }
+
+  // What is hidden: a button each brings it back. The table says the same.
+  view.onShown = () => {
+    hidden.textContent = '';
+    view.objects.forEach((object, i) => {
+      document.querySelectorAll(`[data-eye="${i}"]`).forEach(button => {
+        button.textContent = object.shown ? 'hide' : 'show';
+        button.setAttribute('aria-pressed', String(!object.shown));
+      });
+      if (object.shown) return;
+      const button = document.createElement('button');
+      button.type = 'button';
+      button.textContent = `show ${object.given.name}`;
+      button.addEventListener('click', () => view.setShown(i, true));
+      hidden.append(button);
+    });
+  };
 
   let replay = null, playing = 0;
   const time = document.querySelector('.time');
@@ -157,6 +179,7 @@ spheretreePage.whenReady(data => {
     if (replay) replay.remove();
     replay = null;
     view.setObjects(scene.objects.map(object => ({...object, ...data.models[object.model]})));
+    view.onShown();
     controls.refresh();
     spots();
     if (!time) return;
@@ -170,8 +193,13 @@ spheretreePage.whenReady(data => {
     showScene();
     place.scrollIntoView();
   }));
+  document.querySelectorAll('[data-eye]').forEach(button => button.addEventListener('click', () => {
+    view.setShown(Number(button.dataset.eye), !view.objects[button.dataset.eye].shown);
+  }));
   document.querySelectorAll('[data-object]').forEach(button => button.addEventListener('click', () => {
-    const index = Number(button.dataset.object), object = current().objects[index], last = object.levels && object.levels[object.levels.length - 1];
+    const index = Number(button.dataset.object);
+    view.setShown(index, true);
+    const object = current().objects[index], last = object.levels && object.levels[object.levels.length - 1];
     if (last && last.worst_overhang_at_mm) view.jump(index, last.worst_overhang_at_mm, last.overhang_mm.max, `${object.name}: out by ${last.overhang_mm.max.toPrecision(3)} mm`);
     else {
       const box = view.objects[index].box();

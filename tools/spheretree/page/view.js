@@ -41,6 +41,10 @@ class SphereView {
       if (e.shiftKey || e.buttons & 6) this.pan(dx, dy); else this.turn(-dx * 0.008, dy * 0.008);
       last = e;
     });
+    this.canvas.addEventListener('dblclick', e => {
+      const index = this.objectAt(e.offsetX, e.offsetY);
+      if (index >= 0) this.setShown(index, false);
+    });
     this.canvas.addEventListener('contextmenu', e => e.preventDefault());
     this.canvas.addEventListener('wheel', e => { e.preventDefault(); this.zoom(Math.exp(e.deltaY * 0.001)); }, {passive: false});
     this.canvas.addEventListener('keydown', e => {
@@ -112,9 +116,29 @@ class SphereView {
     this.draw();
   }
 
+  // `onShown`, if a page sets it, is called after each change.
+  setShown(index, shown) {
+    const object = this.objects[index];
+    object.shown = shown;
+    object.setLook(this.look);
+    if (this.onShown) this.onShown();
+    this.draw();
+  }
+  // The object whose spheres are foremost at this point of the canvas; -1: none.
+  objectAt(x, y) {
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(new THREE.Vector2(2 * x / this.canvas.clientWidth - 1, 1 - 2 * y / this.canvas.clientHeight), this.camera);
+    let nearest = Infinity, found = -1;
+    this.objects.forEach((object, index) => {
+      const at = object.shown ? object.firstHit(ray.ray) : Infinity;
+      if (at < nearest) { nearest = at; found = index; }
+    });
+    return found;
+  }
+
   showAll() {
     const box = new THREE.Box3();
-    for (const object of this.objects) box.union(object.box());
+    for (const object of this.objects) if (object.shown) box.union(object.box());
     if (this.alsoShown) box.union(this.alsoShown());
     if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
     box.getCenter(this.target);
@@ -151,6 +175,7 @@ class SphereView {
 class ViewObject {
   constructor(object) {
     this.given = object;
+    this.shown = true;
     this.pose = new THREE.Matrix4();
     const [x, y, z] = object.position_mm || [0, 0, 0], [qw, qx, qy, qz] = object.quaternion_wxyz || [1, 0, 0, 0];
     this.pose.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(qx, qy, qz, qw), new THREE.Vector3(1, 1, 1));
@@ -236,7 +261,24 @@ class ViewObject {
     geometry.maxInstancedCount = nodes.length;
     this.balls.geometry.dispose();
     this.balls.geometry = this.depth.geometry = geometry;
-    if (this.surface) this.heatSurface(sphere);
+    this.sphere = sphere;
+    this.stale = true;  // the surface is coloured when that is looked at: it takes most of the time of a large scene
+  }
+  // Share of the surface's vertices that are in no sphere.
+  get gaps() {
+    if (this.stale && this.surface) this.heatSurface(this.sphere);
+    return this.gapShare || 0;
+  }
+  // How far along the ray (world) it meets a sphere of the level; Infinity: it does not.
+  firstHit(ray) {
+    const local = ray.clone().applyMatrix4(new THREE.Matrix4().getInverse(this.pose)), {origin: o, direction: d} = local, s = this.sphere || [];
+    let least = Infinity;
+    for (let i = 0; i < s.length; i += 4) {
+      const x = s[i] - o.x, y = s[i + 1] - o.y, z = s[i + 2] - o.z, along = x * d.x + y * d.y + z * d.z;
+      const under = along * along - x * x - y * y - z * z + s[i + 3] * s[i + 3];
+      if (under > 0 && along > 0) least = Math.min(least, along - Math.sqrt(under));
+    }
+    return least;
   }
 
   // For each vertex, how far the union of the spheres reaches above it along its normal; below 0: the vertex is in no sphere.
@@ -266,12 +308,13 @@ class ViewObject {
       this.heat.array[v] = least > tolerance ? -1 : this.most > 0 ? Math.min(1, reach / this.most) : 0;
     }
     this.heat.needsUpdate = true;
-    this.gaps = gaps / this.heat.array.length;
+    this.gapShare = gaps / this.heat.array.length;
+    this.stale = false;
   }
 
   setLook(look) {
     if (this.balls) {
-      this.balls.visible = this.depth.visible = look !== 'mesh' || !this.surface;
+      this.balls.visible = this.shown && (look !== 'mesh' || !this.surface);
       this.depth.visible = this.balls.visible && look === 'glass';
       const glass = look === 'glass' && this.surface !== undefined;
       this.balls.material.uniforms.opacity.value = glass ? 0.42 : 1;
@@ -279,7 +322,8 @@ class ViewObject {
       this.balls.material.depthWrite = !glass;
     }
     if (this.surface) {
-      this.surface.visible = look !== 'solid' || !this.balls;
+      if (look === 'mesh' && this.balls && this.stale) this.heatSurface(this.sphere);
+      this.surface.visible = this.shown && (look !== 'solid' || !this.balls);
       this.surface.material.uniforms.tinted.value = look === 'mesh' && this.balls ? 1 : 0;
     }
   }
