@@ -155,7 +155,24 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
   const BuildResult tight = build(mesh, settings);
   EXPECT_FALSE(tight.statistics.tolerance_met);
   EXPECT_LE(tight.statistics.levels.back().spheres, 64u);
-  EXPECT_GE(tight.statistics.levels.back().spheres, 60u) << "all but leaves that add nothing";
+  settings.tolerance_mm = 0;
+  EXPECT_EQ(tight.statistics.levels.back().spheres, build(mesh, settings).statistics.levels.back().spheres) << "the whole budget";
+}
+
+// The fewest spheres for a tolerance that a single one keeps is that one: --levels is the most that may be used, not the least.
+TEST(BuildSphereTree, ToleranceThatOneSphereKeepsGivesOneSphere) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge, BuilderKind::Grid, BuilderKind::Octree}) {
+    BuildSettings settings = quick(4, 4);
+    settings.builder = kind;
+    settings.tolerance_mm = 50;
+    const BuildResult result = build(mesh, settings);
+    EXPECT_TRUE(result.statistics.tolerance_met) << name(kind);
+    EXPECT_EQ(result.tree.nodeCount(), 1u) << name(kind);
+    EXPECT_EQ(result.tree.levelCount(), 1) << name(kind);
+    EXPECT_TRUE(result.tree.bound.empty()) << name(kind);
+    EXPECT_EQ(findFault(result.tree), "") << name(kind);
+  }
 }
 
 TEST(BuildSphereTree, RefusesSettingsOutOfRange) {
