@@ -61,7 +61,7 @@ class ActiveSet {
   }
 
   // `d` = project(normal), squaredRest(d) > kDependent, size < 6.
-  void add(std::uint32_t r, double b, double u, double d[6]) {
+  [[gnu::noinline]] void add(std::uint32_t r, double b, double u, double d[6]) {
     // One reflection brings what is left of the normal onto the next column of Q.
     const double rest = std::sqrt(squaredRest(d)), length = d[size] > 0 ? -rest : rest, scale = 1 / (rest * (rest + std::abs(d[size])));
     d[size] -= length;
@@ -78,7 +78,7 @@ class ActiveSet {
     ++size;
   }
 
-  void drop(int k) {
+  [[gnu::noinline]] void drop(int k) {
     for (int j = k; j + 1 < size; ++j) {
       row[j] = row[j + 1];
       bound[j] = bound[j + 1];
@@ -100,7 +100,7 @@ class ActiveSet {
   }
 
   // The point nearest to `target` on all active rows; sets the multipliers.
-  Vector6 nearest(const Vector6& target) {
+  [[gnu::noinline]] Vector6 nearest(const Vector6& target) {
     double w[6] = {};
     for (int j = 0; j < size; ++j) {  // R^T w = bound - N^T target, by N = Q R
       double sum = bound[j];
