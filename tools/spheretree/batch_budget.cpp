@@ -115,26 +115,28 @@ class BudgetSearch {
     }
     buildItems(round.items, site_, workshop_, "budget, " + std::string(search ? "search " : "trees ") + std::to_string(number + 1));
     std::size_t sum = 0;
-    double asked = 0;
     for (std::size_t i = 0; i < round.items.size(); ++i) {
-      if (!round.items[i].hasTree()) {  // it will not do better the next time
-        source_[i].status = round.items[i].status;
-        source_[i].error = round.items[i].error;
-        continue;
+      const Item& item = round.items[i];
+      if (item.hasTree()) {
+        sum += leavesOf(item);
+      } else {  // it will not do better the next time
+        source_[i].status = item.status;
+        source_[i].error = item.error;
       }
-      sum += leavesOf(round.items[i]);
-      asked += static_cast<double>(leavesOf(round.items[i]));
     }
+    auto asked = static_cast<double>(fixed_);
     for (std::size_t k = 0; k < waiting_.size(); ++k) {
       const Item& item = round.items[waiting_[k]];
       if (!item.hasTree()) continue;
       if (item.status == ItemStatus::Built) built_.insert(item.key);
-      asked += static_cast<double>(leaves[k]) - static_cast<double>(leavesOf(item));
       round.errors.push_back(item.result.record.at("tolerance_ratio").get<double>());
       const auto n = static_cast<double>(leaves[k]);
+      asked += n;
       // What was known was of quick trees, or for tolerances of another scale.
-      if (number == 0 || item.result.record.contains("least_tolerance_mm")) curves_[k].moveTo(n, errorOf(item));
-      curves_[k].add(n, errorOf(item));
+      if (number == 0 || item.result.record.contains("least_tolerance_mm"))
+        curves_[k].moveTo(n, errorOf(item));
+      else
+        curves_[k].add(n, errorOf(item));
     }
     std::sort(round.errors.begin(), round.errors.end(), std::greater<>());
     round.spent = budget_.is_time ? stepTime(round.items) : static_cast<double>(sum);
