@@ -64,7 +64,8 @@ TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {
   // Depth of a pit of three balls of radius 2, 2 apart: 2 - sqrt(4 - 4/3).
   const double depth = 2 - std::sqrt(4 - 4.0 / 3);
   EXPECT_TRUE(compiled(sheet(0.95 * depth, true)).objects[0].tree.bridges.all.empty());
-  const Bridges& bridges = compiled(sheet(1.05 * depth, true)).objects[0].tree.bridges;
+  const Scene scene = compiled(sheet(1.05 * depth, true));
+  const Bridges& bridges = scene.objects[0].tree.bridges;
   ASSERT_FALSE(bridges.all.empty());
   EXPECT_NEAR(bridges.deepest, depth, 1e-4);
 }
