@@ -59,6 +59,7 @@ inline std::vector<Side> sortedSides(const TriangleMesh& mesh) {
 template <class Visit>
 void forEachEdge(const std::vector<Side>& sides, Visit&& visit) {
   for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
+    last = first + 1;
     while (last < sides.size() && sides[last].edge == sides[first].edge) ++last;
     visit(first, last);
   }

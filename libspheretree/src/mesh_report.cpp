@@ -17,7 +17,9 @@ std::string numberText(double value) {
 }
 
 std::string pointText(const Eigen::Vector3d& p) {
-  return "(" + numberText(p.x()) + ", " + numberText(p.y()) + ", " + numberText(p.z()) + ")";
+  std::string text = "(";
+  text.append(numberText(p.x())).append(", ").append(numberText(p.y())).append(", ").append(numberText(p.z()));
+  return text.append(")");
 }
 
 std::string counted(std::size_t count, const char* one, const char* many) {

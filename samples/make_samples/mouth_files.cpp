@@ -91,8 +91,8 @@ std::string glbBytes(const std::vector<Mouth::Part>& parts) {
     print(accessors, "\"min\":[%.9g,%.9g,%.9g],\"max\":[%.9g,%.9g,%.9g]}", low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
     print(accessors, ",{\"bufferView\":%zu,\"componentType\":5125,\"count\":%zu,\"type\":\"SCALAR\"}", 2 * i + 1, corners);
     print(meshes, "%s{\"primitives\":[{\"attributes\":{\"POSITION\":%zu},\"indices\":%zu}]}", comma, 2 * i, 2 * i + 1);
-    nodes += std::string(comma) + "{\"name\":\"" + parts[i].name + "\",\"mesh\":" + std::to_string(i) + "}";
-    roots += comma + std::to_string(i);
+    nodes.append(comma).append("{\"name\":\"").append(parts[i].name).append("\",\"mesh\":").append(std::to_string(i)).append("}");
+    roots.append(comma).append(std::to_string(i));
   }
   std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + roots + "]}],\"nodes\":[" + nodes + "],\"meshes\":[" +
                      meshes + "],\"accessors\":[" + accessors + "],\"bufferViews\":[" + views +

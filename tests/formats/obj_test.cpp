@@ -140,7 +140,7 @@ TEST(Obj, ConcavePolygonsAreCoveredExactlyOnce) {
           const auto& c = polygon.corners[(i + shift) % n];
           const double x = is_mirrored ? -c[0] : c[0], y = c[1];  // the plane z = x + y / 2
           text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(x + y / 2) + "\n";
-          face += " " + std::to_string(i + 1);
+          face.append(" ").append(std::to_string(i + 1));
         }
         const MeshFile file = read(text + face + "\n");
         ASSERT_EQ(file.mesh.triangles.size(), n - 2);
@@ -192,7 +192,7 @@ TEST(Obj, ALargeConcavePolygonIsRefusedRatherThanCutForHours) {
   std::string text, face = "f";
   for (int i = 0; i < 5000; ++i) {
     text += "v " + std::to_string(i) + " " + std::to_string(i % 2 ? i * i : 0) + " 0\n";
-    face += " " + std::to_string(i + 1);
+    face.append(" ").append(std::to_string(i + 1));
   }
   EXPECT_TRUE(says(refusal(text + face + "\n"), {"5000 corners", "4096"}));
 }

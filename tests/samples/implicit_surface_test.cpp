@@ -62,7 +62,9 @@ TEST(ImplicitSurface, SmoothMaximumIsSymmetricAndClose) {
     EXPECT_GE(smoothMax(0.5, b, 0.8), std::max(0.5, b));
     EXPECT_LE(smoothMax(0.5, b, 0.8), std::max(0.5, b) + 0.2 + 1e-15);
     EXPECT_EQ(smoothMin(0.5, b, 0.8), -smoothMax(-0.5, -b, 0.8));
-    if (std::abs(b - 0.5) >= 0.8) EXPECT_EQ(smoothMax(0.5, b, 0.8), std::max(0.5, b));
+    if (std::abs(b - 0.5) >= 0.8) {
+      EXPECT_EQ(smoothMax(0.5, b, 0.8), std::max(0.5, b));
+    }
   }
   EXPECT_EQ(smoothStep(-1), 0);
   EXPECT_EQ(smoothStep(0.5), 0.5);

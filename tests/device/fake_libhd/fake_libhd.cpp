@@ -81,10 +81,10 @@ class Fake final : public sim::Renderer {
 
   // -- the rules --
   void broke(const std::string& rule) {
-    if (violations_.find(rule) == std::string::npos) violations_ += (violations_.empty() ? "" : "; ") + rule;
+    if (violations_.find(rule) == std::string::npos) violations_.append(violations_.empty() ? "" : "; ").append(rule);
   }
   void called(const char* name) {
-    if (!in_servo_) calls_ += (calls_.empty() ? "" : " ") + std::string(name);
+    if (!in_servo_) calls_.append(calls_.empty() ? "" : " ").append(name);
   }
   void push(std::uint32_t code, std::int32_t internal = 0) {
     if (errors_.size() < errors_.capacity()) errors_.push_back({code, internal, kHandle});
