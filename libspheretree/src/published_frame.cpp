@@ -71,7 +71,7 @@ double worstOverhang(std::span<const FittedBall> balls) {
   return worst;
 }
 
-// The same surface in triangles whose sides are at most so long: findCoverGaps looks at a triangle's gaps pair by pair.
+// The same surface in triangles whose sides are at most so long: findCoverGaps costs the square of the balls that cut a triangle.
 TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
   TriangleMesh out;
   out.positions = mesh.positions;
