@@ -75,21 +75,24 @@ std::string recordReplay(const runtime::Scene& scene, const std::vector<Configur
   return slurp(path);
 }
 
+double largestForce(ServoLoop& loop, const std::vector<Configuration>& poses) {
+  device::DeviceState state;
+  double most = 0;
+  for (const Configuration& pose : poses) {
+    state.tool = pose;
+    most = std::max(most, loop.render(state).wrench.force.norm());
+  }
+  return most;
+}
+
 TEST(ServoLoop, AllocatesNothing) {
   const test::ScratchFolder folder;
   const runtime::Scene scene = ballOnPlate();
   RecordingWriter recording(folder.path() / "run.csv");
   ServoLoop loop(scene, &recording, {});
-  device::DeviceState state;
   const std::vector<Configuration> poses = pathOverPlate(2000);
   double force = 0;
-  EXPECT_EQ(test::allocationsIn([&] {
-              for (const Configuration& pose : poses) {
-                state.tool = pose;
-                force = std::max(force, loop.render(state).wrench.force.norm());
-              }
-            }),
-            0);
+  EXPECT_EQ(test::allocationsIn([&] { force = largestForce(loop, poses); }), 0);
   EXPECT_GT(force, 0.5);                                                            // it was in contact
   EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1);  // the counter counts
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.csv"));
@@ -105,15 +108,8 @@ TEST(ServoLoop, AllocatesNothingInTheMouth) {
   const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", false, progress);
   const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv");
   ServoLoop loop(scene, nullptr, {});
-  device::DeviceState state;
   double force = 0;
-  EXPECT_EQ(test::allocationsIn([&] {
-              for (const Configuration& pose : poses) {
-                state.tool = pose;
-                force = std::max(force, loop.render(state).wrench.force.norm());
-              }
-            }),
-            0);
+  EXPECT_EQ(test::allocationsIn([&] { force = largestForce(loop, poses); }), 0);
   EXPECT_GT(force, 0.1);
 }
 
