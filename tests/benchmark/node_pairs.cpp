@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sphere pairs that a tree-tree query tests, at random touching poses of a tool on an object: what a builder costs at run time, whatever
-// the machine. The same poses for every pair of trees: the tool is turned at random and moved along a random line until the leaves of the
-// first pair of trees just touch, all of it in double.
+// the machine. Once by the bounding spheres of the files and once by the runtime's search trees over the same leaves. The same poses for every
+// pair of trees: the tool is turned at random and moved along a random line until the leaves of the first pair of trees just touch, all of
+// it in double.
 // Usage: node_pairs POSES TOOL.stree OBJECT.stree [TOOL.stree OBJECT.stree ...]   e.g. 10000 poses: 10 s of one core for two pairs
 #include <Eigen/Geometry>
 #include <cmath>
@@ -15,6 +16,7 @@
 
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree_codec.h"
+#include "search_tree.h"
 #include "support/random.h"
 
 namespace {
@@ -23,42 +25,69 @@ using namespace spheretree;
 using Eigen::Vector3d;
 
 struct Query {
-  std::uint64_t tested = 0, touching = 0;  // node pairs; leaf pairs that overlap
+  std::uint64_t tested = 0, opened = 0, touching = 0;  // node pairs; node pairs of which one was opened; leaf pairs that overlap
 };
 
-Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
+struct Node {
+  Vector3d centre;
+  double radius;
+  std::uint32_t first_child, child_count;
+};
+using Nodes = std::vector<Node>;
+
+Node nodeOf(const Sphere& s, std::uint32_t first_child, std::uint32_t child_count) {
+  return {{s.x, s.y, s.z}, static_cast<double>(s.radius), first_child, child_count};
+}
+
+Nodes boundsOf(const SphereTree& tree) {
+  Nodes nodes;
+  for (std::uint32_t i = 0; i < tree.nodeCount(); ++i)
+    nodes.push_back(nodeOf(sphereOf(tree, i, SphereKind::Bound), tree.first_child[i], tree.child_count[i]));
+  return nodes;
+}
+
+Nodes searchTreeOf(const SphereTree& tree) {
+  std::vector<Sphere> leaves;
+  for (const std::uint32_t i : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[i]);
+  Nodes nodes;
+  for (const runtime::SearchNode& n : runtime::makeSearchTree(leaves)) nodes.push_back(nodeOf(n.sphere, n.first_child, n.child_count));
+  return nodes;
+}
 
 // Both trees from the root down; of two spheres that overlap, the larger one with children is opened.
 class Traversal {
  public:
-  Traversal(const SphereTree& tool, const SphereTree& object) : tool_(tool), object_(object), centre_(tool.nodeCount()) {}
+  Traversal(Nodes tool, Nodes object) : tool_(std::move(tool)), object_(std::move(object)), centre_(tool_.size()) {}
 
   Query run(const Configuration& pose, bool first_hit_ends) {
     const Eigen::Matrix3d turn = pose.orientation.toRotationMatrix();
-    for (std::size_t i = 0; i < centre_.size(); ++i) centre_[i] = turn * centreOf(sphereOf(tool_, i, SphereKind::Bound)) + pose.position;
+    for (std::size_t i = 0; i < centre_.size(); ++i) centre_[i] = turn * tool_[i].centre + pose.position;
     Query query;
     open_.assign(1, {0, 0});
     while (!open_.empty()) {
       const auto [a, b] = open_.back();
       open_.pop_back();
-      const Sphere &s = sphereOf(tool_, a, SphereKind::Bound), &t = sphereOf(object_, b, SphereKind::Bound);
-      const double reach = static_cast<double>(s.radius) + static_cast<double>(t.radius);
+      const Node &s = tool_[a], &t = object_[b];
+      const double reach = s.radius + t.radius;
       ++query.tested;
-      if ((centre_[a] - centreOf(t)).squaredNorm() > reach * reach) continue;
-      if (tool_.isLeaf(a) && object_.isLeaf(b)) {
+      if ((centre_[a] - t.centre).squaredNorm() > reach * reach) continue;
+      if (s.child_count == 0 && t.child_count == 0) {
         ++query.touching;
         if (first_hit_ends) return query;
-      } else if (object_.isLeaf(b) || (!tool_.isLeaf(a) && s.radius > t.radius)) {
-        for (std::uint32_t k = 0; k < tool_.child_count[a]; ++k) open_.push_back({tool_.first_child[a] + k, b});
+        continue;
+      }
+      ++query.opened;
+      if (t.child_count == 0 || (s.child_count > 0 && s.radius > t.radius)) {
+        for (std::uint32_t k = 0; k < s.child_count; ++k) open_.push_back({s.first_child + k, b});
       } else {
-        for (std::uint32_t k = 0; k < object_.child_count[b]; ++k) open_.push_back({a, object_.first_child[b] + k});
+        for (std::uint32_t k = 0; k < t.child_count; ++k) open_.push_back({a, t.first_child + k});
       }
     }
     return query;
   }
 
  private:
-  const SphereTree &tool_, &object_;
+  Nodes tool_, object_;
   std::vector<Vector3d> centre_;  // of the tool's spheres, in the frame of the object
   std::vector<std::pair<std::uint32_t, std::uint32_t>> open_;
 };
@@ -67,20 +96,35 @@ class Traversal {
 Configuration touchingPose(Traversal& traversal, const SphereTree& tool, const SphereTree& object, test::Random& random) {
   Configuration pose;
   pose.orientation = rotationOf(M_PI * std::cbrt(random.unit()) * random.direction());
-  const Sphere &a = tool.bound[0], &b = object.bound[0];
+  const Node a = nodeOf(tool.bound[0], 0, 0), b = nodeOf(object.bound[0], 0, 0);
   const Vector3d direction = random.direction();
   // A leaf of the tool, so that the tool's thin parts meet the object too, not always its middle.
   const std::vector<std::uint32_t> leaves = levelSet(tool, tool.levelCount() - 1);
-  const std::uint32_t leaf = leaves[random.below(leaves.size())];
-  const Vector3d aimed = centreOf(b) - pose.orientation * centreOf(tool.cover[leaf]);
-  double near = 0, far = 2 * (static_cast<double>(a.radius) + static_cast<double>(b.radius));
-  while (far - near > 1e-6 * static_cast<double>(b.radius)) {
+  const Vector3d aimed = b.centre - pose.orientation * nodeOf(tool.cover[leaves[random.below(leaves.size())]], 0, 0).centre;
+  double near = 0, far = 2 * (a.radius + b.radius);
+  while (far - near > 1e-6 * b.radius) {
     const double middle = 0.5 * (near + far);
     pose.position = aimed + middle * direction;
     (traversal.run(pose, true).touching > 0 ? near : far) = middle;
   }
   pose.position = aimed + near * direction;
   return pose;
+}
+
+// Prints what the poses cost; returns the pairs tested a pose.
+double report(const char* with, Traversal traversal, const std::vector<Configuration>& poses, double reference) {
+  Query sum;
+  for (const Configuration& pose : poses) {
+    const Query query = traversal.run(pose, false);
+    sum.tested += query.tested;
+    sum.opened += query.opened;
+    sum.touching += query.touching;
+  }
+  const auto count = static_cast<double>(poses.size());
+  const double tested = static_cast<double>(sum.tested) / count;
+  std::printf("  %s: %.1f node pairs tested (%.1f opened), %.2f leaf pairs touching, a pose; %.2f of the first\n", with, tested,
+              static_cast<double>(sum.opened) / count, static_cast<double>(sum.touching) / count, reference > 0 ? tested / reference : 1);
+  return tested;
 }
 
 SphereTree read(const char* path) {
@@ -106,21 +150,15 @@ int main(int count, char** words) {
   for (int i = 2; i < count; ++i) trees.push_back(read(words[i]));
   std::vector<Configuration> at;
   test::Random random(1);
-  Traversal first(trees[0], trees[1]);
+  Traversal first(boundsOf(trees[0]), boundsOf(trees[1]));
   for (int i = 0; i < poses; ++i) at.push_back(touchingPose(first, trees[0], trees[1], random));
   double reference = 0;
   for (std::size_t pair = 0; pair < trees.size(); pair += 2) {
-    Traversal traversal(trees[pair], trees[pair + 1]);
-    Query sum;
-    for (const Configuration& pose : at) {
-      const Query query = traversal.run(pose, false);
-      sum.tested += query.tested;
-      sum.touching += query.touching;
-    }
-    const double mean = static_cast<double>(sum.tested) / poses;
-    if (pair == 0) reference = mean;
-    std::printf("%s on %s: %.1f node pairs tested, %.2f leaf pairs touching, a pose; %.2f of the first\n", words[2 + pair], words[3 + pair],
-                mean, static_cast<double>(sum.touching) / poses, mean / reference);
+    const SphereTree &tool = trees[pair], &object = trees[pair + 1];
+    std::printf("%s on %s\n", words[2 + pair], words[3 + pair]);
+    const double tested = report("bounding spheres of the files", {boundsOf(tool), boundsOf(object)}, at, reference);
+    if (pair == 0) reference = tested;
+    report("search trees of the runtime", {searchTreeOf(tool), searchTreeOf(object)}, at, reference);
   }
   return 0;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <string>
 #include <tuple>
@@ -266,23 +267,27 @@ TEST(Collide, AFullListStillStandsForEveryPair) {
     EXPECT_LE(set.pairs.size(), max_pairs);
     EXPECT_LE(set.work, max_work + 200);
     // Every leaf pair of brute force has itself or a pair of ancestors in the set.
-    const std::set<Triple> found = triplesOf(scene, set);
-    const auto parentsOf = [](const SphereTree& tree) {
-      std::vector<std::uint32_t> parent(tree.nodeCount(), 0);
-      for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
-        for (std::uint32_t k = 0; k < tree.child_count[n]; ++k) parent[tree.first_child[n] + k] = n;
-      return parent;
+    std::set<Triple> found;  // by slots
+    for (const PairRun& run : set.runs)
+      for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k)
+        EXPECT_TRUE(found.emplace(run.object, set.pairs[k] >> 16, set.pairs[k] & 0xffff).second);
+    const auto linesOf = [](const CompiledTree& tree) {  // by node of the file: the slots from its own up to the root
+      std::vector<std::uint32_t> parent(tree.node.size(), 0);
+      std::map<std::uint32_t, std::vector<std::uint32_t>> lines;
+      for (std::uint32_t slot = 0; slot < tree.node.size(); ++slot) {
+        if (tree.isInner(slot))
+          for (std::uint32_t k = 0; k < 8; ++k) parent[8 * (tree.links[slot / 8].first_child + slot % 8) + k] = slot;
+        if (tree.node[slot] == kNoNode) continue;
+        std::vector<std::uint32_t>& line = lines[tree.node[slot]];
+        for (line = {slot}; line.back() != 0;) line.push_back(parent[line.back()]);
+      }
+      return lines;
     };
-    const auto tool_parent = parentsOf(d.tool), object_parent = parentsOf(d.objects[0].tree);
-    const auto lineOf = [](const std::vector<std::uint32_t>& parent, std::uint32_t n) {
-      std::vector<std::uint32_t> line{n};
-      while (n) line.push_back(n = parent[n]);
-      return line;
-    };
+    const auto tool_lines = linesOf(scene.tool), object_lines = linesOf(scene.objects[0].tree);
     for (const auto& [object, t, o] : bruteForce(d, pose, 0)) {
       bool stands = false;
-      for (const std::uint32_t a : lineOf(tool_parent, t))
-        for (const std::uint32_t b : lineOf(object_parent, o)) stands |= found.count({object, a, b}) > 0;
+      for (const std::uint32_t a : tool_lines.at(t))
+        for (const std::uint32_t b : object_lines.at(o)) stands |= found.count({object, a, b}) > 0;
       ASSERT_TRUE(stands) << object << ' ' << t << ' ' << o;
     }
   }

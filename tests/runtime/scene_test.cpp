@@ -25,7 +25,7 @@ SceneDescription sound() {
   return d;
 }
 
-TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
+TEST(Scene, EveryLeafHasOneSlotAndStandsWhereItShould) {
   const SceneDescription d = sound();
   Scene scene;
   std::string fault;
@@ -33,33 +33,37 @@ TEST(Scene, EveryNodeHasOneSlotAndStandsWhereItShould) {
   const auto check = [](const SphereTree& tree, const CompiledTree& compiled,
                         const std::function<Eigen::Vector3d(Eigen::Vector3d)>& place) {
     std::vector<int> seen(tree.nodeCount(), 0);
+    std::vector<int> met(compiled.node.size(), 0);  // (slot) by its parent
     double reach = 0;
     for (std::size_t slot = 0; slot < compiled.node.size(); ++slot) {
       const std::uint32_t node = compiled.node[slot];
       const Block& block = compiled.bound[slot / 8];
+      const Sphere& record = compiled.cover_records[slot];
+      EXPECT_EQ(block.x[slot % 8], record.x);
+      EXPECT_EQ(block.r[slot % 8], record.radius);
+      if (compiled.isInner(slot)) {
+        EXPECT_EQ(node, kNoNode);
+        const std::size_t first = 8 * (std::size_t{compiled.links[slot / 8].first_child} + slot % 8);
+        for (std::size_t child = first; child < first + 8; ++child) ++met.at(child);
+        continue;
+      }
       if (node == kNoNode) {
         EXPECT_GT(block.x[slot % 8], 1e17f);
         EXPECT_EQ(block.r[slot % 8], 0);
         continue;
       }
       ++seen[node];
-      const Sphere &bound = sphereOf(tree, node, SphereKind::Bound), &cover = tree.cover[node];
-      const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-      const Eigen::Vector3d b = place(Eigen::Vector3d(bound.x, bound.y, bound.z) + origin),
-                            c = place(Eigen::Vector3d(cover.x, cover.y, cover.z) + origin);
-      EXPECT_LT((Eigen::Vector3d(block.x[slot % 8], block.y[slot % 8], block.z[slot % 8]) - b).norm(), 1e-5);
-      EXPECT_EQ(block.r[slot % 8], bound.radius);
-      const Sphere& record = compiled.cover_records[slot];
+      EXPECT_TRUE(tree.isLeaf(node));
+      const Sphere& leaf = tree.cover[node];
+      const Eigen::Vector3d c =
+          place(Eigen::Vector3d(leaf.x, leaf.y, leaf.z) + Eigen::Vector3d(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]));
       EXPECT_LT((Eigen::Vector3d(record.x, record.y, record.z) - c).norm(), 1e-5);
-      EXPECT_EQ(record.radius, cover.radius);
+      EXPECT_EQ(record.radius, leaf.radius);
       EXPECT_LT((Eigen::Vector3d(compiled.exact[slot][0], compiled.exact[slot][1], compiled.exact[slot][2]) - c).norm(), 1e-12);
-      reach = std::max(reach, c.norm() + static_cast<double>(cover.radius));
-      EXPECT_EQ(compiled.isInner(slot), !tree.isLeaf(node));
-      if (!tree.isLeaf(node)) {
-        EXPECT_EQ(compiled.node[8 * (compiled.links[slot / 8].first_child + slot % 8)], tree.first_child[node]);
-      }
+      reach = std::max(reach, c.norm() + static_cast<double>(leaf.radius));
     }
-    for (std::size_t n = 0; n < seen.size(); ++n) EXPECT_EQ(seen[n], 1) << "node " << n;
+    for (std::size_t n = 0; n < seen.size(); ++n) EXPECT_EQ(seen[n], tree.isLeaf(n) ? 1 : 0) << "node " << n;
+    for (std::size_t slot = 8; slot < met.size(); ++slot) EXPECT_EQ(met[slot], 1) << "slot " << slot;
     EXPECT_NEAR(compiled.reach, reach, 1e-9);
   };
   check(d.tool, scene.tool, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });

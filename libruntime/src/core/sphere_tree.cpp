@@ -147,6 +147,18 @@ Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
   return best_centre;
 }
 
+struct Enclosure {
+  Eigen::Vector3f centre;  // as it is stored
+  double radius;           // about it
+};
+
+Enclosure enclose(std::span<const Ball> balls) {
+  Enclosure out{enclosingCentre(balls).cast<float>(), 0};
+  const Eigen::Vector3d centre = out.centre.cast<double>();
+  for (const Ball& ball : balls) out.radius = std::max(out.radius, reach(centre, ball));
+  return out;
+}
+
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
@@ -321,6 +333,15 @@ bool linkNodes(SphereTree& tree) {
   return true;
 }
 
+Sphere smallestEnclosing(std::span<const Sphere> spheres) {
+  std::vector<Ball> balls;
+  for (const Sphere& s : spheres) balls.push_back(ballOf(s));
+  const Enclosure e = enclose(balls);
+  float radius = static_cast<float>(e.radius);
+  if (radius < e.radius) radius = std::nextafter(radius, std::numeric_limits<float>::infinity());
+  return {e.centre.x(), e.centre.y(), e.centre.z(), radius};
+}
+
 void encloseDescendants(SphereTree& tree) {
   tree.bound.clear();
   std::vector<Ball> balls;
@@ -330,12 +351,9 @@ void encloseDescendants(SphereTree& tree) {
     forEachRange(tree, i, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t k = first; k < last; ++k) balls.push_back(ballOf(tree.cover[k]));
     });
-    const Eigen::Vector3f stored = enclosingCentre(balls).cast<float>();
-    const Eigen::Vector3d centre = stored.cast<double>();
-    double radius = 0;
-    for (const Ball& ball : balls) radius = std::max(radius, reach(centre, ball));
+    const Enclosure e = enclose(balls);
     tree.bound.push_back(
-        {stored.x(), stored.y(), stored.z(), taggedRadius(radius, radiusTag(tree.child_count[i], innerChildren(tree, i)))});
+        {e.centre.x(), e.centre.y(), e.centre.z(), taggedRadius(e.radius, radiusTag(tree.child_count[i], innerChildren(tree, i)))});
   }
 }
 

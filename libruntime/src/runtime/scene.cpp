@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "search_tree.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -29,11 +31,25 @@ void put(Block& block, std::size_t lane, const Eigen::Vector3d& c, float radius)
   block.r[lane] = radius;
 }
 
+// Leaves in file order, and the tree over them that the search follows, in the frame of the file.
+struct Leaves {
+  std::vector<std::uint32_t> node;
+  std::vector<SearchNode> tree;
+  Eigen::Vector3d origin;  // of the file's frame in the mesh's
+
+  explicit Leaves(const SphereTree& file) : node(levelSet(file, file.levelCount() - 1)), origin(file.origin_mm.data()) {
+    std::vector<Sphere> spheres;
+    for (const std::uint32_t n : node) spheres.push_back(file.cover[n]);
+    tree = makeSearchTree(spheres);
+  }
+  Eigen::Vector3d centre(const SearchNode& n) const { return Eigen::Vector3d(n.sphere.x, n.sphere.y, n.sphere.z) + origin; }
+};
+
 // `place` maps a centre of the tree's mesh frame to the frame of the compiled tree.
 template <class Place>
-CompiledTree compileTree(const SphereTree& tree, const Place& place) {
+CompiledTree compileTree(const Leaves& leaves, const Place& place) {
   CompiledTree out;
-  const std::size_t blocks = 1 + tree.bound.size();
+  const std::size_t blocks = 1 + leaves.tree.size() - leaves.node.size();
   out.bound.assign(blocks, emptyBlock());
   out.cover_records.assign(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
   out.links.assign(blocks, {});
@@ -41,31 +57,31 @@ CompiledTree compileTree(const SphereTree& tree, const Place& place) {
   out.node.assign(8 * blocks, kNoNode);
   out.smallest_radius = std::numeric_limits<float>::infinity();
 
-  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-  const auto centreOf = [&](const Sphere& s) -> Eigen::Vector3d { return place(Eigen::Vector3d(s.x, s.y, s.z) + origin); };
-  const auto putNode = [&](std::size_t slot, std::uint32_t node) {
-    const Sphere& cover = tree.cover[node];
-    const Sphere& bound = sphereOf(tree, node, SphereKind::Bound);
-    const Eigen::Vector3d c = centreOf(cover);
-    put(out.bound[slot / 8], slot % 8, centreOf(bound), bound.radius);
-    out.cover_records[slot] = {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), cover.radius};
+  std::uint16_t next_block = 1;
+  const auto putNode = [&](std::size_t slot, const SearchNode& n) {
+    const Eigen::Vector3d c = place(leaves.centre(n));
+    put(out.bound[slot / 8], slot % 8, c, n.sphere.radius);
+    out.cover_records[slot] = {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), n.sphere.radius};
     out.exact[slot] = {c.x(), c.y(), c.z()};
-    out.node[slot] = node;
-    out.reach = std::max(out.reach, c.norm() + static_cast<double>(cover.radius));
-    if (tree.isLeaf(node)) {
-      out.smallest_radius = std::min(out.smallest_radius, cover.radius);
+    if (n.leaf != kNotALeaf) {
+      out.node[slot] = leaves.node[n.leaf];
+      out.reach = std::max(out.reach, c.norm() + static_cast<double>(n.sphere.radius));
+      out.smallest_radius = std::min(out.smallest_radius, n.sphere.radius);
     } else {
       // Inner siblings stand ahead of leaves, and inner nodes are numbered as they come: their blocks follow each other.
       BlockLinks& links = out.links[slot / 8];
-      if (slot % 8 == 0) links.first_child = static_cast<std::uint16_t>(tree.bound_index[node] + 1);
+      if (slot % 8 == 0) links.first_child = next_block;
+      ++next_block;
       ++links.inner;
-      links.largest = std::max(links.largest, bound.radius);
+      links.largest = std::max(links.largest, n.sphere.radius);
     }
   };
-  putNode(0, 0);
-  for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
-    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k)
-      putNode(8 * (std::size_t{tree.bound_index[node]} + 1) + k, tree.first_child[node] + k);
+  putNode(0, leaves.tree[0]);
+  std::size_t block = 1;
+  for (const SearchNode& n : leaves.tree) {
+    for (std::uint32_t k = 0; k < n.child_count; ++k) putNode(8 * block + k, leaves.tree[n.first_child + k]);
+    block += n.child_count > 0;
+  }
   return out;
 }
 
@@ -105,7 +121,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   out.wrench_limits = d.wrench_limits;
   out.step_limits = d.step_limits;
   out.angle_length = std::sqrt(d.coupling.rotation / d.coupling.translation);
-  out.tool = compileTree(d.tool, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
+  out.tool = compileTree(Leaves(d.tool), [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
   const Block& root = out.tool.bound[0];
   out.tool_root = Eigen::Vector3d(root.x[0], root.y[0], root.z[0]);
   out.tool_root_radius = static_cast<double>(root.r[0]);
@@ -126,13 +142,12 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
       return false;
     }
     const Eigen::Matrix3d rotation = object.pose.orientation.normalized().toRotationMatrix();
-    const Sphere& top = sphereOf(object.tree, 0, SphereKind::Bound);
-    const Eigen::Vector3d origin(object.tree.origin_mm[0], object.tree.origin_mm[1], object.tree.origin_mm[2]);
-    const Eigen::Vector3d centre = Eigen::Vector3d(top.x, top.y, top.z) + origin;
+    const Leaves leaves(object.tree);
+    const Eigen::Vector3d centre = leaves.centre(leaves.tree[0]);
     CompiledObject compiled;
     compiled.anchor = rotation * centre + object.pose.position;
-    compiled.tree = compileTree(object.tree, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return rotation * (c - centre); });
-    compiled.root_radius = static_cast<double>(top.radius);
+    compiled.tree = compileTree(leaves, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return rotation * (c - centre); });
+    compiled.root_radius = static_cast<double>(leaves.tree[0].sphere.radius);
     if (d.bridges) compiled.tree.bridges = makeBridges(compiled.tree, static_cast<double>(object.tree.statistics.back().overhang_bound));
     out.deepest_bridge = std::max(out.deepest_bridge, static_cast<double>(compiled.tree.bridges.deepest));
     if (!(compiled.anchor.norm() <= kFarthest && compiled.tree.reach <= kFarthest)) {
@@ -143,7 +158,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     out.objects_reach = std::max({out.objects_reach, compiled.tree.reach, compiled.root_radius});
     out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
-    put(out.object_roots.back(), i % 8, compiled.anchor, top.radius);
+    put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

@@ -350,7 +350,7 @@ void Stepper::constrained(const Configuration& haptic) {
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
 }
 
-// The list is full even for the shortest way. Whole branches stand in, as the balls that cover them: none may come closer than it is.
+// The list is full even for the shortest way. Whole branches stand in, as the balls about their leaves: none may come closer than it is.
 // That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and
 // finds none.
 void Stepper::coarseMove(PairSet pairs, const Configuration& haptic, double path_tolerance, double largest_turn) {

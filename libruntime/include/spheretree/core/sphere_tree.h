@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -98,11 +99,16 @@ float taggedRadius(double radius, std::uint8_t tag);
 /// counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead of leaves. Cost: O(nodes).
 [[nodiscard]] bool linkNodes(SphereTree& tree);
 
-/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the cover spheres of
-/// its node and of all descendants, rounded outward to float and to its tag; within 1.0001 of the optimum. Deterministic.
+/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float; within 1.0001 of the
+/// optimum. Deterministic. Infinite radius if no float holds it.
 /// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and robust
 ///         smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The smallest enclosing
-///         ball of balls, SoCG 2003. Cost: O(nodes * levels), times about 10.
+///         ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
+Sphere smallestEnclosing(std::span<const Sphere> spheres);
+
+/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the cover spheres of
+/// its node and of all descendants, as smallestEnclosing() finds it, with the radius rounded outward to its tag. Cost: O(nodes * levels),
+/// times about 10.
 void encloseDescendants(SphereTree& tree);
 
 /// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are kept; those of new

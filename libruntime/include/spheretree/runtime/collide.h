@@ -30,7 +30,7 @@ struct PairRun {
 struct PairSet {
   std::span<const std::uint32_t> pairs;
   std::span<const PairRun> runs;
-  bool coarse = false;     // the lists or the work ran out: some pairs are inner nodes that stand for the leaves below them
+  bool coarse = false;     // the lists or the work ran out: some pairs are inner nodes, whose balls stand for the leaves in them
   std::uint32_t work = 0;  // 8-lane tests done
 };
 
