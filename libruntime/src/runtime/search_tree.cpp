@@ -20,7 +20,9 @@ struct Part {
   std::vector<std::uint32_t> members;
   Sphere sphere;
   // Members times area: all are tested where the ball is met, and that as often as its area says.
-  double cost() const { return static_cast<double>(members.size()) * static_cast<double>(sphere.radius) * static_cast<double>(sphere.radius); }
+  double cost() const {
+    return static_cast<double>(members.size()) * static_cast<double>(sphere.radius) * static_cast<double>(sphere.radius);
+  }
 };
 
 class Cutter {
@@ -71,8 +73,8 @@ class Cutter {
     double count_ = 0;
   };
 
-  // In two where both together cost least: along a coordinate, the radius (large balls inside an object belong together) or the distance from
-  // the middle.
+  // In two where both together cost least: along a coordinate, the radius (large balls inside an object belong together) or the distance
+  // from the middle.
   std::pair<Part, Part> cut(const std::vector<std::uint32_t>& members) const {
     const std::size_t count = members.size();
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -85,10 +87,7 @@ class Cutter {
     for (int key = 0; key < 5; ++key) {
       for (std::size_t i = 0; i < count; ++i) {
         const Sphere& s = leaves_[members[i]];
-        order[i] = {key < 3    ? centreOf(s)[key]
-                    : key == 3 ? static_cast<double>(s.radius)
-                               : (centreOf(s) - middle).norm(),
-                    members[i]};
+        order[i] = {key < 3 ? centreOf(s)[key] : key == 3 ? static_cast<double>(s.radius) : (centreOf(s) - middle).norm(), members[i]};
       }
       std::sort(order.begin(), order.end());
       BoxCost low, high;
