@@ -16,16 +16,6 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "spheretree.tree/1";
 
-std::string toHex(const Hash128& hash) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : hash) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
-
 OrderedJson toJson(const Sphere& s) { return OrderedJson::array({s.x, s.y, s.z, s.radius}); }
 
 Hash128 readHash(const JsonElement& e) {

@@ -11,6 +11,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/scratch_folder.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
@@ -22,12 +23,7 @@ std::string textOf(const std::vector<std::byte>& bytes) { return {reinterpret_ca
 /// Message of the FileError that `call` throws; "" if it throws none.
 template <class Call>
 std::string fileError(Call&& call) {
-  try {
-    call();
-  } catch (const FileError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusalOf<FileError>(call);
 }
 
 std::size_t entries(const fs::path& folder) {

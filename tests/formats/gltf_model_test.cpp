@@ -7,6 +7,7 @@
 #include "spheretree/formats/errors.h"
 #include "support/mesh_measures.h"
 #include "support/sample_gltf.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {

@@ -10,12 +10,14 @@
 #include "support/mesh_measures.h"
 #include "support/sample_gltf.h"
 #include "support/scratch_folder.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
 
 using Json = nlohmann::json;
 using test::charsOf;
+using test::has;
 using test::tetrahedronBuffer;
 using test::tetrahedronJson;
 using test::toGlb;
@@ -30,8 +32,6 @@ MeshFile read(const Json& json, const std::string& buffer = tetrahedronBuffer())
 std::string refusal(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
   return test::refusalOf<FormatError>([&] { read(json, buffer); });
 }
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 template <class T>
 std::string bytesOf(std::initializer_list<T> values) {

@@ -14,18 +14,18 @@
 #include "support/mesh_measures.h"
 #include "support/sample_gltf.h"
 #include "support/scratch_folder.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
 
 using test::areaOf;
+using test::has;
 using test::kMeshes;
 using test::volumeOf;
 
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const std::string kOff = "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 std::filesystem::path write(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;

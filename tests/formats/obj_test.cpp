@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/mesh_measures.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {

@@ -5,9 +5,12 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/mesh_measures.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
+
+using test::has;
 
 const std::string kBody = "4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
@@ -16,8 +19,6 @@ MeshFile read(std::string_view text) { return readOff(test::charsOf(text), "test
 std::string refusal(std::string_view text) {
   return test::refusalOf<FormatError>([&] { read(text); });
 }
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
   const TriangleMesh expected = read("OFF\n" + kBody).mesh;

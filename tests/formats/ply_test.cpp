@@ -9,17 +9,18 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/mesh_measures.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
+
+using test::has;
 
 MeshFile read(std::string_view bytes) { return readPly(test::charsOf(bytes), "test.ply"); }
 
 std::string refusal(std::string_view bytes) {
   return test::refusalOf<FormatError>([&] { read(bytes); });
 }
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 const std::string kAscii =
     "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n"

@@ -11,9 +11,12 @@
 #include "spheretree/formats/file_io.h"
 #include "support/random.h"
 #include "support/scratch_folder.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
+
+using test::replaced;
 
 constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
  "defaults": {"builder": "cover", "levels": 4, "tolerance_mm": 0.1},
@@ -32,18 +35,7 @@ constexpr const char* kLeast = R"({"schema": "spheretree.scene/1", "tool": {"nam
  "objects": [{"name": "o", "tree": "o.stree"}]})";
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)parseScene(text, "a.scene.json");
-  } catch (const FormatError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
+  return test::refusalOf<FormatError>([&] { (void)parseScene(text, "a.scene.json"); });
 }
 
 TEST(SceneFile, ReadsEveryField) {

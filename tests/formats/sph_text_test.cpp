@@ -8,17 +8,13 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/sample_trees.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)parseSph(text, "a.sph");
-  } catch (const FormatError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusalOf<FormatError>([&] { (void)parseSph(text, "a.sph"); });
 }
 
 TEST(SphText, IsWrittenToTheLetter) {

@@ -9,11 +9,13 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/mesh_measures.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
 
 using test::charsOf;
+using test::has;
 using test::volumeOf;
 
 constexpr float kCorners[4][3][3] = {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}},
@@ -48,8 +50,6 @@ MeshFile read(std::string_view bytes) { return readStl(charsOf(bytes), "test.stl
 std::string refusal(std::string_view bytes) {
   return test::refusalOf<FormatError>([&] { read(bytes); });
 }
-
-bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
 
 void expectTetrahedron(const MeshFile& file) {
   EXPECT_EQ(file.mesh.positions.size(), 4u);

@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "support/random.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
@@ -21,12 +22,7 @@ std::string shortest(double value) {
 }
 
 std::string messageOf(const std::string& text) {
-  try {
-    parseTrajectory(text, "in.csv");
-  } catch (const FormatError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusalOf<FormatError>([&] { parseTrajectory(text, "in.csv"); });
 }
 
 TEST(Trajectory, ReadsPosesInOrder) {

@@ -9,23 +9,15 @@
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
 #include "support/sample_trees.h"
+#include "support/texts.h"
 
 namespace spheretree::formats {
 namespace {
 
-std::string refusal(const std::string& text) {
-  try {
-    (void)parseTreeJson(text, "a.json");
-  } catch (const FormatError& error) {
-    return error.what();
-  }
-  return "";
-}
+using test::replaced;
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
+std::string refusal(const std::string& text) {
+  return test::refusalOf<FormatError>([&] { (void)parseTreeJson(text, "a.json"); });
 }
 
 TEST(TreeJson, ReturnsEveryTreeBitForBit) {

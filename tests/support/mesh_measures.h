@@ -4,9 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
-#include <span>
-#include <string>
-#include <string_view>
 
 #include "spheretree/core/triangle_mesh.h"
 
@@ -27,19 +24,6 @@ inline double areaOf(const TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     sum += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm() / 2;
   return sum;
-}
-
-inline std::span<const char> charsOf(std::string_view text) { return {text.data(), text.size()}; }
-
-/// What `read` throws of type Error says; empty if it does not.
-template <class Error, class Read>
-std::string refusalOf(Read&& read) {
-  try {
-    read();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return {};
 }
 
 }  // namespace spheretree::test

@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "support/texts.h"
 
 namespace spheretree::tool {
 namespace {
@@ -24,12 +25,7 @@ std::filesystem::path written(const std::string& text) {
 }
 
 std::string complaint(const std::string& text) {
-  try {
-    readRecording(written(text));
-  } catch (const formats::FormatError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusalOf<formats::FormatError>([&] { readRecording(written(text)); });
 }
 
 Recording still(std::size_t steps) {

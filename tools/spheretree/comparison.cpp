@@ -41,13 +41,6 @@ class RunProgress : public builder::Progress {
   double done_;
 };
 
-std::string hex(const Hash128& hash) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : hash) text += {kDigits[byte >> 4], kDigits[byte & 15]};
-  return text;
-}
-
 /// What a file of an earlier run says, if it was made from the same input by the same program; else null.
 Json known(const fs::path& file, const Json& key) {
   std::error_code ignored;
@@ -144,7 +137,7 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
   double total = 0, done = 0;
   for (const ComparedMesh& compared : meshes) {
     progress.stage("limits of " + compared.name);
-    const std::string mesh_hash = hex(builder::meshHash(joined(compared.mesh, compared.to_cover)));
+    const std::string mesh_hash = toHex(builder::meshHash(joined(compared.mesh, compared.to_cover)));
     const Json mesh_key{{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", out["settings"]}};
     out["meshes"].push_back(meshEntry(compared, mesh_key, settings, fileOf(compared.name), progress));
     progress.check();
@@ -154,7 +147,7 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
       job.settings.quality = configuration.quality;
       job.id = compared.name + "." + std::string(name(configuration.builder)) + "." + std::string(name(configuration.quality));
       job.tree = fs::path("trees") / (job.id + ".stree");
-      job.key = {{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", hex(builder::settingsHash(job.settings))}};
+      job.key = {{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", toHex(builder::settingsHash(job.settings))}};
       job.run = known(fileOf(job.id), job.key);
       if (job.run.is_object() && job.run.value("status", "") == "built" && !fs::exists(folder / job.tree)) job.run = nullptr;
       if (job.run.is_null()) total += weight(job);
@@ -208,8 +201,8 @@ Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector
                             (compared.name + "." + std::string(name(configuration.builder)) + "." +
                              std::string(name(configuration.quality)) + ".stability.json");
       const Json key{{"generator", kGenerator},
-                     {"mesh", hex(builder::meshHash(compared.mesh))},
-                     {"settings", hex(builder::settingsHash(build))},
+                     {"mesh", toHex(builder::meshHash(compared.mesh))},
+                     {"settings", toHex(builder::settingsHash(build))},
                      {"rotations", rotations}};
       Json entry = known(file, key);
       if (entry.is_null()) {

@@ -26,16 +26,6 @@ using builder::Quality;
 constexpr const char* kRecordSchema = "spheretree.batch-record/1";
 constexpr double kMeasuringEffort = 0.05;  // a look at every level that costs less than the build; `evaluate` measures in full
 
-std::string hex(const Hash128& hash) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : hash) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
-
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
 
 template <class Kinds>
@@ -122,12 +112,12 @@ builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
 }
 
 std::string TreeJob::meshKey() const {
-  return hex(hashOf(kGenerator + "\n" + hex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) + "\n" + repair));
+  return toHex(hashOf(kGenerator + "\n" + toHex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) + "\n" + repair));
 }
 
 std::string TreeJob::key() const {
-  return hex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (site ? siteText(*site, pose) : "") +
-                    (scale == 1 ? "" : "\nscale=" + shortest(scale))));
+  return toHex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (site ? siteText(*site, pose) : "") +
+                      (scale == 1 ? "" : "\nscale=" + shortest(scale))));
 }
 
 builder::RepairedMesh TreeJob::solid(std::vector<std::string>& steps, builder::Progress& progress) const {
@@ -185,7 +175,7 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
     const std::vector<std::byte> bytes = formats::readFile(tree), text = formats::readFile(record);
     const auto* begin = reinterpret_cast<const char*>(text.data());
     Json json = Json::parse(begin, begin + text.size());
-    if (json.at("schema") != kRecordSchema || json.at("tree_hash") != hex(builder::bytesHash(bytes))) return std::nullopt;
+    if (json.at("schema") != kRecordSchema || json.at("tree_hash") != toHex(builder::bytesHash(bytes))) return std::nullopt;
     TreeResult result;
     result.tree = formats::parseSphereTree(bytes, tree.string());
     result.record = json.at("record");
@@ -204,7 +194,7 @@ void TreeCache::store(const std::string& key, const TreeResult& result) const {
   // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
   formats::writeWhole(folder_ / (key + ".stree"), bytes);
   const Json json{
-      {"schema", kRecordSchema}, {"tree_hash", hex(builder::bytesHash(bytes))}, {"seconds", result.seconds}, {"record", result.record}};
+      {"schema", kRecordSchema}, {"tree_hash", toHex(builder::bytesHash(bytes))}, {"seconds", result.seconds}, {"record", result.record}};
   formats::writeWhole(folder_ / (key + ".json"), json.dump(1) + "\n");
 }
 

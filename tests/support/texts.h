@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texts as readers take them, and what readers say of them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace spheretree::test {
+
+inline std::span<const char> charsOf(std::string_view text) { return {text.data(), text.size()}; }
+
+/// What `read` throws of type Error says; empty if it does not.
+template <class Error, class Read>
+std::string refusalOf(Read&& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+inline bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
+
+/// `text` with the first `from` replaced; it must be there.
+inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+}  // namespace spheretree::test
