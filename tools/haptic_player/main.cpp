@@ -22,7 +22,7 @@ struct Options {
   PlaySettings play;
   std::string device, mode = "constrained", clock = "real", scenario, out, cache, quality = "standard", progress = "auto";
   double share = 1, seconds = 0;
-  bool list = false, json = false, quiet = false, bridges = false, gimbal_torque = false;
+  bool list = false, json = false, quiet = false, bridges = true, gimbal_torque = false;
 };
 
 const std::string kProgram = "haptic-player";
@@ -136,7 +136,7 @@ void addOptions(CLI::App& cli, Options& o) {
                  "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
   cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")
       ->check(CLI::IsMember({"constrained", "paper"}));
-  cli.add_flag("--bridges", o.bridges, "Constrained mode slides over the pits between leaves: less ripple, dearer steps");
+  cli.add_flag("--bridges,!--no-bridges", o.bridges, "Constrained mode slides over the pits between leaves (default), or feels every leaf");
   cli.add_option("--clock", o.clock, "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real")
       ->check(CLI::IsMember({"real", "stepped"}));
   cli.add_option("--seconds", o.seconds,

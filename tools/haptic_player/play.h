@@ -28,7 +28,7 @@ struct PlaySettings {
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
   device::PhantomSettings phantom;
-  bool bridges = false;  // runtime::SceneDescription::bridges
+  bool bridges = true;  // runtime::SceneDescription::bridges
   bool status_line = false;
 };
 

@@ -26,7 +26,7 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, 
   description.coupling = options.coupling;
   for (const PlacedBody& object : objects_) {
     description.objects.push_back({object.body->tree, object.pose});
-    description.bridges = description.bridges || object.body->bridges;
+    description.bridges = description.bridges && object.body->bridges;
   }
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);

@@ -1,209 +1,449 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/runtime/bridge.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <optional>
 
+#include "bridge_tree.h"
 #include "spheretree/runtime/scene.h"
 
 namespace spheretree::runtime {
 namespace {
 
-constexpr std::size_t kMostNeighbours = 256;
+using Eigen::Vector3d;
 
-Eigen::Vector3d centre(const Sphere& s) { return {s.x, s.y, s.z}; }
+constexpr double kProbes[] = {30, 1};  // radii of the probes, in medians of the leaves' radii, from the largest down
+constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
+constexpr double kWidest = 2.5;        // a bridge joins leaves if the pit between two alone is no deeper than this many overhangs
+constexpr double kWholeTurn = 2 * M_PI;
 
 struct Leaf {
-  Eigen::Vector3d c;
+  Vector3d c;
   double r;
-  std::uint16_t slot;
 };
 
-/// Unit normals of the two planes that touch three balls, and the triangle's own unit normal; false if there are none.
-bool touchingPlanes(const std::array<Eigen::Vector3d, 3>& c, const std::array<double, 3>& r, std::array<Eigen::Vector3d, 2>& normals) {
-  const Eigen::Vector3d u = c[1] - c[0], v = c[2] - c[0], up = u.cross(v);
-  const double area2 = up.squaredNorm();
-  if (!(area2 > 1e-12 * u.squaredNorm() * v.squaredNorm())) return false;
-  // n in the plane of centres solves n.u = r0 - r1, n.v = r0 - r2.
-  const Eigen::Vector3d in_plane = ((r[0] - r[1]) * v.cross(up) + (r[0] - r[2]) * up.cross(u)) / area2;
-  const double rest = 1 - in_plane.squaredNorm();
-  if (!(rest > 0)) return false;
-  const Eigen::Vector3d out = up * std::sqrt(rest / area2);
-  normals = {in_plane + out, in_plane - out};
-  return true;
-}
+/// A part of the circle on which a probe touches two leaves, free of all others, with the leaves that end it; kNone: the whole circle.
+struct Arc {
+  std::uint32_t i, j;
+  std::array<std::uint32_t, 2> end;
+  std::array<double, 2> angle;  // about the axis from i to j, from `across`
+  Vector3d across;
+};
+constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Where three spheres meet; false if they do not.
-bool commonPoints(const Leaf& a, const Leaf& b, const Leaf& c, std::array<Eigen::Vector3d, 2>& points) {
-  const Eigen::Vector3d u = b.c - a.c, v = c.c - a.c, up = u.cross(v);
-  const double area2 = up.squaredNorm();
-  if (!(area2 > 1e-12 * u.squaredNorm() * v.squaredNorm())) return false;
-  const double du = 0.5 * (u.squaredNorm() + a.r * a.r - b.r * b.r), dv = 0.5 * (v.squaredNorm() + a.r * a.r - c.r * c.r);
-  const Eigen::Vector3d in_plane = (du * v.cross(up) + dv * up.cross(u)) / area2;
-  const double rest = a.r * a.r - in_plane.squaredNorm();
-  if (!(rest > 0)) return false;
-  const Eigen::Vector3d out = up * std::sqrt(rest / area2);
-  points = {a.c + in_plane + out, a.c + in_plane - out};
-  return true;
-}
+/// Three leaves that a probe touches, in order, and the side of their plane on which it is.
+struct Triple {
+  std::array<std::uint32_t, 3> leaf;
+  bool above;
+  auto operator<=>(const Triple&) const = default;
+};
 
-/// How high the cone about two overlapping balls stands above the circle in which they meet.
+struct Facet {
+  Triple triple;
+  Vector3d normal = Vector3d::Zero();  // none: no plane touches all three
+  bool kept = false;
+};
+
+double wrapped(double angle) { return angle - kWholeTurn * std::round(angle / kWholeTurn); }
+
+Vector3d axisOf(const Leaf& a, const Leaf& b) { return (b.c - a.c).normalized(); }
+
+/// How high the cone about two balls that overlap stands above the circle in which they meet.
 double pairDepth(const Leaf& a, const Leaf& b) {
   const double length = (b.c - a.c).norm(), slope = (a.r - b.r) / length;
-  if (!(std::abs(slope) < 1)) return 1e30;
   const double along = 0.5 * (length + (a.r * a.r - b.r * b.r) / length), high = std::sqrt(std::max(0.0, a.r * a.r - along * along));
-  return a.r - (slope * along + std::sqrt(1 - slope * slope) * high);
+  return a.r - (slope * along + std::sqrt(std::max(0.0, 1 - slope * slope)) * high);
 }
 
-Bridge facet(const Leaf& a, const Leaf& b, const Leaf& c, const std::array<Eigen::Vector3d, 2>& normals, double depth) {
-  Bridge bridge{};
-  bridge.slot = {a.slot, b.slot, c.slot};
-  bridge.depth = static_cast<float>(depth);
-  bridge.a = a.c;
-  bridge.radius = a.r;
-  const Eigen::Vector3d u = b.c - a.c, v = c.c - a.c;
-  bridge.up = u.cross(v);
-  bridge.normal = normals;
-  bridge.along_u = v.cross(bridge.up) / bridge.up.squaredNorm();
-  bridge.along_v = bridge.up.cross(u) / bridge.up.squaredNorm();
-  const double spread = 1 + bridge.up.norm() / std::abs(bridge.up.dot(normals[0]));
-  bridge.spread_u = spread * bridge.along_u.norm();
-  bridge.spread_v = spread * bridge.along_v.norm();
-  return bridge;
+/// Unit normal of the plane that touches three balls from the side of `up`, the normal of the plane of centres; none if one is too small.
+std::optional<Vector3d> touchingPlane(const Leaf& a, const Leaf& b, const Leaf& c, bool above) {
+  const Vector3d u = b.c - a.c, v = c.c - a.c, up = u.cross(v);
+  const double area2 = up.squaredNorm();
+  if (!(area2 > 1e-12 * u.squaredNorm() * v.squaredNorm())) return std::nullopt;
+  // n in the plane of centres solves n.u = ra - rb, n.v = ra - rc.
+  const Vector3d in_plane = ((a.r - b.r) * v.cross(up) + (a.r - c.r) * up.cross(u)) / area2;
+  const double rest = 1 - in_plane.squaredNorm();
+  if (!(rest > 1e-4)) return std::nullopt;
+  return in_plane + up * ((above ? 1 : -1) * std::sqrt(rest / area2));
 }
 
-Bridge cone(const Leaf& a, const Leaf& b) {
-  Bridge bridge{};
-  bridge.slot = {a.slot, b.slot, b.slot};
-  bridge.depth = static_cast<float>(pairDepth(a, b));
-  bridge.a = a.c;
-  bridge.radius = a.r;
-  bridge.length = (b.c - a.c).norm();
-  bridge.up = (b.c - a.c) / bridge.length;
-  bridge.slope = (a.r - b.r) / bridge.length;
-  bridge.rise = std::sqrt(1 - bridge.slope * bridge.slope);
-  bridge.spread_u = 1 + std::abs(bridge.slope) / bridge.rise;
-  return bridge;
+/// Grows with the angle of (x, y) from 0 to 4; no trigonometry.
+double squareAngle(double x, double y) {
+  const double part = y / (std::abs(x) + std::abs(y));
+  return x < 0 ? 2 - part : part < 0 ? 4 + part : part;
+}
+double trueAngle(double square) {
+  const double turns = std::floor(square / 4), s = square - 4 * turns, x = s < 2 ? 1 - s : s - 3, y = s < 1 ? s : s < 3 ? 2 - s : s - 4;
+  const double angle = std::atan2(y, x);
+  return angle + (angle < 0 ? turns + 1 : turns) * kWholeTurn;
 }
 
-}  // namespace
-
-Bridges makeBridges(const CompiledTree& tree, double most_depth) {
-  Bridges bridges;
-  if (!(most_depth > 0)) return bridges;
-  std::vector<Leaf> leaves;
-  for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != kNoNode && !tree.isInner(slot))
-      leaves.push_back(
-          {centre(tree.cover_records[slot]), static_cast<double>(tree.cover_records[slot].radius), static_cast<std::uint16_t>(slot)});
-  std::sort(leaves.begin(), leaves.end(),
-            [](const Leaf& a, const Leaf& b) { return a.c.x() != b.c.x() ? a.c.x() < b.c.x() : a.slot < b.slot; });
-  double widest = 0;
-  for (const Leaf& leaf : leaves) widest = std::max(widest, leaf.r);
-  std::vector<std::vector<std::uint32_t>> neighbours(leaves.size());
-  for (std::uint32_t i = 0; i < leaves.size(); ++i)
-    for (std::uint32_t j = i + 1; j < leaves.size() && leaves[j].c.x() - leaves[i].c.x() < leaves[i].r + widest; ++j) {
-      const double touch = leaves[i].r + leaves[j].r, d2 = (leaves[i].c - leaves[j].c).squaredNorm(), inside = leaves[i].r - leaves[j].r;
-      if (d2 >= touch * touch || d2 <= inside * inside) continue;
-      neighbours[i].push_back(j);
-      neighbours[j].push_back(i);
-    }
-  const auto exposed = [&](const Eigen::Vector3d& p, std::uint32_t i, std::uint32_t j, std::uint32_t k) {
-    return std::none_of(neighbours[i].begin(), neighbours[i].end(), [&](std::uint32_t n) {
-      return n != j && n != k && (leaves[n].c - p).squaredNorm() < leaves[n].r * leaves[n].r * (1 - 1e-9);
-    });
+/// What is left of a circle after others have been taken away, in square angles.
+class FreeArcs {
+ public:
+  struct Piece {
+    double low, high;
+    std::uint32_t low_end, high_end;
   };
-  std::vector<std::array<std::uint32_t, 2>> edges;
-  std::vector<std::uint32_t> common;
-  for (std::uint32_t i = 0; i < leaves.size(); ++i) {
-    if (neighbours[i].size() > kMostNeighbours) continue;
-    for (const std::uint32_t j : neighbours[i]) {
-      if (j < i || neighbours[j].size() > kMostNeighbours || pairDepth(leaves[i], leaves[j]) > most_depth) continue;
-      common.clear();
-      std::set_intersection(neighbours[i].begin(), neighbours[i].end(), neighbours[j].begin(), neighbours[j].end(),
-                            std::back_inserter(common));
-      for (const std::uint32_t k : common) {
-        if (k < j || neighbours[k].size() > kMostNeighbours) continue;
-        const double slopes = std::max(pairDepth(leaves[i], leaves[k]), pairDepth(leaves[j], leaves[k]));
-        std::array<Eigen::Vector3d, 2> points, normals;
-        if (slopes > most_depth || !commonPoints(leaves[i], leaves[j], leaves[k], points)) continue;
-        if (!touchingPlanes({leaves[i].c, leaves[j].c, leaves[k].c}, {leaves[i].r, leaves[j].r, leaves[k].r}, normals)) continue;
-        double depth = std::max(slopes, pairDepth(leaves[i], leaves[j]));
-        for (std::size_t side = 0; side < 2; ++side) depth = std::max(depth, leaves[i].r - normals[side].dot(points[side] - leaves[i].c));
-        if (depth > most_depth || !(exposed(points[0], i, j, k) || exposed(points[1], i, j, k))) continue;
-        bridges.all.push_back(facet(leaves[i], leaves[j], leaves[k], normals, depth));
-        edges.insert(edges.end(), {{i, j}, {i, k}, {j, k}});
+  void start() { pieces_.assign(1, {0, 4, kNone, kNone}); }
+  void clear() { pieces_.clear(); }
+  bool empty() const { return pieces_.empty(); }
+
+  /// Takes away what is from `low` on to `high`, by leaf `k`.
+  void take(double low, double high, std::uint32_t k) {
+    if (low <= high) return cut(low, high, k);
+    cut(low, 4, k);
+    cut(0, high, k);
+  }
+
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  /// The same when all is done: a piece that runs over 0 in one.
+  const std::vector<Piece>& whole() {
+    if (pieces_.size() > 1 && pieces_.front().low_end == kNone && pieces_.back().high_end == kNone) {
+      pieces_.front().low = pieces_.back().low - 4;
+      pieces_.front().low_end = pieces_.back().low_end;
+      pieces_.pop_back();
+    }
+    return pieces_;
+  }
+
+ private:
+  void cut(double low, double high, std::uint32_t k) {
+    next_.clear();
+    for (const Piece& p : pieces_) {
+      if (high <= p.low || low >= p.high) {
+        next_.push_back(p);
+        continue;
+      }
+      if (low > p.low) next_.push_back({p.low, low, p.low_end, k});
+      if (high < p.high) next_.push_back({high, p.high, k, p.high_end});
+    }
+    pieces_.swap(next_);
+  }
+  std::vector<Piece> pieces_, next_;
+};
+
+/// Bridges, and a sphere that holds all of each.
+struct Found {
+  std::vector<Bridge> bridges;
+  std::vector<Sphere> around;
+  void add(const Found& more) {
+    bridges.insert(bridges.end(), more.bridges.begin(), more.bridges.end());
+    around.insert(around.end(), more.around.begin(), more.around.end());
+  }
+};
+
+/// The bridges of one object, found probe by probe.
+class Builder {
+ public:
+  Builder(const CompiledTree& tree, double most_depth) : most_depth_(most_depth) {
+    for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
+      if (tree.node[slot] != kNoNode && !tree.isInner(slot)) {
+        const Sphere& s = tree.cover_records[slot];
+        leaves_.push_back({{s.x, s.y, s.z}, static_cast<double>(s.radius)});
+      }
+    std::vector<Sphere> spheres;
+    std::vector<double> radii;
+    for (const Leaf& leaf : leaves_) {
+      spheres.push_back(sphereOf(leaf.c, leaf.r));
+      radii.push_back(leaf.r);
+    }
+    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+    median_ = radii[radii.size() / 2];
+    tree_ = SphereGroups(spheres);
+    neighbours_.resize(leaves_.size());
+    std::vector<std::pair<double, std::uint32_t>> order;
+    for (std::uint32_t i = 0; i < leaves_.size(); ++i) {
+      order.clear();
+      tree_.visit(leaves_[i].c, leaves_[i].r, [&](std::uint32_t j) {
+        const double inside = leaves_[i].r - leaves_[j].r;
+        if (j != i && (leaves_[i].c - leaves_[j].c).squaredNorm() > inside * inside)
+          order.push_back({pairDepth(leaves_[i], leaves_[j]), j});
+      });
+      std::sort(order.begin(), order.end());
+      for (const auto& [depth, j] : order) {
+        neighbours_[i].push_back(j);
+        if (i < j && depth < kWidest * most_depth_) pairs_.push_back({i, j});
       }
     }
   }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  for (const auto& [i, j] : edges) bridges.all.push_back(cone(leaves[i], leaves[j]));
-  if (bridges.all.empty()) return bridges;
-  bridges.first.assign(tree.node.size() + 1, 0);
-  const auto eachSlot = [&](const auto& visit) {
-    for (std::uint32_t b = 0; b < bridges.all.size(); ++b)
-      for (std::size_t k = 0; k < (bridges.all[b].isPair() ? 2u : 3u); ++k) visit(bridges.all[b].slot[k], b);
-  };
-  eachSlot([&](std::uint16_t slot, std::uint32_t) { ++bridges.first[slot + 1u]; });
-  for (std::size_t s = 1; s < bridges.first.size(); ++s) bridges.first[s] += bridges.first[s - 1];
-  bridges.of_slot.resize(bridges.first.back());
-  std::vector<std::uint32_t> next(bridges.first.begin(), bridges.first.end() - 1);
-  eachSlot([&](std::uint16_t slot, std::uint32_t b) { bridges.of_slot[next[slot]++] = b; });
-  for (const Bridge& bridge : bridges.all) bridges.deepest = std::max(bridges.deepest, bridge.depth);
-  return bridges;
-}
 
-namespace {
+  void roll(double probe) {
+    if (!facets_.bridges.empty()) kept_ = SphereGroups(facets_.around);
+    const std::vector<Triple> before = triples_;
+    const std::vector<Arc> arcs = freeArcs(probe * median_);
+    std::vector<Facet> facets;
+    for (const Arc& arc : arcs)
+      for (std::size_t e = 0; e < 2; ++e)
+        if (arc.end[e] != kNone) facets.push_back({tripleOf(arc, e)});
+    std::sort(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple < b.triple; });
+    facets.erase(std::unique(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple == b.triple; }),
+                 facets.end());
+    Found found;
+    for (Facet& f : facets) {
+      const auto& [i, j, k] = f.triple.leaf;
+      const std::optional<Vector3d> n = touchingPlane(leaves_[i], leaves_[j], leaves_[k], f.triple.above);
+      if (!n) continue;
+      f.normal = *n;
+      if (std::binary_search(before.begin(), before.end(), f.triple) || isBuried(f) || !isShallow(f)) continue;
+      f.kept = true;
+      found.bridges.push_back(bridgeOf(f));
+      found.around.push_back(sphereAround(f));
+      triples_.push_back(f.triple);
+    }
+    std::sort(triples_.begin(), triples_.end());
+    facets_.add(found);
+    for (const Arc& arc : arcs) addCone(arc, facets);
+  }
 
-/// Weights of the second and third leaf at the foot of `t` (from the first centre), and the normal there.
-Eigen::Vector2d footOnFacet(const Bridge& bridge, const Eigen::Vector3d& t, Eigen::Vector3d& normal) {
-  const double height = bridge.up.dot(t);
-  normal = bridge.normal[height < 0 ? 1 : 0];
-  const Eigen::Vector3d foot = t - normal * (height / bridge.up.dot(normal));  // on the plane of centres
-  return {foot.dot(bridge.along_u), foot.dot(bridge.along_v)};
-}
+  BridgeTree finish() {
+    facets_.add(cones_);
+    if (facets_.bridges.size() > kMostBridges) {
+      facets_.bridges.resize(kMostBridges);
+      facets_.around.resize(kMostBridges);
+    }
+    return treeOf(facets_.bridges, facets_.around);
+  }
 
-/// Where the foot of `t` is on the line of two [mm], and the normal there. False on the line itself.
-bool footOnCone(const Bridge& bridge, const Eigen::Vector3d& t, double& foot, Eigen::Vector3d& normal) {
-  const double along = t.dot(bridge.up);
-  const Eigen::Vector3d across = t - bridge.up * along;
-  const double off = across.norm();
-  if (!(off > 1e-9 * bridge.length)) return false;
-  foot = along - off * bridge.slope / bridge.rise;
-  normal = bridge.up * bridge.slope + across * (bridge.rise / off);
-  return true;
-}
+ private:
+  static Sphere sphereOf(const Vector3d& c, double r) {
+    return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(r)};
+  }
+
+  /// Of all pairs of leaves side by side, the parts of the circle where a probe of radius `probe` rests on both and on no other nearby.
+  std::vector<Arc> freeArcs(double probe) const {
+    std::vector<Arc> arcs;
+    FreeArcs left;
+    for (const auto& [i, j] : pairs_) addArcs(i, j, probe, left, arcs);
+    return arcs;
+  }
+
+  void addArcs(std::uint32_t i, std::uint32_t j, double probe, FreeArcs& left, std::vector<Arc>& arcs) const {
+    const Leaf &a = leaves_[i], &b = leaves_[j];
+    const double ra = a.r + probe, rb = b.r + probe, length = (b.c - a.c).norm();
+    const double along = 0.5 * (length + (ra * ra - rb * rb) / length), rho2 = ra * ra - along * along;
+    if (!(rho2 > 1e-12 * ra * ra)) return;
+    const Vector3d axis = (b.c - a.c) / length, middle = a.c + along * axis, e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
+    left.start();
+    const auto take = [&](std::uint32_t k) {
+      if (k == i || k == j) return;
+      const Vector3d w = leaves_[k].c - middle;
+      const double x = w.dot(e1), y = w.dot(e2), off2 = x * x + y * y, rk = leaves_[k].r + probe;
+      const double q = rho2 + w.squaredNorm() - rk * rk, scale2 = 4 * rho2 * off2;
+      if (q * q >= scale2) {  // the circle is all outside or all inside
+        if (q < 0) left.clear();
+        return;
+      }
+      // From the direction (x, y) of the leaf the arc reaches as far to either side as its cosine says.
+      const double c = q / std::sqrt(scale2), s = std::sqrt(1 - c * c);
+      left.take(squareAngle(x * c + y * s, y * c - x * s), squareAngle(x * c - y * s, y * c + x * s), k);
+    };
+    for (const std::uint32_t k : neighbours_[b.r < a.r ? j : i]) {  // the first of them hide most circles
+      take(k);
+      if (left.empty()) return;
+    }
+    for (const FreeArcs::Piece& p : left.whole())
+      arcs.push_back({i, j, {p.low_end, p.high_end}, {trueAngle(p.low), trueAngle(p.high)}, e1});
+  }
+
+  Vector3d directionAt(const Arc& arc, double angle) const {
+    return arc.across * std::cos(angle) + axisOf(leaves_[arc.i], leaves_[arc.j]).cross(arc.across) * std::sin(angle);
+  }
+
+  Triple tripleOf(const Arc& arc, std::size_t e) const {
+    Triple t{{arc.i, arc.j, arc.end[e]}, false};
+    std::sort(t.leaf.begin(), t.leaf.end());
+    const Vector3d& a = leaves_[t.leaf[0]].c;
+    const Vector3d up = (leaves_[t.leaf[1]].c - a).cross(leaves_[t.leaf[2]].c - a);
+    // At its end the probe is on the side to which the arc's direction points, against the third leaf.
+    const Vector3d third = leaves_[arc.end[e]].c - leaves_[arc.i].c, axis = axisOf(leaves_[arc.i], leaves_[arc.j]);
+    const Vector3d towards = third - axis * axis.dot(third), normal = axis.cross(towards);
+    t.above = directionAt(arc, arc.angle[e]).dot(normal) * up.dot(normal) > 0;
+    return t;
+  }
+
+  const Leaf& leaf(const Facet& f, std::size_t k) const { return leaves_[f.triple.leaf[k]]; }
+  Vector3d cornerOf(const Facet& f, std::size_t k, double depth) const { return leaf(f, k).c + (leaf(f, k).r - depth) * f.normal; }
+
+  /// True if one leaf after the other holds all of the triangle.
+  bool isHeld(const Vector3d& a, const Vector3d& b, const Vector3d& c, const std::vector<std::uint32_t>& by, int cuts) const {
+    for (const std::uint32_t k : by) {
+      const double r2 = leaves_[k].r * leaves_[k].r * (1 + 1e-9);
+      const Vector3d& m = leaves_[k].c;
+      if ((a - m).squaredNorm() <= r2 && (b - m).squaredNorm() <= r2 && (c - m).squaredNorm() <= r2) return true;
+    }
+    if (cuts == 0) return false;
+    const Vector3d ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+    return isHeld(ab, bc, ca, by, cuts - 1) && isHeld(a, ab, ca, by, cuts - 1) && isHeld(ab, b, bc, by, cuts - 1) &&
+           isHeld(ca, bc, c, by, cuts - 1);
+  }
+
+  /// No pit below is deeper than it may be.
+  bool isShallow(const Facet& f) const {
+    const double depth = std::min({most_depth_, leaf(f, 0).r, leaf(f, 1).r, leaf(f, 2).r});
+    const Vector3d a = cornerOf(f, 0, depth), b = cornerOf(f, 1, depth), c = cornerOf(f, 2, depth), m = (a + b + c) / 3;
+    const double reach = std::sqrt(std::max({(a - m).squaredNorm(), (b - m).squaredNorm(), (c - m).squaredNorm()}));
+    std::vector<std::uint32_t> by(f.triple.leaf.begin(), f.triple.leaf.end());
+    if (isHeld(a, b, c, by, 2)) return true;
+    tree_.visit(m, reach, [&](std::uint32_t k) { by.push_back(k); });
+    return isHeld(a, b, c, by, kMostCuts);
+  }
+
+  /// Below facets that larger probes found.
+  bool isBuried(const Facet& f) const {
+    const Vector3d a = cornerOf(f, 0, 0), b = cornerOf(f, 1, 0), c = cornerOf(f, 2, 0), m = (a + b + c) / 3;
+    for (const Vector3d& p : {Vector3d((a + b) / 2), Vector3d((b + c) / 2), Vector3d((c + a) / 2), a, b, c}) {
+      bool below = false;
+      const Vector3d at = p + 0.05 * (m - p);
+      kept_.visit(at, 1e-6 * median_, [&](std::uint32_t k) { below = below || isBelow(facets_.bridges[k], at); });
+      if (!below) return false;
+    }
+    return true;
+  }
+  bool isBelow(const Bridge& bridge, const Vector3d& p) const {
+    const auto vector = [](const float* v) { return Vector3d(v[0], v[1], v[2]); };
+    const Vector3d t = p - vector(bridge.a);
+    const double u = vector(bridge.u).dot(t), v = vector(bridge.v).dot(t),
+                 gap = vector(bridge.axis).dot(t) - static_cast<double>(bridge.radius);
+    return u > -0.01 && v > -0.01 && u + v < 1.01 && gap < 1e-4 * median_ && gap > -most_depth_;
+  }
+
+  Bridge bridgeOf(const Facet& f) const {
+    const Leaf &a = leaf(f, 0), &b = leaf(f, 1), &c = leaf(f, 2);
+    const Vector3d u = b.c - a.c, v = c.c - a.c, up = u.cross(v);
+    // Weights at the foot, along the normal, of a point t: linear in t.
+    const auto weight = [&](const Vector3d& along) -> Vector3d { return along - up * (f.normal.dot(along) / up.dot(f.normal)); };
+    Bridge out{};
+    put(out.a, a.c);
+    out.radius = static_cast<float>(a.r);
+    put(out.axis, f.normal);
+    put(out.u, weight(v.cross(up) / up.squaredNorm()));
+    put(out.v, weight(up.cross(u) / up.squaredNorm()));
+    out.u_extra = static_cast<float>(b.r - a.r);
+    out.v_extra = static_cast<float>(c.r - a.r);
+    return out;
+  }
+  static void put(float* to, const Vector3d& v) {
+    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(v[k]);
+  }
+
+  /// About all points of a facet, or of the part of a cone.
+  template <std::size_t kCount>
+  Sphere sphereAbout(const std::array<Vector3d, kCount>& points, double beyond) const {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& p : points) box.extend(p);
+    const Vector3d m = box.center();
+    double r = 0;
+    for (const Vector3d& p : points) r = std::max(r, (p - m).norm());
+    return sphereOf(m, 1.001 * (r + beyond) + 1e-6 * (m.norm() + r));
+  }
+  Sphere sphereAround(const Facet& f) const {
+    const std::array<Vector3d, 3> corner{cornerOf(f, 0, 0), cornerOf(f, 1, 0), cornerOf(f, 2, 0)};
+    return sphereAbout(corner, 0);
+  }
+
+  static const Facet* find(const std::vector<Facet>& facets, const Triple& triple) {
+    const auto at = std::lower_bound(facets.begin(), facets.end(), triple, [](const Facet& f, const Triple& t) { return f.triple < t; });
+    return at != facets.end() && at->triple == triple ? &*at : nullptr;
+  }
+
+  /// The cone over `arc`, between its two facets, of which one was kept; over a whole circle as well.
+  void addCone(const Arc& arc, const std::vector<Facet>& facets) {
+    const Leaf &a = leaves_[arc.i], &b = leaves_[arc.j];
+    const double length = (b.c - a.c).norm(), slope = (a.r - b.r) / length;
+    if (!(std::abs(slope) < 0.99)) return;
+    const double rise = std::sqrt(1 - slope * slope);
+    const Vector3d axis = (b.c - a.c) / length, other = axis.cross(arc.across);
+    const bool whole = arc.end[0] == kNone;
+    const double middle = 0.5 * (arc.angle[0] + arc.angle[1]);
+    double low = -M_PI, high = M_PI;  // of the cone, about the middle of the arc
+    if (!whole) {
+      bool wanted = false;
+      for (std::size_t e = 0; e < 2; ++e) {
+        const Facet* const f = find(facets, tripleOf(arc, e));
+        double at = arc.angle[e];
+        if (f && f->normal.squaredNorm() > 0) at = std::atan2(f->normal.dot(other), f->normal.dot(arc.across));
+        wanted = wanted || (f && f->kept);
+        (e == 0 ? low : high) = wrapped(at - middle);
+      }
+      if (!wanted || !(low < high)) return;  // where the facets meet in a valley there is nothing between them
+    }
+    const auto tangent = [&](double s, double angle, double depth) -> Vector3d {
+      const Vector3d normal = axis * slope + (arc.across * std::cos(middle + angle) + other * std::sin(middle + angle)) * rise;
+      return a.c + axis * (s * length) + (a.r + s * (b.r - a.r) - depth) * normal;
+    };
+    if (!isShallow(arc, tangent, low, high)) return;
+    Bridge out{};
+    put(out.a, a.c);
+    out.radius = static_cast<float>(a.r);
+    put(out.axis, axis);
+    out.length = static_cast<float>(length);
+    out.u_extra = static_cast<float>(slope / rise);
+    out.v_extra = static_cast<float>(rise);
+    if (high - low < M_PI) {  // a wider one is not cut off: beyond its range facets lie above it
+      put(out.u, directionAt(arc, middle + low - M_PI / 2) / length);
+      put(out.v, directionAt(arc, middle + high + M_PI / 2) / length);
+      const std::array<Vector3d, 6> points{tangent(0, low, 0),
+                                           tangent(1, low, 0),
+                                           tangent(0, high, 0),
+                                           tangent(1, high, 0),
+                                           tangent(0, (low + high) / 2, 0),
+                                           tangent(1, (low + high) / 2, 0)};
+      cones_.around.push_back(sphereAbout(points, std::max(a.r, b.r) * (1 - std::cos((high - low) / 4))));
+    } else {
+      const std::array<Vector3d, 2> ends{a.c, b.c};
+      cones_.around.push_back(sphereAbout(ends, std::max(a.r, b.r)));
+    }
+    cones_.bridges.push_back(out);
+  }
+
+  /// The same as for a facet, patch by patch.
+  template <class Tangent>
+  bool isShallow(const Arc& arc, const Tangent& tangent, double low, double high) const {
+    const Leaf &a = leaves_[arc.i], &b = leaves_[arc.j];
+    if (pairDepth(a, b) <= most_depth_) return true;
+    const double length = (b.c - a.c).norm(), depth = std::min({most_depth_, a.r, b.r});
+    std::vector<std::uint32_t> by{arc.i, arc.j};
+    tree_.visit(0.5 * (a.c + b.c), 0.5 * length + std::max(a.r, b.r), [&](std::uint32_t k) { by.push_back(k); });
+    const auto held = [&](const auto& self, double s0, double s1, double a0, double a1, int cuts) -> bool {
+      const std::array<Vector3d, 4> corner{tangent(s0, a0, depth), tangent(s0, a1, depth), tangent(s1, a0, depth), tangent(s1, a1, depth)};
+      const double beyond = std::max(a.r, b.r) * (1 - std::cos(std::min(M_PI, (a1 - a0) / 2)));
+      for (const std::uint32_t k : by) {
+        const double r = leaves_[k].r * (1 + 1e-9) - beyond;
+        bool all = r > 0;
+        for (const Vector3d& p : corner) all = all && (p - leaves_[k].c).squaredNorm() <= r * r;
+        if (all) return true;
+      }
+      if (cuts == 0) return false;
+      if ((a1 - a0) * std::max(a.r, b.r) > (s1 - s0) * length) {
+        const double m = 0.5 * (a0 + a1);
+        return self(self, s0, s1, a0, m, cuts - 1) && self(self, s0, s1, m, a1, cuts - 1);
+      }
+      const double m = 0.5 * (s0 + s1);
+      return self(self, s0, m, a0, a1, cuts - 1) && self(self, m, s1, a0, a1, cuts - 1);
+    };
+    return held(held, 0, 1, low, high, 9);
+  }
+
+  double most_depth_, median_ = 0;
+  std::vector<Leaf> leaves_;
+  SphereGroups tree_;                                           // of the leaves
+  std::vector<std::vector<std::uint32_t>> neighbours_;          // that overlap, the one with the shallowest pit between first
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;  // to be bridged
+  Found facets_, cones_;
+  std::vector<Triple> triples_;  // of the facets, in order
+  SphereGroups kept_;            // of the facets that larger probes found
+};
 
 }  // namespace
 
-bool nearestOnBridge(const Bridge& bridge, const Eigen::Vector3d& p, BridgeContact& contact) noexcept {
-  const Eigen::Vector3d t = p - bridge.a;
-  if (bridge.isPair()) {
-    double foot;
-    if (!footOnCone(bridge, t, foot, contact.normal) || !(foot > 0 && foot < bridge.length)) return false;
-  } else {
-    const Eigen::Vector2d w = footOnFacet(bridge, t, contact.normal);
-    if (!(w.x() > 0 && w.y() > 0 && w.x() + w.y() < 1)) return false;
-  }
-  contact.gap = contact.normal.dot(t) - bridge.radius;
-  return true;
-}
-
-bool mayTouchBridge(const Bridge& bridge, const Eigen::Vector3d& p, double gap, double margin) noexcept {
-  const Eigen::Vector3d t = p - bridge.a;
-  Eigen::Vector3d normal;
-  if (bridge.isPair()) {
-    double foot;
-    if (!footOnCone(bridge, t, foot, normal)) return true;
-    const double off = margin * bridge.spread_u;
-    return foot > -off && foot < bridge.length + off && normal.dot(t) - bridge.radius <= gap + margin;
-  }
-  const double u = margin * bridge.spread_u, v = margin * bridge.spread_v;
-  if (std::abs(bridge.up.dot(t)) <= margin * bridge.up.norm()) return true;  // the other facet may be the near one
-  const Eigen::Vector2d w = footOnFacet(bridge, t, normal);
-  return w.x() > -u && w.y() > -v && w.x() + w.y() < 1 + u + v && normal.dot(t) - bridge.radius <= gap + margin;
+BridgeTree makeBridges(const CompiledTree& tree, double most_depth) {
+  if (!(most_depth > 0)) return {};
+  Builder builder(tree, most_depth);
+  for (const double probe : kProbes) builder.roll(probe);
+  return builder.finish();
 }
 
 }  // namespace spheretree::runtime

@@ -18,8 +18,10 @@ constexpr double kRounding = 1e-6;
 
 bool isAvailable(Kernel kernel) { return kernel != Kernel::Avx2 || avx2Kernel() != nullptr; }
 
-PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, bool exact, std::uint32_t max_work,
-                  Workspace& workspace) noexcept {
+namespace {
+
+PairSet searchAmong(const Scene& scene, const std::vector<Block>& roots, const Configuration& pose, double margin, bool exact,
+                    std::uint32_t max_work, Targets& targets, Workspace& workspace) noexcept {
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
   const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
   // Rounding of world coordinates in the broad phase, and of what is about the anchors afterwards: offsets of near objects are no longer
@@ -28,11 +30,11 @@ PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, 
   const double slack = kRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;
   search.tool = scene.tool.bound.data();
-  search.object_roots = scene.object_roots.data();
+  search.object_roots = roots.data();
   search.tool_links = scene.tool.links.data();
   search.exact_tool = scene.tool.exact.data();
-  search.objects = workspace.object_views.data();
-  search.object_count = static_cast<std::uint32_t>(scene.objects.size());
+  search.objects = targets.views.data();
+  search.object_count = static_cast<std::uint32_t>(targets.views.size());
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) search.rotation[3 * r + c] = rotation(r, c);
     search.position[r] = pose.position[r];
@@ -49,29 +51,56 @@ PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, 
   search.turned_tool = workspace.turned_tool.data();
   search.turned_when = workspace.turned_when.data();
   search.now = workspace.pose_count;
-  search.near_objects = workspace.near_objects.data();
-  search.near_views = workspace.near_views.data();
+  search.near_objects = targets.near.data();
+  search.near_views = targets.near_views.data();
   search.leaves = workspace.leaves.data();
   search.open_tool = workspace.open_tool.data();
   search.open_object = workspace.open_object.data();
-  search.pairs = workspace.pairs.data();
-  search.near_counts = workspace.near_counts.data();
+  search.pairs = targets.pairs.data();
+  search.near_counts = targets.near_counts.data();
   search.capacity = scene.step_limits.max_pairs;
   search.list_capacity = static_cast<std::uint32_t>(workspace.open_tool.size());
   search.max_work = max_work;
   const PairSearchResult found = workspace.kernel->findPairs(search);
 
-  workspace.runs.clear();
+  targets.runs.clear();
   for (std::uint32_t n = 0, begin = 0; n < found.near_count; ++n) {
-    const std::uint32_t count = workspace.near_counts[n];
-    if (count > 0) workspace.runs.push_back({workspace.near_objects[n], begin, count});
+    const std::uint32_t count = targets.near_counts[n];
+    if (count > 0) targets.runs.push_back({targets.near[n], begin, count});
     begin += count;
   }
   PairSet set;
   set.work = found.work;
   set.coarse = found.coarse;
-  set.pairs = {workspace.pairs.data(), found.count};
-  set.runs = workspace.runs;
+  set.pairs = {targets.pairs.data(), found.count};
+  set.runs = targets.runs;
+  return set;
+}
+
+}  // namespace
+
+PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, bool exact, std::uint32_t max_work,
+                  Workspace& workspace) noexcept {
+  return searchAmong(scene, scene.object_roots, pose, margin, exact, max_work, workspace.objects, workspace);
+}
+
+PairSet findBridges(const Scene& scene, const Configuration& pose, double margin, std::uint32_t max_work, Workspace& workspace) noexcept {
+  Targets& targets = workspace.bridges;
+  PairSet set = searchAmong(scene, scene.bridge_roots, pose, margin, false, max_work, targets, workspace);
+  if (!set.coarse) return set;
+  // Inner nodes stand for no bridge in particular: they are left out.
+  std::uint32_t count = 0;
+  for (PairRun& run : targets.runs) {
+    const std::vector<BlockLinks>& links = scene.bridges[run.object].tree.links;
+    const std::uint32_t begin = count;
+    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
+      const std::uint32_t pair = targets.pairs[i], slot = pair & 0xffff;
+      if (!scene.tool.isInner(pair >> 16) && slot % 8 >= links[slot / 8].inner) targets.pairs[count++] = pair;
+    }
+    run.begin = begin;
+    run.count = count - begin;
+  }
+  set.pairs = {targets.pairs.data(), count};
   return set;
 }
 

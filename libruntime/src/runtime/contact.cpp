@@ -17,8 +17,6 @@ void padRows(float* memory, std::size_t stride, std::uint32_t count) {
   for (std::size_t k = 0; k < 8; ++k) std::fill_n(memory + k * stride + count, 8, k == 6 ? -1e30f : 0.0f);
 }
 
-Eigen::Vector3d centre(const Sphere& s) { return {s.x, s.y, s.z}; }
-
 }  // namespace
 
 RowSet makeRows(const Scene& scene, const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes,
@@ -28,7 +26,7 @@ RowSet makeRows(const Scene& scene, const PairSet& set, const Configuration& pos
   for (std::size_t k = 0; k < 6; ++k) out.rows.a[k] = memory + k * workspace.row_stride;
   out.rows.b = memory + 6 * workspace.row_stride;
   out.weight = memory + 7 * workspace.row_stride;
-  out.rows.count = static_cast<std::uint32_t>(set.pairs.size());
+  out.rows.count = out.leaf_count = static_cast<std::uint32_t>(set.pairs.size());
   out.smallest_gap = std::numeric_limits<float>::infinity();
   if (set.pairs.empty()) return out;
 
@@ -58,70 +56,64 @@ RowSet makeRows(const Scene& scene, const PairSet& set, const Configuration& pos
   return out;
 }
 
-void findBridges(const Scene& scene, const PairSet& set, const Configuration& pose, double margin, const RowSet& rows,
-                 Workspace& workspace) noexcept {
-  workspace.near_bridges.clear();
-  const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
-  for (const PairRun& run : set.runs) {
-    const CompiledTree& tree = scene.objects[run.object].tree;
-    const Bridges& bridges = tree.bridges;
-    if (bridges.all.empty()) continue;
-    const Eigen::Vector3d offset = pose.position - scene.objects[run.object].anchor;
-    const float far = static_cast<float>(margin) + bridges.deepest;
-    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
-      const float gap = -rows.rows.b[i] / rows.weight[i];
-      if (gap > far) continue;
-      const std::uint32_t tool_slot = set.pairs[i] >> 16, slot = set.pairs[i] & 0xffff;
-      const Sphere& tool = scene.tool.cover_records[tool_slot];
-      const Eigen::Vector3d at = rotation * centre(tool) + offset;
-      for (std::uint32_t k = bridges.first[slot]; k < bridges.first[slot + 1]; ++k) {
-        const Bridge& bridge = bridges.all[bridges.of_slot[k]];
-        if (gap > static_cast<float>(margin) + bridge.depth) continue;
-        if (!mayTouchBridge(bridge, at, static_cast<double>(tool.radius), margin)) continue;
-        // Each bridge once, under its nearest leaf: that one is in the list if the bridge is near.
-        const bool is_nearest = std::all_of(bridge.slot.begin(), bridge.slot.end(), [&](std::uint32_t s) {
-          if (s == slot) return true;
-          const Sphere& leaf = tree.cover_records[s];
-          const float reach = gap + tool.radius + leaf.radius;
-          const float d2 = static_cast<float>((at - centre(leaf)).squaredNorm());
-          return d2 > reach * reach || (d2 == reach * reach && s > slot);
-        });
-        if (!is_nearest) continue;
-        if (workspace.near_bridges.size() == kMostNearBridges) return;
-        workspace.near_bridges.push_back({run.object, tool_slot, bridges.of_slot[k]});
-      }
-    }
+namespace {
+
+// Calls `use(request, run)` for the pairs of each run.
+template <class Use>
+void forEachRun(const Scene& scene, std::span<PairRun> runs, const std::uint32_t* pairs, const Configuration& pose, double most_gap,
+                const Use& use) {
+  const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
+  BridgeRequest request;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) request.rotation[3 * r + c] = static_cast<float>(rotation(r, c));
+  request.tool = scene.tool.cover_records.data();
+  request.inverse_angle_length = static_cast<float>(1 / scene.angle_length);
+  request.most_gap = static_cast<float>(most_gap);
+  for (PairRun& run : runs) {
+    const CompiledBridges& target = scene.bridges[run.object];
+    const Eigen::Vector3d offset = pose.position - scene.objects[target.object].anchor;
+    for (int k = 0; k < 3; ++k) request.offset[k] = static_cast<float>(offset[k]);
+    request.pairs = pairs + run.begin;
+    request.count = run.count;
+    request.bridges = target.tree.of_slot.data();
+    use(request, run);
   }
 }
 
-void addBridgeRows(const Scene& scene, const Configuration& pose, double most_gap, RowSet& out, Workspace& workspace) noexcept {
-  workspace.bridge_rows.clear();
-  float* const memory = workspace.row_memory.get();
-  const std::size_t stride = workspace.row_stride;
-  const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
-  std::uint32_t row = out.rows.count;
-  for (const NearBridge& near : workspace.near_bridges) {
-    const CompiledObject& object = scene.objects[near.object];
-    const Sphere& tool = scene.tool.cover_records[near.tool_slot];
-    const Eigen::Vector3d arm = rotation * centre(tool);
-    BridgeContact contact;
-    if (!nearestOnBridge(object.tree.bridges.all[near.bridge], arm + (pose.position - object.anchor), contact)) continue;
-    const double gap = contact.gap - static_cast<double>(tool.radius);
-    if (gap > most_gap || workspace.bridge_rows.size() == kMostBridgeRows) continue;
-    const Eigen::Vector3d lever = arm.cross(contact.normal) / scene.angle_length;
-    const double weight = 1 / std::sqrt(1 + lever.squaredNorm());
-    for (int axis = 0; axis < 3; ++axis) {
-      memory[static_cast<std::size_t>(axis) * stride + row] = static_cast<float>(weight * contact.normal[axis]);
-      memory[static_cast<std::size_t>(axis + 3) * stride + row] = static_cast<float>(weight * lever[axis]);
-    }
-    memory[6 * stride + row] = static_cast<float>(-gap * weight);
-    memory[7 * stride + row] = static_cast<float>(weight);
-    out.smallest_gap = std::min(out.smallest_gap, static_cast<float>(gap));
-    workspace.bridge_rows.push_back({near.object, near.tool_slot, near.bridge + 1});
-    ++row;
-  }
-  out.rows.count = row;
-  padRows(memory, stride, row);
+}  // namespace
+
+PairSet findNearBridges(const Scene& scene, const Configuration& pose, double margin, std::uint32_t max_work,
+                        Workspace& workspace) noexcept {
+  PairSet set = findBridges(scene, pose, margin, max_work, workspace);
+  if (set.pairs.empty()) return set;
+  set.work += static_cast<std::uint32_t>(3 * (set.pairs.size() / 8 + set.runs.size()));
+  std::uint32_t* const pairs = workspace.bridges.pairs.data();
+  std::uint32_t count = 0;
+  const float slack = 1e-5f * static_cast<float>(scene.tool.reach + scene.objects_reach + margin);
+  forEachRun(scene, workspace.bridges.runs, pairs, pose, margin, [&](BridgeRequest& request, PairRun& run) {
+    request.most_gap += slack;
+    const std::uint32_t kept = workspace.kernel->nearBridges(request, pairs + count);
+    run.begin = count;
+    run.count = kept;
+    count += kept;
+  });
+  set.pairs = {pairs, count};
+  return set;
+}
+
+void addBridgeRows(const Scene& scene, const PairSet& bridges, const Configuration& pose, double most_gap, RowSet& out,
+                   Workspace& workspace) noexcept {
+  if (bridges.pairs.empty()) return;
+  forEachRun(scene, workspace.bridges.runs, bridges.pairs.data(), pose, most_gap, [&](const BridgeRequest& request, const PairRun& run) {
+    RowMemory memory;
+    float* const first = workspace.row_memory.get() + out.rows.count;
+    for (std::size_t k = 0; k < 6; ++k) memory.a[k] = first + k * workspace.row_stride;
+    memory.b = first + 6 * workspace.row_stride;
+    memory.weight = first + 7 * workspace.row_stride;
+    workspace.kernel->makeBridgeRows(request, memory);
+    out.rows.count += run.count;
+  });
+  padRows(workspace.row_memory.get(), workspace.row_stride, out.rows.count);
 }
 
 }  // namespace spheretree::runtime

@@ -71,6 +71,24 @@ struct RowRequest {
   float* weight;
 };
 
+/// Balls of the tool with bridges of one tree.
+struct BridgeRequest {
+  const std::uint32_t* pairs;  // readable to [0, count + 8)
+  std::uint32_t count;
+  const Sphere* tool;     // (slot) as it stands in the scene
+  float rotation[9];      // tool axes to world axes, row-major
+  const Bridge* bridges;  // (slot)
+  float offset[3];
+  float inverse_angle_length, most_gap;
+};
+
+/// Where rows are written to, [0, count + 8).
+struct RowMemory {
+  float* a[6];
+  float* b;
+  float* weight;
+};
+
 struct WorstRow {
   std::uint32_t row;  // lowest index among equals
   float slack;        // a . y - b
@@ -78,7 +96,12 @@ struct WorstRow {
 
 struct KernelTable {
   PairSearchResult (*findPairs)(const PairSearch&);
-  float (*makeRows)(const RowRequest&);                                                              // returns the smallest gap
+  float (*makeRows)(const RowRequest&);  // returns the smallest gap
+  // Those of the pairs whose ball may come to touch the bridge before it has moved by most_gap, to `to`, which may be q.pairs; their
+  // number.
+  std::uint32_t (*nearBridges)(const BridgeRequest& q, std::uint32_t* to);
+  // True distances; a bridge that the ball does not touch where it is gets a row that is in no one's way.
+  void (*makeBridgeRows)(const BridgeRequest&, const RowMemory&);
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

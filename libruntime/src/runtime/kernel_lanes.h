@@ -364,6 +364,97 @@ float makeRows(const RowRequest& q) {
   return least;
 }
 
+struct Vector8 {
+  F8 x, y, z;
+};
+inline F8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// 8 balls of the tool, each with a bridge.
+struct BallsAtBridges {
+  Turned arm;  // from the reference point to the centres
+  F8 tool_radius, radius, length, u_extra, v_extra;
+  Vector8 axis, u, v, across;
+  F8 along, ut, vt, off2;  // of the centre from the first leaf: along and across the axis, and what u and v say
+  I8 is_cone;
+
+  BallsAtBridges(const BridgeRequest& q, const std::uint32_t* pairs, std::uint32_t count) {
+    const Sphere *tool[8], *part[4][8];
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      const std::uint32_t pair = pairs[k < count ? k : count - 1];
+      tool[k] = q.tool + (pair >> 16);
+      const Bridge* const bridge = q.bridges + (pair & 0xffff);
+      for (int p = 0; p < 4; ++p) part[p][k] = reinterpret_cast<const Sphere*>(bridge) + p;  // four floats each
+    }
+    F8 rx, ry, rz, ax, ay, az;
+    transpose(tool, rx, ry, rz, tool_radius);
+    transpose(part[0], ax, ay, az, radius);
+    transpose(part[1], axis.x, axis.y, axis.z, length);
+    transpose(part[2], u.x, u.y, u.z, u_extra);
+    transpose(part[3], v.x, v.y, v.z, v_extra);
+    arm = turn(rx, ry, rz, q.rotation);
+    const Vector8 t{(arm.x + splat(q.offset[0])) - ax, (arm.y + splat(q.offset[1])) - ay, (arm.z + splat(q.offset[2])) - az};
+    along = dot(axis, t);
+    ut = dot(u, t);
+    vt = dot(v, t);
+    is_cone = length > splat(0);
+    across = {t.x - along * axis.x, t.y - along * axis.y, t.z - along * axis.z};
+    off2 = dot(across, across);
+  }
+  F8 flatGap() const { return along - radius; }
+  F8 coneGap(F8 off) const { return along * (u_extra * v_extra) + off * v_extra - radius; }
+  F8 foot(F8 off) const { return along - off * u_extra; }
+};
+
+std::uint32_t nearBridges(const BridgeRequest& q, std::uint32_t* to) {
+  std::uint32_t* const first = to;
+  const F8 one = splat(1), slack = splat(kBridgeSlack), margin = splat(q.most_gap);
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const std::uint32_t left = q.count - i;
+    const BallsAtBridges at(q, q.pairs + i, left);
+    const F8 du = slack + margin * squareRoot(dot(at.u, at.u)), dv = slack + margin * squareRoot(dot(at.v, at.v));
+    const F8 off = squareRoot(at.off2), foot = at.foot(off);
+    const F8 lean = select(at.u_extra < splat(0), -at.u_extra, at.u_extra), beyond = slack * at.length + margin * (one + lean);
+    const I8 at_facet = (at.ut > -du) & (at.vt > -dv) & (at.ut + at.vt < one + du + dv) & (at.flatGap() - at.tool_radius <= margin);
+    const I8 at_cone =
+        (foot > -beyond) & (foot < at.length + beyond) & (at.ut <= du) & (at.vt <= dv) & (at.coneGap(off) - at.tool_radius <= margin);
+    U8 names;
+    __builtin_memcpy(&names, q.pairs + i, sizeof names);
+    to = append(to, names, maskOf((at_cone & at.is_cone) | (at_facet & ~at.is_cone)) & (left < 8 ? (1u << left) - 1 : 255u));
+  }
+  return static_cast<std::uint32_t>(to - first);
+}
+
+void makeBridgeRows(const BridgeRequest& q, const RowMemory& out) {
+  const F8 one = splat(1), zero = splat(0), slack = splat(kBridgeSlack), inverse = splat(q.inverse_angle_length);
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const BallsAtBridges at(q, q.pairs + i, q.count - i);
+    // Facet: between its leaves, and on this side of their centres.
+    const F8 flat_gap = at.flatGap(), here = at.radius + at.ut * at.u_extra + at.vt * at.v_extra;
+    const I8 on_facet = (at.ut > -slack) & (at.vt > -slack) & (at.ut + at.vt < one + slack) & (flat_gap + here > zero);
+    // Cone: the normal leans along the axis by its slope.
+    const I8 beside = at.off2 > splat(1e-12f) * at.length * at.length;
+    const F8 off = squareRoot(select(beside, at.off2, one)), foot = at.foot(off), slope = at.u_extra * at.v_extra,
+             outward = at.v_extra / off;
+    const I8 on_cone = (foot > -(slack * at.length)) & (foot < (one + slack) * at.length) & (at.ut <= slack) & (at.vt <= slack) & beside;
+    const F8 nx = select(at.is_cone, at.axis.x * slope + at.across.x * outward, at.axis.x),
+             ny = select(at.is_cone, at.axis.y * slope + at.across.y * outward, at.axis.y),
+             nz = select(at.is_cone, at.axis.z * slope + at.across.z * outward, at.axis.z);
+    const F8 gap = select(at.is_cone, at.coneGap(off), flat_gap) - at.tool_radius;
+    const I8 touches = ((on_cone & at.is_cone) | (on_facet & ~at.is_cone)) & (gap <= splat(q.most_gap));
+    const Turned& arm = at.arm;
+    const F8 wx = (arm.y * nz - arm.z * ny) * inverse, wy = (arm.z * nx - arm.x * nz) * inverse, wz = (arm.x * ny - arm.y * nx) * inverse;
+    const F8 weight = one / squareRoot(one + (wx * wx + wy * wy + wz * wz)), scale = select(touches, weight, zero);
+    store(out.a[0] + i, nx * scale);
+    store(out.a[1] + i, ny * scale);
+    store(out.a[2] + i, nz * scale);
+    store(out.a[3] + i, wx * scale);
+    store(out.a[4] + i, wy * scale);
+    store(out.a[5] + i, wz * scale);
+    store(out.b + i, select(touches, -(gap * weight), splat(-1e30f)));
+    store(out.weight + i, weight);
+  }
+}
+
 WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, const float* y) {
   const F8 y0 = splat(y[0]), y1 = splat(y[1]), y2 = splat(y[2]), y3 = splat(y[3]), y4 = splat(y[4]), y5 = splat(y[5]);
   F8 least = splat(__builtin_inff());
@@ -381,7 +472,7 @@ WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, co
   return worst;
 }
 
-constexpr KernelTable kTable{findPairs, makeRows, worstRow};
+constexpr KernelTable kTable{findPairs, makeRows, nearBridges, makeBridgeRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

@@ -6,30 +6,13 @@
 #include <limits>
 #include <utility>
 
+#include "block.h"
 #include "search_tree.h"
 
 namespace spheretree::runtime {
 namespace {
 
-constexpr float kFarAway = 1e18f;  // an empty lane; its squared distance still fits a float
-
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
-
-Block emptyBlock() {
-  Block empty;
-  std::fill_n(empty.x, 8, kFarAway);
-  std::fill_n(empty.y, 8, kFarAway);
-  std::fill_n(empty.z, 8, kFarAway);
-  std::fill_n(empty.r, 8, 0.0f);
-  return empty;
-}
-
-void put(Block& block, std::size_t lane, const Eigen::Vector3d& c, float radius) {
-  block.x[lane] = static_cast<float>(c.x());
-  block.y[lane] = static_cast<float>(c.y());
-  block.z[lane] = static_cast<float>(c.z());
-  block.r[lane] = radius;
-}
 
 // Leaves in file order, and the tree over them that the search follows, in the frame of the file.
 struct Leaves {
@@ -101,6 +84,16 @@ std::string faultInSettings(const SceneDescription& d) {
   return {};
 }
 
+// Those of the object that comes next.
+void addBridges(BridgeTree tree, const Eigen::Vector3d& anchor, Scene& scene) {
+  if (tree.count == 0) return;
+  const Eigen::Vector3d centre(tree.root.x, tree.root.y, tree.root.z);
+  if (scene.bridges.size() % 8 == 0) scene.bridge_roots.push_back(emptyBlock());
+  put(scene.bridge_roots.back(), scene.bridges.size() % 8, anchor + centre, tree.root.radius);
+  scene.objects_reach = std::max(scene.objects_reach, centre.norm() + static_cast<double>(tree.root.radius));
+  scene.bridges.push_back({static_cast<std::uint32_t>(scene.objects.size()), std::move(tree)});
+}
+
 constexpr double kFarthest = 1e7;  // [mm]; beyond it float cannot tell a micrometre from ten metres away
 
 }  // namespace
@@ -148,8 +141,6 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     compiled.anchor = rotation * centre + object.pose.position;
     compiled.tree = compileTree(leaves, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return rotation * (c - centre); });
     compiled.root_radius = static_cast<double>(leaves.tree[0].sphere.radius);
-    if (d.bridges) compiled.tree.bridges = makeBridges(compiled.tree, static_cast<double>(object.tree.statistics.back().overhang_bound));
-    out.deepest_bridge = std::max(out.deepest_bridge, static_cast<double>(compiled.tree.bridges.deepest));
     if (!(compiled.anchor.norm() <= kFarthest && compiled.tree.reach <= kFarthest)) {
       fault = name + "it reaches farther than 1e7 mm from the origin of the world";
       return false;
@@ -159,6 +150,8 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
     put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
+    if (d.bridges)
+      addBridges(makeBridges(compiled.tree, static_cast<double>(object.tree.statistics.back().overhang_bound)), compiled.anchor, out);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

@@ -75,26 +75,33 @@ class Stepper {
   }
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
 
-  // The same with the bridges that can be touched within `margin`; `is_new`: `set` comes from a search at this pose. Then the active rows
-  // are looked up again, since bridges come and go.
-  RowSet rowsWithBridges(const PairSet& set, const Configuration& pose, double margin, bool is_new) {
+  // As search(), with the bridges that can be touched within `margin`.
+  PairSet searchAll(const Configuration& pose, double margin) {
+    const PairSet set = search(pose, margin, false);
+    bridges_ = {};
+    if (scene_.bridges.empty() || set.coarse) return set;
+    const Stage stage(times_ ? &times_->find : nullptr);
+    const std::uint32_t most = scene_.step_limits.max_work;
+    bridges_ = findNearBridges(scene_, pose, margin, most > result_.work ? most - result_.work : 0, workspace_);
+    result_.work += bridges_.work;
+    return set;
+  }
+  bool isFree(const PairSet& set) const { return set.pairs.empty() && bridges_.pairs.empty(); }
+
+  // Rows of pairs and of bridges.
+  RowSet allRows(const PairSet& set, const Configuration& pose, double margin) {
     RowSet out = rows(set, pose);
-    if (scene_.deepest_bridge == 0 || set.pairs.empty()) return out;
     const Stage stage(times_ ? &times_->rows : nullptr);
-    if (is_new) {
-      findBridges(scene_, set, pose, margin, out, workspace_);
-      result_.work += 4 * static_cast<std::uint32_t>(set.pairs.size() / 2 + workspace_.near_bridges.size());
-    }
-    addBridgeRows(scene_, pose, margin, out, workspace_);
+    addBridgeRows(scene_, bridges_, pose, margin, out, workspace_);
     result_.rows = out.rows.count;
-    result_.work += 6 * static_cast<std::uint32_t>(workspace_.near_bridges.size());
-    findActive(set);
+    result_.work += 3 * groups(bridges_.pairs.size());
     return out;
   }
 
-  // The point nearest to `target` that all rows allow. Rows that contradict each other are all moved back by the same distance [mm], the
-  // least that lets them agree; returns that distance. Each certificate is a lower bound of it (its rows, moved back by less, still
-  // contradict each other), and the first bound at which the QP has an answer is therefore the least.
+  // The point nearest to `target` that all rows allow. Rows that contradict each other are moved back by the same distance [mm], the least
+  // that lets them agree: those of bridges first, for they are there for comfort only, and then all. Returns the distance of the latter.
+  // Each certificate is a lower bound of it (its rows, moved back by less, still contradict each other), and the first bound at which the
+  // QP has an answer is therefore the least.
   double solve(const RowSet& set, const Vector6& target) {
     const Stage stage(times_ ? &times_->qp : nullptr);
     QpAnswer& answer = workspace_.answer;
@@ -112,14 +119,17 @@ class Stepper {
         back = std::max(back, static_cast<double>(-set.smallest_gap));
         break;
       }
-      double sum = 0, weights = 0;
+      double sum = 0, weights = 0, bridge_weights = 0;
       for (std::size_t k = 0; k < answer.certificate_count; ++k) {
+        const double weight = answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
         sum += answer.certificate_weight[k] * static_cast<double>(b[answer.certificate[k]]);
-        weights += answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
+        (answer.certificate[k] < set.leaf_count ? weights : bridge_weights) += weight;
       }
-      const double further = std::max(sum / weights, 1e-6) * (1 + 1e-6);
-      for (std::uint32_t i = 0; i < set.rows.count; ++i) b[i] -= static_cast<float>(further) * set.weight[i];
-      back += further;
+      const bool bridges_alone = bridge_weights > 0;
+      const double further = std::max(sum / (bridges_alone ? bridge_weights : weights), 1e-6) * (1 + 1e-6);
+      for (std::uint32_t i = bridges_alone ? set.leaf_count : 0; i < set.rows.count; ++i)
+        b[i] -= static_cast<float>(further) * set.weight[i];
+      if (!bridges_alone) back += further;
     }
     if (answer.status == QpStatus::IterationLimit) {
       result_.faults |= kQpStopped;
@@ -131,18 +141,19 @@ class Stepper {
     return back;
   }
 
+  static PairName nameOf(const PairSet& set, std::uint32_t row) {
+    const PairRun* run = set.runs.data();
+    while (row >= run->begin + run->count) ++run;
+    return {run->object, set.pairs[row], false};
+  }
   // Names of the active rows, which the next step starts from.
   void keepActive(const PairSet& set) {
     workspace_.active_count = workspace_.answer.active_count;
     for (std::size_t k = 0; k < workspace_.active_count; ++k) {
       const std::uint32_t row = workspace_.answer.active[k];
-      if (row >= set.pairs.size()) {
-        workspace_.active_names[k] = workspace_.bridge_rows[row - set.pairs.size()];
-        continue;
-      }
-      const PairRun* run = set.runs.data();
-      while (row >= run->begin + run->count) ++run;
-      workspace_.active_names[k] = {run->object, set.pairs[row], 0};
+      const bool is_bridge = row >= set.pairs.size();
+      workspace_.active_names[k] = is_bridge ? nameOf(bridges_, row - static_cast<std::uint32_t>(set.pairs.size())) : nameOf(set, row);
+      workspace_.active_names[k].is_bridge = is_bridge;
     }
   }
   void findActive(const PairSet& set) {
@@ -150,17 +161,13 @@ class Stepper {
     answer.active_count = 0;
     for (std::size_t k = 0; k < workspace_.active_count; ++k) {
       const PairName& name = workspace_.active_names[k];
-      if (name.bridge > 0) {
-        const auto& names = workspace_.bridge_rows;
-        const auto found = std::find(names.begin(), names.end(), name);
-        if (found != names.end())
-          answer.active[answer.active_count++] = static_cast<std::uint32_t>(set.pairs.size() + (found - names.begin()));
-        continue;
-      }
-      for (const PairRun& run : set.runs) {
+      const PairSet& from = name.is_bridge ? bridges_ : set;
+      for (const PairRun& run : from.runs) {
         if (run.object != name.object) continue;
-        const auto begin = set.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
-        if (found != end) answer.active[answer.active_count++] = static_cast<std::uint32_t>(found - set.pairs.begin());
+        const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
+        if (found != end)
+          answer.active[answer.active_count++] =
+              static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_bridge ? set.pairs.size() : 0));
         break;
       }
     }
@@ -190,6 +197,7 @@ class Stepper {
   Workspace& workspace_;
   StageTimes* times_;
   StepResult& result_;
+  PairSet bridges_;                // near the last searchAll()
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
   bool has_last_ = false;
 };
@@ -246,12 +254,11 @@ void Stepper::constrained(const Configuration& haptic) {
       break;
     }
     if (stale) {
-      pairs = search(now, margin + scene_.deepest_bridge, false);
-      while (margin > (pairs.coarse ? kLeastMargin : kContactMargin) && !pairs.pairs.empty() &&
-             workLeft()) {  // a shorter way has fewer pairs
+      pairs = searchAll(now, margin);
+      while (margin > (pairs.coarse ? kLeastMargin : kContactMargin) && !isFree(pairs) && workLeft()) {  // a shorter way has fewer pairs
         margin = std::max(pairs.coarse ? kLeastMargin : kContactMargin, margin / 4);
         if (pairs.coarse) margin_limit = margin;
-        pairs = search(now, margin + scene_.deepest_bridge, false);
+        pairs = searchAll(now, margin);
       }
       if (pairs.coarse) {
         result_.faults |= workLeft() ? kPairsFull : kWorkLimit;
@@ -259,7 +266,7 @@ void Stepper::constrained(const Configuration& haptic) {
         break;
       }
       findActive(pairs);
-      set = rowsWithBridges(pairs, now, margin, true);
+      set = allRows(pairs, now, margin);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
       if (depth > kGapTolerance) way = std::numeric_limits<double>::infinity();
       used = 0;
@@ -268,7 +275,7 @@ void Stepper::constrained(const Configuration& haptic) {
     }
     const Displacement want = displacementBetween(now, haptic);
     double length = reach(want);
-    if (pairs.pairs.empty()) {
+    if (isFree(pairs)) {
       workspace_.active_count = 0;
       result_.active = 0;
       const double stretch = scaledVector(want).norm();
@@ -309,7 +316,7 @@ void Stepper::constrained(const Configuration& haptic) {
     for (int halving = 0; halving <= kMostHalvings && !accepted; ++halving) {
       now = straight && part == 1 ? haptic : moved(from, scaled(step, part));
       keepActive(pairs);
-      set = rowsWithBridges(pairs, now, margin, false);
+      set = allRows(pairs, now, margin);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
       accepted = depth <= std::max(path_tolerance, depth_before + 1e-6);
       if (!accepted) part /= 2;
@@ -331,15 +338,14 @@ void Stepper::constrained(const Configuration& haptic) {
   }
   workspace_.is_behind = !settled;
   // A way that ends with a turn may end a little inside. Push straight out, or fall back to the last pose that was free.
-  for (int attempt = 0;
-       attempt < 2 && !pairs.pairs.empty() && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
+  for (int attempt = 0; attempt < 2 && !isFree(pairs) && !stale && !pairs.coarse && depth > 0.5 * kGapTolerance && depth <= path_tolerance;
        ++attempt) {
     solve(set, Vector6::Zero());
     const Displacement step = displacement(workspace_.answer.y);
     used += reach(step);
     if (used > margin) break;
     now = moved(now, step);
-    set = rowsWithBridges(pairs, now, margin, false);
+    set = allRows(pairs, now, margin);
     depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
     record();
   }

@@ -24,16 +24,19 @@ Workspace::Workspace(const Scene& scene, Kernel wanted) : kernel(choose(wanted))
   turned_tool.resize(scene.tool.bound.size());
   turned_when.resize(scene.tool.bound.size());
   for (const CompiledObject& o : scene.objects)
-    object_views.push_back({o.tree.bound.data(), o.tree.links.data(), o.tree.exact.data(), o.anchor.data(), {}});
-  near_views.resize(scene.objects.size());
-  near_objects.resize(scene.objects.size() + 16);
-  near_counts.resize(scene.objects.size());
+    objects.views.push_back({o.tree.bound.data(), o.tree.links.data(), o.tree.exact.data(), o.anchor.data(), {}});
+  for (const CompiledBridges& b : scene.bridges)
+    bridges.views.push_back({b.tree.bound.data(), b.tree.links.data(), nullptr, scene.objects[b.object].anchor.data(), {}});
+  for (Targets* targets : {&objects, &bridges}) {
+    const std::size_t count = targets->views.size();
+    targets->near_views.resize(count);
+    targets->near.resize(count + 16);
+    targets->near_counts.resize(count);
+    targets->pairs.resize(count > 0 ? capacity : 0);
+    targets->runs.reserve(count);
+  }
   for (auto* list : {&leaves, &open_tool, &open_object}) list->resize(2 * capacity + 4096);
-  pairs.resize(capacity);
-  runs.reserve(scene.objects.size());
-  const std::size_t row_count = capacity + (scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
-  bridge_rows.reserve(scene.deepest_bridge > 0 ? kMostBridgeRows : 0);
-  near_bridges.reserve(scene.deepest_bridge > 0 ? kMostNearBridges : 0);
+  const std::size_t row_count = scene.bridges.empty() ? capacity : 2 * capacity;
   row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
   row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);

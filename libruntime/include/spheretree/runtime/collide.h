@@ -22,7 +22,7 @@ enum class Kernel { Best, Scalar, Avx2 };
 /// True if this machine can run `kernel`.
 bool isAvailable(Kernel kernel);
 
-/// Consecutive pairs of one object. Pair: tool slot << 16 | object slot.
+/// Consecutive pairs of one object, or of one of Scene::bridges. Pair: tool slot << 16 | object slot.
 struct PairRun {
   std::uint32_t object, begin, count;
 };
@@ -40,5 +40,9 @@ struct PairSet {
 /// test for each object, then about one 8-lane test for each pair. No allocation.
 PairSet findPairs(const Scene& scene, const Configuration& pose, double margin, bool exact, std::uint32_t max_work,
                   Workspace& workspace) noexcept;
+
+/// Leaves of the tool with the bridges that they may touch before they have moved by `margin` [mm]: all of them, and others nearby; not all
+/// if `coarse`. Held by `workspace` until the next such search; the pairs of leaves stay. Order and cost as above. No allocation.
+PairSet findBridges(const Scene& scene, const Configuration& pose, double margin, std::uint32_t max_work, Workspace& workspace) noexcept;
 
 }  // namespace spheretree::runtime

@@ -49,7 +49,7 @@ struct SceneDescription {
   Coupling coupling;
   WrenchLimits wrench_limits;
   StepLimits step_limits;
-  bool bridges = false;  // constrained mode slides over the pits between an object's leaves, where its tree states an overhang: bridge.h
+  bool bridges = true;  // constrained mode slides over the pits between an object's leaves, where its tree states an overhang: bridge.h
 };
 
 struct alignas(128) Block {
@@ -71,7 +71,6 @@ struct CompiledTree {
   std::vector<std::uint32_t> node;           // (slot) index of the leaf in the SphereTree; kNoNode for an inner node or an empty lane
   double reach = 0;                          // no point of any sphere is farther from the frame's origin [mm]
   float smallest_radius = 0;                 // of the leaves [mm]
-  Bridges bridges;                           // of an object; the tool has none
 
   bool isInner(std::size_t slot) const { return slot % 8 < links[slot / 8].inner; }
 };
@@ -83,20 +82,27 @@ struct CompiledObject {
   double root_radius;      // its radius [mm]
 };
 
+/// The bridges of an object, about its anchor.
+struct CompiledBridges {
+  std::uint32_t object;
+  BridgeTree tree;
+};
+
 struct Scene {
   CompiledTree tool;
   Eigen::Vector3d tool_root;    // centre of its root about the reference point, tool axes [mm]
   double tool_root_radius = 0;  // [mm]
   std::vector<CompiledObject> objects;
-  std::vector<Block> object_roots;  // bounding spheres of the objects in the world, 8 to a block
-  double objects_reach = 0;         // no point of an object is farther from its anchor [mm]
-  double farthest_anchor = 0;       // of the objects from the origin of the world [mm]
+  std::vector<Block> object_roots;       // bounding spheres of the objects in the world, 8 to a block
+  std::vector<CompiledBridges> bridges;  // of the objects that have some
+  std::vector<Block> bridge_roots;       // as object_roots
+  double objects_reach = 0;              // no point of an object is farther from its anchor [mm]
+  double farthest_anchor = 0;            // of the objects from the origin of the world [mm]
   Coupling coupling;
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   double angle_length = 0;         // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
   double smallest_radius_sum = 0;  // of a tool leaf and an object leaf [mm]
-  double deepest_bridge = 0;       // [mm]; 0: there are none
 };
 
 /// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is unsound

@@ -19,18 +19,17 @@ struct HitGroup;
 
 /// What names a row from step to step.
 struct PairName {
-  std::uint32_t object = 0, pair = 0;  // `pair` of a bridge: the slot of the tool's leaf
-  std::uint32_t bridge = 0;            // index + 1; 0: a pair of leaves
+  std::uint32_t object = 0, pair = 0;  // of a bridge: index in Scene::bridges
+  bool is_bridge = false;
   friend bool operator==(const PairName&, const PairName&) = default;
 };
 
-/// A bridge that a leaf of the tool may come to touch before the next search.
-struct NearBridge {
-  std::uint32_t object, tool_slot, bridge;
+/// What the tool is searched against, objects or their bridges, and what was found.
+struct Targets {
+  std::vector<ObjectView> views, near_views;
+  std::vector<std::uint32_t> near, near_counts, pairs;
+  std::vector<PairRun> runs;
 };
-
-// Of one search, and of one linearisation; what goes beyond is left out: there the bumps are felt.
-inline constexpr std::size_t kMostNearBridges = 16384, kMostBridgeRows = 4096;
 
 class Workspace {
  public:
@@ -46,18 +45,13 @@ class Workspace {
   std::vector<Block> turned_tool;          // bounding spheres in world axes, about the reference point
   std::vector<std::uint32_t> turned_when;  // (block) the search that turned it last
   std::uint32_t pose_count = 0;            // searches so far
-  std::vector<ObjectView> object_views, near_views;
-  std::vector<std::uint32_t> near_objects;
+  Targets objects, bridges;
   std::vector<HitGroup> leaves, open_tool, open_object;
-  std::vector<std::uint32_t> near_counts, pairs;
-  std::vector<PairRun> runs;
   struct FreeFloats {
     void operator()(float* p) const;
   };
   std::unique_ptr<float[], FreeFloats> row_memory;  // 8 arrays of row_stride: a, b, weight; 64-byte aligned
   std::size_t row_stride = 0;
-  std::vector<NearBridge> near_bridges;
-  std::vector<PairName> bridge_rows;  // names of the rows that follow those of the pairs
 
   // State from step to step.
   bool started = false;
