@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <string>
 
+#include "spheretree/runtime/contact.h"
 #include "spheretree/runtime/step.h"
 #include "support/shape_trees.h"
 
@@ -15,16 +18,36 @@ namespace {
 
 using test::Random;
 
-/// A sheet of equal balls in hexagonal order, 2 apart, whose tree states an overhang of `stated`.
-SceneDescription sheet(double stated, bool bridges) {
+Eigen::Vector3d vector(const float* v) { return {v[0], v[1], v[2]}; }
+
+/// A sheet of equal balls in hexagonal order, 2 apart.
+std::vector<Sphere> sheetOfBalls() {
   std::vector<Sphere> balls;
   for (int row = 0; row < 14; ++row)
     for (int i = 0; i < 12; ++i) balls.push_back(test::ball(2 * i + row % 2 - 12, std::sqrt(3.0) * row - 12, 0, 2));
+  return balls;
+}
+
+SceneDescription sceneOf(SphereTree tool, std::vector<Sphere> balls, double stated, bool bridges = true) {
   SceneDescription d;
-  d.tool = test::oneBallTree(1);
-  d.objects.push_back({test::treeOfBalls(balls), {}});
-  d.objects[0].tree.statistics.back().overhang_bound = static_cast<float>(stated);
+  d.tool = std::move(tool);
+  d.objects.push_back({test::stating(test::treeOfBalls(std::move(balls)), stated), {}});
   d.bridges = bridges;
+  return d;
+}
+SceneDescription sheet(double stated, bool bridges = true) { return sceneOf(test::oneBallTree(1), sheetOfBalls(), stated, bridges); }
+
+/// A ball of balls, each a little off its place.
+SceneDescription roughBall(std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Sphere> balls;
+  constexpr int kCount = 300;
+  for (int i = 0; i < kCount; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kCount, rim = std::sqrt(1 - z * z), angle = 2.399963229728653 * i, far = random.uniform(5.8, 6.2);
+    balls.push_back(test::ball(far * rim * std::cos(angle), far * rim * std::sin(angle), far * z, random.uniform(1.1, 1.3)));
+  }
+  SceneDescription d = sceneOf(test::rodTree(12, 20, 0.7), balls, 0.35);
+  d.objects[0].pose = {{1, 2, -3}, rotationOf({0.3, -0.7, 1.1})};
   return d;
 }
 
@@ -33,6 +56,42 @@ Scene compiled(const SceneDescription& d) {
   std::string fault;
   EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
   return scene;
+}
+
+std::vector<Bridge> all(const Scene& scene) {
+  std::vector<Bridge> out;
+  for (const CompiledBridges& b : scene.bridges)
+    for (const Bridge& bridge : b.tree.of_slot)
+      if (bridge.radius > 0) out.push_back(bridge);
+  return out;
+}
+
+/// The leaves of a bridge: centres and radii.
+std::vector<std::pair<Eigen::Vector3d, double>> leavesOf(const Bridge& b) {
+  const Eigen::Vector3d a = vector(b.a), axis = vector(b.axis);
+  const double r = static_cast<double>(b.radius), rise = static_cast<double>(b.v_extra), slope = static_cast<double>(b.u_extra) * rise;
+  if (b.isCone()) return {{a, r}, {a + axis * static_cast<double>(b.length), r - slope * static_cast<double>(b.length)}};
+  // Points of the plane of centres where the weights are 1 and 0: the normal carries no weight.
+  Eigen::Matrix3d rows;
+  rows << vector(b.u).transpose(), vector(b.v).transpose(), axis.transpose();
+  const auto at = [&](double u, double v, double more) -> Eigen::Vector3d { return a + rows.inverse() * Eigen::Vector3d(u, v, -more); };
+  const double du = static_cast<double>(b.u_extra), dv = static_cast<double>(b.v_extra);
+  return {{a, r}, {at(1, 0, du), r + du}, {at(0, 1, dv), r + dv}};
+}
+
+/// Gap of a ball and the bridge where the nearest point of the bridge lies between its leaves; by the formulas of bridge.h in double,
+/// `slack` beyond the edges. NaN elsewhere.
+double gapAt(const Bridge& b, const Eigen::Vector3d& p, double radius, double slack) {
+  const Eigen::Vector3d t = p - vector(b.a), axis = vector(b.axis);
+  const double u = vector(b.u).dot(t), v = vector(b.v).dot(t), along = axis.dot(t), u_extra = static_cast<double>(b.u_extra),
+               v_extra = static_cast<double>(b.v_extra), length = static_cast<double>(b.length), r = static_cast<double>(b.radius);
+  if (b.isCone()) {
+    const double off = (t - along * axis).norm(), foot = along - off * u_extra;
+    if (u > slack || v > slack || foot < -slack * length || foot > (1 + slack) * length || off < 1e-3 * length) return NAN;
+    return along * u_extra * v_extra + off * v_extra - r - radius;
+  }
+  if (u < -slack || v < -slack || u + v > 1 + slack || along + u * u_extra + v * v_extra < 1e-3) return NAN;
+  return along - r - radius;
 }
 
 /// Largest sideways force over the mean normal one, and the deepest the runtime says, sliding 1 below the flat top.
@@ -54,58 +113,239 @@ double ripple(const Scene& scene, double& penetration) {
 
 TEST(Bridge, ASheetOfEqualBallsBecomesFlat) {
   double penetration = 0;
-  const double bumps = ripple(compiled(sheet(0.5, false)), penetration), flat = ripple(compiled(sheet(0.5, true)), penetration);
+  const double bumps = ripple(compiled(sheet(0.5, false)), penetration), flat = ripple(compiled(sheet(0.5)), penetration);
   EXPECT_GT(bumps, 0.1);
   EXPECT_LT(flat, 1e-3);
   EXPECT_LE(penetration, kGapTolerance);
 }
 
-TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {
-  // Depth of a pit of three balls of radius 2, 2 apart: 2 - sqrt(4 - 4/3).
-  const double depth = 2 - std::sqrt(4 - 4.0 / 3);
-  EXPECT_TRUE(compiled(sheet(0.95 * depth, true)).objects[0].tree.bridges.all.empty());
-  const Scene scene = compiled(sheet(1.05 * depth, true));
-  const Bridges& bridges = scene.objects[0].tree.bridges;
-  ASSERT_FALSE(bridges.all.empty());
-  EXPECT_NEAR(bridges.deepest, depth, 1e-4);
+TEST(Bridge, ABallThatLiesLowIsPassedOver) {
+  std::vector<Sphere> balls = sheetOfBalls();
+  for (Sphere& s : balls)
+    if (std::abs(s.x) < 1.1f && std::abs(s.y) < 1.1f) s.z -= 0.15f;
+  double penetration = 0;
+  const double bumps = ripple(compiled(sceneOf(test::oneBallTree(1), balls, 0.7, false)), penetration);
+  EXPECT_GT(bumps, 0.15);
+  EXPECT_LT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 0.7)), penetration), 1e-3);
+  EXPECT_LE(penetration, kGapTolerance);
 }
 
-TEST(Bridge, NearestPointIsThatOfTheHull) {
-  // Against the hull sampled by the balls in it: |p - c| - r over weights of the three leaves.
+TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {
+  const double depth = 2 - std::sqrt(4 - 4.0 / 3);  // of a pit of three balls of radius 2, 2 apart
+  EXPECT_TRUE(compiled(sheet(0.98 * depth / kDeepestPit)).bridges.empty());
+  EXPECT_GT(all(compiled(sheet(1.02 * depth / kDeepestPit))).size(), 400u);
+  EXPECT_TRUE(compiled(sheet(1.02 * depth, false)).bridges.empty());
+}
+
+TEST(Bridge, NothingStandsOutFartherThanStated) {
+  for (const std::uint64_t seed : {1u, 2u}) {
+    SceneDescription d = roughBall(seed);
+    const double stated = static_cast<double>(d.objects[0].tree.statistics.back().overhang_bound);
+    const Scene scene = compiled(d);
+    const CompiledTree& tree = scene.objects[0].tree;
+    double highest = 0;
+    const auto look = [&](const Eigen::Vector3d& p) {
+      double nearest = 1e9;
+      for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
+        if (tree.node[slot] != kNoNode) {
+          const Sphere& s = tree.cover_records[slot];
+          nearest = std::min(nearest, (p - Eigen::Vector3d(s.x, s.y, s.z)).norm() - static_cast<double>(s.radius));
+        }
+      highest = std::max(highest, nearest);
+    };
+    std::size_t facets = 0, cones = 0;
+    for (const Bridge& b : all(scene)) {
+      const auto leaves = leavesOf(b);
+      if (b.isCone()) {
+        ++cones;
+        const Eigen::Vector3d axis = vector(b.axis), e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
+        const double rise = static_cast<double>(b.v_extra), slope = static_cast<double>(b.u_extra) * rise;
+        for (double angle = 0; angle < 6.28; angle += 0.1) {
+          const Eigen::Vector3d out = std::cos(angle) * e1 + std::sin(angle) * e2;
+          if (vector(b.u).dot(out) > 0 || vector(b.v).dot(out) > 0) continue;
+          const Eigen::Vector3d normal = slope * axis + rise * out;
+          for (double w = 0; w <= 1; w += 0.1)
+            look((1 - w) * (leaves[0].first + leaves[0].second * normal) + w * (leaves[1].first + leaves[1].second * normal));
+        }
+      } else {
+        ++facets;
+        for (int i = 0; i <= 8; ++i)
+          for (int j = 0; i + j <= 8; ++j) {
+            Eigen::Vector3d p = Eigen::Vector3d::Zero();
+            const std::array<double, 3> w{(8 - i - j) / 8.0, i / 8.0, j / 8.0};
+            for (std::size_t k = 0; k < 3; ++k) p += w[k] * (leaves[k].first + leaves[k].second * vector(b.axis));
+            look(p);
+          }
+      }
+    }
+    EXPECT_GT(facets, 300u);
+    EXPECT_GT(cones, 200u);
+    EXPECT_LE(highest, kDeepestPit * stated);
+    EXPECT_GT(highest, 0.5 * stated);
+  }
+}
+
+TEST(Bridge, RowsAreThoseOfTheHull) {
+  // Against the hull of two or three leaves, sampled by the balls in it: |p - c| - r over weights of the leaves.
   Random random(3);
   int facets = 0, cones = 0;
-  SceneDescription d = sheet(0.5, true);
-  for (Sphere& s : d.objects[0].tree.cover) s.x *= 1.02f;  // a little irregular
-  encloseDescendants(d.objects[0].tree);
-  countLevels(d.objects[0].tree);
-  d.objects[0].tree.statistics.back().overhang_bound = 0.6f;
+  SceneDescription d = roughBall(3);
+  d.tool = test::oneBallTree(0.5);
+  d.objects[0].pose = {};
   const Scene scene = compiled(d);
-  const CompiledTree& tree = scene.objects[0].tree;
-  ASSERT_GT(tree.bridges.all.size(), 100u);
-  for (int n = 0; n < 8000; ++n) {
-    const Bridge& bridge = tree.bridges.all[random.below(static_cast<std::uint32_t>(tree.bridges.all.size()))];
-    const Eigen::Vector3d p = bridge.a + test::randomPoint(random, 3);
-    BridgeContact contact;
-    if (!nearestOnBridge(bridge, p, contact)) continue;
-    ++(bridge.isPair() ? cones : facets);
-    const auto leaf = [&](std::size_t k) { return tree.cover_records[bridge.slot[k]]; };
-    double gap = 1e9;
-    constexpr int kSteps = 60;
-    for (int i = 0; i <= kSteps; ++i)
-      for (int j = 0; i + j <= kSteps; ++j) {
-        const double b = i / double(kSteps), c = j / double(kSteps), a = 1 - b - c;
-        const Eigen::Vector3d centre = a * Eigen::Vector3d(leaf(0).x, leaf(0).y, leaf(0).z) +
-                                       b * Eigen::Vector3d(leaf(1).x, leaf(1).y, leaf(1).z) +
-                                       c * Eigen::Vector3d(leaf(2).x, leaf(2).y, leaf(2).z);
-        gap = std::min(gap, (p - centre).norm() - (a * double(leaf(0).radius) + b * double(leaf(1).radius) + c * double(leaf(2).radius)));
+  const Eigen::Vector3d anchor = scene.objects[0].anchor;
+  Workspace workspace(scene);
+  for (int n = 0; n < 600; ++n) {
+    const Configuration pose{anchor + test::randomPoint(random, 1).normalized() * random.uniform(7.5, 8.1), test::randomRotation(random)};
+    const PairSet none = findPairs(scene, pose, 0, false, 0, workspace);
+    const PairSet near = findNearBridges(scene, pose, 0.3, 1u << 30, workspace);
+    RowSet rows = makeRows(scene, PairSet{{}, none.runs}, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace);
+    addBridgeRows(scene, near, pose, 0.3, rows, workspace);
+    ASSERT_EQ(rows.rows.count, near.pairs.size());
+    for (std::uint32_t i = 0; i < rows.rows.count; ++i) {
+      if (rows.rows.b[i] < -1e29f) continue;
+      const Bridge& bridge = scene.bridges[0].tree.of_slot[near.pairs[i] & 0xffff];
+      const auto leaves = leavesOf(bridge);
+      ++(bridge.isCone() ? cones : facets);
+      const double gap = -static_cast<double>(rows.rows.b[i] / rows.weight[i]);
+      double least = 1e9;
+      constexpr int kSteps = 40;
+      for (int k = 0; k <= kSteps; ++k)
+        for (int j = 0; j + k <= (leaves.size() == 2 ? k : kSteps); ++j) {
+          const std::array<double, 3> w{1 - (k + j) / double(kSteps), k / double(kSteps), j / double(kSteps)};
+          Eigen::Vector3d c = Eigen::Vector3d::Zero();
+          double r = 0.5;
+          for (std::size_t l = 0; l < leaves.size(); ++l) {
+            c += w[l] * leaves[l].first;
+            r += w[l] * leaves[l].second;
+          }
+          least = std::min(least, (pose.position - anchor - c).norm() - r);
+        }
+      EXPECT_NEAR(gap, least, 3e-3) << (bridge.isCone() ? "cone" : "facet");
+      // The row is the derivative of the gap: the normal, as the reference point is the centre.
+      const Eigen::Vector3d normal(rows.rows.a[0][i], rows.rows.a[1][i], rows.rows.a[2][i]);
+      EXPECT_NEAR(normal.norm(), 1, 1e-5);
+      const Eigen::Vector3d move = test::randomPoint(random, 1e-3), p = pose.position - anchor;
+      const double before = gapAt(bridge, p, 0.5, 0.01), after = gapAt(bridge, p + move, 0.5, 0.01);
+      if (std::isfinite(before) && std::isfinite(after)) {
+        EXPECT_NEAR(after - before, normal.dot(move), 5e-6);
       }
-    if (contact.gap < -1.5) continue;  // close to the plane of the centres either facet is near
-    EXPECT_NEAR(contact.gap, gap, 2e-3);
-    EXPECT_NEAR(contact.normal.norm(), 1, 1e-9);
-    EXPECT_TRUE(mayTouchBridge(bridge, p, contact.gap + 1e-9, 1e-3));
+    }
   }
-  EXPECT_GT(facets, 50);
-  EXPECT_GT(cones, 50);
+  EXPECT_GT(facets, 200);
+  EXPECT_GT(cones, 100);
+}
+
+TEST(Bridge, NoneIsMissedWithinTheMargin) {
+  // Every bridge against every leaf of the tool, at the pose of the search and at poses within the margin of it.
+  const SceneDescription d = roughBall(4);
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  Random random(5);
+  std::size_t touching = 0, listed = 0;
+  for (int n = 0; n < 60; ++n) {
+    const Eigen::Vector3d out = test::randomPoint(random, 1).normalized();
+    const Quaternion q = test::randomRotation(random);
+    const Configuration pose{d.objects[0].pose.position + 7.6 * out - q * Eigen::Vector3d(0, 0, random.uniform(0, 12)), q};
+    const double margin = std::array{0.01, 0.1, 0.5}[static_cast<std::size_t>(n) % 3];
+    const PairSet near = findNearBridges(scene, pose, margin, 1u << 30, workspace);
+    ASSERT_FALSE(near.coarse);
+    const std::set<std::uint32_t> found(near.pairs.begin(), near.pairs.end());
+    ASSERT_EQ(found.size(), near.pairs.size());
+    listed += found.size();
+    for (int m = 0; m < 3; ++m) {
+      Displacement way{test::randomPoint(random, 1), test::randomPoint(random, 0.1)};
+      const double reach = way.translation.norm() + scene.tool.reach * way.rotation.norm(), part = m == 0 ? 0 : margin / reach;
+      const Configuration there = moved(pose, {part * way.translation, part * way.rotation});
+      for (std::size_t tool = 0; tool < scene.tool.node.size(); ++tool) {
+        if (scene.tool.node[tool] == kNoNode) continue;
+        const Sphere& s = scene.tool.cover_records[tool];
+        const Eigen::Vector3d p = there.position + there.orientation * Eigen::Vector3d(s.x, s.y, s.z) - scene.objects[0].anchor;
+        for (std::size_t slot = 0; slot < scene.bridges[0].tree.of_slot.size(); ++slot) {
+          const Bridge& b = scene.bridges[0].tree.of_slot[slot];
+          if (!(b.radius > 0)) continue;
+          const double gap = gapAt(b, p, static_cast<double>(s.radius), 0);
+          if (!(gap <= (m == 0 ? margin : 0)) || gap < -1) continue;
+          ++touching;
+          EXPECT_TRUE(found.contains(static_cast<std::uint32_t>(tool << 16 | slot))) << n << ' ' << m << " gap " << gap;
+        }
+      }
+    }
+  }
+  EXPECT_GT(touching, 500u);
+  EXPECT_LT(listed, 12 * touching);  // and not simply all of them
+}
+
+TEST(Bridge, KernelsGiveTheSameBits) {
+  const Scene scene = compiled(roughBall(6));
+  Workspace scalar(scene, Kernel::Scalar), best(scene, Kernel::Best);
+  Random random(7);
+  std::uint32_t rows_seen = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Configuration pose{scene.objects[0].anchor + test::randomPoint(random, 8), test::randomRotation(random)};
+    std::array<RowSet, 2> rows;
+    std::array<PairSet, 2> near;
+    for (std::size_t k = 0; k < 2; ++k) {
+      Workspace& workspace = k == 0 ? scalar : best;
+      const PairSet pairs = findPairs(scene, pose, 0.2, false, 1u << 30, workspace);
+      near[k] = findNearBridges(scene, pose, 0.2, 1u << 30, workspace);
+      rows[k] = makeRows(scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace);
+      addBridgeRows(scene, near[k], pose, 0.2, rows[k], workspace);
+    }
+    ASSERT_TRUE(std::equal(near[0].pairs.begin(), near[0].pairs.end(), near[1].pairs.begin(), near[1].pairs.end()));
+    ASSERT_EQ(rows[0].rows.count, rows[1].rows.count);
+    rows_seen += rows[0].rows.count;
+    for (std::uint32_t i = 0; i < rows[0].rows.count; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) ASSERT_EQ(rows[0].rows.a[k][i], rows[1].rows.a[k][i]);
+      ASSERT_EQ(rows[0].rows.b[i], rows[1].rows.b[i]);
+      ASSERT_EQ(rows[0].weight[i], rows[1].weight[i]);
+    }
+  }
+  EXPECT_GT(rows_seen, 1000u);
+}
+
+TEST(Bridge, LeavesComeFirstWhereBothCannotBe) {
+  // A ball in a pit between two sheets, with room between the leaves and none between the bridges.
+  std::vector<Sphere> balls = sheetOfBalls();
+  const double pit = 2 - std::sqrt(4 - 4.0 / 3), apart = 2 * (2 + 1) - 1.2 * pit;
+  for (const Sphere& s : sheetOfBalls()) balls.push_back(test::ball(s.x, s.y, apart, 2));
+  const Eigen::Vector3d middle(0 - 12 + 12, std::sqrt(3.0) * 6 - 12 + 2 / std::sqrt(3.0) - 2 / std::sqrt(3.0), 0.5 * apart);
+  const Eigen::Vector3d hole = middle + Eigen::Vector3d(1, 1 / std::sqrt(3.0), 0);
+  const SceneDescription d = sceneOf(test::oneBallTree(1), balls, 0.5);
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  resetTo({hole, {1, 0, 0, 0}}, workspace);
+  std::uint32_t faults = 0;
+  double penetration = 0;
+  for (int n = 0; n < 400; ++n) {
+    const Configuration haptic{hole + Eigen::Vector3d(0.3 * std::sin(0.05 * n), 0.2 * std::cos(0.03 * n), 0.5 * std::sin(0.02 * n)),
+                               {1, 0, 0, 0}};
+    const StepResult r = step(scene, haptic, Mode::Constrained, workspace);
+    faults |= r.faults;
+    penetration = std::max(penetration, r.penetration);
+    ASSERT_TRUE(isFinite(r.graphic));
+  }
+  EXPECT_LE(penetration, kGapTolerance);
+  EXPECT_FALSE(faults & (kPenetrating | kRowsConflict));
+}
+
+TEST(Bridge, AFullListLosesComfortOnly) {
+  SceneDescription d = roughBall(8);
+  d.tool = test::boxTree({2, 2, 2}, {7, 7, 7}, 0.6);
+  d.step_limits.max_pairs = 64;
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  Random random(9);
+  Configuration haptic{{1, 2, 9}, {1, 0, 0, 0}};
+  double penetration = 0;
+  for (int n = 0; n < 300; ++n) {
+    haptic = moved(
+        haptic, {test::randomPoint(random, 0.2) - 0.02 * (haptic.position - d.objects[0].pose.position), test::randomPoint(random, 0.02)});
+    const StepResult r = step(scene, haptic, Mode::Constrained, workspace);
+    penetration = std::max(penetration, r.penetration);
+    ASSERT_TRUE(r.wrench.force.allFinite());
+  }
+  EXPECT_LE(penetration, kGapTolerance);
 }
 
 }  // namespace

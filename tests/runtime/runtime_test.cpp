@@ -23,11 +23,12 @@ struct CScene {
   ~CScene() { st_scene_destroy(scene); }
 };
 
-TEST(Runtime, StepsAsTheCppFaceDoes) {
+void stepAsTheCppFaceDoes(bool bridges) {
   SceneDescription d;
+  d.bridges = bridges;
   d.tool = test::rodTree(20, 40, 1);
   d.reference_point = {0, 0, 10};
-  d.objects.push_back({test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
+  d.objects.push_back({test::stating(test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), 0.5), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
   d.coupling = {2, 3000};
   d.wrench_limits = {3, {50, 60, 70}};
   d.step_limits = {4096, 50000};
@@ -45,6 +46,9 @@ TEST(Runtime, StepsAsTheCppFaceDoes) {
   ASSERT_EQ(st_scene_set_coupling(c.scene, 2, 3000), 0);
   ASSERT_EQ(st_scene_set_wrench_limits(c.scene, 3, torque), 0);
   ASSERT_EQ(st_scene_set_step_limits(c.scene, 4096, 50000), 0);
+  if (!bridges) {  // they are the default
+    ASSERT_EQ(st_scene_set_bridges(c.scene, 0), 0);
+  }
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     st_renderer* const renderer = st_renderer_create(c.scene, static_cast<int>(mode));
     ASSERT_NE(renderer, nullptr) << st_scene_error(c.scene);
@@ -76,6 +80,11 @@ TEST(Runtime, StepsAsTheCppFaceDoes) {
   }
 }
 
+TEST(Runtime, StepsAsTheCppFaceDoes) {
+  stepAsTheCppFaceDoes(true);
+  stepAsTheCppFaceDoes(false);
+}
+
 TEST(Runtime, SaysWhatIsWrong) {
   CScene c;
   const std::vector<std::byte> tree = encodeSphereTree(test::oneBallTree(1));
@@ -91,6 +100,7 @@ TEST(Runtime, SaysWhatIsWrong) {
   expectError(st_scene_set_tool(c.scene, nullptr, 10, kOrigin), "tool: ");
   expectError(st_scene_add_object(c.scene, tree.data(), 5, &kHere), "object 0: ");
   expectError(st_scene_add_object(c.scene, tree.data(), tree.size(), nullptr), "object: ");
+  expectError(st_scene_set_bridges(c.scene, 2), "bridges is 2");
   ASSERT_EQ(st_scene_set_tool(c.scene, tree.data(), tree.size(), kOrigin), 0);
   ASSERT_EQ(st_scene_add_object(c.scene, tree.data(), tree.size(), &kHere), 0);
   EXPECT_EQ(st_renderer_create(c.scene, 7), nullptr);

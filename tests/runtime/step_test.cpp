@@ -110,8 +110,8 @@ TEST(Step, NeverPenetratesInRandomMotion) {
   int contacts = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Random random(seed);
-    SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
-    d.objects.push_back({test::ellipsoidTree({5, 5, 7}, 400, 0.7), {{11.5, 0, 0}, kUpright}});
+    SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
+    d.objects.push_back({test::stating(test::ellipsoidTree({5, 5, 7}, 400, 0.7), 0.3), {{11.5, 0, 0}, kUpright}});
     d.reference_point = {0, 0, 25};
     Rig rig(std::move(d));
     Configuration haptic{{0, 20, 0}, kUpright};
@@ -296,7 +296,7 @@ TEST(Step, TheUnitDoesNotMatter) {
 }
 
 TEST(Step, AllocatesNothing) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
   Rig rig(std::move(d));
   StageTimes times;
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
@@ -314,7 +314,7 @@ TEST(Step, AllocatesNothing) {
 }
 
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
   Rig rig(std::move(d));
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     Workspace first(rig.scene, Kernel::Scalar), second(rig.scene, Kernel::Best);
@@ -333,7 +333,7 @@ TEST(Step, KernelsAndRunsGiveTheSameBytes) {
 
 TEST(Step, SmallBudgetsStaySafe) {
   for (const auto& [max_pairs, max_work] : {std::pair{64u, 100000u}, {256u, 100000u}, {8192u, 1000u}, {8192u, 3000u}}) {
-    SceneDescription d = scene(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2));
+    SceneDescription d = scene(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::stating(test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2), 0.5));
     d.step_limits = {max_pairs, max_work};
     Rig rig(std::move(d));
     Random random(8);
@@ -361,8 +361,9 @@ TEST(Step, AlwaysAnswers) {
     d.tool = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7)));
     d.reference_point = test::randomPoint(random, 10);
     for (int i = 0; i < 3; ++i)
-      d.objects.push_back({test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))),
-                           {test::randomPoint(random, 10), test::randomRotation(random)}});
+      d.objects.push_back(
+          {test::stating(test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))), 1),
+           {test::randomPoint(random, 10), test::randomRotation(random)}});
     d.step_limits = {static_cast<std::uint32_t>(192 + random.below(4000)), static_cast<std::uint32_t>(1000 + random.below(60000))};
     Rig rig(std::move(d));
     for (int n = 0; n < 60; ++n) {

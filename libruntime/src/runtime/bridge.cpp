@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kProbes[] = {30, 1};  // radii of the probes, in medians of the leaves' radii, from the largest down
+constexpr double kProbes[] = {30, 0};  // radii of the probes, in medians of the leaves' radii, from the largest down
 constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
-constexpr double kWidest = 2.5;        // a bridge joins leaves if the pit between two alone is no deeper than this many overhangs
+constexpr double kWidest = 2;          // a bridge joins leaves if the pit between two alone is no deeper than this many deepest pits
 constexpr double kWholeTurn = 2 * M_PI;
 
 struct Leaf {
@@ -439,9 +439,9 @@ class Builder {
 
 }  // namespace
 
-BridgeTree makeBridges(const CompiledTree& tree, double most_depth) {
-  if (!(most_depth > 0)) return {};
-  Builder builder(tree, most_depth);
+BridgeTree makeBridges(const CompiledTree& tree, double overhang) {
+  if (!(overhang > 0)) return {};
+  Builder builder(tree, kDeepestPit * overhang);
   for (const double probe : kProbes) builder.roll(probe);
   return builder.finish();
 }

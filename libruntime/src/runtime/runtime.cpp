@@ -120,6 +120,14 @@ int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_w
   });
 }
 
+int st_scene_set_bridges(st_scene* scene, int on) {
+  return guarded(scene, [&]() -> std::string {
+    if (on != 0 && on != 1) return "bridges is " + std::to_string(on) + "; it must be 0 or 1";
+    scene->description.bridges = on == 1;
+    return {};
+  });
+}
+
 st_renderer* st_renderer_create(st_scene* scene, int mode) {
   st_renderer* renderer = nullptr;
   guarded(scene, [&]() -> std::string {

@@ -75,16 +75,14 @@ class Stepper {
   }
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
 
-  // As search(), with the bridges that can be touched within `margin`.
-  PairSet searchAll(const Configuration& pose, double margin) {
-    const PairSet set = search(pose, margin, false);
+  // The bridges that can be touched within `margin` of a pose at which search() was not coarse.
+  void searchBridges(const Configuration& pose, double margin) {
     bridges_ = {};
-    if (scene_.bridges.empty() || set.coarse) return set;
+    if (scene_.bridges.empty()) return;
     const Stage stage(times_ ? &times_->find : nullptr);
     const std::uint32_t most = scene_.step_limits.max_work;
     bridges_ = findNearBridges(scene_, pose, margin, most > result_.work ? most - result_.work : 0, workspace_);
     result_.work += bridges_.work;
-    return set;
   }
   bool isFree(const PairSet& set) const { return set.pairs.empty() && bridges_.pairs.empty(); }
 
@@ -254,16 +252,22 @@ void Stepper::constrained(const Configuration& haptic) {
       break;
     }
     if (stale) {
-      pairs = searchAll(now, margin);
-      while (margin > (pairs.coarse ? kLeastMargin : kContactMargin) && !isFree(pairs) && workLeft()) {  // a shorter way has fewer pairs
+      pairs = search(now, margin, false);
+      while (margin > (pairs.coarse ? kLeastMargin : kContactMargin) && !pairs.pairs.empty() &&
+             workLeft()) {  // a shorter way has fewer pairs
         margin = std::max(pairs.coarse ? kLeastMargin : kContactMargin, margin / 4);
         if (pairs.coarse) margin_limit = margin;
-        pairs = searchAll(now, margin);
+        pairs = search(now, margin, false);
       }
       if (pairs.coarse) {
         result_.faults |= workLeft() ? kPairsFull : kWorkLimit;
         if (workLeft() && best_depth == std::numeric_limits<double>::infinity()) coarseMove(pairs, haptic, path_tolerance, largest_turn);
         break;
+      }
+      searchBridges(now, margin);
+      if (margin > kContactMargin && !bridges_.pairs.empty()) {
+        margin = kContactMargin;
+        searchBridges(now, margin);
       }
       findActive(pairs);
       set = allRows(pairs, now, margin);

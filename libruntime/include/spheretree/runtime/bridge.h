@@ -4,9 +4,10 @@
 // Where a bridge is: a large ball (the probe) that rolls over the leaves from outside rests on three of them at a time: their common
 // tangent plane makes a facet, and where it tips over two, the cone about both fills the wedge between two facets. This is the reduced
 // surface of molecules. Probes of several radii are tried, from the largest down: the large ones pass over a leaf that lies low, the small
-// ones follow a hollow. A facet or cone is kept if no pit below it is deeper than the overhang that the tree states for its leaves. So a
-// bridge never stands out farther than one more overhang, and a narrow groove or a hole stays open. Papers: M. F. Sanner, A. J. Olson,
-// J.-C. Spehner. Reduced surface. Biopolymers 38(3), 1996. H. Edelsbrunner, E. P. Muecke.
+// ones follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit overhangs, as the tree states them for its
+// leaves. So a bridge never stands out farther than that beyond the leaves, and what is wider or deeper stays open.
+//
+// Papers: M. F. Sanner, A. J. Olson, J.-C. Spehner. Reduced surface. Biopolymers 38(3), 1996. H. Edelsbrunner, E. P. Muecke.
 //         Three-dimensional alpha shapes. ACM TOG 13(1), 1994.
 // Units: mm; frame: that of the compiled object (world axes, about the anchor).
 #pragma once
@@ -47,10 +48,11 @@ struct BridgeTree {
 };
 
 inline constexpr std::size_t kMostBridges = 32768;  // of a tree
+inline constexpr double kDeepestPit = 1.25;         // below a bridge, in overhangs: over a hollow a facet is a chord
 
-/// Bridges of the leaves of `tree` over pits of at most `most_depth` [mm]; 0: none. Beyond kMostBridges the last ones found are left out:
-/// there the bumps are felt. Deterministic. Cost: about 10 us a leaf.
-BridgeTree makeBridges(const CompiledTree& tree, double most_depth);
+/// Bridges of the leaves of `tree`, which reach out of the object by at most `overhang` [mm]; 0 or less: none. Beyond kMostBridges the last
+/// ones found are left out: there the bumps are felt. Deterministic. Cost: about 30 us a leaf.
+BridgeTree makeBridges(const CompiledTree& tree, double overhang);
 
 /// Weights and angles may be beyond their range by this, so that rounding leaves no slit between a facet and its neighbours.
 inline constexpr float kBridgeSlack = 1e-4f;

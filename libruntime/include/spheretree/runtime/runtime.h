@@ -83,6 +83,8 @@ ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, d
 ST_API int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]);
 /* Pairs at a time: 64 for each object .. 1048576, default 8192. Work units (about 3 ns each) a step: 1000 .. 2^30, default 100000. */
 ST_API int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work);
+/* 1 (default): in the constrained mode the tool slides over the pits between leaves; 0: it feels every leaf. */
+ST_API int st_scene_set_bridges(st_scene* scene, int on);
 
 /* Compiles the scene as it stands; later changes of the scene do not reach the renderer. NULL with a sentence in st_scene_error().
  * The first step puts the graphic tool at its haptic pose. */
