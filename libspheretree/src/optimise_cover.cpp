@@ -28,6 +28,8 @@ constexpr double kDry = 0.4;        // share of the stand-off: a sample that no 
 constexpr int kMostTopUps = 9;      // of the candidates where they are dry, each with a new greedy cover
 constexpr double kFull = 0.9;       // share of the spheres that a greedy cover uses where candidates suffice
 constexpr std::size_t kDenser = 8;  // times the samples, of which those are taken that lie where balls have few
+constexpr double kHexagon = 2.598;  // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
+constexpr double kMostSamples = 3;  // times the usual ones, for a ball whose patch is a ring
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Assignment {
@@ -130,13 +132,22 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
   for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
 }
 
-// More samples for balls that have fewer than half of `wanted`: at a cap of a long cylinder, an area small for its need of spheres,
-// samples uniform by area would leave a ball with one. Empty if no more than a quarter of the balls are so poor.
-std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& samples, std::span<const Ball> balls, double stand_off,
-                                      std::size_t wanted, std::uint64_t seed) {
-  const Assignment patches = assign(samples, balls, stand_off);
+// More samples for balls that have fewer than half of what they should. A ball that touches the surface at two round spots should have
+// `usual`; one that touches along a ring or a band, as in a tube, has a patch that is longer than wide, and as many more. At a cap of a
+// long cylinder, an area small for its need of spheres, samples uniform by area would leave a ball with one. Empty if no more than a
+// quarter of the balls are so poor.
+std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& uniform, const SampleIndex& samples,
+                                      std::span<const Ball> balls, double stand_off, double area, std::size_t usual, std::uint64_t seed) {
+  const Assignment patches = assign(samples, balls, stand_off), shares = assign(uniform, balls, stand_off);
+  const double area_of_sample = area / static_cast<double>(uniform.size());
+  std::vector<std::size_t> wanted(balls.size());
   std::size_t poor = 0;
-  for (std::size_t b = 0; b < balls.size(); ++b) poor += patches.patch(b).size() < wanted / 2;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    const double square = stand_off * (2 * std::max(balls[b].radius, 0.0) + stand_off);  // of the radius of a round spot
+    const double spots = static_cast<double>(shares.patch(b).size()) * area_of_sample / (kHexagon * square);
+    wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMostSamples));
+    poor += patches.patch(b).size() < wanted[b] / 2;
+  }
   if (poor <= balls.size() / 4) return {};
   SampleSettings sampling;
   sampling.count = kDenser * samples.size();
@@ -147,9 +158,9 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
   std::vector<Vector3d> added;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const std::size_t has = patches.patch(b).size();
-    if (has >= wanted) continue;
+    if (has >= wanted[b]) continue;
     const auto patch = more.patch(b);
-    const std::size_t few = std::min(wanted - has, patch.size());
+    const std::size_t few = std::min(wanted[b] - has, patch.size());
     for (std::size_t i = 0; i < few; ++i) added.push_back(patch[i * patch.size() / few]);
   }
   return added;
@@ -231,12 +242,13 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
   std::mt19937_64 random(settings.seed);
+  const SampleIndex uniform(points);
   SampleIndex samples(points);
   std::vector<Ball> balls;
   for (int top_up = 0; top_up <= kMostTopUps; ++top_up) {
     const std::size_t added = greedyBalls(field, samples, n, top_up == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
     const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
-    const std::vector<Vector3d> more = samplesWhereFew(mesh, samples, balls, h, given.size() / n, random());
+    const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());
     if (more.empty() && !was_dry) break;
     if (more.empty()) continue;
     points.insert(points.end(), more.begin(), more.end());

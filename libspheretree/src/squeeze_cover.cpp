@@ -31,6 +31,7 @@ constexpr int kRefitSteps = 14;
 constexpr std::uint64_t kTabu = 8;            // moves for which a ball that gave something up is asked last, at most
 constexpr int kGapRounds = 16;                // of reaching a goal and sampling what it left uncovered
 constexpr std::size_t kMostAppended = 300;    // samples behind the index before it is made anew
+constexpr std::uint64_t kLeastAttempts = 8;   // that the work suffices for: where refits are dear, one goal out of reach would take it all
 constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
 
 // The balls, the samples, and who covers what at the present goal.
@@ -229,22 +230,27 @@ class GapSampler {
   }
 
   // The points; none if the mesh is covered. `was`: the balls at the last call with the same stand-off, after which only balls of
-  // `moved` moved; empty: look everywhere.
+  // `moved` moved: what is open now was held by one of those, or open then. Empty: look everywhere.
   std::vector<Vector3d> find(std::span<const Ball> balls, double h, std::span<const Ball> was, std::span<const std::uint32_t> moved,
-                             Progress& progress) const {
+                             Progress& progress) {
     std::vector<std::uint32_t> near;
     if (!was.empty()) {
       std::vector<char> marked(all_.size(), 0);
-      for (const std::uint32_t b : moved)
-        triangles_.searchWithin(was[b].centre, (was[b].radius + h) * (was[b].radius + h), [&](std::size_t first, std::size_t count) {
+      for (const std::uint32_t t : open_) marked[t] = 1;
+      for (const std::uint32_t b : moved) {
+        const double held = was[b].radius + (1 + tolerance_) * h;
+        triangles_.searchWithin(was[b].centre, held * held, [&](std::size_t first, std::size_t count) {
           for (std::size_t slot = first; slot < first + count; ++slot) marked[triangles_.order()[slot]] = 1;
         });
+      }
       for (const std::uint32_t t : all_)
         if (marked[t]) near.push_back(t);
     }
     std::vector<Ball> grown(balls.begin(), balls.end());
     for (Ball& b : grown) b.radius += h;
     std::vector<CoverGap> gaps = findCoverGaps(mesh_, was.empty() ? all_ : near, grown, tolerance_ * h, progress);
+    open_.clear();
+    for (const CoverGap& g : gaps) open_.push_back(g.triangle);
     std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
     std::set<std::array<std::int64_t, 3>> taken;
     std::vector<Vector3d> points;
@@ -259,6 +265,7 @@ class GapSampler {
   const TriangleMesh& mesh_;
   double spacing_, tolerance_;  // the latter as a share of the stand-off
   std::vector<std::uint32_t> all_;
+  std::vector<std::uint32_t> open_;  // triangles with gaps at the last call
   BoxTree triangles_;
 };
 
@@ -273,7 +280,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random(), work);
 
   // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
-  const auto settle = [&](double h) {
+  const auto settle = [&](double h, std::uint64_t most_work) {
     std::vector<Ball> was;
     squeezer->takeMoved();
     for (int round = 0; round < kGapRounds; ++round) {
@@ -284,20 +291,21 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
       points.insert(points.end(), missed.begin(), missed.end());
       for (const Vector3d& p : missed) squeezer->append(p);
       if (squeezer->appended() > kMostAppended) squeezer = std::make_unique<Squeezer>(field, points, was, random(), work);
-      if (!squeezer->reach(h, settings.moves, settings.work, progress)) return false;
+      if (!squeezer->reach(h, settings.moves, most_work, progress)) return false;
     }
     return false;
   };
 
   // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then.
   double h = kStart * squeezer->standOff(0.01 * field.diagonal());
-  while (!settle(h)) h *= kRise;
+  while (!settle(h, settings.work)) h *= kRise;
   inscribed = squeezer->balls();
   double step = settings.step;
   int failures = 0;
   while (failures < settings.failures && work < settings.work) {
     const double goal = h * (1 - step);
-    if (squeezer->reach(goal, settings.moves, settings.work, progress) && settle(goal)) {
+    const std::uint64_t most_work = std::min(settings.work, work + settings.work / kLeastAttempts);
+    if (squeezer->reach(goal, settings.moves, most_work, progress) && settle(goal, most_work)) {
       h = goal;
       inscribed = squeezer->balls();
       step = std::min(step * 1.3, 2 * settings.step);
