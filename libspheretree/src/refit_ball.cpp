@@ -23,6 +23,13 @@ double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
   return std::sqrt(most);
 }
 
+// The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search come back with
+// nothing, as it can far from the origin of coordinates, it looks again without a bound.
+NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
+  const NearestPoint found = field.nearest(p, bound * (1 + 1e-9) + std::numeric_limits<double>::min());
+  return std::isfinite(found.distance) ? found : field.nearest(p);
+}
+
 }  // namespace
 
 Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
@@ -42,7 +49,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     near_count = std::min(near_count + 1, kMostNear);
   };
   if (best.stand_off <= enough) return best;
-  remember(field.nearest(start, std::abs(clearance) * (1 + 1e-9) + 1e-300), clearance > 0);
+  remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
 
   std::array<Vector3d, kMostFar> pull;
   std::array<Vector3d, kMostNear> push;
@@ -88,7 +95,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
       step *= 0.5;
       continue;
     }
-    const NearestPoint touch = field.nearest(trial, limit * (1 + 1e-9) + 1e-300);
+    const NearestPoint touch = nearestWithin(field, trial, limit);
     const bool inside = field.isInside(trial, touch);
     const double trial_clearance = inside ? touch.distance : -touch.distance;
     remember(touch, inside);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -56,6 +57,28 @@ TEST(RefitBall, IsNeverWorseAndTellsTheTruth) {
     EXPECT_NEAR(refit.stand_off, farthest(patch, refit.centre) - refit.clearance, 1e-12);
   }
   EXPECT_GT(improved, 30);
+}
+
+// Coordinates so large leave distances an error above any margin in proportion to the distance. A centre that moves away from an edge of a
+// cavity keeps its nearest point, so that the bound of the search is the distance itself.
+TEST(RefitBall, FarFromTheOriginOfCoordinatesAllStaysFinite) {
+  test::Random random(2);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::AngleAxisd turn(random.inBox({0, 0, 0}, {3, 3, 3}).x(), random.inBox({-1, -1, -1}, {1, 1, 1}).normalized());
+    const auto placed = [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(1e6, -2e6, 3e6); };
+    TriangleMesh mesh = test::boxMesh(Vector3d::Constant(-5), Vector3d::Constant(5));
+    const TriangleMesh cavity = test::boxMesh(Vector3d::Constant(-0.5), Vector3d::Constant(0.5));
+    for (const auto& t : cavity.triangles) mesh.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+    mesh.positions.insert(mesh.positions.end(), cavity.positions.begin(), cavity.positions.end());
+    for (Vector3d& p : mesh.positions) p = placed(p);
+    const DistanceField field(mesh);
+    const std::vector<Vector3d> patch{placed({0.5, 0.5, -0.3}), placed({0.5, 0.5, 0.3})};
+    const Vector3d start = placed({0.51, 0.51, 0});
+    const Refit refit = refitBall(field, patch, start, -field.signedDistance(start), 0.1, 20);
+    ASSERT_TRUE(refit.centre.allFinite() && std::isfinite(refit.stand_off)) << trial;
+    EXPECT_NEAR(refit.clearance, -field.signedDistance(refit.centre), 1e-8);
+    EXPECT_LT(refit.stand_off, 0.9 * (farthest(patch, start) + field.signedDistance(start)));
+  }
 }
 
 // Between two plates the best centre lies in the middle plane over the middle of the patch, on one plate or on both.
