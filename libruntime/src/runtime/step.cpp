@@ -186,7 +186,8 @@ class Stepper {
   void paper(const Configuration& haptic);
 
  private:
-  double mostWay(const Configuration& haptic) const;
+  double mostChange(const Configuration& haptic);
+  double partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, double change, double most) const;
   static std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
   void accelerate(const RowSet& set, const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet set, const Configuration& haptic, double path_tolerance, double largest_turn);
@@ -196,6 +197,7 @@ class Stepper {
   StageTimes* times_;
   StepResult& result_;
   PairSet bridges_;                // near the last searchAll()
+  Vector6 stretch_before_;         // of the springs, when the last step ended [mm, scaled]
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
   bool has_last_ = false;
 };
@@ -214,12 +216,23 @@ void Stepper::accelerate(const RowSet& set, const Vector6& want, const Vector6& 
 }
 
 // Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps, so that
-// the force changes by no more than can hardly be felt; never where it follows the hand, or has not yet arrived for want of work.
-double Stepper::mostWay(const Configuration& haptic) const {
+// the force changes by no more than the hand moved and what can hardly be felt; never where it had not yet arrived for want of work.
+double Stepper::mostChange(const Configuration& haptic) {
+  stretch_before_ = scaledVector(displacementBetween(workspace_.graphic, workspace_.haptic));
   if (workspace_.is_behind) return std::numeric_limits<double>::infinity();
-  const double hand = scaledVector(displacementBetween(workspace_.haptic, haptic)).norm();
-  const double stretch = (workspace_.haptic.position - workspace_.graphic.position).norm();
-  return std::max({4 * hand, kForceStep / scene_.coupling.translation, kForceStepPart * stretch});
+  const double hand = std::max(scaledVector(displacementBetween(workspace_.haptic, haptic)).norm(),
+                               (scaledVector(displacementBetween(workspace_.graphic, haptic)) - stretch_before_).norm());
+  const double hardly_felt = std::max(kForceStep / scene_.coupling.translation, kForceStepPart * stretch_before_.head<3>().norm());
+  return std::max(hand, (haptic.position - workspace_.haptic.position).norm() + hardly_felt);
+}
+
+// The largest part, up to `most`, of the piece `way` from `now` at whose end the stretch of the springs has changed by `change` or less.
+double Stepper::partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, double change, double most) const {
+  if (change == std::numeric_limits<double>::infinity()) return most;
+  const Vector6 so_far = scaledVector(displacementBetween(now, haptic)) - stretch_before_;
+  if ((so_far - most * way).norm() <= change) return most;
+  const double square = way.squaredNorm(), along = so_far.dot(way), left = change * change - so_far.squaredNorm();
+  return std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, most);
 }
 
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
@@ -244,7 +257,7 @@ void Stepper::constrained(const Configuration& haptic) {
       best_depth = depth;
     }
   };
-  double way = mostWay(haptic);  // that the graphic tool may still go in this step [mm, scaled]
+  double change = mostChange(haptic);  // of the stretch of the springs in this step [mm, scaled]
   bool settled = false;
   while (!settled) {
     if (result_.linearisations >= kMostLinearisations || !workLeft()) {
@@ -272,7 +285,7 @@ void Stepper::constrained(const Configuration& haptic) {
       findActive(pairs);
       set = allRows(pairs, now, margin);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
-      if (depth > kGapTolerance) way = std::numeric_limits<double>::infinity();
+      if (depth > kGapTolerance) change = std::numeric_limits<double>::infinity();
       used = 0;
       stale = false;
       record();
@@ -282,15 +295,13 @@ void Stepper::constrained(const Configuration& haptic) {
     if (isFree(pairs)) {
       workspace_.active_count = 0;
       result_.active = 0;
-      const double stretch = scaledVector(want).norm();
-      if (length <= margin && stretch <= way) {
+      const double part = partWithin(now, haptic, scaledVector(want), change, std::min(1.0, length > margin ? margin / length : 1.0));
+      if (part == 1) {
         now = haptic;
         settled = true;
       } else {
-        const double part = std::min(margin / length, way / stretch);
+        settled = part * length < margin * (1 - 1e-9);
         now = moved(now, scaled(want, part));
-        way -= part * stretch;
-        settled = !(way > 0);
         margin = std::min({4 * margin, length, margin_limit});
         stale = true;
       }
@@ -312,8 +323,9 @@ void Stepper::constrained(const Configuration& haptic) {
     double part = std::min(1.0, length > left ? left / length : 1.0);
     const bool short_of_margin = part < 1;
     if (turn * part > largest_turn) part = largest_turn / turn;
-    const double way_whole = workspace_.answer.y.norm();
-    part = std::min(part, way / way_whole);
+    const double most = part;
+    part = partWithin(now, haptic, workspace_.answer.y, change, most);
+    const bool is_held_back = part < most;
     const Configuration from = now;
     const double depth_before = depth;
     bool accepted = false;
@@ -330,9 +342,8 @@ void Stepper::constrained(const Configuration& haptic) {
     last_way_ = part * workspace_.answer.y;
     has_last_ = true;
     used += part * length;
-    way -= part * way_whole;
     record();
-    if ((straight && part == 1) || !(way > 1e-9)) {
+    if ((straight && part == 1) || is_held_back) {
       settled = true;
     } else if (short_of_margin && margin - used < 0.5 * (1 - part) * length) {
       const double wish = std::max(margin, std::min({4 * margin, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
