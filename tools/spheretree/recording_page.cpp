@@ -48,9 +48,12 @@ std::string judged(const Json& value, const std::string& verdict) {
          numberOrDash(value) + mark + "</span>";
 }
 
+/// Words that may take several lines of a cell.
+std::string wrapped(const std::string& words) { return "<span class=\"wrap\">" + escaped(words) + "</span>"; }
+
 std::vector<std::string> figureCells(const Json& f) {
   const bool is_reported = f.at("verdict") == "reported";
-  return {escaped(f.at("quantity").get<std::string>()), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>()),
+  return {wrapped(f.at("quantity").get<std::string>()), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>()),
           is_reported ? "\u2013" : numberOrDash(f.at("pass")),
           judged(f.at("results").at("paper"), f.at("paper_verdict").get<std::string>()),
           judged(f.at("results").at("constrained"), f.at("verdict").get<std::string>())};
@@ -151,7 +154,7 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
     progress.stage(title);
     if (s.contains("results")) {
       table.rows.push_back(figureCells(s));
-      table.rows.back().insert(table.rows.back().begin(), escaped(title));
+      table.rows.back().insert(table.rows.back().begin(), wrapped(title));
     }
     const auto runs = runsOf(s, folder);
     details += "<details><summary>" + escaped(title) + " <span class=\"note\">" + verdictCell(s.at("verdict").get<std::string>()) +
