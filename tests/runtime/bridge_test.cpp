@@ -205,6 +205,7 @@ TEST(Bridge, RowsAreThoseOfTheHull) {
     for (std::uint32_t i = 0; i < rows.rows.count; ++i) {
       if (rows.rows.b[i] < -1e29f) continue;
       const Bridge& bridge = scene.bridges[0].tree.of_slot[near.pairs[i] & 0xffff];
+      if (!std::isfinite(gapAt(bridge, pose.position - anchor, 0.5, 2e-4))) continue;  // beside a facet: the row is that of its plane
       const auto leaves = leavesOf(bridge);
       ++(bridge.isCone() ? cones : facets);
       const double gap = -static_cast<double>(rows.rows.b[i] / rows.weight[i]);

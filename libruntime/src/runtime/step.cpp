@@ -25,6 +25,8 @@ constexpr double kForceStepPart = 0.07;  // of the force
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
+constexpr int kPatience = 8;        // pieces that bring the graphic tool
+constexpr double kProgress = 1e-3;  // nearer by less than this are the last of a step: it goes to and fro [mm, scaled]
 
 constexpr double kFarthest = 1e7;  // of a haptic pose from the origin [mm]
 
@@ -259,6 +261,8 @@ void Stepper::constrained(const Configuration& haptic) {
   };
   double change = mostChange(haptic);  // of the stretch of the springs in this step [mm, scaled]
   bool settled = false;
+  double nearest = std::numeric_limits<double>::infinity();
+  int pieces = 0;
   while (!settled) {
     if (result_.linearisations >= kMostLinearisations || !workLeft()) {
       result_.faults |= kWorkLimit;
@@ -343,7 +347,13 @@ void Stepper::constrained(const Configuration& haptic) {
     has_last_ = true;
     used += part * length;
     record();
-    if ((straight && part == 1) || is_held_back) {
+    bool is_idle = false;
+    if (++pieces % kPatience == 0) {
+      const double left_over = scaledVector(displacementBetween(now, haptic)).norm();
+      is_idle = nearest - left_over < kProgress;
+      nearest = left_over;
+    }
+    if ((straight && part == 1) || is_held_back || is_idle) {
       settled = true;
     } else if (short_of_margin && margin - used < 0.5 * (1 - part) * length) {
       const double wish = std::max(margin, std::min({4 * margin, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
