@@ -18,6 +18,7 @@
 #include "spheretree/builder/shrinking_balls.h"
 #include "spheretree/builder/smallest_ball.h"
 #include "spheretree/builder/split_and_drop.h"
+#include "spheretree/builder/squeeze_cover.h"
 #include "spheretree/builder/surface_regions.h"
 
 namespace spheretree::builder {
@@ -35,24 +36,28 @@ constexpr double kNegligible = 1e-6;      // radius of a ball that no point need
 constexpr double kGapShare = 0.01;        // gaps below this share of the worst overhang are left to certification
 constexpr double kLoose = 0.04;           // room left for what lies between the points, of the worst overhang
 constexpr int kClosingRounds = 3;         // that only close gaps
+constexpr double kSqueezeStep = 0.04;     // first goal of the squeeze below what it starts from
 constexpr double kShortSide = 1.5;        // of the side of a square that has a leaf's share of the surface
 constexpr std::size_t kLeastPoints = 2000;
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
   int gap_rounds, exchange_rounds;
+  double squeeze_moves;  // a ball
+  int squeeze_failures;  // 0: no squeeze
+  std::uint64_t squeeze_work;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {16, 200'000, 300, 300, 1, 12};
+      return {16, 200'000, 300, 300, 1, 12, 0, 0, 0};
     case Quality::Standard:
       break;
     case Quality::Best:
-      return {96, 800'000, 2000, 2000, 3, 120};
+      return {96, 800'000, 2000, 2000, 3, 120, 0.15, 3, 10'000'000};
   }
-  return {32, 400'000, 500, 600, 2, 40};
+  return {32, 400'000, 500, 600, 2, 40, 0.1, 2, 3'000'000};
 }
 
 // At most `most` of a list, evenly picked.
@@ -122,6 +127,7 @@ class Frame {
       const std::size_t most = levels.back().size() * static_cast<std::size_t>(settings_.branching);
       levels.push_back(reduceAll(levels.back()));
       settle(levels.back(), most, effort_.exchange_rounds);
+      squeeze(levels.back());
     }
     if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) takeFewest(levels);
     return levels;
@@ -241,6 +247,25 @@ class Frame {
       splitAndDrop(field_, points, balls, exchange, progress_);
       loosen(balls);
     }
+  }
+
+  // Where the exchanges get stuck depends on the points, and with them on how the object is turned: by up to a third of the worst overhang
+  // on a tooth. A short local search in continuous space takes most of that away. With a tolerance the fewest balls are found by bisection
+  // instead.
+  void squeeze(std::vector<FittedBall>& balls) {
+    if (effort_.squeeze_failures == 0 || settings_.tolerance_mm > 0) return;
+    std::vector<Vector3d> points = levelPoints(balls.size());
+    std::vector<Ball> inscribed;
+    for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
+    SqueezeSettings squeeze;
+    squeeze.step = kSqueezeStep;
+    squeeze.moves = 10 + static_cast<int>(effort_.squeeze_moves * static_cast<double>(balls.size()));
+    squeeze.work = effort_.squeeze_work;
+    squeeze.failures = effort_.squeeze_failures;
+    squeeze.seed = settings_.seed;
+    const double stand_off = squeezeCover(mesh_, field_, points, inscribed, squeeze, progress_);
+    if (stand_off >= worstOverhang(balls)) return;
+    for (std::size_t i = 0; i < balls.size(); ++i) balls[i] = {inscribed[i].centre, inscribed[i].radius, inscribed[i].radius + stand_off};
   }
 
   // A little room for what lies between the points, except for the balls that are the worst already.
