@@ -2,6 +2,7 @@
 // Groups of 8 spheres, groups of 8 groups, and so on: to find those that touch a ball, and as the tree that the search follows.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
