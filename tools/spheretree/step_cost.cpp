@@ -174,12 +174,13 @@ std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, cons
 }
 
 std::size_t memoryOf(const runtime::Scene& scene) {
-  const auto bytesOf = [](const runtime::CompiledTree& tree) {
-    const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  const auto bytesOf = [&](const runtime::CompiledTree& tree) {
     return bytes(tree.bound) + bytes(tree.cover_records) + bytes(tree.links) + bytes(tree.exact) + bytes(tree.node);
   };
   std::size_t total = bytesOf(scene.tool);
   for (const runtime::CompiledObject& object : scene.objects) total += bytesOf(object.tree);
+  for (const runtime::CompiledBridges& b : scene.bridges) total += bytes(b.tree.bound) + bytes(b.tree.links) + bytes(b.tree.of_slot);
   return total;
 }
 
