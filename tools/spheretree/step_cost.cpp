@@ -112,7 +112,7 @@ Hands randomTouches(const runtime::Scene& scene, std::size_t count) {
   return hands;
 }
 
-double stepModel(const runtime::StepResult& step) { return 0.7 + 0.0053 * step.work + 0.55 * step.linearisations; }
+double stepModel(const runtime::StepResult& step) { return 0.0082 * step.work + 0.6 * step.linearisations; }
 
 std::optional<StepCost> measureSteps(const runtime::Scene& scene, const Hands& hands, bool measure_time) {
   std::vector<std::vector<Configuration>> motions = hands.recorded;
