@@ -419,7 +419,12 @@ std::uint32_t nearBridges(const BridgeRequest& q, std::uint32_t* to) {
         (foot > -beyond) & (foot < at.length + beyond) & (at.ut <= du) & (at.vt <= dv) & (at.coneGap(off) - at.tool_radius <= margin);
     U8 names;
     __builtin_memcpy(&names, q.pairs + i, sizeof names);
-    to = append(to, names, maskOf((at_cone & at.is_cone) | (at_facet & ~at.is_cone)) & (left < 8 ? (1u << left) - 1 : 255u));
+    unsigned kept = maskOf((at_cone & at.is_cone) | (at_facet & ~at.is_cone));
+    if (left >= 8) {
+      to = append(to, names, kept);
+    } else {  // one by one: past the last of them the pairs of the next object begin, which are still to be read
+      for (kept &= (1u << left) - 1; kept; kept &= kept - 1) *to++ = names[__builtin_ctz(kept)];
+    }
   }
   return static_cast<std::uint32_t>(to - first);
 }
