@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "kernel.h"
 #include "spheretree/runtime/contact.h"
 #include "spheretree/runtime/step.h"
 #include "support/shape_trees.h"
@@ -275,6 +276,31 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
   }
   EXPECT_GT(touching, 500u);
   EXPECT_LT(listed, 12 * touching);  // and not simply all of them
+}
+
+TEST(Bridge, WhatIsKeptOfOneListLeavesTheNextAlone) {
+  // The lists of several objects stand one behind the other, and are thinned in place.
+  const Scene scene = compiled(roughBall(4));
+  const BridgeTree& tree = scene.bridges[0].tree;
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < tree.of_slot.size(); ++slot)
+    if (tree.of_slot[slot].radius > 0) slots.push_back(slot);
+  BridgeRequest request{};
+  for (int k = 0; k < 3; ++k) request.rotation[4 * k] = 1;
+  request.tool = scene.tool.cover_records.data();
+  request.bridges = tree.of_slot.data();
+  request.most_gap = 1e6f;  // all are kept, as far as their place lets them
+  for (const Kernel kernel : {Kernel::Scalar, Kernel::Best}) {
+    const Workspace workspace(scene, kernel);
+    for (std::uint32_t count = 1; count <= 20; ++count) {
+      std::vector<std::uint32_t> pairs(count + 32, 0xffffffffu);
+      for (std::uint32_t i = 0; i < count; ++i) pairs[i] = slots[i];
+      request.pairs = pairs.data();
+      request.count = count;
+      EXPECT_EQ(workspace.kernel->nearBridges(request, pairs.data()), count);
+      EXPECT_TRUE(std::all_of(pairs.begin() + count, pairs.end(), [](std::uint32_t pair) { return pair == 0xffffffffu; })) << count;
+    }
+  }
 }
 
 TEST(Bridge, KernelsGiveTheSameBits) {
