@@ -81,6 +81,11 @@ inline std::uint32_t* append(std::uint32_t* to, U8 names, unsigned mask) {
 #endif
 }
 
+// 8 rows of a QP: six coefficients of each, times `scale`.
+inline void storeScaled(float* const a[6], std::uint32_t i, const F8 (&row)[6], F8 scale) {
+  for (unsigned k = 0; k < 6; ++k) store(a[k] + i, row[k] * scale);
+}
+
 // 8 records to x, y, z, r.
 inline void transpose(const Sphere* const s[8], F8& x, F8& y, F8& z, F8& r) {
   const auto pair = [&](unsigned k) {
@@ -350,12 +355,7 @@ float makeRows(const RowRequest& q) {
       az = splat(q.axes[6]) * wx + splat(q.axes[7]) * wy + splat(q.axes[8]) * wz;
     }
     const F8 weight = one / squareRoot(one + (ax * ax + ay * ay + az * az));
-    store(q.a[0] + i, nx * weight);
-    store(q.a[1] + i, ny * weight);
-    store(q.a[2] + i, nz * weight);
-    store(q.a[3] + i, ax * weight);
-    store(q.a[4] + i, ay * weight);
-    store(q.a[5] + i, az * weight);
+    storeScaled(q.a, i, {nx, ny, nz, ax, ay, az}, weight);
     store(q.b + i, -(gap * weight));
     store(q.weight + i, weight);
   }
@@ -451,12 +451,7 @@ void makeBridgeRows(const BridgeRequest& q, const RowMemory& out) {
     const Turned& arm = at.arm;
     const F8 wx = (arm.y * nz - arm.z * ny) * inverse, wy = (arm.z * nx - arm.x * nz) * inverse, wz = (arm.x * ny - arm.y * nx) * inverse;
     const F8 weight = one / squareRoot(one + (wx * wx + wy * wy + wz * wz)), scale = select(touches, weight, zero);
-    store(out.a[0] + i, nx * scale);
-    store(out.a[1] + i, ny * scale);
-    store(out.a[2] + i, nz * scale);
-    store(out.a[3] + i, wx * scale);
-    store(out.a[4] + i, wy * scale);
-    store(out.a[5] + i, wz * scale);
+    storeScaled(out.a, i, {nx, ny, nz, wx, wy, wz}, scale);
     store(out.b + i, select(touches, -(gap * weight), splat(-1e30f)));
     store(out.weight + i, weight);
   }

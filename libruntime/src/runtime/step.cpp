@@ -198,7 +198,7 @@ class Stepper {
   Workspace& workspace_;
   StageTimes* times_;
   StepResult& result_;
-  PairSet bridges_;                // near the last searchAll()
+  PairSet bridges_;                // near the pose of the last searchBridges()
   Vector6 stretch_before_;         // of the springs, when the last step ended [mm, scaled]
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
   bool has_last_ = false;
