@@ -14,7 +14,6 @@
 #include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/hierarchy.h"
-#include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/needless_spheres.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/builder/published_frame.h"
@@ -25,7 +24,7 @@
 #include "spheretree/builder/reduce_merge.h"
 #include "spheretree/builder/reduce_octree.h"
 #include "spheretree/builder/reduce_spawn.h"
-#include "spheretree/builder/simplify_mesh.h"
+#include "spheretree/builder/search_mesh.h"
 #include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
@@ -79,34 +78,7 @@ Method methodOf(BuilderKind kind) {
   }
 }
 
-// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
-constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
-constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
-
-// What the balls are searched on, where that is not the mesh given.
-struct SearchMesh {
-  TriangleMesh mesh;
-  DistanceField field;
-  double distance_bound;
-};
-
-// None if the mesh has not many more triangles than the spheres can use, if its walls are so thin that the simplified ones cross, or if
-// the tolerance is too small for it.
-std::optional<SearchMesh> simplifyForSearch(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
-  std::size_t wanted = kTrianglesALeaf;
-  for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
-  wanted = std::max(wanted, kLeastTriangles);
-  if (!settings.simplify || mesh.triangles.size() <= 2 * wanted) return std::nullopt;
-  progress.stage("simplify");
-  TriangleMesh few = simplifyMesh(mesh, wanted, progress);
-  if (!checkMesh(few).clean()) return std::nullopt;
-  progress.check();
-  DistanceField field(few);
-  const double bound = distanceBound(mesh, field, progress);
-  if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return std::nullopt;
-  return SearchMesh{std::move(few), std::move(field), bound};
-}
-
+// In the pose of the search mesh; so is the tolerance of the settings.
 LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
   PublishedSettings published;
   published.levels = settings.levels;
@@ -150,7 +122,6 @@ float roundUp(double x) {
   return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
 }
 
-// Triangles of both, to be covered; the sharing of vertices does not matter to that.
 // The spheres of each level, each level (with the spheres that ended above it) certified to cover the mesh.
 struct CertifiedLevels {
   std::vector<std::vector<Sphere>> spheres;
@@ -262,25 +233,23 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
 
   const DistanceField graded = gradedField(mesh, settings);
   const bool is_graded = graded.triangleCount() > 0;
-  const std::optional<SearchMesh> search = is_graded ? std::nullopt : simplifyForSearch(mesh, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  result.statistics.simplification = search.simplification;
+  finishStage("search mesh");
   // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from
   // it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
   BuildSettings search_settings = settings;
-  if (search) {
-    result.statistics.simplification = {search->mesh.triangles.size(), search->distance_bound};
-    if (settings.tolerance_mm > 0) search_settings.tolerance_mm -= 2 * search->distance_bound;
-    finishStage("simplify");
-  }
+  search_settings.tolerance_mm = std::max(0.0, settings.tolerance_mm - 2 * search.simplification.distance_bound_mm) / search.pose.scale;
 
   const Vector3d origin = chooseOrigin(field);
-  const TriangleMesh to_cover = joined(mesh, cover_too);
+  const TriangleMesh to_cover = joined(mesh, cover_too);  // triangles of both; the sharing of vertices does not matter
   // A graded tree aims at keeping its distance in the graded field.
   const DistanceField& goal = is_graded ? graded : field;
   Certifier certifier(to_cover, goal, origin, settings.seed, progress);
   search_settings.tolerance_mm /= kAim;
   CertifiedLevels levels;
   for (int attempt = 0;; ++attempt) {
-    const LevelBalls balls = buildLevels(search ? search->mesh : mesh, search ? search->field : goal, search_settings, progress);
+    const LevelBalls balls = inFrameOfMesh(buildLevels(search.mesh, search.field, search_settings, progress), search.pose);
     finishStage("balls");
     progress.stage("certify");
     levels = certifier.certify(balls);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Trees of the same object in other clothes. The limits on the change of the worst leaf overhang hold where the search is deep enough;
-// the short run uses small trees of quick quality and only asks for what holds there. SPHERETREE_LONG=1: cover and merge at standard
-// quality on the probe, tooth and box with 24 rotations and the full limits (about an hour of one core).
+// Trees of the same object in other clothes. The limits on the change of the worst leaf overhang hold for turned and scaled copies at any
+// quality, for the others where the search is deep enough; the short run uses small trees of quick quality and only asks for what holds
+// there. SPHERETREE_LONG=1: cover and merge at standard quality on the probe, tooth and box with 24 rotations and the full limits (about an
+// hour of one core).
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -46,7 +47,8 @@ void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
         EXPECT_TRUE(row.same_spheres) << row.change << ": a power of two changes no digit, an order nothing";
         EXPECT_EQ(row.largest_change, 0) << row.change;
       } else {
-        EXPECT_LE(row.largest_change, isLong() ? limits.at(row.change) : 0.3) << row.change;
+        const bool follows_the_object = row.change == "rotation" || row.change == "scale 1.7";
+        EXPECT_LE(row.largest_change, isLong() || follows_the_object ? limits.at(row.change) : 0.3) << row.change;
       }
     }
   }

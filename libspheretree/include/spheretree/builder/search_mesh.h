@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the balls of a tree are searched on: the mesh in its canonical pose, so that no search depends on how a file has the object turned,
+// and on fewer triangles where it has more than the spheres can follow. What a build states is proven against the mesh that was given.
+#pragma once
+
+#include "spheretree/builder/ball.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/canonical_pose.h"
+#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/progress.h"
+
+namespace spheretree::builder {
+
+struct SearchMesh {
+  Pose pose;
+  TriangleMesh mesh;    // in the pose: its lengths, and all of the search, are in units of pose.scale
+  DistanceField field;  // of `mesh`; with the slack of a graded tree
+  Simplification simplification;
+};
+
+/// Simplified if `mesh` has far more triangles than the tree can follow, unless the tree is graded, the walls are so thin that the
+/// simplified ones cross, or the tolerance is too small for it. @throws Cancelled.
+SearchMesh makeSearchMesh(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress);
+
+/// What was found in the pose, in the frame of the mesh [mm].
+LevelBalls inFrameOfMesh(LevelBalls balls, const Pose& pose);
+
+}  // namespace spheretree::builder

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/search_mesh.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "spheretree/builder/canonical_order.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/simplify_mesh.h"
+
+namespace spheretree::builder {
+
+namespace {
+
+// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
+constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
+constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
+
+bool simplify(SearchMesh& search, const BuildSettings& settings, Progress& progress) {
+  std::size_t wanted = kTrianglesALeaf;
+  for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
+  wanted = std::max(wanted, kLeastTriangles);
+  if (!settings.simplify || search.mesh.triangles.size() <= 2 * wanted) return false;
+  progress.stage("simplify");
+  TriangleMesh few = simplifyMesh(search.mesh, wanted, progress);
+  if (!checkMesh(few).clean()) return false;
+  progress.check();
+  DistanceField field(few);
+  const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);
+  if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return false;
+  search.simplification = {few.triangles.size(), bound};
+  search.mesh = std::move(few);
+  search.field = std::move(field);
+  return true;
+}
+
+}  // namespace
+
+SearchMesh makeSearchMesh(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+  SearchMesh search;
+  search.pose = canonicalPose(mesh);
+  OrderedMesh ordered = inCanonicalOrder(inPose(mesh, search.pose));
+  search.mesh = std::move(ordered.mesh);
+  std::vector<double> slack;
+  if (!settings.tolerance_of_triangle_mm.empty())
+    for (const std::uint32_t t : ordered.triangle)
+      slack.push_back((settings.tolerance_of_triangle_mm[t] - settings.tolerance_mm) / search.pose.scale);
+  if (!slack.empty() || !simplify(search, settings, progress)) search.field = DistanceField(search.mesh, slack);
+  return search;
+}
+
+LevelBalls inFrameOfMesh(LevelBalls balls, const Pose& pose) {
+  for (std::vector<Ball>& level : balls.balls)
+    for (Ball& b : level) b = {pose.toMesh(b.centre), pose.scale * b.radius};
+  return balls;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/search_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(SearchMesh, WhatIsFoundOnItComesBackToTheMesh) {
+  const TriangleMesh mesh = test::boxMesh({10, 20, 30}, {11, 24, 32});
+  Progress progress;
+  const SearchMesh search = makeSearchMesh(mesh, {}, progress);
+  EXPECT_EQ(search.simplification.triangles, 0u);
+  EXPECT_EQ(search.mesh.triangles.size(), mesh.triangles.size());
+  LevelBalls found;
+  found.balls = {{{Vector3d::Zero(), 1}}, {{search.mesh.positions[0], 0.5}, {search.mesh.positions[7], 0.25}}};
+  found.parents = {{kNoParent}, {0, 0}};
+  const LevelBalls there = inFrameOfMesh(found, search.pose);
+  EXPECT_EQ(there.parents, found.parents);
+  EXPECT_TRUE(there.balls[0][0].centre.isApprox(Vector3d(10.5, 22, 31), 1e-9));
+  const DistanceField field(mesh);
+  EXPECT_NEAR(field.signedDistance(there.balls[0][0].centre), search.pose.scale * search.field.signedDistance(Vector3d::Zero()), 1e-6);
+  for (const Ball& b : there.balls[1]) EXPECT_LE(field.distance(b.centre), kPoseRounding * search.pose.scale) << "a corner stays one";
+  EXPECT_DOUBLE_EQ(there.balls[1][0].radius, 0.5 * search.pose.scale);
+}
+
+// What a graded tree may reach out by more at a triangle stays with the triangle.
+TEST(SearchMesh, SlackFollowsItsTriangle) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 4, 2});
+  BuildSettings settings;
+  settings.tolerance_mm = 0.1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) settings.tolerance_of_triangle_mm.push_back(0.1 + 0.01 * static_cast<double>(t));
+  const std::vector<double> slack = [&] {
+    std::vector<double> out = settings.tolerance_of_triangle_mm;
+    for (double& s : out) s -= settings.tolerance_mm;
+    return out;
+  }();
+  const DistanceField graded(mesh, slack);
+  Progress progress;
+  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0.4, -0.3, 0.1), Vector3d(-0.9, 0.2, 0.3)})
+    EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
+}
+
+TEST(SearchMesh, AMeshFinerThanItsLeavesIsSimplified) {
+  const TriangleMesh mesh = test::sphereMesh(3, 7);  // 131,072 triangles
+  BuildSettings settings;
+  settings.levels = 2;
+  Progress progress;
+  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  EXPECT_EQ(search.simplification.triangles, search.mesh.triangles.size());
+  EXPECT_LT(search.mesh.triangles.size(), 21'000u);
+  for (const Vector3d& p : mesh.positions)
+    ASSERT_LE(search.pose.scale * search.field.distance(search.pose.turn.transpose() * (p - search.pose.centre) / search.pose.scale),
+              search.simplification.distance_bound_mm);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
