@@ -30,30 +30,38 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors();
 }
 
-struct Cell {
-  std::int64_t place;  // its three numbers along the axes in one: the search is for few cells, over and over
-  std::vector<Vector3d> points;
-};
+// The occupied cells of a grid that starts at `low`, as lists of points in order of their first; none as soon as there are more than
+// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low`.
+class Cells {
+ public:
+  explicit Cells(std::size_t most) : place_(most), points_(most) {}
 
-// The occupied cells in order of place, each with its points; none as soon as there are more than `most`: of most grids a few points show
-// that. `turned`: the points in the axes of the grid, which starts at `low`.
-std::vector<Cell> sortIntoCells(std::span<const Vector3d> points, std::span<const Vector3d> turned, const Vector3d& low, double size,
-                                std::size_t most) {
-  std::vector<Cell> cells;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Array3d q = ((turned[i] - low) / size).array().floor();
-    const std::int64_t place =
-        (static_cast<std::int64_t>(q.x()) * kMostCells + static_cast<std::int64_t>(q.y())) * kMostCells + static_cast<std::int64_t>(q.z());
-    auto at = std::find_if(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.place == place; });
-    if (at == cells.end()) {
-      if (cells.size() == most) return {};
-      at = cells.insert(at, {place, {}});
+  bool sort(std::span<const Vector3d> points, const Vector3d& low, double size) {
+    count_ = 0;
+    const double per_cell = 1 / size;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const Vector3d q = per_cell * (points[i] - low);
+      const std::int64_t place =  // the three numbers of the cell in one
+          (static_cast<std::int64_t>(q.x()) * kMostCells + static_cast<std::int64_t>(q.y())) * kMostCells +
+          static_cast<std::int64_t>(q.z());
+      std::size_t cell = 0;
+      while (cell < count_ && place_[cell] != place) ++cell;
+      if (cell == count_) {
+        if (count_ == place_.size()) return false;
+        place_[count_] = place;
+        points_[count_++].clear();
+      }
+      points_[cell].push_back(i);
     }
-    at->points.push_back(points[i]);
+    return true;
   }
-  std::sort(cells.begin(), cells.end(), [](const Cell& x, const Cell& y) { return x.place < y.place; });
-  return cells;
-}
+  std::span<const std::vector<std::uint32_t>> lists() const { return {points_.data(), count_}; }
+
+ private:
+  std::size_t count_ = 0;
+  std::vector<std::int64_t> place_;
+  std::vector<std::vector<std::uint32_t>> points_;
+};
 
 }  // namespace
 
@@ -64,7 +72,8 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
   std::vector<FittedBall> best;
   double least = std::numeric_limits<double>::infinity();
-  std::vector<Vector3d> turned(region.points.size());
+  std::vector<Vector3d> turned(region.points.size()), in_cell;
+  Cells cells(region.most);
   for (const Matrix3d& turn : turns) {
     Eigen::AlignedBox3d box;
     for (std::size_t i = 0; i < turned.size(); ++i) {
@@ -78,13 +87,14 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       found = false;
       for (int offset = 0; offset < 8; ++offset) {
         const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
-        const auto cells = sortIntoCells(region.points, turned, box.min() - size * shift, size, region.most);
-        if (cells.empty()) continue;
+        if (!cells.sort(turned, box.min() - size * shift, size)) continue;
         found = true;
         std::vector<FittedBall> balls;
         double worst = 0;
-        for (const Cell& cell : cells) {
-          const Ball ball = smallestBall(cell.points);
+        for (const std::vector<std::uint32_t>& list : cells.lists()) {
+          in_cell.clear();
+          for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
+          const Ball ball = smallestBall(in_cell);
           balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
           worst = std::max(worst, balls.back().overhang());
           if (worst >= least) break;

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "spheretree/builder/box_tree.h"
+#include "spheretree/builder/sample_index.h"
 #include "spheretree/builder/smallest_ball.h"
 
 namespace spheretree::builder {
@@ -18,9 +18,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kWorthwhile = 1e-3;   // share by which an exchange must lower an overhang
-constexpr double kNearWorst = 0.85;    // balls beyond this share of the worst overhang are split
-constexpr double kRelaxed = 0.75;      // a refit below this share of the worst overhang would gain nothing
+constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
+constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
+constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
+constexpr double kAhead = 1.05,
+                 kStale = 1.4;         // points of a ball are listed for a stand-off so much larger, and anew once it is so much larger
 constexpr int kHalvesRounds = 2;       // of refits, after a split
 constexpr int kPatience = 5;           // rounds without gain
 constexpr std::size_t kMostParts = 8;  // of a ball whose halves are no better
@@ -43,36 +45,35 @@ class Level {
   void assign() {
     progress_.check();
     stand_off_ = std::max(worstOf(balls_), 1e-12 * field_.diagonal());
-    std::vector<Eigen::AlignedBox3d> boxes;
-    for (const FittedBall& b : balls_) {
-      const Vector3d half = Vector3d::Constant(std::max(0.0, b.clearance + stand_off_) * (1 + 1e-9));
-      boxes.emplace_back(b.centre - half, b.centre + half);
-    }
-    const BoxTree tree(boxes, 2);
-    constexpr std::size_t kChunk = 512;
-    tbb::parallel_for(std::size_t{0}, (points_.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
-      for (std::size_t i = chunk * kChunk; i < std::min(points_.size(), (chunk + 1) * kChunk); ++i) findTwo(tree, i);
-    });
-    patch_.assign(balls_.size(), {});
-    loss_.assign(balls_.size(), 0);
+    state_.resize(balls_.size());
+    tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) { findWithin(balls_[b], state_[b].within); });
+    std::fill(first_.begin(), first_.end(), Holder{});
+    std::fill(second_.begin(), second_.end(), Holder{});
+    for (std::uint32_t b = 0; b < balls_.size(); ++b)
+      for (const Within::Point& p : state_[b].within.points)
+        if (p.gap <= stand_off_) look(p.point, {b, p.gap});
+    std::vector<std::vector<std::uint32_t>> patch(balls_.size());
     std::vector<double> reach(balls_.size(), 0);
+    for (State& s : state_) s.loss = 0;
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (first_[i].ball == kNoParent)  // beyond the stand-off of all
+        for (std::uint32_t b = 0; b < balls_.size(); ++b) look(i, {b, gapOf(points_[i], balls_[b])});
       const std::uint32_t b = first_[i].ball;
-      patch_[b].push_back(i);
-      loss_[b] = std::max(loss_[b], second_[i].gap);
+      patch[b].push_back(i);
+      state_[b].loss = std::max(state_[b].loss, second_[i].gap);
       reach[b] = std::max(reach[b], first_[i].gap);
     }
-    for (std::size_t b = 0; b < balls_.size(); ++b)
-      balls_[b].radius = patch_[b].empty() ? 0 : (balls_[b].clearance + reach[b]) * (1 + 1e-12);
+    for (std::size_t b = 0; b < balls_.size(); ++b) {
+      balls_[b].radius = patch[b].empty() ? 0 : (balls_[b].clearance + reach[b]) * (1 + 1e-12);
+      if (patch[b] != state_[b].patch) state_[b].settled = state_[b].firm = false;
+      state_[b].patch.swap(patch[b]);
+    }
   }
 
   void removeEmpty() {
-    std::size_t kept = 0;
-    for (std::size_t b = 0; b < balls_.size(); ++b)
-      if (!patch_[b].empty()) balls_[kept++] = balls_[b];
-    if (kept == balls_.size()) return;
-    balls_.resize(kept);
-    assign();
+    const std::size_t before = balls_.size();
+    keep([&](std::size_t b) { return !state_[b].patch.empty(); });
+    if (balls_.size() < before) assign();
   }
 
   double worst() const { return worstOf(balls_); }
@@ -80,9 +81,12 @@ class Level {
 
   // With few balls, none of which can be split alone, a start of its own may be better: all points broken up at once.
   void startAgain(std::size_t most) {
-    std::vector<FittedBall> parts = breakUp(points_, worst(), most);
+    std::vector<Vector3d> all;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) all.push_back(points_[i]);
+    std::vector<FittedBall> parts = breakUp(all, worst(), most);
     if (parts.empty()) return;
     balls_ = std::move(parts);
+    state_.clear();
     assign();
     removeEmpty();
   }
@@ -115,7 +119,11 @@ class Level {
     const std::vector<std::uint32_t> cheap = byLoss();
     std::size_t next = 0;
     std::vector<std::vector<FittedBall>> parts(wide.size());
-    tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) { parts[k] = breakUp(wide[k], 2); });
+    tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) {
+      State& s = state_[wide[k]];
+      if (!s.firm) parts[k] = breakUp(wide[k], 2);
+      s.firm = parts[k].empty();
+    });
     bool any = false;
     for (std::size_t k = 0; k < wide.size(); ++k) {
       const std::uint32_t b = wide[k];
@@ -129,7 +137,7 @@ class Level {
       if (needed > spare) {
         for (; next < cheap.size(); ++next) {
           const std::uint32_t d = cheap[next];
-          if (loss_[d] >= worst * (1 - kWorthwhile)) next = cheap.size();
+          if (state_[d].loss >= worst * (1 - kWorthwhile)) next = cheap.size();
           if (next == cheap.size() || (!touched_[d] && drop(d))) break;
         }
         if (next == cheap.size()) {
@@ -151,27 +159,51 @@ class Level {
     std::uint32_t ball = kNoParent;
     double gap = kInfinity;
   };
-
-  void findTwo(const BoxTree& tree, std::size_t i) {
-    Holder first, second;
-    const auto look = [&](std::uint32_t b) {
-      const double gap = gapOf(points_[i], balls_[b]);
-      if (gap < first.gap || (gap == first.gap && b < first.ball))
-        second = first, first = {b, gap};
-      else if (gap < second.gap || (gap == second.gap && b < second.ball))
-        second = {b, gap};
+  // The points that a ball holds at a stand-off. A search for them is what a round costs, and most balls stay where they are.
+  struct Within {
+    struct Point {
+      std::uint32_t point;
+      double gap;
     };
-    tree.searchWithin(points_[i], 0, [&](std::size_t begin, std::size_t count) {
-      for (std::size_t slot = begin; slot < begin + count; ++slot) look(tree.order()[slot]);
+    Vector3d centre = Vector3d::Zero();
+    double stand_off = -1;  // none yet
+    std::vector<Point> points;
+  };
+  struct State {
+    Within within;
+    std::vector<std::uint32_t> patch;  // points that lie deepest in the ball
+    double loss = 0;                   // what the others would have to reach out without it
+    bool settled = false;              // a refit to this patch gains nothing
+    bool firm = false;                 // halves of this patch are no better
+  };
+
+  void findWithin(const FittedBall& ball, Within& within) const {
+    if (within.centre == ball.centre && within.stand_off >= stand_off_ && within.stand_off <= kStale * stand_off_) return;
+    within = {ball.centre, kAhead * stand_off_, std::move(within.points)};
+    within.points.clear();
+    points_.within(ball.centre, ball.clearance + within.stand_off, [&](std::uint32_t i, double distance) {
+      within.points.push_back({i, distance - ball.clearance});
     });
-    // Beyond the stand-off a ball nearer than those found may have been missed.
-    if (first.gap > stand_off_) {
-      first = second = {};
-      for (std::uint32_t b = 0; b < balls_.size(); ++b) look(b);
-    } else if (second.gap > stand_off_) {
-      second = {};
+  }
+
+  void look(std::uint32_t i, const Holder& h) {
+    Holder &first = first_[i], &second = second_[i];
+    if (h.gap < first.gap)
+      second = first, first = h;
+    else if (h.gap < second.gap)
+      second = h;
+  }
+
+  template <class Keep>
+  void keep(Keep is_kept) {
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < balls_.size(); ++b) {
+      if (!is_kept(b)) continue;
+      if (kept < b) balls_[kept] = balls_[b], state_[kept] = std::move(state_[b]);
+      ++kept;
     }
-    first_[i] = first, second_[i] = second;
+    balls_.resize(kept);
+    state_.resize(kept);
   }
 
   std::vector<Vector3d> pointsOf(const std::vector<std::uint32_t>& patch) const {
@@ -184,7 +216,7 @@ class Level {
   std::vector<std::uint32_t> byLoss() const {
     std::vector<std::uint32_t> order(balls_.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) { return loss_[x] < loss_[y]; });
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) { return state_[x].loss < state_[y].loss; });
     return order;
   }
 
@@ -197,14 +229,15 @@ class Level {
 
   // False if a ball that would have to take over is about to change itself.
   bool drop(std::uint32_t b) {
-    for (const std::uint32_t i : patch_[b])
+    for (const std::uint32_t i : state_[b].patch)
       if (second_[i].ball != kNoParent && gone_[second_[i].ball]) return false;
     touched_[b] = gone_[b] = 1;
-    for (const std::uint32_t i : patch_[b]) {
+    for (const std::uint32_t i : state_[b].patch) {
       const std::uint32_t heir = second_[i].ball;
       if (heir == kNoParent) continue;  // beyond the stand-off of all: the next assignment grows one
       touched_[heir] = inherits_[heir] = 1;
-      patch_[heir].push_back(i);
+      state_[heir].patch.push_back(i);
+      state_[heir].settled = false;
     }
     return true;
   }
@@ -212,19 +245,18 @@ class Level {
   void finish(double relaxed) {
     const double worst = this->worst();
     tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) {
-      if (!gone_[b] && (inherits_[b] || balls_[b].overhang() > relaxed * worst))
-        refitToPatch(field_, pointsOf(patch_[b]), balls_[b], relaxed * worst);
+      if (gone_[b] || state_[b].settled || !(inherits_[b] || balls_[b].overhang() > relaxed * worst)) return;
+      const double before = balls_[b].overhang();
+      refitToPatch(field_, pointsOf(state_[b].patch), balls_[b], relaxed * worst);
+      state_[b].settled = !inherits_[b] && balls_[b].overhang() > before * (1 - kWorthwhile);
     });
-    std::size_t kept = 0;
-    for (std::size_t b = 0; b < balls_.size(); ++b)
-      if (!gone_[b]) balls_[kept++] = balls_[b];
-    balls_.resize(kept);
+    keep([&](std::size_t b) { return !gone_[b]; });
     balls_.insert(balls_.end(), made_.begin(), made_.end());
     assign();
   }
 
   std::vector<FittedBall> breakUp(std::uint32_t b, std::size_t parts) const {
-    return breakUp(pointsOf(patch_[b]), balls_[b].overhang(), parts);
+    return breakUp(pointsOf(state_[b].patch), balls_[b].overhang(), parts);
   }
 
   // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they reach out as far.
@@ -250,14 +282,13 @@ class Level {
   }
 
   const DistanceField& field_;
-  std::span<const Vector3d> points_;
+  SampleIndex points_;
   std::vector<FittedBall>& balls_;
   const Progress& progress_;
   double stand_off_ = 0;
   std::vector<Holder> first_, second_;
-  std::vector<std::vector<std::uint32_t>> patch_;  // (balls) points that lie deepest in it
-  std::vector<double> loss_;                       // (balls) what the others would have to reach out without it
-  std::vector<char> touched_, inherits_, gone_;    // (balls) in this round: part of an exchange; gets points; not kept
+  std::vector<State> state_;                     // (balls)
+  std::vector<char> touched_, inherits_, gone_;  // (balls) in this round: part of an exchange; gets points; not kept
   std::vector<FittedBall> made_;
 };
 

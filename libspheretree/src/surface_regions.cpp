@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kPointsAChunk = 512;
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
+constexpr std::size_t kFewBalls = 16;  // that are not worth an index
 
 // The balls under a spatial index. A hair larger, so that a point on a ball's surface is held in spite of rounding.
 class BallIndex {
@@ -141,7 +142,15 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
 
 std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
   std::vector<std::uint32_t> owner(points.size(), kNoParent);
-  {
+  if (balls.size() <= kFewBalls) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      double least = std::numeric_limits<double>::infinity();
+      for (std::uint32_t b = 0; b < balls.size(); ++b) {
+        const double distance = (points[i] - balls[b].centre).norm(), gap = distance - balls[b].clearance;
+        if (distance <= balls[b].radius * (1 + 1e-9) && gap < least) least = gap, owner[i] = b;
+      }
+    }
+  } else {
     const BallIndex index(balls);
     forChunks(points.size(), [&](std::size_t i) {
       double least = std::numeric_limits<double>::infinity();
