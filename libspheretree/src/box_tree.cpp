@@ -95,6 +95,12 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
     return {Range{range.first, middle, boxOf(range.first, middle)}, Range{middle, range.last, boxOf(middle, range.last)}};
   };
 
+  const Range all{0, boxes.size(), boxOf(0, boxes.size())};
+  middle_ = all.box.center();
+  const double reach = 0.5 * all.box.sizes().maxCoeff();
+  to_local_ = reach > 1e-150 ? 1 / reach : 0;  // 0: all in one place
+  from_local2_ = kShrink * reach * reach;
+  constexpr float kFar = std::numeric_limits<float>::infinity();
   struct Task {
     Range range;
     std::size_t node;
@@ -102,7 +108,7 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
   };
   std::vector<Task> tasks;
   nodes_.emplace_back();
-  tasks.push_back({Range{0, boxes.size(), boxOf(0, boxes.size())}, 0, 0});
+  tasks.push_back({all, 0, 0});
   while (!tasks.empty()) {
     const Task task = tasks.back();
     tasks.pop_back();
@@ -123,8 +129,9 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
       const bool used = k < children.size();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<Eigen::Index>(axis);
-        node.low[axis][static_cast<Eigen::Index>(k)] = used ? children[k].box.min()[i] : std::numeric_limits<double>::max();
-        node.high[axis][static_cast<Eigen::Index>(k)] = used ? children[k].box.max()[i] : std::numeric_limits<double>::max();
+        const auto column = static_cast<Eigen::Index>(k);
+        node.low[axis][column] = used ? static_cast<float>((children[k].box.min()[i] - middle_[i]) * to_local_ - kHair) : kFar;
+        node.high[axis][column] = used ? static_cast<float>((children[k].box.max()[i] - middle_[i]) * to_local_ + kHair) : kFar;
       }
       if (!used) continue;
       if (children[k].size() <= wanted) {

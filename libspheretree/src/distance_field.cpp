@@ -141,6 +141,8 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
     tested += static_cast<std::uint32_t>(count);
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
+      const Vector3d ap = p - f.a;
+      if (std::abs(f.normal.dot(ap)) > limit + 1e-14 * ap.lpNorm<1>()) continue;
       NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
       if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
       if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;

@@ -71,6 +71,31 @@ TEST(BoxTree, WithinVisitsEveryBoxInReachOnce) {
   }
 }
 
+// The boxes are kept in float, about their middle: no item may be lost by that, whatever the scale and wherever the point.
+TEST(BoxTree, LosesNoItemToRounding) {
+  test::Random random(4);
+  for (const double scale : {1e-200, 1e-12, 1.0, 1e9})
+    for (const double offset : {0.0, 1e6})
+      for (const double away : {0.5, 3.0, 9.0, 1e6, 1e25}) {
+        Boxes boxes = randomBoxes(random, 200, 1e-4);
+        for (auto& box : boxes) box = {scale * (box.min() + Vector3d::Constant(offset)), scale * (box.max() + Vector3d::Constant(offset))};
+        const BoxTree tree(boxes);
+        for (int k = 0; k < 50; ++k) {
+          const Vector3d p = scale * (away * random.inCube(1) + Vector3d::Constant(offset));
+          const auto& target = boxes[static_cast<std::size_t>(k)];
+          const double reach2 = target.squaredExteriorDistance(p);
+          double best = std::numeric_limits<double>::infinity();
+          for (const auto& box : boxes) best = std::min(best, box.squaredExteriorDistance(p));
+          EXPECT_NEAR(nearestByTree(tree, boxes, p), best, 1e-14 * best) << scale << " " << offset << " " << away;
+          bool visited = false;
+          tree.searchWithin(p, reach2, [&](std::size_t first, std::size_t count) {
+            for (std::size_t s = first; s < first + count; ++s) visited = visited || tree.order()[s] == static_cast<std::uint32_t>(k);
+          });
+          EXPECT_TRUE(visited) << scale << " " << offset << " " << away;
+        }
+      }
+}
+
 TEST(BoxTree, OrderIsAPermutation) {
   test::Random random(3);
   const BoxTree tree(randomBoxes(random, 1000, 0.2));
