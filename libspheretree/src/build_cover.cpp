@@ -31,7 +31,7 @@ Effort effortOf(Quality quality) {
     case Quality::Quick:
       return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2, 0.04};
     case Quality::Standard:
-      return {24, 1000, 6000, 1500, 1, 30'000'000, 0.6, 60'000'000, 0.04, 6, 0.02};
+      return {24, 1000, 6000, 1500, 1, 10'000'000, 0.6, 60'000'000, 0.04, 6, 0.02};
     case Quality::Best:
       return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12, 0.01};
   }
@@ -100,8 +100,8 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    // Memory grows with the candidates: sixty a sphere, but in very deep trees eight do.
-    const std::size_t candidates = std::max<std::size_t>(400, std::min(60 * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
+    // Memory grows with the candidates: twenty a sphere, of which no more are of use to what follows, but in very deep trees eight do.
+    const std::size_t candidates = std::max<std::size_t>(400, std::min(20 * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
     return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates), cover_settings, progress);
   };
 

@@ -14,6 +14,8 @@ class OpenSet {
     place_.assign(range, 0);
     members_.clear();
   }
+  /// One more number may be a member.
+  void grow() { place_.push_back(0); }
   /// `s` must not be in the set.
   void insert(std::uint32_t s) {
     place_[s] = static_cast<std::uint32_t>(members_.size());

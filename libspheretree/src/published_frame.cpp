@@ -76,32 +76,6 @@ double worstOverhang(std::span<const FittedBall> balls) {
   return worst;
 }
 
-// The same surface in triangles whose sides are at most so long: findCoverGaps costs the square of the balls that cut a triangle.
-TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
-  TriangleMesh out;
-  out.positions = mesh.positions;
-  std::vector<Triangle> open(mesh.triangles.rbegin(), mesh.triangles.rend());
-  while (!open.empty()) {
-    const Triangle t = open.back();
-    open.pop_back();
-    std::size_t k = 0;  // the longest side leads from corner k to the next
-    const auto side2 = [&](std::size_t c) { return (out.positions[t[(c + 1) % 3]] - out.positions[t[c]]).squaredNorm(); };
-    for (std::size_t c = 1; c < 3; ++c)
-      if (side2(c) > side2(k)) k = c;
-    if (side2(k) <= longest * longest) {
-      out.triangles.push_back(t);
-      continue;
-    }
-    const auto middle = static_cast<std::uint32_t>(out.positions.size());
-    out.positions.push_back(0.5 * (out.positions[t[k]] + out.positions[t[(k + 1) % 3]]));
-    Triangle one = t, two = t;
-    one[(k + 1) % 3] = two[k] = middle;
-    open.push_back(two);
-    open.push_back(one);
-  }
-  return out;
-}
-
 using Levels = std::vector<std::vector<FittedBall>>;
 
 // One method from the root down.

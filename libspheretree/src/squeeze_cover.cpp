@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <random>
 #include <set>
@@ -28,10 +27,11 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kAsked = 6;  // balls asked to take a point
 constexpr int kDropRounds = 8;     // in which a ball gives points up for a new one
 constexpr int kRefitSteps = 14;
-constexpr std::uint64_t kTabu = 8;            // moves for which a ball that gave something up is asked last, at most
-constexpr int kGapRounds = 16;                // of reaching a goal and sampling what it left uncovered
-constexpr std::size_t kMostAppended = 300;    // samples behind the index before it is made anew
-constexpr std::uint64_t kLeastAttempts = 8;   // that the work suffices for: where refits are dear, one goal out of reach would take it all
+constexpr std::uint64_t kTabu = 8;           // moves for which a ball that gave something up is asked last, at most
+constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: where refits are dear, one goal out of reach would take it all
+constexpr std::uint64_t kTriangleWork =
+    4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
+constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
 constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
 
 // The balls, the samples, and who covers what at the present goal.
@@ -42,22 +42,31 @@ class Squeezer {
         work_(work),
         samples_(points),
         balls_(std::move(balls)),
-        count_(samples_.size()),
-        owner_(samples_.size()),
-        weight_(samples_.size(), 1),
+        state_(samples_.size()),
+        near_(balls_.size()),
+        near_to_(balls_.size(), -kInfinity),
         covered_(balls_.size()),
         private_(balls_.size()),
         tabu_(balls_.size()),
         random_(seed) {}
 
   const std::vector<Ball>& balls() const { return balls_; }
-  void setBalls(std::vector<Ball> balls) { balls_ = std::move(balls); }
-  std::size_t appended() const { return samples_.appended(); }
+  void setBalls(std::span<const Ball> balls) {
+    for (std::size_t b = 0; b < balls_.size(); ++b)
+      if (balls_[b].centre != balls[b].centre || balls_[b].radius != balls[b].radius) setBall(b, balls[b]);
+  }
+  // One more sample, covered or open like the others.
   void append(const Vector3d& p) {
+    const auto s = static_cast<std::uint32_t>(samples_.size());
     samples_.append(p);
-    count_.push_back(0);
-    owner_.push_back(0);
-    weight_.push_back(1);
+    state_.emplace_back();
+    open_.grow();
+    open_.insert(s);
+    for (std::uint32_t b = 0; b < balls_.size(); ++b) {
+      const double gap = (p - balls_[b].centre).norm() - balls_[b].radius;
+      if (gap <= near_to_[b]) near_[b].push_back({s, gap});
+      if (gap <= goal_) take(b, s);
+    }
   }
   std::vector<std::uint32_t> takeMoved() { return std::exchange(moved_, {}); }
 
@@ -76,48 +85,77 @@ class Squeezer {
     return most;
   }
 
-  // Moves balls until every sample is covered at stand-off `goal`. False if that takes more than `moves`, or the work so far more than
-  // `most_work`.
-  bool reach(double goal, int moves, std::uint64_t most_work, const Progress& progress) {
+  // Moves are counted from here on.
+  void setGoal(double goal) {
     goal_ = goal;
-    std::fill(count_.begin(), count_.end(), 0);
-    std::fill(owner_.begin(), owner_.end(), 0);
+    for (Sample& sample : state_) sample.count = sample.owner = 0;
     std::fill(private_.begin(), private_.end(), 0);
     std::fill(tabu_.begin(), tabu_.end(), 0);
+    move_ = 0;
     open_.reset(samples_.size());
     for (std::uint32_t s = 0; s < samples_.size(); ++s) open_.insert(s);
     for (std::uint32_t b = 0; b < balls_.size(); ++b) cover(b);
-    for (int move = 1; !open_.empty(); ++move) {
-      if (move > moves || work_ > most_work) return false;
-      if (move % 64 == 0) progress.check();
-      place(open_.anyOf(random_()), static_cast<std::uint64_t>(move));
+  }
+
+  bool isReached() const { return open_.empty(); }
+  // Moves balls until every sample is covered at the goal. False if that takes more than `moves`, or the work so far more than
+  // `most_work`.
+  bool reach(int moves, std::uint64_t most_work, const Progress& progress) {
+    for (int i = 0; !isReached(); ++i) {
+      if (i == moves || work_ > most_work) return false;
+      if (++move_ % 64 == 0) progress.check();
+      place(open_.anyOf(random_()));
     }
     return true;
   }
 
  private:
-  // owner_ is the exclusive or of the balls that cover a sample: the ball itself where there is one.
+  struct Sample {
+    std::uint32_t count = 0;  // balls that cover it
+    std::uint32_t owner = 0;  // their exclusive or: the ball itself where there is one
+    double weight = 1;        // more for every time it was hard to cover
+  };
+  struct Near {
+    std::uint32_t sample;
+    double gap;
+  };
+
+  void setBall(std::size_t b, const Ball& to) {
+    balls_[b] = to;
+    near_to_[b] = -kInfinity;
+  }
   void cover(std::uint32_t b) {
+    if (!(near_to_[b] >= goal_)) {
+      near_[b].clear();
+      samples_.within(balls_[b].centre, balls_[b].radius + goal_, [&](std::uint32_t s, double distance) {
+        near_[b].push_back({s, distance - balls_[b].radius});
+      });
+      near_to_[b] = goal_;
+    }
     covered_[b].clear();
-    samples_.within(balls_[b].centre, balls_[b].radius + goal_, [&](std::uint32_t s, double) {
-      covered_[b].push_back(s);
-      if (count_[s] == 0) open_.erase(s), private_[b] += weight_[s];
-      if (count_[s] == 1) private_[owner_[s]] -= weight_[s];
-      ++count_[s];
-      owner_[s] ^= b;
-    });
+    for (const auto& [s, gap] : near_[b])
+      if (gap <= goal_) take(b, s);
+  }
+  void take(std::uint32_t b, std::uint32_t s) {
+    covered_[b].push_back(s);
+    Sample& sample = state_[s];
+    if (sample.count == 0) open_.erase(s), private_[b] += sample.weight;
+    if (sample.count == 1) private_[sample.owner] -= sample.weight;
+    ++sample.count;
+    sample.owner ^= b;
   }
   void uncover(std::uint32_t b) {
     for (const std::uint32_t s : covered_[b]) {
-      --count_[s];
-      owner_[s] ^= b;
-      if (count_[s] == 0) open_.insert(s), private_[b] -= weight_[s];
-      if (count_[s] == 1) private_[owner_[s]] += weight_[s];
+      Sample& sample = state_[s];
+      --sample.count;
+      sample.owner ^= b;
+      if (sample.count == 0) open_.insert(s), private_[b] -= sample.weight;
+      if (sample.count == 1) private_[sample.owner] += sample.weight;
     }
   }
 
   // Has a ball take sample `s`: the one that has to give up least.
-  void place(std::uint32_t s, std::uint64_t move) {
+  void place(std::uint32_t s) {
     const Vector3d p = samples_[s];
     std::array<std::pair<double, std::uint32_t>, kAsked> nearest;  // least gap at p first
     std::size_t count = 0;
@@ -136,7 +174,7 @@ class Squeezer {
     for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // those that gave something up lately are asked last
       if (i == count && chosen != kNone) break;
       const std::uint32_t b = nearest[i % count].second;
-      if ((tabu_[b] > move) != (i >= count)) continue;
+      if ((tabu_[b] > move_) != (i >= count)) continue;
       Ball trial = balls_[b];
       const double cost = costToTake(b, s, least_cost, trial);
       if (cost < least_cost) least_cost = cost, chosen = b, to = trial;
@@ -145,7 +183,7 @@ class Squeezer {
       // Or the ball that is missed least, wherever it is, comes here.
       std::uint32_t idle = kNone;
       for (std::uint32_t b = 0; b < balls_.size(); ++b)
-        if (tabu_[b] <= move && (idle == kNone || private_[b] < private_[idle])) idle = b;
+        if (tabu_[b] <= move_ && (idle == kNone || private_[b] < private_[idle])) idle = b;
       if (idle != kNone && private_[idle] < least_cost) {
         const NearestPoint here = field_.nearest(p);
         const Ball medial = shrinkingBall(field_, here.point, field_.pseudonormal(here));
@@ -154,12 +192,12 @@ class Squeezer {
       }
     }
     if (least_cost > 0) {
-      for (const std::uint32_t q : open_) ++weight_[q];
+      for (const std::uint32_t q : open_) ++state_[q].weight;
       if (chosen == kNone) return;  // its weight will make it dearer to lose
-      tabu_[chosen] = move + 1 + random_() % kTabu;
+      tabu_[chosen] = move_ + 1 + random_() % kTabu;
     }
     uncover(chosen);
-    balls_[chosen] = to;
+    setBall(chosen, to);
     cover(chosen);
     moved_.push_back(chosen);
   }
@@ -170,7 +208,7 @@ class Squeezer {
     patch_.clear();
     patch_samples_.clear();
     for (const std::uint32_t q : covered_[b])
-      if (count_[q] == 1) patch_.push_back(samples_[q]), patch_samples_.push_back(q);
+      if (state_[q].count == 1) patch_.push_back(samples_[q]), patch_samples_.push_back(q);
     patch_.push_back(samples_[s]);
     patch_samples_.push_back(s);
     double cost = 0;
@@ -188,7 +226,7 @@ class Squeezer {
       std::size_t kept = 0;
       for (std::size_t k = 0; k < patch_.size(); ++k) {
         if (k + 1 < patch_.size() && (patch_[k] - trial.centre).norm() >= limit) {
-          cost += weight_[patch_samples_[k]];
+          cost += state_[patch_samples_[k]].weight;
           continue;
         }
         patch_[kept] = patch_[k];
@@ -205,12 +243,14 @@ class Squeezer {
   SampleIndex samples_;
   std::vector<Ball> balls_;  // radius d(c)
   double goal_ = 0;
-  std::vector<std::uint32_t> count_, owner_;         // of a sample: how many balls cover it, and which if it is one
-  std::vector<double> weight_;                       // of a sample: 1, and more for every time it was hard to cover
+  std::vector<Sample> state_;
+  std::vector<std::vector<Near>> near_;              // samples of a gap up to near_to_ of the ball, all of them
+  std::vector<double> near_to_;                      // at least any goal since the ball moved; -infinity: unknown
   std::vector<std::vector<std::uint32_t>> covered_;  // samples that a ball covers
   std::vector<double> private_;                      // weight of the samples that a ball alone covers
-  std::vector<std::uint64_t> tabu_;
-  OpenSet open_;  // samples that no ball covers
+  std::vector<std::uint64_t> tabu_;                  // of a ball: the move until which it is asked last
+  std::uint64_t move_ = 0;                           // number of the last, at this goal
+  OpenSet open_;                                     // samples that no ball covers
   std::vector<std::uint32_t> moved_;
   std::vector<Vector3d> patch_;
   std::vector<std::uint32_t> patch_samples_;
@@ -220,12 +260,12 @@ class Squeezer {
 // Uncovered points of the mesh as new samples, no two closer than a share of the width of a patch.
 class GapSampler {
  public:
-  GapSampler(const TriangleMesh& mesh, double spacing, double tolerance)
-      : mesh_(mesh), spacing_(spacing), tolerance_(tolerance), all_(mesh.triangles.size()) {
+  GapSampler(TriangleMesh mesh, double spacing, double tolerance, std::uint64_t& work)
+      : mesh_(std::move(mesh)), spacing_(spacing), tolerance_(tolerance), work_(work), all_(mesh_.triangles.size()) {
     std::iota(all_.begin(), all_.end(), 0u);
-    std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
+    std::vector<Eigen::AlignedBox3d> boxes(mesh_.triangles.size());
     for (std::size_t t = 0; t < boxes.size(); ++t)
-      for (int k = 0; k < 3; ++k) boxes[t].extend(mesh.corner(t, k));
+      for (int k = 0; k < 3; ++k) boxes[t].extend(mesh_.corner(t, k));
     triangles_ = BoxTree(boxes, 4);
   }
 
@@ -234,7 +274,9 @@ class GapSampler {
   std::vector<Vector3d> find(std::span<const Ball> balls, double h, std::span<const Ball> was, std::span<const std::uint32_t> moved,
                              Progress& progress) {
     std::vector<std::uint32_t> near;
-    if (!was.empty()) {
+    if (was.empty()) {
+      near = all_;
+    } else {
       std::vector<char> marked(all_.size(), 0);
       for (const std::uint32_t t : open_) marked[t] = 1;
       for (const std::uint32_t b : moved) {
@@ -246,9 +288,10 @@ class GapSampler {
       for (const std::uint32_t t : all_)
         if (marked[t]) near.push_back(t);
     }
+    work_ += kTriangleWork * near.size();
     std::vector<Ball> grown(balls.begin(), balls.end());
     for (Ball& b : grown) b.radius += h;
-    std::vector<CoverGap> gaps = findCoverGaps(mesh_, was.empty() ? all_ : near, grown, tolerance_ * h, progress);
+    std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance_ * h, progress);
     open_.clear();
     for (const CoverGap& g : gaps) open_.push_back(g.triangle);
     std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
@@ -262,8 +305,9 @@ class GapSampler {
   }
 
  private:
-  const TriangleMesh& mesh_;
+  TriangleMesh mesh_;
   double spacing_, tolerance_;  // the latter as a share of the stand-off
+  std::uint64_t& work_;
   std::vector<std::uint32_t> all_;
   std::vector<std::uint32_t> open_;  // triangles with gaps at the last call
   BoxTree triangles_;
@@ -275,44 +319,45 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
                     const SqueezeSettings& settings, Progress& progress) {
   std::mt19937_64 random(settings.seed);
   std::uint64_t work = 0;
-  GapSampler sampler(mesh, settings.gap_spacing * std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size())),
-                     settings.gap_tolerance);
-  auto squeezer = std::make_unique<Squeezer>(field, points, inscribed, random(), work);
+  const double width = std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size()));  // of a patch
+  GapSampler sampler(withShortSides(mesh, std::max(kShortSide * width, 1e-3 * field.diagonal())), settings.gap_spacing * width,
+                     settings.gap_tolerance, work);
+  Squeezer squeezer(field, points, inscribed, random(), work);
 
-  // Covers at stand-off `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
+  // Covers at the goal `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
   const auto settle = [&](double h, std::uint64_t most_work) {
     std::vector<Ball> was;
-    squeezer->takeMoved();
-    for (int round = 0; round < kGapRounds; ++round) {
-      const std::vector<std::uint32_t> moved = squeezer->takeMoved();
-      const std::vector<Vector3d> missed = sampler.find(squeezer->balls(), h, was, moved, progress);
+    squeezer.takeMoved();
+    for (;;) {
+      const std::vector<std::uint32_t> moved = squeezer.takeMoved();
+      const std::vector<Vector3d> missed = sampler.find(squeezer.balls(), h, was, moved, progress);
       if (missed.empty()) return true;
-      was = squeezer->balls();
+      was = squeezer.balls();
       points.insert(points.end(), missed.begin(), missed.end());
-      for (const Vector3d& p : missed) squeezer->append(p);
-      if (squeezer->appended() > kMostAppended) squeezer = std::make_unique<Squeezer>(field, points, was, random(), work);
-      if (!squeezer->reach(h, settings.moves, most_work, progress)) return false;
+      for (const Vector3d& p : missed) squeezer.append(p);
+      if (squeezer.isReached()) return true;  // what is missed still is rounding
+      if (!squeezer.reach(settings.moves, most_work, progress)) return false;
     }
-    return false;
   };
 
   // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then.
-  double h = kStart * squeezer->standOff(0.01 * field.diagonal());
-  while (!settle(h, settings.work)) h *= kRise;
-  inscribed = squeezer->balls();
+  double h = kStart * squeezer.standOff(0.01 * field.diagonal());
+  for (squeezer.setGoal(h); !settle(h, settings.work); squeezer.setGoal(h)) h *= kRise;
+  inscribed = squeezer.balls();
   double step = settings.step;
   int failures = 0;
   while (failures < settings.failures && work < settings.work) {
     const double goal = h * (1 - step);
     const std::uint64_t most_work = std::min(settings.work, work + settings.work / kLeastAttempts);
-    if (squeezer->reach(goal, settings.moves, most_work, progress) && settle(goal, most_work)) {
+    squeezer.setGoal(goal);
+    if (squeezer.reach(settings.moves, most_work, progress) && settle(goal, most_work)) {
       h = goal;
-      inscribed = squeezer->balls();
+      inscribed = squeezer.balls();
       step = std::min(step * 1.3, 2 * settings.step);
     } else {
       ++failures;
       step *= 0.5;
-      squeezer->setBalls(inscribed);
+      squeezer.setBalls(inscribed);
     }
   }
   return h;

@@ -14,8 +14,8 @@ namespace spheretree::builder {
 
 struct SqueezeSettings {
   double step = 0.02;                // each goal is this share below the last, at first; range (0, 0.5)
-  int moves = 1000;                  // balls moved before a goal is given up; >= 0
-  std::uint64_t work = 100'000'000;  // triangles and points that refits look at before the search ends: bounds its time on any mesh
+  int moves = 1000;                  // balls moved before a goal is given up, counted anew whenever all samples are covered; >= 0
+  std::uint64_t work = 100'000'000;  // triangles and points looked at before the search ends: bounds its time on any mesh
   int failures = 4;                  // goals given up, each halves the step, before the search ends; >= 0
   double gap_spacing = 0.03;         // new samples are this far apart, as a share of the width of a patch; > 0
   double gap_tolerance = 0.02;       // holes shallower than this share of the stand-off may be left to the certificate; > 0
