@@ -34,6 +34,24 @@ double radiusAbout(const Piece& piece, const Vector3d& c) {
   return std::sqrt(most);
 }
 
+double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
+
+// By the corner opposite it.
+std::size_t longestSide(const Piece& piece) {
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < 3; ++j)
+    if (side2(piece, j) > side2(piece, k)) k = j;
+  return k;
+}
+
+// Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner exactly.
+std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
+  const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
+  std::array<Piece, 2> halves{piece, piece};
+  halves[0].corner[(k + 2) % 3] = halves[1].corner[(k + 1) % 3] = halfway;
+  return halves;
+}
+
 // Splits one triangle until each piece lies in one ball, or the caller is content with it.
 class Splitter {
  public:
@@ -80,18 +98,10 @@ class Splitter {
         held();
         continue;
       }
-      std::size_t k = 0;  // opposite the longest side
-      for (std::size_t j = 1; j < 3; ++j)
-        if (side2(frame.piece, j) > side2(frame.piece, k)) k = j;
+      const std::size_t k = longestSide(frame.piece);
       if (open(frame.piece, std::sqrt(side2(frame.piece, k)), std::span<const std::uint32_t>(near_).subspan(begin))) continue;
-      // Halve the longest side: slivers become compact, and the two halves share their new corner exactly.
-      const Vector3d halfway = 0.5 * (frame.piece.corner[(k + 1) % 3] + frame.piece.corner[(k + 2) % 3]);
       const std::size_t end = near_.size();
-      Piece one = frame.piece, two = frame.piece;
-      one.corner[(k + 2) % 3] = halfway;
-      two.corner[(k + 1) % 3] = halfway;
-      frames_.push_back({one, begin, end});
-      frames_.push_back({two, begin, end});
+      for (const Piece& half : halvesOf(frame.piece, k)) frames_.push_back({half, begin, end});
     }
   }
 
@@ -107,9 +117,6 @@ class Splitter {
     for (const Vector3d& p : piece.corner)
       if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
     return true;
-  }
-  static double side2(const Piece& p, std::size_t opposite) {
-    return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm();
   }
 
   const BallIndex& index_;
@@ -242,7 +249,8 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
   std::vector<Ball> stored;
   stored.reserve(spheres.size());
   for (const Sphere& s : spheres) stored.push_back({Vector3d(s.x, s.y, s.z), s.radius});
-  const BallIndex index(stored, -roundingMargin(mesh, origin));
+  const double margin = roundingMargin(mesh, origin);
+  const BallIndex index(stored, -margin);
   std::vector<std::uint32_t> slot(stored.size());
   for (std::uint32_t s = 0; s < slot.size(); ++s) slot[index.original(s)] = s;
   std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
@@ -252,6 +260,24 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
 
   std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
   PowerCells cells(index, &gone);
+  std::vector<Piece> open;
+  // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the ball meet few others.
+  const auto staysCovered = [&](const Piece& triangle, const Ball& ball) {
+    open.assign(1, triangle);
+    while (!open.empty()) {
+      const Piece piece = open.back();
+      open.pop_back();
+      const Vector3d centroid = centroidOf(piece);
+      const double extent = radiusAbout(piece, centroid);
+      if ((centroid - ball.centre).norm() > (ball.radius + extent) * (1 + 1e-12)) continue;
+      if (extent > std::max(ball.radius, margin)) {
+        for (const Piece& half : halvesOf(piece, longestSide(piece))) open.push_back(half);
+      } else if (!cells.holes(piece.corner, [](const Vector3d&, std::uint32_t) {})) {
+        return false;
+      }
+    }
+    return true;
+  };
   for (const std::uint32_t candidate : candidates) {
     progress.check();
     gone[slot[candidate]] = 1;
@@ -259,7 +285,7 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
     const Ball& ball = stored[candidate];
     triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
       for (std::size_t k = first; covered && k < first + count; ++k)
-        covered = cells.holes(pieceOf(mesh, triangles.order()[k], origin).corner, [](const Vector3d&, std::uint32_t) {});
+        covered = staysCovered(pieceOf(mesh, triangles.order()[k], origin), ball);
     });
     gone[slot[candidate]] = spare[candidate] = covered;
   }

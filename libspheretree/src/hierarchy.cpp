@@ -319,7 +319,8 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::size_t branchi
   for (std::size_t level = out.levels.size(); level-- > 1;) {
     std::vector<Sphere>& owners = out.levels[level - 1];
     std::size_t groups = owners.size();
-    if (room == Room::Use && level > 1) groups = std::max(groups, std::min(out.levels[level - 2].size() * branching, below.size()));
+    if (level > 1) groups = std::max(groups, (below.size() + branching - 1) / branching);
+    if (level > 1 && room == Room::Use) groups = std::max(groups, std::min(out.levels[level - 2].size() * branching, below.size()));
     if (below.size() > groups * branching)
       throw std::invalid_argument("hierarchy: level " + std::to_string(level) + " has more spheres than its parents may have children");
     std::vector<Ball> above;

@@ -13,7 +13,6 @@
 
 #include "spheretree/builder/adaptive_medial_axis.h"
 #include "spheretree/builder/box_tree.h"
-#include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/shrinking_balls.h"
 #include "spheretree/builder/smallest_ball.h"
@@ -33,31 +32,29 @@ constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
 constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper
 constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
-constexpr double kGapShare = 0.01;        // gaps below this share of the worst overhang are left to certification
-constexpr double kLoose = 0.04;           // room left for what lies between the points, of the worst overhang
-constexpr int kClosingRounds = 3;         // that only close gaps
-constexpr double kSqueezeStep = 0.04;     // first goal of the squeeze below what it starts from
 constexpr double kShortSide = 1.5;        // of the side of a square that has a leaf's share of the surface
-constexpr std::size_t kLeastPoints = 2000;
+constexpr std::size_t kLeastPoints = 1000;
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
-  int gap_rounds, exchange_rounds;
+  int exchange_rounds;
   double squeeze_moves;  // a ball
-  int squeeze_failures;  // 0: no squeeze
-  std::uint64_t squeeze_work;
+  double squeeze_step;
+  int squeeze_failures;
+  std::uint64_t squeeze_work;  // for a level of the whole budget
+  double gap_tolerance;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {16, 200'000, 300, 300, 1, 12, 0, 0, 0};
+      return {8, 200'000, 150, 150, 6, 0.1, 0.06, 2, 1'000'000, 0.04};
     case Quality::Standard:
       break;
     case Quality::Best:
-      return {96, 800'000, 2000, 2000, 3, 120, 0.15, 3, 10'000'000};
+      return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 20'000'000, 0.01};
   }
-  return {32, 400'000, 500, 600, 2, 40, 0.1, 2, 3'000'000};
+  return {12, 400'000, 150, 150, 8, 0.3, 0.05, 3, 3'000'000, 0.02};
 }
 
 // At most `most` of a list, evenly picked.
@@ -82,12 +79,13 @@ using Levels = std::vector<std::vector<FittedBall>>;
 class Frame {
  public:
   Frame(const TriangleMesh& mesh, const DistanceField& field, const SurfacePoints& surface, const Method& method,
-        const PublishedSettings& settings, Progress& progress)
+        const PublishedSettings& settings, std::size_t leaves, Progress& progress)
       : mesh_(mesh),
         field_(field),
         surface_(surface),
         method_(method),
         settings_(settings),
+        leaves_(leaves),
         effort_(effortOf(settings.quality)),
         progress_(progress) {
     if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, 20 * kFirstSites), kFirstSites));
@@ -95,13 +93,13 @@ class Frame {
 
   Levels run(double done, double share) {
     Levels levels{{rootBall()}};
+    std::size_t most = 1;
     for (int level = 1; level < settings_.levels; ++level) {
       progress_.advance(done + share * (level - 1) / (settings_.levels - 1));
       if (isGoodEnough(levels.back())) break;
-      const std::size_t most = levels.back().size() * static_cast<std::size_t>(settings_.branching);
+      most *= static_cast<std::size_t>(settings_.branching);
       levels.push_back(reduceAll(levels.back()));
-      settle(levels.back(), most, effort_.exchange_rounds);
-      squeeze(levels.back());
+      evenOut(levels.back(), most);
     }
     if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) takeFewest(levels);
     return levels;
@@ -204,51 +202,26 @@ class Frame {
     return axis_->refine(region_of, targets, progress_);
   }
 
-  // Exchanges over the level as a whole, since a ball may serve its neighbours' regions too, and the gaps between the points closed.
-  void settle(std::vector<FittedBall>& balls, std::size_t most, int rounds) {
+  // The level as a whole, since a ball may serve its neighbours' regions too. Exchanges share the balls out; then a local search in
+  // continuous space lowers the stand-off of all and covers what lies between the points.
+  void evenOut(std::vector<FittedBall>& balls, std::size_t most) {
     std::vector<Vector3d> points = levelPoints(most);
-    SplitAndDropSettings exchange{most, settings_.tolerance_mm, rounds};
-    splitAndDrop(field_, points, balls, exchange, progress_);
-    loosen(balls);
-    for (int round = 0; round < effort_.gap_rounds + kClosingRounds; ++round) {
-      const std::vector<Vector3d> gaps = findGaps(balls);
-      if (gaps.empty()) return;
-      points.insert(points.end(), gaps.begin(), gaps.end());
-      surface_.points.insert(surface_.points.end(), gaps.begin(), gaps.end());
-      surface_.load.resize(surface_.points.size(), 0);
-      surface_.inner.resize(surface_.points.size());
-      exchange.rounds = round < effort_.gap_rounds ? std::max(1, rounds / 4) : 0;  // the last ones open hardly any new gaps
-      splitAndDrop(field_, points, balls, exchange, progress_);
-      loosen(balls);
-    }
-  }
-
-  // Where the exchanges get stuck depends on the points, and with them on how the object is turned: by up to a third of the worst overhang
-  // on a tooth. A short local search in continuous space takes most of that away. With a tolerance the fewest balls are found by bisection
-  // instead.
-  void squeeze(std::vector<FittedBall>& balls) {
-    if (effort_.squeeze_failures == 0 || settings_.tolerance_mm > 0) return;
-    std::vector<Vector3d> points = levelPoints(balls.size());
+    splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
     std::vector<Ball> inscribed;
     for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
     SqueezeSettings squeeze;
-    squeeze.step = kSqueezeStep;
+    squeeze.step = effort_.squeeze_step;
     squeeze.moves = 10 + static_cast<int>(effort_.squeeze_moves * static_cast<double>(balls.size()));
-    squeeze.work = effort_.squeeze_work;
+    squeeze.work = effort_.squeeze_work * balls.size() / leaves_;
     squeeze.failures = effort_.squeeze_failures;
+    squeeze.gap_tolerance = effort_.gap_tolerance;
+    squeeze.enough = settings_.tolerance_mm;
     squeeze.seed = settings_.seed;
     const double stand_off = squeezeCover(mesh_, field_, points, inscribed, squeeze, progress_);
-    if (stand_off >= worstOverhang(balls)) return;
     for (std::size_t i = 0; i < balls.size(); ++i) balls[i] = {inscribed[i].centre, inscribed[i].radius, inscribed[i].radius + stand_off};
   }
 
-  // A little room for what lies between the points, except for the balls that are the worst already.
-  static void loosen(std::vector<FittedBall>& balls) {
-    const double worst = worstOverhang(balls);
-    for (FittedBall& b : balls) b.radius = b.clearance + std::min(worst, b.overhang() + kLoose * worst);
-  }
-
-  // Few for few balls: the evenly spread ones thinned, and those at corners, on sharp edges and in gaps.
+  // Few for few balls: the evenly spread ones thinned, and those at corners and on sharp edges.
   std::vector<Vector3d> levelPoints(std::size_t balls) const {
     std::vector<Vector3d> even, special;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.load[i] > 0 ? even : special).push_back(surface_.points[i]);
@@ -257,17 +230,6 @@ class Frame {
     special = thinned(special, wanted);
     even.insert(even.end(), special.begin(), special.end());
     return even;
-  }
-
-  std::vector<Vector3d> findGaps(const std::vector<FittedBall>& balls) const {
-    std::vector<Ball> plain;
-    for (const FittedBall& b : balls) plain.push_back(b.ball());
-    std::vector<std::uint32_t> triangles(mesh_.triangles.size());
-    std::iota(triangles.begin(), triangles.end(), 0u);
-    std::vector<Vector3d> points;
-    for (const CoverGap& gap : findCoverGaps(mesh_, triangles, plain, kGapShare * worstOverhang(balls), progress_))
-      points.push_back(gap.point);
-    return points;
   }
 
   // All balls grow to the worst overhang of the level first: it leaves the division room to give equal parts, and nothing asks a child
@@ -287,7 +249,7 @@ class Frame {
     while (leaves.size() - low > std::max<std::size_t>(1, leaves.size() / 50)) {
       const std::size_t middle = low + (leaves.size() - low) / 2;
       std::vector<FittedBall> fewer = leaves;
-      settle(fewer, middle, effort_.exchange_rounds);
+      evenOut(fewer, middle);
       if (isGoodEnough(fewer))
         leaves = std::move(fewer);
       else
@@ -295,16 +257,17 @@ class Frame {
     }
     const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings_.branching);
     for (std::size_t level = 1; level + 1 < counts.size(); ++level)
-      if (levels[level].size() > counts[level]) settle(levels[level], counts[level], effort_.exchange_rounds);
+      if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level]);
     levels.resize(counts.size());
     levels.back() = std::move(leaves);
   }
 
   const TriangleMesh& mesh_;  // in small triangles
   const DistanceField& field_;
-  SurfacePoints surface_;  // own copy: gaps are added
+  const SurfacePoints& surface_;
   const Method& method_;
   const PublishedSettings& settings_;
+  std::size_t leaves_;  // that the settings allow
   Effort effort_;
   Progress& progress_;
   std::optional<AdaptiveMedialAxis> axis_;
@@ -317,7 +280,7 @@ std::size_t countAll(const Levels& levels) {
 }
 
 // Within the tolerance the tree with the fewest balls, else level by level the one that reaches out least; the first of equals.
-Levels pickBest(const std::vector<Levels>& members, double tolerance, std::size_t branching) {
+Levels pickBest(const std::vector<Levels>& members, double tolerance) {
   const Levels* smallest = nullptr;
   for (const Levels& member : members)
     if (tolerance > 0 && worstOverhang(member.back()) <= tolerance && (!smallest || countAll(member) < countAll(*smallest)))
@@ -325,14 +288,11 @@ Levels pickBest(const std::vector<Levels>& members, double tolerance, std::size_
   if (smallest) return *smallest;
   Levels best;
   for (const Levels& member : members) best.resize(std::max(best.size(), member.size()));
-  std::size_t parents = 1;  // least that the level below needs
   for (std::size_t level = best.size(); level-- > 0;) {
     const std::vector<FittedBall>* found = nullptr;
     for (const Levels& member : members)
-      if (level < member.size() && member[level].size() >= parents && (!found || worstOverhang(member[level]) < worstOverhang(*found)))
-        found = &member[level];
+      if (level < member.size() && (!found || worstOverhang(member[level]) < worstOverhang(*found))) found = &member[level];
     best[level] = *found;
-    parents = (best[level].size() + branching - 1) / branching;
   }
   return best;
 }
@@ -355,16 +315,17 @@ LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, 
   std::size_t leaves = 1;
   for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
   const Effort effort = effortOf(settings.quality);
-  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 4 * kLeastPoints, effort.most_points);
+  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kLeastPoints, effort.most_points);
   const SurfacePoints surface = sampleRegions(mesh, field, points, leaves, settings.seed);
   const TriangleMesh fine =
       withShortSides(mesh, std::max(kShortSide * std::sqrt(field.area() / static_cast<double>(leaves)), 1e-3 * field.diagonal()));
   std::vector<Levels> members;
   const double share = 1.0 / static_cast<double>(methods.size());
   for (const Method& method : methods)
-    members.push_back(Frame(fine, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
+    members.push_back(
+        Frame(fine, field, surface, method, settings, leaves, progress).run(share * static_cast<double>(members.size()), share));
   LevelBalls out;
-  for (const auto& level : pickBest(members, settings.tolerance_mm, static_cast<std::size_t>(settings.branching))) {
+  for (const auto& level : pickBest(members, settings.tolerance_mm)) {
     out.balls.emplace_back();
     for (const FittedBall& b : level) out.balls.back().push_back({b.centre, std::max(b.radius, kNegligible * field.diagonal())});
   }

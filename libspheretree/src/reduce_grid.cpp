@@ -95,6 +95,11 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
           in_cell.clear();
           for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
           const Ball ball = smallestBall(in_cell);
+          // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be out.
+          double most_clearance2 = std::numeric_limits<double>::infinity();
+          for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
+          worst = std::max(worst, ball.radius - std::sqrt(most_clearance2));
+          if (worst >= least) break;
           balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
           worst = std::max(worst, balls.back().overhang());
           if (worst >= least) break;

@@ -111,7 +111,7 @@ class Level {
     std::size_t spare = most - balls_.size();
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
-      if (balls_[b].overhang() > kNearWorst * worst) wide.push_back(b);
+      if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].firm)) wide.push_back(b);
     std::stable_sort(wide.begin(), wide.end(),
                      [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
     const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);

@@ -346,7 +346,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   inscribed = squeezer.balls();
   double step = settings.step;
   int failures = 0;
-  while (failures < settings.failures && work < settings.work) {
+  while (failures < settings.failures && work < settings.work && h > settings.enough) {
     const double goal = h * (1 - step);
     const std::uint64_t most_work = std::min(settings.work, work + settings.work / kLeastAttempts);
     squeezer.setGoal(goal);

@@ -110,8 +110,9 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, settings);
   SurfacePoints out;
   out.inner.resize(samples.size());
-  forChunks(samples.size(), [&](std::size_t i) {
-    if (!samples[i].feature) out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal);
+  forChunks(samples.size(), [&](std::size_t i) {  // neighbours on the surface follow each other
+    const double before = i % kPointsAChunk > 0 ? out.inner[i - 1].radius : 0;
+    if (!samples[i].feature) out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, before);
   });
   std::vector<double> faces;
   for (std::size_t i = 0; i < samples.size(); ++i)

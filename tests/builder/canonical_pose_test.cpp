@@ -116,7 +116,7 @@ TEST(CanonicalPose, TreesDoNotDependOnThePose) {
       return buildSphereTree(m, settings, progress).statistics.levels.back().overhang_bound_mm;
     };
     const double bound = boundOf(mesh);
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_NEAR(boundOf(inOtherPose(mesh, seed)), bound, 1e-3 * bound) << name(kind);
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_NEAR(boundOf(inOtherPose(mesh, seed)), bound, 5e-3 * bound) << name(kind);
   }
 }
 

@@ -210,10 +210,19 @@ TEST(Hierarchy, NodesMayEndEarlyAndStandBehindTheirInnerSiblings) {
   EXPECT_EQ(levelSet(tree, 2).size(), 4u) << "two leaves of level 1 stand for their part";
 }
 
+TEST(Hierarchy, ALevelTooSmallForItsChildrenGetsFurtherNodes) {
+  Levels levels = randomLevels({1, 2, 9, 33}, 5);
+  const auto parents = groupLevels(levels, 4);
+  ASSERT_EQ(levels[1].size(), 3u);
+  EXPECT_EQ(levels[2].size(), 9u);
+  EXPECT_NE(std::find(levels[2].begin(), levels[2].end(), levels[1][2]), levels[2].end()) << "it repeats a child";
+  EXPECT_EQ(findFault(assembleTree(levels, parents, 4)), "");
+}
+
 TEST(Hierarchy, RefusesWhatMakesNoTree) {
-  Levels too_many = randomLevels({1, 2, 9}, 1);
+  Levels too_many = randomLevels({1, 2, 17}, 1);
   EXPECT_THROW(groupLevels(too_many, 4), std::invalid_argument);
-  EXPECT_THROW(groupLevels(too_many, 2, Room::Use), std::invalid_argument);
+  EXPECT_THROW(groupLevels(too_many, 4, Room::Use), std::invalid_argument);
   const Levels levels = randomLevels({1, 2, 3}, 1);
   EXPECT_THROW(assembleTree({}, {}, 4), std::invalid_argument);
   EXPECT_THROW(assembleTree(randomLevels({2, 2}, 1), {{}, {0, 1}}, 4), std::invalid_argument);

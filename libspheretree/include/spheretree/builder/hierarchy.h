@@ -10,17 +10,18 @@ namespace spheretree::builder {
 
 /// What becomes of a level with fewer spheres than its parents may have children.
 enum class Room {
-  Leave,
-  Use  ///< further nodes, whose own sphere repeats one of a child, if smaller groups pay for them
+  Leave,  ///< as few nodes as the level below needs as parents
+  Use     ///< further nodes, whose own sphere repeats one of a child, if smaller groups pay for them
 };
 
 /// A parent for every sphere of the levels 1 and deeper: (levels)(spheres) -> index on the level above, level 0 empty. No parent has more
-/// than `branching` children and, as far as the counts allow, none has none. With Room::Use spheres are appended to inner levels.
+/// than `branching` children and, as far as the counts allow, none has none. Spheres are appended to inner levels that have too few
+/// for their children, and with Room::Use to others.
 /// Bottom-up; on each level the children are cut into as many compact groups as there are parents, each group goes to the parent whose
 /// own sphere it goes with best, and then children and parents are exchanged as long as the sum over the groups of children x cube root of
 /// the bounding radius falls, which stands for the nodes that a traversal tests. Deterministic, sequential.
-/// Cost: O((children + parents) * parents) a pass and level, and about 40 us a child. @throws std::invalid_argument if a level has more
-/// than branching times its parents.
+/// Cost: O((children + parents) * parents) a pass and level, and about 40 us a child. @throws std::invalid_argument if a level has
+/// more than branching^level spheres.
 std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphere>>& levels, int branching, Room room = Room::Leave);
 
 /// Spheres of each level of the shallowest tree with `leaves` (>= 1) leaves: level 0 first, the leaves last. A parent has three quarters of

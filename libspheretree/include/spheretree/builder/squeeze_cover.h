@@ -17,6 +17,7 @@ struct SqueezeSettings {
   int moves = 1000;                  // balls moved before a goal is given up, counted anew whenever all samples are covered; >= 0
   std::uint64_t work = 100'000'000;  // triangles and points looked at before the search ends: bounds its time on any mesh
   int failures = 4;                  // goals given up, each halves the step, before the search ends; >= 0
+  double enough = 0;                 // the search ends once the stand-off is no more [mm]; >= 0
   double gap_spacing = 0.03;         // new samples are this far apart, as a share of the width of a patch; > 0
   double gap_tolerance = 0.02;       // holes shallower than this share of the stand-off may be left to the certificate; > 0
   std::uint64_t seed = 1;
