@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -32,8 +31,8 @@ constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
 constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper
 constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
-constexpr double kShortSide = 1.5;        // of the side of a square that has a leaf's share of the surface
 constexpr std::size_t kLeastPoints = 1000;
+constexpr std::size_t kFewBalls = 64;  // have more points each: a level's squeeze may take the work of so many more
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
@@ -41,20 +40,20 @@ struct Effort {
   double squeeze_moves;  // a ball
   double squeeze_step;
   int squeeze_failures;
-  std::uint64_t squeeze_work;  // for a level of the whole budget
+  std::uint64_t squeeze_work;  // a ball
   double gap_tolerance;
 };
 
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {8, 200'000, 150, 150, 6, 0.1, 0.06, 2, 1'000'000, 0.04};
+      return {8, 200'000, 150, 150, 6, 0.1, 0.06, 2, 2'000, 0.04};
     case Quality::Standard:
       break;
     case Quality::Best:
-      return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 20'000'000, 0.01};
+      return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 40'000, 0.01};
   }
-  return {12, 400'000, 150, 150, 8, 0.3, 0.05, 3, 3'000'000, 0.02};
+  return {12, 400'000, 150, 150, 8, 0.3, 0.05, 3, 6'000, 0.02};
 }
 
 // At most `most` of a list, evenly picked.
@@ -79,13 +78,12 @@ using Levels = std::vector<std::vector<FittedBall>>;
 class Frame {
  public:
   Frame(const TriangleMesh& mesh, const DistanceField& field, const SurfacePoints& surface, const Method& method,
-        const PublishedSettings& settings, std::size_t leaves, Progress& progress)
+        const PublishedSettings& settings, Progress& progress)
       : mesh_(mesh),
         field_(field),
         surface_(surface),
         method_(method),
         settings_(settings),
-        leaves_(leaves),
         effort_(effortOf(settings.quality)),
         progress_(progress) {
     if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, 20 * kFirstSites), kFirstSites));
@@ -212,7 +210,7 @@ class Frame {
     SqueezeSettings squeeze;
     squeeze.step = effort_.squeeze_step;
     squeeze.moves = 10 + static_cast<int>(effort_.squeeze_moves * static_cast<double>(balls.size()));
-    squeeze.work = effort_.squeeze_work * balls.size() / leaves_;
+    squeeze.work = effort_.squeeze_work * (balls.size() + kFewBalls);
     squeeze.failures = effort_.squeeze_failures;
     squeeze.gap_tolerance = effort_.gap_tolerance;
     squeeze.enough = settings_.tolerance_mm;
@@ -262,12 +260,11 @@ class Frame {
     levels.back() = std::move(leaves);
   }
 
-  const TriangleMesh& mesh_;  // in small triangles
+  const TriangleMesh& mesh_;
   const DistanceField& field_;
   const SurfacePoints& surface_;
   const Method& method_;
   const PublishedSettings& settings_;
-  std::size_t leaves_;  // that the settings allow
   Effort effort_;
   Progress& progress_;
   std::optional<AdaptiveMedialAxis> axis_;
@@ -317,13 +314,10 @@ LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, 
   const Effort effort = effortOf(settings.quality);
   const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kLeastPoints, effort.most_points);
   const SurfacePoints surface = sampleRegions(mesh, field, points, leaves, settings.seed);
-  const TriangleMesh fine =
-      withShortSides(mesh, std::max(kShortSide * std::sqrt(field.area() / static_cast<double>(leaves)), 1e-3 * field.diagonal()));
   std::vector<Levels> members;
   const double share = 1.0 / static_cast<double>(methods.size());
   for (const Method& method : methods)
-    members.push_back(
-        Frame(fine, field, surface, method, settings, leaves, progress).run(share * static_cast<double>(members.size()), share));
+    members.push_back(Frame(mesh, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
   LevelBalls out;
   for (const auto& level : pickBest(members, settings.tolerance_mm)) {
     out.balls.emplace_back();
