@@ -51,6 +51,7 @@ Provenance readProvenance(const JsonElement& e) {
   p.volume_mm3 = e.at("volume_mm3").number();
   p.area_mm2 = e.at("area_mm2").number();
   p.tolerance_mm = e.at("tolerance_mm").number();
+  if (e.has("work_overhang_mm")) p.work_overhang_mm = e.at("work_overhang_mm").smallNumber();
   p.triangle_count = e.at("triangle_count").whole(std::numeric_limits<std::uint64_t>::max());
   p.seed = e.at("seed").whole(std::numeric_limits<std::uint64_t>::max());
   p.mesh_hash = readHash(e.at("mesh_hash"));
@@ -79,6 +80,7 @@ std::string writeTreeJson(const SphereTree& tree) {
                         {"seed", p.seed},
                         {"mesh_hash", toHex(p.mesh_hash)},
                         {"settings_hash", toHex(p.settings_hash)}};
+  if (p.work_overhang_mm > 0) head["provenance"]["work_overhang_mm"] = p.work_overhang_mm;
   OrderedJson levels = OrderedJson::array();
   for (const LevelStatistics& s : tree.statistics) {
     OrderedJson level;

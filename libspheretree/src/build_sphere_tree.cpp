@@ -295,6 +295,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   from.volume_mm3 = field.volume();
   from.area_mm2 = field.area();
   from.tolerance_mm = settings.tolerance_mm;
+  if (is_graded) from.work_overhang_mm = roundUp(met);
   from.triangle_count = mesh.triangles.size();
   from.seed = settings.seed;
   const std::string fault = findFault(tree);

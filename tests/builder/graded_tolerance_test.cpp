@@ -87,6 +87,9 @@ TEST(GradedTolerance, HoldsInTheRegionAndElsewhere) {
   BuildSettings fine = settings;
   fine.tolerance_of_triangle_mm.clear();
   const BuildResult everywhere = buildSphereTree(mesh, fine, progress);
+  EXPECT_GT(graded.tree.provenance.work_overhang_mm, 0.1f);
+  EXPECT_LE(graded.tree.provenance.work_overhang_mm, 0.3f);
+  EXPECT_EQ(everywhere.tree.provenance.work_overhang_mm, 0);
   EXPECT_LT(graded.statistics.levels.back().spheres, everywhere.statistics.levels.back().spheres * 3 / 4);
 
   const DistanceField field(mesh);

@@ -110,7 +110,7 @@ TEST(SphereTreeCodec, NamesWhatIsWrongBehindARightChecksum) {
       {LoadStatus::BadHeader, [](Bytes& b) { put(b, 36, ~std::uint32_t{0}); }},
       {LoadStatus::BadHeader, [](Bytes& b) { put(b, 40, std::uint8_t{2}); }},            // levels
       {LoadStatus::BadTree, [](Bytes& b) { put(b, 41, std::uint8_t{0}); }},              // branching
-      {LoadStatus::BadHeader, [](Bytes& b) { put(b, 45, 'x'); }},                        // reserved
+      {LoadStatus::BadHeader, [](Bytes& b) { put(b, 43, 'x'); }},                        // reserved
       {LoadStatus::BadTree, [](Bytes& b) { put(b, 48, std::uint64_t{0x7ff8} << 48); }},  // origin: NaN
       {LoadStatus::BadHeader, [](Bytes& b) { put(b, 160 + 15, 'x'); }},                  // text without end
       {LoadStatus::BadHeader, [](Bytes& b) { put(b, 160 + 9, 'x'); }},                   // text behind its end

@@ -213,6 +213,7 @@ TEST(FindFault, FindsEachBrokenRule) {
       {"overhang bound", [=](SphereTree& t) { t.statistics[1].overhang_bound = nan; }},
       {"origin", [](SphereTree& t) { t.origin_mm[2] = std::numeric_limits<double>::infinity(); }},
       {"unit 0 mm", [](SphereTree& t) { t.provenance.unit_mm = 0; }},
+      {"overhang at work", [](SphereTree& t) { t.provenance.work_overhang_mm = -1; }},
       {"volume -1", [](SphereTree& t) { t.provenance.volume_mm3 = -1; }},
       {"builder", [](SphereTree& t) { t.provenance.builder = "sixteen letters!"; }},
       {"generator", [](SphereTree& t) { t.provenance.generator = std::string("a\0b", 3); }},

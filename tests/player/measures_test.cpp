@@ -169,6 +169,13 @@ TEST(ScenarioShapes, AreCleanMeshesOfTheRightVolume) {
   };
   EXPECT_NEAR(volumeOf(cube), 48, 1e-9);
   EXPECT_NEAR(volumeOf(groove), 20 * (20 * 14 - 50), 1e-9);
+  const TriangleMesh cut = refined(groove, [](const Eigen::Vector3d& p) { return 1 + p.norm() / 2; });
+  EXPECT_NEAR(volumeOf(cut), volumeOf(groove), 1e-9);
+  for (std::size_t t = 0; t < cut.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d &a = cut.corner(t, k), &b = cut.corner(t, (k + 1) % 3);
+      EXPECT_LE((b - a).norm(), 1.5 * (1 + (a + b).norm() / 4));
+    }
   EXPECT_NEAR(volumeOf(can), 2 * 6 * 0.5 * 4 * std::sin(std::numbers::pi / 3), 1e-9);
 }
 

@@ -138,6 +138,43 @@ TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {
   EXPECT_TRUE(compiled(sheet(1.02 * depth, false)).bridges.empty());
 }
 
+TEST(Bridge, WhereATreeHasWorkItsOverhangThereCounts) {
+  SceneDescription d = sheet(5);
+  EXPECT_FALSE(compiled(d).bridges.empty());
+  const double depth = 2 - std::sqrt(4 - 4.0 / 3);
+  d.objects[0].tree.provenance.work_overhang_mm = static_cast<float>(0.98 * depth / kDeepestPit);
+  EXPECT_TRUE(compiled(d).bridges.empty());
+}
+
+// Two facets side by side lean away from each other by half a degree; the leaves at the ends of their common side are so far apart that
+// the pit between these two alone would be too deep, were it not for the leaves below.
+TEST(Bridge, NoSlitIsLeftAlongAWideSide) {
+  const std::vector<Sphere> balls{test::ball(0, -5.95, 0, 6.4),    test::ball(0, 5.95, 0, 6.4),    test::ball(9.5, 0, -0.05, 6.4),
+                                  test::ball(-9.5, 0, -0.05, 6.4), test::ball(3.1, 0, -0.15, 6.4), test::ball(-3.1, 0, -0.15, 6.4)};
+  const Scene scene = compiled(sceneOf(test::oneBallTree(5), balls, 1.43));
+  for (double x = -0.1; x <= 0.1; x += 0.004) {
+    Workspace workspace(scene);
+    StepResult r;
+    for (double z = 12; z > 11; z -= 0.02) r = step(scene, {{x, 0, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+    EXPECT_NEAR(r.graphic.position.z(), 11.4, 0.01) << x;
+  }
+}
+
+// Two sheets that meet at 60 degrees: a ball comes down as far between their tops as between two planes.
+TEST(Bridge, AValleyStaysOpen) {
+  std::vector<Sphere> balls;
+  for (int row = 0; row < 12; ++row)
+    for (int i = 0; i < 12; ++i) {
+      const double along = 2 * i + row % 2 - 12, up = std::sqrt(3.0) * row - 1, s = 0.5, c = std::sqrt(0.75);
+      for (const double side : {-1.0, 1.0}) balls.push_back(test::ball(side * (s * up + 2 * c), along, c * up - 2 * s, 2));
+    }
+  const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, 0.7));
+  Workspace workspace(scene);
+  StepResult r;
+  for (double z = 6; z > 1; z -= 0.02) r = step(scene, {{0, 0.3, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+  EXPECT_NEAR(r.graphic.position.z(), 2, 0.05);
+}
+
 TEST(Bridge, NothingStandsOutFartherThanStated) {
   for (const std::uint64_t seed : {1u, 2u}) {
     SceneDescription d = roughBall(seed);

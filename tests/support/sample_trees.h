@@ -86,6 +86,7 @@ inline SphereTree threeLevelTree() {
   p.volume_mm3 = 1e12;
   p.area_mm2 = 5e-300;
   p.tolerance_mm = 0.1;
+  p.work_overhang_mm = 0.09f;
   p.triangle_count = ~std::uint64_t{0};
   p.seed = std::uint64_t{1} << 63;
   for (std::size_t i = 0; i < 16; ++i) {

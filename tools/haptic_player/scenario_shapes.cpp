@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scenario_shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include "molar.h"
 #include "mouth.h"
 #include "probe.h"
+#include "spheretree/builder/graded_tolerance.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -106,12 +108,52 @@ std::vector<double> boreTolerances(const TriangleMesh& mesh) {
   return tolerances;
 }
 
+/// A box in which a body has to be true within `tolerance`, how far off it may be elsewhere, and the longest side of triangles in it [mm].
+struct Work {
+  Eigen::AlignedBox3d box;
+  double tolerance, elsewhere, side;
+};
+
+/// Tolerances differ from triangle to triangle, so these have to be small where the work is.
+TriangleMesh cutFor(const Work& work, const TriangleMesh& mesh) {
+  return refined(mesh, [&](const Eigen::Vector3d& p) { return work.side + work.box.exteriorDistance(p) / 2; });
+}
+
+std::vector<double> tolerancesFor(const Work& work, const TriangleMesh& mesh) {
+  builder::ToleranceRegion region;
+  region.box = work.box;
+  region.tolerance = work.tolerance;
+  return builder::gradedTolerance(mesh, work.elsewhere, {&region, 1}, {}, 0);
+}
+
+TriangleMesh cube() { return box({-10, -10, -10}, {10, 10, 10}); }
+TriangleMesh slab() { return box({-50, -50, -10}, {50, 50, 0}); }
+
+/// 60 degrees, 10 deep, along y, bottom at the origin.
+TriangleMesh groove() {
+  const double half = 10 * std::tan(std::numbers::pi / 6);
+  return extrude({{-10, -4}, {10, -4}, {10, 10}, {half, 10}, {0, 0}, {-half, 10}, {-10, 10}}, 20);
+}
+
+// Each a little wider than what the tool touches: bridges at the rim lean on leaves that stand out farther.
+/// Where F3's ball of radius 5 comes over the edge of the cube.
+const Work kEdgeWork{{Eigen::Vector3d(1, -2.5, 1), Eigen::Vector3d(11, 2.5, 11)}, 0.04, 1, 1};
+/// Where F3's ball of radius 1 slides along the groove.
+const Work kGrooveWork{{Eigen::Vector3d(-2, -8, 0), Eigen::Vector3d(2, 8, 3)}, 0.045, 1, 1};
+/// The top of the slab without its rim: F2's paths of 60 mm cross its middle.
+const Work kSlabWork{{Eigen::Vector3d(-42, -42, -1), Eigen::Vector3d(42, 42, 1)}, 0.4, 10, 4};
+
 struct Recipe {
   std::function<TriangleMesh()> mesh;
   int levels = 4;
   double tolerance = 0;                                              // > 0: of the whole [mm]
   std::function<std::vector<double>(const TriangleMesh&)> graded{};  // of each triangle, none below `tolerance` [mm]
+  bool has_budget = false;                                           // that may not do for the tolerance: then quality counts
 };
+
+Recipe detailed(TriangleMesh (*mesh)(), const Work& work) {
+  return {[=] { return cutFor(work, mesh()); }, 4, work.tolerance, [=](const TriangleMesh& cut) { return tolerancesFor(work, cut); }, true};
+}
 
 const std::map<std::string, Recipe>& recipes() {
   static const std::map<std::string, Recipe> all{
@@ -120,16 +162,14 @@ const std::map<std::string, Recipe>& recipes() {
       {"small_ball", {[] { return ball(1); }, 2, 0.05}},
       {"probe", {[] { return capsule(1, 100); }}},
       {"fine_probe", {[] { return capsule(0.3, 40); }}},
-      {"cube", {[] {
-         return box({-10, -10, -10}, {10, 10, 10});
-       }}},
+      {"cube", {cube}},
+      {"cube_work", detailed(cube, kEdgeWork)},
       {"cylinder", {[] { return cylinder(5, -30, 30, 32); }}},
       {"peg", {[] { return capsule(5, 40, 64, 12); }, 4, 0.02}},
       {"dental_probe", {[] { return samples::makeProbe(); }}},
       // Objects; surfaces at z = 0 unless said.
-      {"slab", {[] {
-         return box({-50, -50, -10}, {50, 50, 0});
-       }}},
+      {"slab", {slab}},
+      {"slab_work", detailed(slab, kSlabWork)},
       {"block", {[] {
          return box({-30, -30, -60}, {30, 30, 0});
        }}},
@@ -146,10 +186,8 @@ const std::map<std::string, Recipe>& recipes() {
          return box({-20, -20, -0.1}, {20, 20, 0.1});
        }}},
       {"wire", {[] { return cylinder(0.25, -20, 20, 16); }}},  // about the z axis
-      {"groove", {[] {                                         // 60 degrees, 10 deep, along y, bottom at the origin
-         const double half = 10 * std::tan(std::numbers::pi / 6);
-         return extrude({{-10, -4}, {10, -4}, {10, 10}, {half, 10}, {0, 0}, {-half, 10}, {-10, 10}}, 20);
-       }}},
+      {"groove", {groove}},
+      {"groove_work", detailed(groove, kGrooveWork)},
       {"sulcus", {[] {  // two walls 1.5 apart, 4 deep, along y
          return extrude({{-6, -8}, {6, -8}, {6, 0}, {0.75, 0}, {0.75, -4}, {-0.75, -4}, {-0.75, 0}, {-6, 0}}, 10);
        }}},
@@ -220,6 +258,36 @@ TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
   return mesh;
 }
 
+TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest) {
+  const auto cutEdge = [&](std::uint32_t a, std::uint32_t b) {  // in both triangles that have it
+    const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.emplace_back((mesh.positions[a] + mesh.positions[b]) / 2);
+    for (std::size_t t = 0, count = mesh.triangles.size(); t < count; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        Triangle rest = mesh.triangles[t];
+        const std::size_t next = (k + 1) % 3;
+        if (std::minmax(rest[k], rest[next]) != std::minmax(a, b)) continue;
+        mesh.triangles[t][next] = middle;
+        rest[k] = middle;
+        mesh.triangles.push_back(rest);
+        break;
+      }
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size();) {
+    const Triangle corner = mesh.triangles[t];
+    const auto length = [&](std::size_t k) { return (mesh.positions[corner[(k + 1) % 3]] - mesh.positions[corner[k]]).norm(); };
+    std::size_t k = 0;
+    for (const std::size_t other : {1, 2})
+      if (length(other) > length(k)) k = other;
+    const std::uint32_t a = corner[k], b = corner[(k + 1) % 3];
+    if (length(k) <= longest((mesh.positions[a] + mesh.positions[b]) / 2))
+      ++t;
+    else
+      cutEdge(a, b);
+  }
+  return mesh;
+}
+
 const Body& BodyLibrary::get(const std::string& name) {
   if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
   builder::BuildSettings settings;
@@ -229,7 +297,8 @@ const Body& BodyLibrary::get(const std::string& name) {
     mesh = recipe->second.mesh();
     settings.levels = recipe->second.levels;
     settings.tolerance_mm = recipe->second.tolerance;
-    if (settings.tolerance_mm > 0) settings.quality = builder::Quality::Quick;  // the tolerance says how good it must be
+    // Else the tolerance says how good it must be.
+    if (settings.tolerance_mm > 0 && !recipe->second.has_budget) settings.quality = builder::Quality::Quick;
     if (recipe->second.graded) settings.tolerance_of_triangle_mm = recipe->second.graded(mesh);
   } else {
     static const samples::Mouth mouth = samples::makeMouth();

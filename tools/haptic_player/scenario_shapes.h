@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -26,6 +27,9 @@ TriangleMesh extrude(const std::vector<Eigen::Vector2d>& polygon, double length)
 /// Axis-aligned box between two corners.
 TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 
+/// The same surface, cut until no edge is longer than `longest` says of its middle [mm] (or one that was cut later by less than half).
+TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest);
+
 /// A body with its tree and its exact distance.
 struct Body {
   std::string name;
@@ -43,7 +47,8 @@ class BodyLibrary {
       : quality_(quality), bridges_(bridges), progress_(progress), cache_(std::move(cache)) {}
 
   /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47 and
-  /// lower_jaw are those of the sample mouth. @throws std::invalid_argument, formats::FileError
+  /// lower_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works. @throws
+  /// std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
   /// A body of its own under a name that is not taken; the same name again is the same body.
   const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings);

@@ -275,7 +275,7 @@ std::string faultInProvenance(const SphereTree& tree) {
     const char* name;
   };
   for (const Quantity& q : {Quantity{p.diagonal_mm, "diagonal"}, Quantity{p.volume_mm3, "volume"}, Quantity{p.area_mm2, "area"},
-                            Quantity{p.tolerance_mm, "tolerance"}})
+                            Quantity{p.tolerance_mm, "tolerance"}, Quantity{static_cast<double>(p.work_overhang_mm), "overhang at work"}})
     if (!std::isfinite(q.value) || !(q.value >= 0)) return std::string("the ") + q.name + " " + number(q.value) + " is not finite and >= 0";
   if (std::string fault = faultInText(p.builder, 15, "the builder's name"); !fault.empty()) return fault;
   if (std::string fault = faultInText(p.quality, 15, "the quality's name"); !fault.empty()) return fault;

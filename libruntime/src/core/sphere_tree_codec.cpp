@@ -29,7 +29,8 @@ struct Header {
   std::uint64_t checksum;  // CRC-64 of the whole file with these 8 bytes zero
   std::uint32_t node_count, inner_count;
   std::uint8_t level_count, branching;
-  std::array<std::uint8_t, 6> reserved;
+  std::array<std::uint8_t, 2> reserved;
+  float work_overhang_mm;
   std::array<double, 3> origin_mm;
   double unit_mm, diagonal_mm, volume_mm3, area_mm2, tolerance_mm;
   std::uint64_t triangle_count, seed;
@@ -159,7 +160,7 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
   tree.origin_mm = header.origin_mm;
   Provenance& p = tree.provenance;
   p.unit_mm = header.unit_mm, p.diagonal_mm = header.diagonal_mm, p.volume_mm3 = header.volume_mm3, p.area_mm2 = header.area_mm2;
-  p.tolerance_mm = header.tolerance_mm;
+  p.tolerance_mm = header.tolerance_mm, p.work_overhang_mm = header.work_overhang_mm;
   p.triangle_count = header.triangle_count, p.seed = header.seed;
   p.mesh_hash = header.mesh_hash, p.settings_hash = header.settings_hash;
   if (!readText(header.builder, p.builder)) return badHeader(160, "the builder's name is not closed by zeros");
@@ -240,7 +241,7 @@ std::vector<std::byte> encodeSphereTree(const SphereTree& tree) {
   header.level_count = static_cast<std::uint8_t>(tree.levelCount()), header.branching = tree.branching;
   header.origin_mm = tree.origin_mm;
   header.unit_mm = p.unit_mm, header.diagonal_mm = p.diagonal_mm, header.volume_mm3 = p.volume_mm3, header.area_mm2 = p.area_mm2;
-  header.tolerance_mm = p.tolerance_mm;
+  header.tolerance_mm = p.tolerance_mm, header.work_overhang_mm = p.work_overhang_mm;
   header.triangle_count = p.triangle_count, header.seed = p.seed;
   header.mesh_hash = p.mesh_hash, header.settings_hash = p.settings_hash;
   header.builder = fixedText<16>(p.builder), header.quality = fixedText<16>(p.quality), header.generator = fixedText<32>(p.generator);

@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr double kProbes[] = {30, 0};  // radii of the probes, in medians of the leaves' radii, from the largest down
 constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
 constexpr double kWidest = 2;          // a bridge joins leaves if the pit between two alone is no deeper than this many deepest pits
+constexpr double kBuried = 0.25;       // a top still shows if other leaves rise above it by less than this part of the deepest pit
 constexpr double kWholeTurn = 2 * M_PI;
 
 struct Leaf {
@@ -165,7 +166,7 @@ class Builder {
       std::sort(order.begin(), order.end());
       for (const auto& [depth, j] : order) {
         neighbours_[i].push_back(j);
-        if (i < j && depth < kWidest * most_depth_) pairs_.push_back({i, j});
+        if (i < j && !isWide(i, j)) pairs_.push_back({i, j});
       }
     }
   }
@@ -173,7 +174,7 @@ class Builder {
   void roll(double probe) {
     if (!facets_.bridges.empty()) kept_ = SphereGroups(facets_.around);
     const std::vector<Triple> before = triples_;
-    const std::vector<Arc> arcs = freeArcs(probe * median_);
+    std::vector<Arc> arcs = freeArcs(pairs_, probe * median_);
     std::vector<Facet> facets;
     for (const Arc& arc : arcs)
       for (std::size_t e = 0; e < 2; ++e)
@@ -187,7 +188,7 @@ class Builder {
       const std::optional<Vector3d> n = touchingPlane(leaves_[i], leaves_[j], leaves_[k], f.triple.above);
       if (!n) continue;
       f.normal = *n;
-      if (std::binary_search(before.begin(), before.end(), f.triple) || isBuried(f) || !isShallow(f)) continue;
+      if (std::binary_search(before.begin(), before.end(), f.triple) || isBuried(f) || !isExposed(f) || !isShallow(f)) continue;
       f.kept = true;
       found.bridges.push_back(bridgeOf(f));
       found.around.push_back(sphereAround(f));
@@ -195,6 +196,7 @@ class Builder {
     }
     std::sort(triples_.begin(), triples_.end());
     facets_.add(found);
+    for (const Arc& arc : freeArcs(wideSides(facets), probe * median_)) arcs.push_back(arc);
     for (const Arc& arc : arcs) addCone(arc, facets);
   }
 
@@ -208,15 +210,32 @@ class Builder {
   }
 
  private:
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;
+
   static Sphere sphereOf(const Vector3d& c, double r) {
     return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(r)};
   }
 
-  /// Of all pairs of leaves side by side, the parts of the circle where a probe of radius `probe` rests on both and on no other nearby.
-  std::vector<Arc> freeArcs(double probe) const {
+  bool isWide(std::uint32_t i, std::uint32_t j) const { return pairDepth(leaves_[i], leaves_[j]) >= kWidest * most_depth_; }
+
+  /// Sides of kept facets that are not among the pairs to be bridged: without the cone about it there would be a slit along the side.
+  std::vector<Pair> wideSides(const std::vector<Facet>& facets) const {
+    std::vector<Pair> sides;
+    for (const Facet& f : facets) {
+      const auto& [a, b, c] = f.triple.leaf;
+      for (const auto& [i, j] : {Pair(a, b), Pair(a, c), Pair(b, c)})
+        if (f.kept && isWide(i, j)) sides.emplace_back(i, j);
+    }
+    std::sort(sides.begin(), sides.end());
+    sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+    return sides;
+  }
+
+  /// Of the pairs of leaves, the parts of the circle where a probe of radius `probe` rests on both and on no other nearby.
+  std::vector<Arc> freeArcs(const std::vector<Pair>& pairs, double probe) const {
     std::vector<Arc> arcs;
     FreeArcs left;
-    for (const auto& [i, j] : pairs_) addArcs(i, j, probe, left, arcs);
+    for (const auto& [i, j] : pairs) addArcs(i, j, probe, left, arcs);
     return arcs;
   }
 
@@ -289,6 +308,18 @@ class Builder {
     if (isHeld(a, b, c, by, 2)) return true;
     tree_.visit(m, reach, [&](std::uint32_t k) { by.push_back(k); });
     return isHeld(a, b, c, by, kMostCuts);
+  }
+
+  /// It touches what shows of its leaves. One across a valley, or to a leaf farther up a wall, touches them deep inside others.
+  bool isExposed(const Facet& f) const {
+    bool exposed = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d touch = cornerOf(f, k, 0);
+      tree_.visit(touch, 0, [&](std::uint32_t other) {
+        exposed = exposed && leaves_[other].r - (leaves_[other].c - touch).norm() < kBuried * most_depth_;
+      });
+    }
+    return exposed;
   }
 
   /// Below facets that larger probes found.
@@ -429,9 +460,9 @@ class Builder {
 
   double most_depth_, median_ = 0;
   std::vector<Leaf> leaves_;
-  SphereGroups tree_;                                           // of the leaves
-  std::vector<std::vector<std::uint32_t>> neighbours_;          // that overlap, the one with the shallowest pit between first
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;  // to be bridged
+  SphereGroups tree_;                                   // of the leaves
+  std::vector<std::vector<std::uint32_t>> neighbours_;  // that overlap, the one with the shallowest pit between first
+  std::vector<Pair> pairs_;                             // to be bridged
   Found facets_, cones_;
   std::vector<Triple> triples_;  // of the facets, in order
   SphereGroups kept_;            // of the facets that larger probes found

@@ -84,6 +84,12 @@ std::string faultInSettings(const SceneDescription& d) {
   return {};
 }
 
+// How far leaves reach out. In a tree with regions of work those elsewhere reach out farther, and what bridges them would bury the work.
+double overhangAtWork(const SphereTree& tree) {
+  const float at_work = tree.provenance.work_overhang_mm;
+  return static_cast<double>(at_work > 0 ? at_work : tree.statistics.back().overhang_bound);
+}
+
 // Those of the object that comes next.
 void addBridges(BridgeTree tree, const Eigen::Vector3d& anchor, Scene& scene) {
   if (tree.count == 0) return;
@@ -151,7 +157,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
     put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
     if (d.bridges)
-      addBridges(makeBridges(compiled.tree, static_cast<double>(object.tree.statistics.back().overhang_bound)), compiled.anchor, out);
+      addBridges(makeBridges(compiled.tree, overhangAtWork(object.tree)), compiled.anchor, out);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

@@ -47,7 +47,8 @@ struct Provenance {
   double diagonal_mm = 0;  // of the bounding box of the mesh
   double volume_mm3 = 0;   // enclosed by the mesh
   double area_mm2 = 0;
-  double tolerance_mm = 0;  // asked for; 0: none, the whole budget was used
+  double tolerance_mm = 0;     // asked for; 0: none, the whole budget was used
+  float work_overhang_mm = 0;  // > 0: leaves reach out farther than this only where the tolerances of triangles allow more; proven
   std::uint64_t triangle_count = 0;
   std::uint64_t seed = 0;
   Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles, as handed to the builder
