@@ -80,13 +80,9 @@ void forEachRun(const Scene& scene, std::span<PairRun> runs, const std::uint32_t
   }
 }
 
-}  // namespace
-
-PairSet findNearBridges(const Scene& scene, const Configuration& pose, double margin, std::uint32_t max_work,
-                        Workspace& workspace) noexcept {
-  PairSet set = findBridges(scene, pose, margin, max_work, workspace);
-  if (set.pairs.empty()) return set;
-  set.work += static_cast<std::uint32_t>(3 * (set.pairs.size() / 8 + set.runs.size()));
+// Of `set`, the bridges that may be touched within `margin`.
+void keepNear(const Scene& scene, const Configuration& pose, double margin, PairSet& set, Workspace& workspace) {
+  if (set.pairs.empty()) return;
   std::uint32_t* const pairs = workspace.bridges.pairs.data();
   std::uint32_t count = 0;
   const float slack = 1e-5f * static_cast<float>(scene.tool.reach + scene.objects_reach + margin);
@@ -98,7 +94,32 @@ PairSet findNearBridges(const Scene& scene, const Configuration& pose, double ma
     count += kept;
   });
   set.pairs = {pairs, count};
+}
+
+}  // namespace
+
+PairSet findNearBridges(const Scene& scene, const Configuration& pose, double margin, std::uint32_t max_work,
+                        Workspace& workspace) noexcept {
+  PairSet set = findBridges(scene, pose, margin, max_work, workspace);
+  set.work += static_cast<std::uint32_t>(3 * (set.pairs.size() / 8 + set.runs.size()));
+  keepNear(scene, pose, margin, set, workspace);
   return set;
+}
+
+void narrow(const Scene& scene, const RowSet& rows, const Configuration& pose, double margin, PairSet& pairs, PairSet& bridges,
+            Workspace& workspace) noexcept {
+  std::uint32_t* const names = workspace.objects.pairs.data();
+  std::uint32_t count = 0;
+  const float most = static_cast<float>(margin * (1 + 1e-6));
+  for (PairRun& run : workspace.objects.runs) {
+    const std::uint32_t begin = count;
+    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i)
+      if (-rows.rows.b[i] <= most * rows.weight[i]) names[count++] = names[i];
+    run.begin = begin;
+    run.count = count - begin;
+  }
+  pairs.pairs = {names, count};
+  keepNear(scene, pose, margin, bridges, workspace);
 }
 
 void addBridgeRows(const Scene& scene, const PairSet& bridges, const Configuration& pose, double most_gap, RowSet& out,

@@ -25,6 +25,7 @@ constexpr double kForceStepPart = 0.07;  // of the force
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
 constexpr int kMostHalvings = 5;
+constexpr double kPiecesAhead = 8;  // that the pairs in the list are meant to last for
 constexpr int kPatience = 8;        // pieces that bring the graphic tool
 constexpr double kProgress = 1e-3;  // nearer by less than this are the last of a step: it goes to and fro [mm, scaled]
 
@@ -85,6 +86,13 @@ class Stepper {
     const std::uint32_t most = scene_.step_limits.max_work;
     bridges_ = findNearBridges(scene_, pose, margin, most > result_.work ? most - result_.work : 0, workspace_);
     result_.work += bridges_.work;
+  }
+  // Only what is within `margin` of the pose at which `rows` were made stays; the active rows keep their names.
+  void narrowTo(double margin, const RowSet& rows, const Configuration& pose, PairSet& set) {
+    const Stage stage(times_ ? &times_->find : nullptr);
+    result_.work += groups(set.pairs.size()) + 3 * groups(bridges_.pairs.size());
+    narrow(scene_, rows, pose, margin, set, bridges_, workspace_);
+    findActive(set);
   }
   bool isFree(const PairSet& set) const { return set.pairs.empty() && bridges_.pairs.empty(); }
 
@@ -249,6 +257,7 @@ void Stepper::constrained(const Configuration& haptic) {
   const double motion = reach(displacementBetween(workspace_.haptic, haptic));
   double margin_limit = std::numeric_limits<double>::infinity();
   double margin = std::max(kLeastMargin, std::min(reach(displacementBetween(now, haptic)), 1.5 * motion + 0.05));
+  if (workspace_.active_count > 0) margin = std::min(margin, kContactMargin);
   PairSet pairs;
   RowSet set;
   double depth = 0, used = 0;
@@ -296,15 +305,16 @@ void Stepper::constrained(const Configuration& haptic) {
     }
     const Displacement want = displacementBetween(now, haptic);
     double length = reach(want);
+    const double left = std::max(0.0, margin - used);
     if (isFree(pairs)) {
       workspace_.active_count = 0;
       result_.active = 0;
-      const double part = partWithin(now, haptic, scaledVector(want), change, std::min(1.0, length > margin ? margin / length : 1.0));
+      const double part = partWithin(now, haptic, scaledVector(want), change, std::min(1.0, length > left ? left / length : 1.0));
       if (part == 1) {
         now = haptic;
         settled = true;
       } else {
-        settled = part * length < margin * (1 - 1e-9);
+        settled = part * length < left * (1 - 1e-9);
         now = moved(now, scaled(want, part));
         margin = std::min({4 * margin, length, margin_limit});
         stale = true;
@@ -323,7 +333,7 @@ void Stepper::constrained(const Configuration& haptic) {
     const Displacement step = displacement(workspace_.answer.y);
     const bool straight = workspace_.answer.active_count == 0 && back == 0 && workspace_.answer.status == QpStatus::Optimal;
     length = reach(step);
-    const double turn = step.rotation.norm(), left = std::max(0.0, margin - used);
+    const double turn = step.rotation.norm();
     double part = std::min(1.0, length > left ? left / length : 1.0);
     const bool short_of_margin = part < 1;
     if (turn * part > largest_turn) part = largest_turn / turn;
@@ -332,10 +342,16 @@ void Stepper::constrained(const Configuration& haptic) {
     const bool is_held_back = part < most;
     const Configuration from = now;
     const double depth_before = depth;
+    keepActive(pairs);
+    // Pieces shrink, and so does what the next few of them can meet.
+    if (const double enough = kPiecesAhead * part * length + kLeastMargin; back == 0 && enough < 0.5 * left) {
+      narrowTo(enough, set, now, pairs);
+      margin = enough;
+      used = 0;
+    }
     bool accepted = false;
     for (int halving = 0; halving <= kMostHalvings && !accepted; ++halving) {
       now = straight && part == 1 ? haptic : moved(from, scaled(step, part));
-      keepActive(pairs);
       set = allRows(pairs, now, margin);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
       accepted = depth <= std::max(path_tolerance, depth_before + 1e-6);
