@@ -160,19 +160,32 @@ TEST(Bridge, NoSlitIsLeftAlongAWideSide) {
   }
 }
 
-// Two sheets that meet at 60 degrees: a ball comes down as far between their tops as between two planes.
-TEST(Bridge, AValleyStaysOpen) {
+// In a round hole with leaves of several sizes a facet could lie across: it would touch its leaves where others hide them.
+TEST(Bridge, FacetsTouchWhatShows) {
+  Random random(5);
   std::vector<Sphere> balls;
-  for (int row = 0; row < 12; ++row)
-    for (int i = 0; i < 12; ++i) {
-      const double along = 2 * i + row % 2 - 12, up = std::sqrt(3.0) * row - 1, s = 0.5, c = std::sqrt(0.75);
-      for (const double side : {-1.0, 1.0}) balls.push_back(test::ball(side * (s * up + 2 * c), along, c * up - 2 * s, 2));
+  constexpr double kStated = 0.3;
+  for (int row = 0; row < 16; ++row)
+    for (int i = 0; i < 20; ++i) {
+      const double r = random.uniform(0.5, 1.6), angle = 2 * M_PI * (i + 0.5 * (row % 2)) / 20, far = 2 + r - random.uniform(0, 0.3);
+      balls.push_back(test::ball(far * std::cos(angle), far * std::sin(angle), 0.5 * row, r));
     }
-  const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, 0.7));
-  Workspace workspace(scene);
-  StepResult r;
-  for (double z = 6; z > 1; z -= 0.02) r = step(scene, {{0, 0.3, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
-  EXPECT_NEAR(r.graphic.position.z(), 2, 0.05);
+  const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, kStated));
+  const CompiledTree& tree = scene.objects[0].tree;
+  std::size_t facets = 0;
+  for (const Bridge& b : all(scene)) {
+    if (b.isCone()) continue;
+    ++facets;
+    for (const auto& [centre, radius] : leavesOf(b)) {
+      const Eigen::Vector3d touch = centre + radius * vector(b.axis);
+      for (std::size_t slot = 0; slot < tree.node.size(); ++slot) {
+        if (tree.node[slot] == kNoNode) continue;
+        const Sphere& s = tree.cover_records[slot];
+        EXPECT_LT(static_cast<double>(s.radius) - (touch - Eigen::Vector3d(s.x, s.y, s.z)).norm(), kDeepestPit * kStated / 3);
+      }
+    }
+  }
+  EXPECT_GT(facets, 100u);
 }
 
 TEST(Bridge, NothingStandsOutFartherThanStated) {

@@ -128,7 +128,8 @@ const std::vector<Scenario>& scenarios();
 
 std::vector<Scenario> contactScenarios();     // penetration, ripple, edges, jumps
 std::vector<Scenario> popThroughScenarios();  // thin objects
-std::vector<Scenario> numericScenarios();     // rotations, rows, trees, units
+std::vector<Scenario> numericScenarios();     // rotations, rows, units
+std::vector<Scenario> builderScenarios();     // hard meshes, leaves
 std::vector<Scenario> deviceScenarios();      // moving objects, safety
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 

@@ -288,24 +288,24 @@ TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::
   return mesh;
 }
 
+TriangleMesh BodyLibrary::mesh(const std::string& name) {
+  if (const auto recipe = recipes().find(name); recipe != recipes().end()) return recipe->second.mesh();
+  static const samples::Mouth mouth = samples::makeMouth();
+  for (const samples::Mouth::Part& part : mouth.parts())
+    if (part.name == name) return *part.mesh;
+  throw std::invalid_argument("no body is called " + name);
+}
+
 const Body& BodyLibrary::get(const std::string& name) {
   if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
+  TriangleMesh mesh = BodyLibrary::mesh(name);
   builder::BuildSettings settings;
-  settings.quality = quality_;
-  TriangleMesh mesh;
+  settings.quality = builder::Quality::Quick;  // of the many parts of the mouth, and where a tolerance says how good it must be
   if (const auto recipe = recipes().find(name); recipe != recipes().end()) {
-    mesh = recipe->second.mesh();
     settings.levels = recipe->second.levels;
     settings.tolerance_mm = recipe->second.tolerance;
-    // Else the tolerance says how good it must be.
-    if (settings.tolerance_mm > 0 && !recipe->second.has_budget) settings.quality = builder::Quality::Quick;
+    if (settings.tolerance_mm == 0 || recipe->second.has_budget) settings.quality = quality_;
     if (recipe->second.graded) settings.tolerance_of_triangle_mm = recipe->second.graded(mesh);
-  } else {
-    static const samples::Mouth mouth = samples::makeMouth();
-    for (const samples::Mouth::Part& part : mouth.parts())
-      if (part.name == name) mesh = *part.mesh;
-    if (mesh.triangles.empty()) throw std::invalid_argument("no body is called " + name);
-    settings.quality = builder::Quality::Quick;  // there are many
   }
   return make(name, std::move(mesh), settings);
 }

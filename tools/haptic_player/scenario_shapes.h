@@ -46,10 +46,13 @@ class BodyLibrary {
   BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress, std::filesystem::path cache = {})
       : quality_(quality), bridges_(bridges), progress_(progress), cache_(std::move(cache)) {}
 
-  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47 and
-  /// lower_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works. @throws
-  /// std::invalid_argument, formats::FileError
+  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47,
+  /// lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works.
+  /// @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
+  /// The mesh alone, of any of these names.
+  static TriangleMesh mesh(const std::string& name);
+  builder::Quality quality() const { return quality_; }
   /// A body of its own under a name that is not taken; the same name again is the same body.
   const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings);
   /// @throws builder::Cancelled, formats::FileError if the cache cannot be written

@@ -156,8 +156,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
     put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
-    if (d.bridges)
-      addBridges(makeBridges(compiled.tree, overhangAtWork(object.tree)), compiled.anchor, out);
+    if (d.bridges) addBridges(makeBridges(compiled.tree, overhangAtWork(object.tree)), compiled.anchor, out);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);
