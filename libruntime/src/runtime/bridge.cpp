@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bridge_tree.h"
+#include "free_arcs.h"
 #include "spheretree/runtime/scene.h"
 
 namespace spheretree::runtime {
@@ -18,7 +19,6 @@ constexpr double kProbes[] = {30, 0};  // radii of the probes, in medians of the
 constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
 constexpr double kWidest = 2;          // a bridge joins leaves if the pit between two alone is no deeper than this many deepest pits
 constexpr double kBuried = 0.25;       // a top still shows if other leaves rise above it by less than this part of the deepest pit
-constexpr double kWholeTurn = 2 * M_PI;
 
 struct Leaf {
   Vector3d c;
@@ -32,7 +32,6 @@ struct Arc {
   std::array<double, 2> angle;  // about the axis from i to j, from `across`
   Vector3d across;
 };
-constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// Three leaves that a probe touches, in order, and the side of their plane on which it is.
 struct Triple {
@@ -69,62 +68,6 @@ std::optional<Vector3d> touchingPlane(const Leaf& a, const Leaf& b, const Leaf& 
   if (!(rest > 1e-4)) return std::nullopt;
   return in_plane + up * ((above ? 1 : -1) * std::sqrt(rest / area2));
 }
-
-/// Grows with the angle of (x, y) from 0 to 4; no trigonometry.
-double squareAngle(double x, double y) {
-  const double part = y / (std::abs(x) + std::abs(y));
-  return x < 0 ? 2 - part : part < 0 ? 4 + part : part;
-}
-double trueAngle(double square) {
-  const double turns = std::floor(square / 4), s = square - 4 * turns, x = s < 2 ? 1 - s : s - 3, y = s < 1 ? s : s < 3 ? 2 - s : s - 4;
-  const double angle = std::atan2(y, x);
-  return angle + (angle < 0 ? turns + 1 : turns) * kWholeTurn;
-}
-
-/// What is left of a circle after others have been taken away, in square angles.
-class FreeArcs {
- public:
-  struct Piece {
-    double low, high;
-    std::uint32_t low_end, high_end;
-  };
-  void start() { pieces_.assign(1, {0, 4, kNone, kNone}); }
-  void clear() { pieces_.clear(); }
-  bool empty() const { return pieces_.empty(); }
-
-  /// Takes away what is from `low` on to `high`, by leaf `k`.
-  void take(double low, double high, std::uint32_t k) {
-    if (low <= high) return cut(low, high, k);
-    cut(low, 4, k);
-    cut(0, high, k);
-  }
-
-  const std::vector<Piece>& pieces() const { return pieces_; }
-  /// The same when all is done: a piece that runs over 0 in one.
-  const std::vector<Piece>& whole() {
-    if (pieces_.size() > 1 && pieces_.front().low_end == kNone && pieces_.back().high_end == kNone) {
-      pieces_.front().low = pieces_.back().low - 4;
-      pieces_.front().low_end = pieces_.back().low_end;
-      pieces_.pop_back();
-    }
-    return pieces_;
-  }
-
- private:
-  void cut(double low, double high, std::uint32_t k) {
-    next_.clear();
-    for (const Piece& p : pieces_) {
-      if (high <= p.low || low >= p.high) {
-        next_.push_back(p);
-        continue;
-      }
-      if (low > p.low) next_.push_back({p.low, low, p.low_end, k});
-      if (high < p.high) next_.push_back({high, p.high, k, p.high_end});
-    }
-    pieces_.swap(next_);
-  }
-  std::vector<Piece> pieces_, next_;
-};
 
 /// Bridges, and a sphere that holds all of each.
 struct Found {

@@ -5,7 +5,8 @@
 // tangent plane makes a facet, and where it tips over two, the cone about both fills the wedge between two facets. This is the reduced
 // surface of molecules. Probes of several radii are tried, from the largest down: the large ones pass over a leaf that lies low, the small
 // ones follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit overhangs, as the tree states them for its
-// leaves. So a bridge never stands out farther than that beyond the leaves, and what is wider or deeper stays open.
+// leaves: of the whole tree, or of where it has work. So a bridge never stands out farther than that beyond the leaves, and what is wider
+// or deeper stays open. A facet must also touch its leaves where they show: one across a groove or a hole touches them deep inside others.
 //
 // Papers: M. F. Sanner, A. J. Olson, J.-C. Spehner. Reduced surface. Biopolymers 38(3), 1996. H. Edelsbrunner, E. P. Muecke.
 //         Three-dimensional alpha shapes. ACM TOG 13(1), 1994.

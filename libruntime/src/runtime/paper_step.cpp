@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mode paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic rendering using
+// sphere-trees. IROS 2011. What is printed wrongly or left open, and what is done here: docs/runtime.md
+#include <cmath>
+
+#include "step_parts.h"
+
+namespace spheretree::runtime {
+
+Eigen::Vector3d eulerAngles(const Quaternion& q) {
+  const Eigen::Matrix3d m = q.toRotationMatrix();
+  const double level = std::sqrt(m(0, 0) * m(0, 0) + m(1, 0) * m(1, 0));
+  return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), level), std::atan2(m(1, 0), m(0, 0))};
+}
+
+namespace {
+
+Quaternion fromEuler(const Eigen::Vector3d& e) {
+  const Eigen::Array3d half = 0.5 * e.array(), c = half.cos(), s = half.sin();
+  return {c[2] * c[1] * c[0] + s[2] * s[1] * s[0], c[2] * c[1] * s[0] - s[2] * s[1] * c[0], c[2] * s[1] * c[0] + s[2] * c[1] * s[0],
+          s[2] * c[1] * c[0] - c[2] * s[1] * s[0]};
+}
+
+}  // namespace
+
+void paperStep(StepParts& parts, const Configuration& haptic) {
+  Workspace& workspace = parts.workspace;
+  Eigen::Vector3d before(workspace.euler[0], workspace.euler[1], workspace.euler[2]);
+  Eigen::Vector3d angles = eulerAngles(haptic.orientation);
+  for (int k = 0; k < 3; ++k)  // the turn count that is nearest to the graphic tool's: no jump at +-pi
+    angles[k] += 2 * M_PI * std::round((before[k] - angles[k]) / (2 * M_PI));
+
+  const PairSet pairs = parts.search(haptic, 0, true);
+  if (pairs.coarse) parts.result.faults |= kPairsFull;
+  Eigen::Vector3d position = haptic.position, after = angles;
+  workspace.answer.active_count = 0;
+  if (!pairs.pairs.empty()) {
+    // Gamma turns about the tool's own x axis, alpha about the world's z, beta about the y axis that alpha has turned.
+    Eigen::Matrix3d axes;
+    axes << workspace.graphic.orientation * Eigen::Vector3d::UnitX(), Eigen::Vector3d(-std::sin(before[2]), std::cos(before[2]), 0),
+        Eigen::Vector3d::UnitZ();
+    const RowSet set = parts.rows(pairs, workspace.graphic, RowForm::SquaredDistance, axes);
+    parts.findActive(pairs);
+    parts.solve(set, parts.scaledVector({haptic.position - workspace.graphic.position, angles - before}));
+    parts.keepActive(pairs);
+    const Displacement step = parts.displacement(workspace.answer.y);
+    position = workspace.graphic.position + step.translation;
+    after = before + step.rotation;
+  } else {
+    workspace.active_count = 0;
+  }
+  workspace.euler = {after[0], after[1], after[2]};
+  workspace.graphic = pairs.pairs.empty() ? haptic : Configuration{position, fromEuler(after)};
+  workspace.wrench = {parts.scene.coupling.translation * (position - haptic.position), parts.scene.coupling.rotation * (after - angles)};
+}
+
+}  // namespace spheretree::runtime
