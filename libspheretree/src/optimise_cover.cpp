@@ -23,14 +23,23 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;      // of the greedy cover: what is left of the interval, the later steps take in their stride
-constexpr double kDry = 0.4;        // share of the stand-off: a sample that no candidate comes so near to holds the search up
-constexpr int kMostTopUps = 9;      // of the candidates where they are dry, each with a new greedy cover
-constexpr double kFull = 0.9;       // share of the spheres that a greedy cover uses where candidates suffice
-constexpr std::size_t kDenser = 8;  // times the samples, of which those are taken that lie where balls have few
-constexpr double kHexagon = 2.598;  // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
-constexpr double kMostSamples = 3;  // times the usual ones, for a ball whose patch is a ring
+constexpr int kBisections = 4;       // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
+constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
+constexpr std::size_t kMostDry = 2;  // times the spheres: samples that get a candidate of their own in one top-up
+constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
+constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
+constexpr double kHexagon = 2.598;   // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
+constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose patch is a ring
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class T>
+std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
+  const std::size_t n = std::max<std::size_t>(1, all.size() / std::max<std::size_t>(wanted, 1));
+  std::vector<T> few;
+  for (std::size_t i = 0; i < all.size(); i += n) few.push_back(all[i]);
+  return few;
+}
 
 struct Assignment {
   std::vector<Vector3d> points;    // samples, those of one ball together
@@ -112,13 +121,14 @@ void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d&
 // More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an edge, smaller
 // ones below it. On a slender part the pool may hold none that reaches an end; without them the search would stop there, with most of
 // its spheres idle.
-void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off,
+void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
                  std::vector<Ball>& candidates) {
   std::vector<std::uint32_t> dry;
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
     const auto near = [&](const GapTable::Entry& e) { return e.gap <= kDry * stand_off; };
     if (std::ranges::none_of(table.ofSample(s), near)) dry.push_back(s);
   }
+  dry = everyNth<std::uint32_t>(dry, most);
   std::vector<std::vector<Ball>> found(dry.size());
   tbb::parallel_for(std::size_t{0}, dry.size(), [&](std::size_t i) {
     const NearestPoint here = field.nearest(samples[dry[i]]);
@@ -201,17 +211,9 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     h = greedy.stand_off;
     const std::size_t known = candidates.size();
     // The fewer spheres that took, the lower the stand-off of all of them will be.
-    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), candidates);
+    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostDry * most, candidates);
     return candidates.size() - known;
   }
-}
-
-template <class T>
-std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
-  const std::size_t n = std::max<std::size_t>(1, all.size() / std::max<std::size_t>(wanted, 1));
-  std::vector<T> few;
-  for (std::size_t i = 0; i < all.size(); i += n) few.push_back(all[i]);
-  return few;
 }
 
 }  // namespace
