@@ -13,6 +13,7 @@
 #include "spheretree/builder/canonical_order.h"
 #include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/early_leaves.h"
 #include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/needless_spheres.h"
 #include "spheretree/builder/provenance.h"
@@ -261,9 +262,13 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   result.statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
-  const auto parents = levels.parents.empty()
-                           ? groupLevels(levels.spheres, settings.branching, settings.tolerance_mm > 0 ? Room::Leave : Room::Use)
-                           : levels.parents;
+  std::vector<std::vector<std::uint32_t>> parents = std::move(levels.parents);
+  if (parents.empty()) {
+    const bool counts_nodes = settings.tolerance_mm > 0;
+    std::vector<std::size_t> going_on;
+    if (counts_nodes) going_on = endEarly(to_cover, origin, settings.branching, settings.seed, levels.spheres, progress);
+    parents = groupLevels(levels.spheres, settings.branching, counts_nodes ? Room::Leave : Room::Use, going_on);
+  }
   SphereTree& tree = result.tree;
   tree = assembleTree(levels.spheres, parents, settings.branching);
   tree.origin_mm = {origin.x(), origin.y(), origin.z()};

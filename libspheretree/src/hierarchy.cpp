@@ -310,7 +310,7 @@ struct GroupedLevels {
   double cost = 0;
 };
 
-GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::size_t branching, Room room) {
+GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std::size_t> going_on, std::size_t branching, Room room) {
   GroupedLevels out{std::move(levels), {}, 0};
   out.parents.resize(out.levels.size());
   std::vector<Ball> below;
@@ -318,15 +318,17 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::size_t branchi
     for (const Sphere& s : out.levels.back()) below.push_back(toBall(s));
   for (std::size_t level = out.levels.size(); level-- > 1;) {
     std::vector<Sphere>& owners = out.levels[level - 1];
-    std::size_t groups = owners.size();
+    const std::size_t parents = going_on.empty() ? owners.size() : std::min(owners.size(), going_on[level - 1]);
+    std::size_t groups = parents;
     if (level > 1) groups = std::max(groups, (below.size() + branching - 1) / branching);
     if (level > 1 && room == Room::Use) groups = std::max(groups, std::min(out.levels[level - 2].size() * branching, below.size()));
     if (below.size() > groups * branching)
       throw std::invalid_argument("hierarchy: level " + std::to_string(level) + " has more spheres than its parents may have children");
     std::vector<Ball> above;
-    for (const Sphere& s : owners) above.push_back(toBall(s));
+    for (std::size_t i = 0; i < parents; ++i) above.push_back(toBall(owners[i]));
     const Grouping grouping(above, below, branching, groups);
-    std::vector<Ball> bounds(owners.size());
+    std::vector<Ball> bounds;
+    for (const Sphere& s : owners) bounds.push_back(toBall(s));
     out.parents[level].resize(below.size());
     for (const Grouping::Group& g : grouping.groups()) {
       std::uint32_t parent = g.parent;
@@ -346,13 +348,14 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::size_t branchi
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphere>>& levels, int branching, Room room) {
+std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphere>>& levels, int branching, Room room,
+                                                    std::span<const std::size_t> going_on) {
   const auto full = static_cast<std::size_t>(branching);
-  GroupedLevels best = group(levels, full, room);
+  GroupedLevels best = group(levels, going_on, full, room);
   bool fits = true;  // without further nodes
   for (std::size_t level = 1; level < levels.size(); ++level) fits = fits && levels[level].size() <= levels[level - 1].size() * full;
   if (fits && best.levels != levels) {  // more groups are more to test, too
-    GroupedLevels plain = group(levels, full, Room::Leave);
+    GroupedLevels plain = group(levels, going_on, full, Room::Leave);
     if (plain.cost <= best.cost) best = std::move(plain);
   }
   levels = std::move(best.levels);
@@ -382,6 +385,12 @@ SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const st
       children[level - 1][parents[level][i]].push_back(i);
     }
   }
+  // An only child that repeats its parent and has no children adds nothing: the parent ends in its place.
+  for (std::size_t level = levels.size() - 1; level-- > 0;)
+    for (std::size_t i = 0; i < levels[level].size(); ++i) {
+      std::vector<std::uint32_t>& mine = children[level][i];
+      if (mine.size() == 1 && children[level + 1][mine[0]].empty() && levels[level + 1][mine[0]] == levels[level][i]) mine.clear();
+    }
   SphereTree tree;
   tree.branching = static_cast<std::uint8_t>(branching);
   std::vector<std::uint32_t> row{0};

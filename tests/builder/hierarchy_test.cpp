@@ -219,6 +219,16 @@ TEST(Hierarchy, ALevelTooSmallForItsChildrenGetsFurtherNodes) {
   EXPECT_EQ(findFault(assembleTree(levels, parents, 4)), "");
 }
 
+TEST(Hierarchy, AnOnlyChildThatRepeatsItsParentIsLeftOut) {
+  Levels levels = randomLevels({1, 2, 3, 4}, 6);
+  levels[2][0] = levels[3][0] = levels[1][0];  // a chain of one sphere
+  const SphereTree tree = assembleTree(levels, {{}, {0, 0}, {0, 1, 1}, {0, 1, 1, 2}}, 3);
+  EXPECT_EQ(findFault(tree), "");
+  EXPECT_EQ(tree.nodeCount(), 8u) << "of 10";
+  EXPECT_EQ(std::count(tree.cover.begin(), tree.cover.end(), levels[1][0]), 1);
+  EXPECT_EQ(levelSet(tree, 3).size(), 4u);
+}
+
 TEST(Hierarchy, RefusesWhatMakesNoTree) {
   Levels too_many = randomLevels({1, 2, 17}, 1);
   EXPECT_THROW(groupLevels(too_many, 4), std::invalid_argument);
