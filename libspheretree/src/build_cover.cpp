@@ -135,12 +135,17 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
   if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.most_leaves > 0))
     counts = levelCounts(leaves.balls.size(), settings.branching);
-  LevelBalls levels;
-  levels.balls.resize(counts.size());
-  levels.balls.back() = std::move(leaves.balls);
+  std::vector<Cover> covers(counts.size());
+  covers.back() = std::move(leaves);
   for (std::size_t level = counts.size() - 1; level-- > 0;) {
     progress.advance(1 - static_cast<double>(level + 1) / static_cast<double>(counts.size()));
-    levels.balls[level] = cover(std::min(counts[level], levels.balls[level + 1].size())).balls;
+    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()));
+  }
+  LevelBalls levels;
+  for (std::size_t level = 0; level < covers.size(); ++level) {
+    // Of a round object eight balls may reach out no farther than 64 that are each searched for less.
+    if (level > 0 && covers[level].stand_off > covers[level - 1].stand_off) covers[level] = covers[level - 1];
+    levels.balls.push_back(covers[level].balls);
   }
   return levels;
 }

@@ -11,7 +11,7 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr std::size_t kMostEntries = 25'000'000;
+constexpr std::size_t kMostEntries = 25'000'000, kEntriesASample = 400;
 
 void compact(std::vector<GapTable::Entry>& entries, std::vector<std::size_t>& begin, float limit) {
   std::size_t to = 0, from = 0;
@@ -74,7 +74,7 @@ void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std:
   std::size_t entries = 0;
   for (std::size_t c = 0; c < candidates.size(); c += kStride)
     samples.within(candidates[c].centre, candidates[c].radius + limit, [&](std::uint32_t, double) { ++entries; });
-  const std::size_t every = 1 + kStride * entries / kMostEntries;
+  const std::size_t every = 1 + kStride * entries / std::min(kMostEntries, kEntriesASample * samples.size());
   if (every == 1) return;
   std::size_t kept = fixed;
   for (std::size_t c = fixed; c < candidates.size(); c += every) candidates[kept++] = candidates[c];

@@ -40,8 +40,8 @@ class GapTable {
   std::vector<Entry> by_candidate_, by_sample_;
 };
 
-/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about 25 million entries of
-/// 16 bytes: else very slender or very deep trees fill the memory.
+/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about 400 entries a sample
+/// and 25 million in all, of 16 bytes: else very slender, very round or very deep trees fill the memory.
 void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
 
 /// Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower candidate.

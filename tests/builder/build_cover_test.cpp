@@ -47,6 +47,18 @@ TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
   for (const Ball& b : levels.balls[2]) EXPECT_LT(b.radius, 1.6 * hexagonal);
 }
 
+// What a ball stands out over a polyhedron round it is the depth of its faces, which more balls hardly lower.
+TEST(BuildCover, OfARoundObjectNoLevelIsWorseThanTheOneAbove) {
+  const TriangleMesh mesh = test::sphereMesh(10, 4);
+  const LevelBalls levels = build(mesh, quick(4, 8));
+  double above = 1e9;
+  for (const std::vector<Ball>& balls : levels.balls) {
+    const double h = standOff(mesh, balls);
+    EXPECT_LE(h, above * (1 + 1e-12));
+    above = h;
+  }
+}
+
 TEST(BuildCover, LevelsFillTheBudgetStandOffAlikeAndCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const LevelBalls levels = build(mesh, quick(4, 4));
