@@ -47,7 +47,7 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {8, 200'000, 150, 150, 6, 0.1, 0.06, 2, 2'000, 0.04};
+      return {8, 200'000, 120, 120, 4, 0.15, 0.06, 2, 2'000, 0.04};
     case Quality::Standard:
       break;
     case Quality::Best:
