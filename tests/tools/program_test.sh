@@ -396,10 +396,11 @@ case_check() {
 case_build_interrupted() {
   write_torus mesh.obj 120
   for signal in INT TERM; do
+    rm -f err  # of the round before: what it says must not be taken for this one's
     "$program" build mesh.obj -o work/a.stree --quality best --levels 5 --progress json >out 2>err &
     pid=$!
     for _ in $(seq 600); do
-      grep -q '"stage"' err && grep -v -q '"stage":"\(read\|check\|distances\)"' err && break
+      grep -q -s '"stage"' err && grep -v -q '"stage":"\(read\|check\|distances\)"' err && break
       kill -0 $pid 2>/dev/null || fail "ended before it could be interrupted"
       sleep 0.1
     done
