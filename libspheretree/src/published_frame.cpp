@@ -127,7 +127,7 @@ class Frame {
     least = kInfinity;
     for (const FittedBall& start : starts) {
       std::vector<FittedBall> one{start};
-      refitBalls(field_, surface_.points, one, {}, kRootRefits, progress_);
+      refitBalls(field_, surface_.points, one, kRootRefits, progress_);
       if (one[0].overhang() < least) least = one[0].overhang(), best = one[0];
     }
     return best;
@@ -171,7 +171,7 @@ class Frame {
     region.seed = settings_.seed;
     std::vector<FittedBall> balls = method_.reduce(region);
     if (balls.empty()) return {own};
-    refitBalls(field_, few, balls, {}, 1, progress_);
+    refitBalls(field_, few, balls, 1, progress_);
     std::erase_if(balls, [](const FittedBall& b) { return !(b.radius > 0); });
     return balls;
   }
@@ -237,7 +237,7 @@ class Frame {
     std::vector<FittedBall> all = balls;
     const double worst = worstOverhang(balls);
     for (FittedBall& ball : all) ball.radius = std::max(ball.radius, ball.clearance + worst);
-    return handDown(surface_.points, surface_.load, all, std::vector<char>(all.size(), 0));
+    return handDown(surface_.points, surface_.load, all);
   }
 
   // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as parents.

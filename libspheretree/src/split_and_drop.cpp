@@ -276,7 +276,7 @@ class Level {
       const Ball smallest = smallestBall(points);
       halves.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
     }
-    refitBalls(field_, own, halves, {}, kHalvesRounds, progress_);
+    refitBalls(field_, own, halves, kHalvesRounds, progress_);
     if (worstOf(halves) >= overhang * (1 - kWorthwhile)) return {};
     return halves;
   }

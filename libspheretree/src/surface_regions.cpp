@@ -208,7 +208,7 @@ std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t m
 }
 
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
-                                      std::span<const char> fixed, int rounds, const Progress& progress) {
+                                      int rounds, const Progress& progress) {
   std::vector<std::uint32_t> owner;
   for (int round = 0; round <= rounds; ++round) {
     progress.check();
@@ -216,7 +216,6 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
     std::vector<std::vector<Vector3d>> patch(balls.size());
     for (std::size_t i = 0; i < points.size(); ++i) patch[owner[i]].push_back(points[i]);
     tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
-      if (!fixed.empty() && fixed[b]) return;
       if (round < rounds)
         refitToPatch(field, patch[b], balls[b]);
       else
@@ -253,29 +252,21 @@ std::vector<char> findRedundant(std::span<const Vector3d> points, std::span<cons
   return redundant;
 }
 
-std::vector<std::uint32_t> handDown(std::span<const Vector3d> points, std::span<const double> load, std::span<const FittedBall> balls,
-                                    std::span<const char> closed) {
+std::vector<std::uint32_t> handDown(std::span<const Vector3d> points, std::span<const double> load, std::span<const FittedBall> balls) {
   const Holders holders = findHolders(points, balls);
   std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
   std::vector<double> fixed_load(balls.size(), 0);
   double total = 0, scale = 0;
-  std::size_t open = 0;
-  for (std::size_t b = 0; b < balls.size(); ++b)
-    if (!closed[b]) ++open, scale += balls[b].radius * balls[b].radius;
+  for (const FittedBall& b : balls) scale += b.radius * b.radius;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto of = holders.of(i);
-    const auto shut = std::find_if(of.begin(), of.end(), [&](std::uint32_t b) { return closed[b]; });
-    if (shut != of.end()) {
-      owner[i] = *shut;
-      continue;
-    }
     total += load[i];
     if (of.size() == 1) owner[i] = of[0], fixed_load[of[0]] += load[i];
     if (of.size() > 1) shared.push_back(i);
   }
-  if (open == 0 || shared.empty()) return owner;
-  scale /= static_cast<double>(open);
-  const double wanted = total / static_cast<double>(open);
+  if (shared.empty()) return owner;
+  scale /= static_cast<double>(balls.size());
+  const double wanted = total / static_cast<double>(balls.size());
   std::vector<double> shift(balls.size(), 0);
   double best = std::numeric_limits<double>::infinity();
   std::vector<std::uint32_t> choice(shared.size());
@@ -291,16 +282,14 @@ std::vector<std::uint32_t> handDown(std::span<const Vector3d> points, std::span<
       sum[choice[k]] += load[shared[k]];
     }
     double imbalance = 0;
-    for (std::size_t b = 0; b < balls.size(); ++b)
-      if (!closed[b]) imbalance += sum[b] * sum[b];
+    for (const double s : sum) imbalance += s * s;
     if (imbalance < best) {
       best = imbalance;
       for (std::size_t k = 0; k < shared.size(); ++k) owner[shared[k]] = choice[k];
     }
     if (!(wanted > 0)) break;
     const double step = 0.2 * scale / (1 + 0.1 * round);
-    for (std::size_t b = 0; b < balls.size(); ++b)
-      if (!closed[b]) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
+    for (std::size_t b = 0; b < balls.size(); ++b) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
   }
   return owner;
 }

@@ -73,11 +73,11 @@ TEST(SurfaceRegions, AssignDeepestAgreesWithBruteForce) {
 TEST(SurfaceRegions, RefitKeepsThePointsCoveredAndNeverRaisesTheWorst) {
   Setting s;
   Progress progress;
-  refitBalls(s.field, s.surface.points, s.balls, {}, 0, progress);
+  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
   double before = 0;
   for (const FittedBall& b : s.balls) before = std::max(before, b.overhang());
   for (int round = 0; round < 4; ++round) {
-    const std::vector<std::uint32_t> owner = refitBalls(s.field, s.surface.points, s.balls, {}, 1, progress);
+    const std::vector<std::uint32_t> owner = refitBalls(s.field, s.surface.points, s.balls, 1, progress);
     double worst = 0;
     for (const FittedBall& b : s.balls) worst = std::max(worst, b.overhang());
     EXPECT_LE(worst, before * (1 + 1e-9));
@@ -87,22 +87,10 @@ TEST(SurfaceRegions, RefitKeepsThePointsCoveredAndNeverRaisesTheWorst) {
   }
 }
 
-TEST(SurfaceRegions, FixedBallsStay) {
-  Setting s;
-  Progress progress;
-  std::vector<char> fixed(s.balls.size(), 0);
-  fixed[3] = 1;
-  const FittedBall kept = s.balls[3];
-  refitBalls(s.field, s.surface.points, s.balls, fixed, 2, progress);
-  EXPECT_EQ(s.balls[3].centre, kept.centre);
-  EXPECT_GE(s.balls[3].radius, kept.radius);
-  EXPECT_NE(s.balls[4].centre, kept.centre);
-}
-
 TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   Setting s;
   Progress progress;
-  refitBalls(s.field, s.surface.points, s.balls, {}, 0, progress);
+  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
   std::vector<FittedBall> balls = s.balls;
   balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must go
   const std::vector<std::uint32_t> group(balls.size(), 0);
@@ -126,8 +114,7 @@ TEST(SurfaceRegions, HandDownBalancesTheLoads) {
   std::vector<double> load;
   for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), load.push_back(1);
   const std::vector<FittedBall> balls{{{5, 0, 0}, 0, 20}, {{9, 0, 0}, 0, 20}};
-  std::vector<char> closed(2, 0);
-  std::vector<std::uint32_t> owner = handDown(points, load, balls, closed);
+  const std::vector<std::uint32_t> owner = handDown(points, load, balls);
   double low = 0, first = 0, second_least = 10;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner[i] == 0) ++first, low = std::max(low, points[i].x());
@@ -135,9 +122,6 @@ TEST(SurfaceRegions, HandDownBalancesTheLoads) {
   }
   EXPECT_NEAR(first / 4000, 0.5, 0.05);
   EXPECT_LE(low, second_least + 1e-9);  // a plane across x
-  closed[1] = 1;
-  owner = handDown(points, load, balls, closed);
-  EXPECT_EQ(std::count(owner.begin(), owner.end(), 1u), 4000);  // a closed ball keeps all that it holds
 }
 
 }  // namespace

@@ -43,11 +43,10 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
 std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls);
 
 /// Rounds of assignDeepest followed by a refit of each ball to its points (refit_ball.h); a centre outside the solid
-/// moves in where that pays. The worst overhang never rises. A ball
-/// marked in `fixed` (empty: none) keeps its centre and never shrinks. Balls left without points get radius 0. Returns the owner
+/// moves in where that pays. The worst overhang never rises. Balls left without points get radius 0. Returns the owner
 /// of each point. `rounds` >= 0: with 0 the balls only shrink to their points.
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
-                                      std::span<const char> fixed, int rounds, const Progress& progress);
+                                      int rounds, const Progress& progress);
 
 /// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a centre outside the
 /// solid moves in where that pays. Stops early at an overhang of `enough` [mm]. A patch without points gives radius 0.
@@ -63,9 +62,9 @@ std::vector<char> findRedundant(std::span<const Eigen::Vector3d> points, std::sp
                                 std::span<const std::uint32_t> group, std::span<const char> fixed);
 
 /// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until the balls
-/// have loads as equal as their overlaps allow. A point in a ball marked in `closed` goes there and counts no load.
+/// have loads as equal as their overlaps allow.
 /// Returns the owner of each point; every point must lie in a ball, kNoParent stands for one that does not.
 std::vector<std::uint32_t> handDown(std::span<const Eigen::Vector3d> points, std::span<const double> load,
-                                    std::span<const FittedBall> balls, std::span<const char> closed);
+                                    std::span<const FittedBall> balls);
 
 }  // namespace spheretree::builder
