@@ -184,7 +184,7 @@ class Certifier {
   void dropNeedless(std::vector<Sphere>& set, std::size_t own) {
     if (out_.spheres.size() < 2) return;
     const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();
-    std::vector<std::uint32_t> group(set.size(), 0);
+    std::vector<std::uint32_t> group(set.size(), static_cast<std::uint32_t>(above));  // what ended above is no child of any
     if (!out_.parents.empty()) std::copy(out_.parents.back().begin(), out_.parents.back().end(), group.begin());
     std::vector<char> fixed(own, 0);
     fixed.resize(set.size(), 1);

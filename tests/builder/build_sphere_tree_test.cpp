@@ -160,6 +160,20 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
 }
 
 // The fewest spheres for a tolerance that a single one keeps is that one: --levels is the most that may be used, not the least.
+// A cell that ended early is no child of another: none may lose its last child on its account, and stand for its part as a leaf.
+TEST(BuildSphereTree, AnOctreeKeepsAToleranceThatAllOfItsCellsKeep) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  BuildSettings settings = quick(4, 8);
+  settings.builder = BuilderKind::Octree;
+  const double least = build(mesh, settings).statistics.levels.back().overhang_bound_mm;
+  for (const double share : {1.05, 1.2, 1.5, 2.0}) {
+    settings.tolerance_mm = share * least;
+    const BuildResult result = build(mesh, settings);
+    EXPECT_TRUE(result.statistics.tolerance_met) << share;
+    EXPECT_LE(result.statistics.levels.back().overhang_bound_mm, settings.tolerance_mm);
+  }
+}
+
 TEST(BuildSphereTree, ToleranceThatOneSphereKeepsGivesOneSphere) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge, BuilderKind::Grid, BuilderKind::Octree}) {
