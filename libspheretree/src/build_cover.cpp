@@ -15,8 +15,9 @@ namespace {
 
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
-  std::size_t medial_samples;    // points of the Delaunay triangulation, at least three a sphere
-  std::size_t touching_samples;  // of them, those that get a shrinking ball
+  std::size_t candidates_a_sphere;  // for the choice that the squeeze starts from; more of them are hardly of use to it
+  std::size_t medial_samples;       // points of the Delaunay triangulation, at least three a sphere
+  std::size_t touching_samples;     // of them, those that get a shrinking ball
   int rounds;
   std::uint64_t swap_work;
   double squeeze_moves;  // a sphere
@@ -29,11 +30,11 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {8, 300, 1500, 300, 1, 2'000'000, 0.25, 1'500'000, 0.06, 2, 0.04};
+      return {12, 300, 6, 1500, 300, 1, 300'000, 0.4, 8'000'000, 0.06, 3, 0.03};
     case Quality::Standard:
-      return {24, 1000, 6000, 1500, 1, 10'000'000, 0.6, 60'000'000, 0.04, 6, 0.02};
+      return {24, 1000, 20, 6000, 1500, 1, 10'000'000, 0.6, 60'000'000, 0.04, 6, 0.02};
     case Quality::Best:
-      return {60, 3000, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12, 0.01};
+      return {60, 3000, 20, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12, 0.01};
   }
   return {};
 }
@@ -100,8 +101,9 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
     sampling.seed = settings.seed + 1;
-    // Memory grows with the candidates: twenty a sphere, of which no more are of use to what follows, but in very deep trees eight do.
-    const std::size_t candidates = std::max<std::size_t>(400, std::min(20 * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
+    // Memory grows with the candidates; in very deep trees eight a sphere do.
+    const std::size_t candidates =
+        std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
     return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates), cover_settings, progress);
   };
 
