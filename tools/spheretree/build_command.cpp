@@ -119,7 +119,8 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
 }
 
 void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
-  std::printf("%s: %zu nodes, every level covers the surface\n", options.output.c_str(), result.tree.nodeCount());
+  const std::size_t nodes = result.tree.nodeCount();
+  std::printf("%s: %zu node%s, every level covers the surface\n", options.output.c_str(), nodes, nodes == 1 ? "" : "s");
   std::printf("level  spheres  overhang bound [mm]\n");
   for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
     const builder::LevelBuildStatistics& l = result.statistics.levels[level];
