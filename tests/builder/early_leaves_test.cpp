@@ -40,12 +40,17 @@ std::vector<Ball> ring(int count) {
   return balls;
 }
 
-TEST(EarlyLeaves, ALeafThatCanStandForASphereAboveMovesUp) {
-  const TriangleMesh mesh = ballAndRing();
+// Three levels, of which one leaf holds all of the ball, tighter than the sphere above it.
+std::vector<std::vector<Sphere>> certifiedLevels(const TriangleMesh& mesh) {
   std::vector<Ball> inner = ring(5), leaves = ring(24);
   inner.push_back({{0, 0, 9}, 2.5});
   leaves.push_back({{0, 0, 9}, 2.01});
-  const std::vector<std::vector<Sphere>> before{certified(mesh, {{{0, 0, 3}, 12}}), certified(mesh, inner), certified(mesh, leaves)};
+  return {certified(mesh, {{{0, 0, 3}, 12}}), certified(mesh, inner), certified(mesh, leaves)};
+}
+
+TEST(EarlyLeaves, ALeafThatCanStandForASphereAboveMovesUp) {
+  const TriangleMesh mesh = ballAndRing();
+  const std::vector<std::vector<Sphere>> before = certifiedLevels(mesh);
   std::vector<std::vector<Sphere>> levels = before;
   Progress progress;
   EXPECT_EQ(endEarly(mesh, Vector3d::Zero(), 8, 1, levels, progress), (std::vector<std::size_t>{1, 5, 24}));
@@ -56,10 +61,7 @@ TEST(EarlyLeaves, ALeafThatCanStandForASphereAboveMovesUp) {
 
 TEST(EarlyLeaves, NothingMovesWhereTheOthersHaveNoRoomForItsChildren) {
   const TriangleMesh mesh = ballAndRing();
-  std::vector<Ball> inner = ring(5), leaves = ring(24);
-  inner.push_back({{0, 0, 9}, 2.5});
-  leaves.push_back({{0, 0, 9}, 2.01});
-  const std::vector<std::vector<Sphere>> before{certified(mesh, {{{0, 0, 3}, 12}}), certified(mesh, inner), certified(mesh, leaves)};
+  const std::vector<std::vector<Sphere>> before = certifiedLevels(mesh);
   std::vector<std::vector<Sphere>> levels = before;
   Progress progress;
   EXPECT_EQ(endEarly(mesh, Vector3d::Zero(), 4, 1, levels, progress), (std::vector<std::size_t>{1, 6, 25}));  // 6 x 4 < 25
