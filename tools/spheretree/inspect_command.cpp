@@ -80,6 +80,7 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
   out["generator"] = p.generator;
   out["unit_mm"] = p.unit_mm;
   out["tolerance_mm"] = p.tolerance_mm;
+  if (p.work_overhang_mm > 0) out["work_overhang_mm"] = p.work_overhang_mm;
   out["seed"] = p.seed;
   out["mesh"] = {{"triangles", p.triangle_count},
                  {"diagonal_mm", p.diagonal_mm},
@@ -115,6 +116,9 @@ void printText(const SphereTree& tree, const InspectOptions& options, const File
               p.builder.empty() ? "?" : p.builder.c_str(), p.quality.empty() ? "?" : p.quality.c_str(),
               static_cast<std::uintmax_t>(p.seed));
   if (p.tolerance_mm > 0) std::printf("tolerance   %g mm\n", p.tolerance_mm);
+  if (p.work_overhang_mm > 0)
+    std::printf("at work     leaves reach out at most %g mm, and farther only where their own tolerance allows it\n",
+                static_cast<double>(p.work_overhang_mm));
   std::printf("mesh        %ju triangles, diagonal %g mm, area %g mm^2, volume %g mm^3, unit %g mm\n",
               static_cast<std::uintmax_t>(p.triangle_count), p.diagonal_mm, p.area_mm2, p.volume_mm3, p.unit_mm);
   std::printf("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
