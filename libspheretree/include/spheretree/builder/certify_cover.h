@@ -50,7 +50,8 @@ struct CoverGap {
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
                                     double tolerance, Progress& progress);
 
-/// The same surface in triangles without a side longer than `longest` [mm] (> 0), which findCoverGaps is quicker with.
+/// The same surface in triangles without a side longer than `longest` [mm] (> 0), which findCoverGaps is quicker with. They share no
+/// vertices.
 TriangleMesh withShortSides(const TriangleMesh& mesh, double longest);
 
 }  // namespace spheretree::builder
