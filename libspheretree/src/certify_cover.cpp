@@ -34,6 +34,11 @@ double radiusAbout(const Piece& piece, const Vector3d& c) {
   return std::sqrt(most);
 }
 
+Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
+  return *std::max_element(piece.corner.begin(), piece.corner.end(),
+                           [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
+}
+
 double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
 
 // By the corner opposite it.
@@ -212,9 +217,12 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
       splitter.run(
           pieceOf(mesh, t, origin), [&] { ++part.pieces; },
           [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
-            if (side > fine) return false;
+            const bool coarse = side > fine;
+            if (coarse && near.size() != 1) return false;
             Growth growth = leastGrowth(index, piece, near);
-            if (growth.more > (1 + kRelative) * deepest + resolution) {
+            // Where no ball but one is near, and none is nearer to the farthest corner, that one must grow so far, split or not.
+            if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
+            if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
               deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
               if (growth.more > (1 + kRelative) * deepest + resolution) return false;
             }
