@@ -148,4 +148,43 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
   }
 }
 
+void BoxTree::addSlabs(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
+  using Eigen::Vector3d;
+  slabs_.resize(nodes_.size());
+  struct Slots {
+    std::size_t first, last;
+  };
+  std::vector<Slots> below(nodes_.size());
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
+    below[i] = {triangles.size(), 0};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Node& node = nodes_[i];
+      const auto child = static_cast<std::size_t>(node.child[k]);
+      Slots slots{0, 0};
+      if (node.count[k] > 0) slots = {child, child + static_cast<std::size_t>(node.count[k])};
+      if (node.count[k] < 0) slots = below[child];
+      Vector3d area = Vector3d::Zero();
+      for (std::size_t s = slots.first; s < slots.last; ++s) {
+        const Vector3d ab = (triangles[s][1] - triangles[s][0]) * to_local_, ac = (triangles[s][2] - triangles[s][0]) * to_local_;
+        area += ab.cross(ac);
+      }
+      // No longer than 1, rounded or not. Zero where the triangles have no area or there are none: such a slab is everywhere.
+      const Eigen::Vector3f normal = (area.stableNormalized() * (1 - kHair)).cast<float>();
+      double low = 0, high = 0;
+      for (std::size_t s = slots.first; s < slots.last; ++s)
+        for (const Vector3d& corner : triangles[s]) {
+          const double height = normal.cast<double>().dot((corner - middle_) * to_local_);
+          const bool is_first = s == slots.first && &corner == &triangles[s][0];
+          low = is_first ? height : std::min(low, height);
+          high = is_first ? height : std::max(high, height);
+        }
+      const auto column = static_cast<Eigen::Index>(k);
+      for (std::size_t axis = 0; axis < 3; ++axis) slabs_[i].normal[axis][column] = normal[static_cast<Eigen::Index>(axis)];
+      slabs_[i].low[column] = static_cast<float>(low - 8 * kHair);
+      slabs_[i].high[column] = static_cast<float>(high + 8 * kHair);
+      if (node.count[k] != 0) below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
+    }
+  }
+}
+
 }  // namespace spheretree::builder

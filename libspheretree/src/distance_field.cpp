@@ -81,6 +81,10 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
     const double length = cross.norm();
     f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
   }
+  std::vector<std::array<Vector3d, 3>> in_order;
+  in_order.reserve(n);
+  for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
+  tree_.addSlabs(in_order);
   // Summed in the order of the input, so that they do not depend on the tree.
   for (std::size_t t = 0; t < n; ++t) {
     const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;

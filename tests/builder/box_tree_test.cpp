@@ -7,7 +7,9 @@
 #include <limits>
 #include <set>
 
+#include "spheretree/builder/distance_field.h"
 #include "support/random.h"
+#include "support/shapes.h"
 
 namespace spheretree::builder {
 namespace {
@@ -94,6 +96,93 @@ TEST(BoxTree, LosesNoItemToRounding) {
           EXPECT_TRUE(visited) << scale << " " << offset << " " << away;
         }
       }
+}
+
+using Triangles = std::vector<std::array<Vector3d, 3>>;
+
+// In slot order of the tree that comes with them.
+struct TriangleTree {
+  BoxTree tree;
+  Triangles triangles;
+};
+TriangleTree treeOf(const Triangles& triangles, bool with_slabs) {
+  Boxes boxes(triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t)
+    for (const Vector3d& corner : triangles[t]) boxes[t].extend(corner);
+  TriangleTree out{BoxTree(boxes), {}};
+  for (const std::uint32_t t : out.tree.order()) out.triangles.push_back(triangles[t]);
+  if (with_slabs) out.tree.addSlabs(out.triangles);
+  return out;
+}
+
+double nearestByTree(const TriangleTree& in, const Vector3d& p, std::size_t* tested = nullptr) {
+  double nearest = std::numeric_limits<double>::infinity(), limit2 = nearest;
+  in.tree.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+    if (tested) *tested += count;
+    for (std::size_t s = first; s < first + count; ++s) {
+      const auto& [a, b, c] = in.triangles[s];
+      nearest = std::min(nearest, nearestOnTriangle(p, a, b, c).distance);
+      limit2 = nearest * nearest;
+    }
+  });
+  return nearest;
+}
+
+// Flat patches, slivers, points: wherever the point and whatever the scale, the nearest is that of brute force, to the last bit but one.
+TEST(BoxTree, SlabsLoseNoTriangleToRounding) {
+  test::Random random(5);
+  for (const double scale : {1e-200, 1e-12, 1.0, 1e9})
+    for (const double offset : {0.0, 1e6})
+      for (const double thickness : {0.0, 1e-6, 1e-2})
+        for (const double away : {1e-7, 0.5, 9.0, 1e6, 1e25}) {
+          const Vector3d across = random.inCube(1).normalized();
+          const auto place = [&](const Vector3d& p) -> Vector3d { return scale * (p + Vector3d::Constant(offset)); };
+          const auto flattened = [&](const Vector3d& p) -> Vector3d { return p - (1 - thickness) * across.dot(p) * across; };
+          Triangles triangles;
+          for (int t = 0; t < 200; ++t) {
+            const Vector3d a = random.inCube(1), b = a + 0.1 * random.inCube(1);
+            const Vector3d c = t % 3 == 0 ? b : t % 3 == 1 ? Vector3d(0.5 * (a + b)) : Vector3d(a + 0.1 * random.inCube(1));
+            triangles.push_back({place(flattened(a)), place(flattened(b)), place(flattened(c))});
+          }
+          const TriangleTree in = treeOf(triangles, true);
+          for (int k = 0; k < 20; ++k) {
+            const Vector3d p = place(flattened(random.inCube(1)) + away * random.inCube(1));
+            double best = std::numeric_limits<double>::infinity();
+            for (const auto& [a, b, c] : triangles) best = std::min(best, nearestOnTriangle(p, a, b, c).distance);
+            EXPECT_NEAR(nearestByTree(in, p), best, 1e-14 * best) << scale << " " << offset << " " << thickness << " " << away;
+          }
+        }
+}
+
+// Triangles that touch a small ball, nearly: which is nearest is in digits that float does not hold.
+TEST(BoxTree, SlabsLoseNoTriangleOfManyThatAreAsNear) {
+  test::Random random(6);
+  for (const double radius : {1e-5, 1e-3, 1.0})
+    for (int k = 0; k < 100; ++k) {
+      const Vector3d p = 5 * random.inCube(1);
+      Triangles triangles(2, {Vector3d(-8, -8, -8), Vector3d(-8, -8, -8), Vector3d(-8, -8, -8)});
+      triangles[1].fill(Vector3d(8, 8, 8));
+      double best = std::numeric_limits<double>::infinity();
+      for (int t = 0; t < 100; ++t) {
+        const Vector3d out = random.inCube(1).normalized(), u = 0.1 * radius * out.unitOrthogonal(), v = out.cross(u);
+        const Vector3d foot = p + (radius + 1e-7 * random.unit()) * out;
+        const auto& [a, b, c] = triangles.emplace_back(std::array<Vector3d, 3>{foot + u, foot - u + v, foot - u - v});
+        best = std::min(best, nearestOnTriangle(p, a, b, c).distance);
+      }
+      EXPECT_NEAR(nearestByTree(treeOf(triangles, true), p), best, 1e-14) << radius;
+    }
+}
+
+// Every triangle of a ball is as near to its middle as the next: boxes alone rule out none of them.
+TEST(BoxTree, SlabsSpareMostOfABallFromItsMiddle) {
+  const TriangleMesh ball = test::sphereMesh(1, 5);
+  Triangles triangles;
+  for (std::size_t t = 0; t < ball.triangles.size(); ++t) triangles.push_back({ball.corner(t, 0), ball.corner(t, 1), ball.corner(t, 2)});
+  const Vector3d p(0.004, 0.003, 0.002);
+  std::size_t with = 0, without = 0;
+  EXPECT_EQ(nearestByTree(treeOf(triangles, true), p, &with), nearestByTree(treeOf(triangles, false), p, &without));
+  EXPECT_LT(with, without / 5);
+  EXPECT_GT(without, triangles.size() / 2);
 }
 
 TEST(BoxTree, OrderIsAPermutation) {

@@ -20,6 +20,11 @@ class BoxTree {
   /// order of the leaves. Store item data in slot order, so that a leaf is one run of memory.
   explicit BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size = 4);
 
+  /// Where the items are triangles (corners, in slot order): puts a slab across their mean normal about those of each child, which
+  /// searchNearest() then goes by, too. A patch of a smooth surface is much thinner than its box; a point as far from all parts of a
+  /// surface as the centre of a ball is would otherwise see most of them. O(n log n).
+  void addSlabs(std::span<const std::array<Eigen::Vector3d, 3>> triangles);
+
   /// order()[slot] is the index of the item in the span given to the constructor.
   const std::vector<std::uint32_t>& order() const { return order_; }
 
@@ -43,8 +48,9 @@ class BoxTree {
         leaf(static_cast<std::size_t>(entry.child), static_cast<std::size_t>(entry.count));
         continue;
       }
-      const Node& node = nodes_[static_cast<std::size_t>(entry.child)];
-      const Eigen::Array4d d2 = distances(node, at);
+      const auto here = static_cast<std::size_t>(entry.child);
+      const Node& node = nodes_[here];
+      const Eigen::Array4d d2 = slabs_.empty() ? distances(node, at) : distances(node, slabs_[here], at);
       // Sorted without a branch, since branches on distances are guessed wrong half of the time: the bits of doubles >= 0 sort as
       // whole numbers do, and the lowest two, cut off, hold the child. That only lowers a distance.
       std::array<std::uint64_t, 4> key;
@@ -91,9 +97,15 @@ class BoxTree {
     std::int32_t child[4];                    // inner: node index; leaf: first slot
     std::int32_t count[4];                    // > 0: leaf with that many items; -1: inner; 0: empty
   };
+  struct Slabs {  // low <= normal . p <= high for all that is in a child; wider than the triangles by eight hairs
+    std::array<Eigen::Array4f, 3> normal;
+    Eigen::Array4f low, high;
+  };
   // Boxes in float, about the middle of all and as a share of their reach: half the memory, twice as many in a vector. That an item is
   // never passed over: outer sides are moved out by kHair, more than what a point within 8 reaches of the middle is rounded by; one farther
-  // away is rounded by less than a 2^-22nd of its distance to any box, and so are the sums, for which kShrink makes up.
+  // away is rounded by less than a 2^-22nd of its distance to any box, and so are the sums, for which kShrink makes up. A height across a
+  // slab, the sum of three products, is rounded by less than three hairs, or as much of the distance to the box, the larger of the two
+  // counts.
   static constexpr double kHair = 0x1p-20, kShrink = 1 - 0x1p-19;
 
   Eigen::Array3f local(const Eigen::Vector3d& p) const {  // nothing is lost by a point that is nearer than in truth
@@ -102,15 +114,25 @@ class BoxTree {
   /// Squared distances to the four boxes, at most the true ones, infinite for no box. Eigen's arrays, since compilers do not vectorise the
   /// plain loop.
   Eigen::Array4d distances(const Node& node, const Eigen::Array3f& p) const {
+    return localDistances(node, p).cast<double>() * from_local2_;
+  }
+  /// Or to the slabs, where these are farther.
+  Eigen::Array4d distances(const Node& node, const Slabs& slabs, const Eigen::Array3f& p) const {
+    const Eigen::Array4f height = slabs.normal[0] * p[0] + slabs.normal[1] * p[1] + slabs.normal[2] * p[2];
+    const Eigen::Array4f outside = (slabs.low - height).max(height - slabs.high).max(0.0f);
+    return localDistances(node, p).max(outside.square()).cast<double>() * from_local2_;
+  }
+  Eigen::Array4f localDistances(const Node& node, const Eigen::Array3f& p) const {
     Eigen::Array4f d2 = Eigen::Array4f::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const float at = p[static_cast<Eigen::Index>(axis)];
       d2 += (node.low[axis] - at).max(at - node.high[axis]).max(0.0f).square();
     }
-    return d2.cast<double>() * from_local2_;
+    return d2;
   }
 
   std::vector<Node> nodes_;
+  std::vector<Slabs> slabs_;  // (nodes), or none
   std::vector<std::uint32_t> order_;
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
   double to_local_ = 0, from_local2_ = 0;
