@@ -35,16 +35,17 @@ void writeMouth(const std::filesystem::path& folder) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const bool mouth = argc == 3 && std::string(argv[1]) == "--mouth";
-  if (argc != 2 && !mouth) {
+  const std::string first = argc > 1 ? argv[1] : "", folder_name = argv[argc - 1];
+  const bool help = first == "--help" || first == "-h", mouth = argc == 3 && first == "--mouth";
+  if (help || (argc != 2 && !mouth) || folder_name.empty() || folder_name[0] == '-') {
     std::fputs(
         "Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n"
         "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, and paths of the "
         "probe: pocket.csv, inspection.csv.\n",
-        stderr);
-    return 2;
+        help ? stdout : stderr);
+    return help ? 0 : 2;
   }
-  const std::filesystem::path folder(argv[argc - 1]);
+  const std::filesystem::path folder(folder_name);
   std::filesystem::create_directories(folder);
   if (mouth) {
     writeMouth(folder);
