@@ -19,6 +19,8 @@ namespace {
 
 using test::Random;
 
+const Quaternion kUpright(1, 0, 0, 0);
+
 Eigen::Vector3d vector(const float* v) { return {v[0], v[1], v[2]}; }
 
 /// A sheet of equal balls in hexagonal order, 2 apart.
@@ -351,6 +353,57 @@ TEST(Bridge, WhatIsKeptOfOneListLeavesTheNextAlone) {
       EXPECT_TRUE(std::all_of(pairs.begin() + count, pairs.end(), [](std::uint32_t pair) { return pair == 0xffffffffu; })) << count;
     }
   }
+}
+
+TEST(Bridge, AnObjectThatIsTurnedHasTheSameBridges) {
+  SceneDescription d = sheet(1.1);  // leaves in order: many choices are ties
+  const std::vector<Bridge> as_filed = all(compiled(d));
+  const Quaternion turn = rotationOf({0.4, -0.9, 0.7});
+  d.objects[0].pose.orientation = turn;
+  const std::vector<Bridge> turned = all(compiled(d));
+  ASSERT_EQ(turned.size(), as_filed.size());
+  const auto places = [](const std::vector<Bridge>& bridges, const Quaternion& back) {
+    std::multiset<std::array<long, 4>> out;  // to 0.01 mm: nothing of the sheet lies on the border between two
+    for (const Bridge& b : bridges) {
+      const Eigen::Vector3d a = 100 * (back * vector(b.a)) + Eigen::Vector3d(0.31, 0.27, 0.33);
+      out.insert({std::lround(a.x()), std::lround(a.y()), std::lround(a.z()), b.isCone()});
+    }
+    return out;
+  };
+  EXPECT_EQ(places(turned, turn.conjugate()), places(as_filed, kUpright));
+}
+
+TEST(Bridge, TheToolRestsOnWhatItTouches) {
+  // A ball pressed onto the rough ball: something is there where it is held, not only the plane of a facet beside it.
+  SceneDescription d = roughBall(10);
+  constexpr double kRadius = 0.7;
+  d.tool = test::oneBallTree(kRadius);
+  const Scene scene = compiled(d);
+  const Eigen::Vector3d anchor = scene.objects[0].anchor;
+  const std::vector<Bridge> bridges = all(scene);
+  Random random(11);
+  int held = 0, bridged = 0;
+  for (int spot = 0; spot < 400; ++spot) {
+    Workspace workspace(scene);
+    const Eigen::Vector3d out = test::randomPoint(random, 1).normalized(), way = test::randomPoint(random, 0.01);
+    for (int n = 0; n < 30; ++n) {  // not so deep that the nearest point jumps
+      const StepResult r = step(scene, {anchor + (8.5 - 0.03 * n) * out + n * way, kUpright}, Mode::Constrained, workspace);
+      if (r.active == 0) continue;
+      const Eigen::Vector3d p = r.graphic.position - anchor;
+      double leaf_gap = 1e9, bridge_gap = 1e9;
+      for (std::size_t slot = 0; slot < scene.objects[0].tree.node.size(); ++slot)
+        if (scene.objects[0].tree.node[slot] != kNoNode) {
+          const Sphere& s = scene.objects[0].tree.cover_records[slot];
+          leaf_gap = std::min(leaf_gap, (p - Eigen::Vector3d(s.x, s.y, s.z)).norm() - static_cast<double>(s.radius) - kRadius);
+        }
+      for (const Bridge& b : bridges) bridge_gap = std::min(bridge_gap, gapAt(b, p, kRadius, 1e-3));
+      EXPECT_LT(std::min(leaf_gap, bridge_gap), 1e-4) << spot << ' ' << n;
+      ++held;
+      bridged += bridge_gap < leaf_gap;
+    }
+  }
+  EXPECT_GT(held, 3000);
+  EXPECT_GT(bridged, 1000);
 }
 
 TEST(Bridge, KernelsGiveTheSameBits) {

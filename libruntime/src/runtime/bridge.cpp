@@ -82,21 +82,14 @@ struct Found {
 /// The bridges of one object, found probe by probe.
 class Builder {
  public:
-  Builder(const CompiledTree& tree, double most_depth) : most_depth_(most_depth) {
-    for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
-      if (tree.node[slot] != kNoNode && !tree.isInner(slot)) {
-        const Sphere& s = tree.cover_records[slot];
-        leaves_.push_back({{s.x, s.y, s.z}, static_cast<double>(s.radius)});
-      }
-    std::vector<Sphere> spheres;
+  Builder(std::span<const Sphere> leaves, double most_depth) : most_depth_(most_depth), tree_(leaves) {
     std::vector<double> radii;
-    for (const Leaf& leaf : leaves_) {
-      spheres.push_back(sphereOf(leaf.c, leaf.r));
-      radii.push_back(leaf.r);
+    for (const Sphere& s : leaves) {
+      leaves_.push_back({{s.x, s.y, s.z}, static_cast<double>(s.radius)});
+      radii.push_back(leaves_.back().r);
     }
     std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
     median_ = radii[radii.size() / 2];
-    tree_ = SphereGroups(spheres);
     neighbours_.resize(leaves_.size());
     std::vector<std::pair<double, std::uint32_t>> order;
     for (std::uint32_t i = 0; i < leaves_.size(); ++i) {
@@ -143,12 +136,15 @@ class Builder {
     for (const Arc& arc : arcs) addCone(arc, facets);
   }
 
-  BridgeTree finish() {
+  BridgeTree finish(const Eigen::Matrix3d& rotation) {
     facets_.add(cones_);
     if (facets_.bridges.size() > kMostBridges) {
       facets_.bridges.resize(kMostBridges);
       facets_.around.resize(kMostBridges);
     }
+    for (Bridge& b : facets_.bridges)
+      for (float* const v : {b.a, b.axis, b.u, b.v}) put(v, rotation * vector(v));
+    for (Sphere& s : facets_.around) s = sphereOf(rotation * Vector3d(s.x, s.y, s.z), s.radius);
     return treeOf(facets_.bridges, facets_.around);
   }
 
@@ -277,7 +273,6 @@ class Builder {
     return true;
   }
   bool isBelow(const Bridge& bridge, const Vector3d& p) const {
-    const auto vector = [](const float* v) { return Vector3d(v[0], v[1], v[2]); };
     const Vector3d t = p - vector(bridge.a);
     const double u = vector(bridge.u).dot(t), v = vector(bridge.v).dot(t),
                  gap = vector(bridge.axis).dot(t) - static_cast<double>(bridge.radius);
@@ -299,6 +294,7 @@ class Builder {
     out.v_extra = static_cast<float>(c.r - a.r);
     return out;
   }
+  static Vector3d vector(const float* v) { return {v[0], v[1], v[2]}; }
   static void put(float* to, const Vector3d& v) {
     for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(v[k]);
   }
@@ -413,11 +409,11 @@ class Builder {
 
 }  // namespace
 
-BridgeTree makeBridges(const CompiledTree& tree, double overhang) {
+BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, const Eigen::Matrix3d& rotation) {
   if (!(overhang > 0)) return {};
-  Builder builder(tree, kDeepestPit * overhang);
+  Builder builder(leaves, kDeepestPit * overhang);
   for (const double probe : kProbes) builder.roll(probe);
-  return builder.finish();
+  return builder.finish(rotation);
 }
 
 }  // namespace spheretree::runtime

@@ -29,7 +29,10 @@ class FreeArcs {
     double low, high;
     std::uint32_t low_end, high_end;
   };
-  void start() { pieces_.assign(1, {0, 4, kNone, kNone}); }
+  void start() {
+    pieces_.assign(1, {0, 4, kNone, kNone});
+    at_0_ = at_4_ = kNone;
+  }
   void clear() { pieces_.clear(); }
   bool empty() const { return pieces_.empty(); }
 
@@ -41,18 +44,28 @@ class FreeArcs {
   }
 
   const std::vector<Piece>& pieces() const { return pieces_; }
-  /// The same when all is done: a piece that runs over 0 in one.
+  /// The same when all is done: a piece that runs over 0 in one. Both ends of a piece name a leaf, or it is the whole circle.
   const std::vector<Piece>& whole() {
-    if (pieces_.size() > 1 && pieces_.front().low_end == kNone && pieces_.back().high_end == kNone) {
-      pieces_.front().low = pieces_.back().low - 4;
-      pieces_.front().low_end = pieces_.back().low_end;
-      pieces_.pop_back();
+    if (pieces_.empty()) return pieces_;
+    Piece &first = pieces_.front(), &last = pieces_.back();
+    if (first.low_end == kNone && last.high_end == kNone) {
+      if (pieces_.size() > 1) {
+        first.low = last.low - 4;
+        first.low_end = last.low_end;
+        pieces_.pop_back();
+      }
+    } else if (first.low_end == kNone) {  // what was taken away ends at 0 exactly
+      first.low_end = at_4_;
+    } else if (last.high_end == kNone) {
+      last.high_end = at_0_;
     }
     return pieces_;
   }
 
  private:
   void cut(double low, double high, std::uint32_t k) {
+    if (low <= 0) at_0_ = k;
+    if (high >= 4) at_4_ = k;
     next_.clear();
     for (const Piece& p : pieces_) {
       if (high <= p.low || low >= p.high) {
@@ -65,6 +78,7 @@ class FreeArcs {
     pieces_.swap(next_);
   }
   std::vector<Piece> pieces_, next_;
+  std::uint32_t at_0_ = kNone, at_4_ = kNone;  // leaves that took from 0 on and up to 4
 };
 
 }  // namespace spheretree::runtime

@@ -445,9 +445,9 @@ void makeBridgeRows(const BridgeRequest& q, const RowMemory& out) {
              ny = select(at.is_cone, at.axis.y * slope + at.across.y * outward, at.axis.y),
              nz = select(at.is_cone, at.axis.z * slope + at.across.z * outward, at.axis.z);
     const F8 gap = select(at.is_cone, at.coneGap(off), flat_gap) - at.tool_radius;
-    // A facet that the ball is beside and above counts too: across a valley it is what stops the ball next, and across a ridge the ball is
-    // below its plane.
-    const I8 touches = ((on_cone & at.is_cone) | ((on_facet | (gap >= zero)) & ~at.is_cone)) & (gap <= splat(q.most_gap));
+    // A facet that the ball is beside and clearly above counts too: across a valley it is what stops the ball next. Across a ridge the ball
+    // is below its plane; and at the plane itself there is nothing to rest on, and rounding would say whether it counts.
+    const I8 touches = ((on_cone & at.is_cone) | ((on_facet | (gap > splat(kClearOfFacet))) & ~at.is_cone)) & (gap <= splat(q.most_gap));
     const Turned& arm = at.arm;
     const F8 wx = (arm.y * nz - arm.z * ny) * inverse, wy = (arm.z * nx - arm.x * nz) * inverse, wz = (arm.x * ny - arm.y * nx) * inverse;
     const F8 weight = one / squareRoot(one + (wx * wx + wy * wy + wz * wz)), scale = select(touches, weight, zero);

@@ -26,6 +26,16 @@ struct Leaves {
     tree = makeSearchTree(spheres);
   }
   Eigen::Vector3d centre(const SearchNode& n) const { return Eigen::Vector3d(n.sphere.x, n.sphere.y, n.sphere.z) + origin; }
+  /// The leaves alone, about a point of the mesh's frame.
+  std::vector<Sphere> about(const Eigen::Vector3d& point) const {
+    std::vector<Sphere> out;
+    for (const SearchNode& n : tree) {
+      if (n.leaf == kNotALeaf) continue;
+      const Eigen::Vector3f c = (centre(n) - point).cast<float>();
+      out.push_back({c.x(), c.y(), c.z(), n.sphere.radius});
+    }
+    return out;
+  }
 };
 
 // `place` maps a centre of the tree's mesh frame to the frame of the compiled tree.
@@ -156,7 +166,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
     put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
-    if (d.bridges) addBridges(makeBridges(compiled.tree, overhangAtWork(object.tree)), compiled.anchor, out);
+    if (d.bridges) addBridges(makeBridges(leaves.about(centre), overhangAtWork(object.tree), rotation), compiled.anchor, out);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

@@ -13,8 +13,8 @@
 // Units: mm; frame: that of the compiled object (world axes, about the anchor).
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,7 +25,6 @@ namespace spheretree::runtime {
 
 struct Block;
 struct BlockLinks;
-struct CompiledTree;
 
 /// A facet over three leaves or the cone about two, as 4 x 4 floats, which the inner loop transposes. With t = p - a for a point p:
 /// Facet: the weights of the second and third leaf at the foot of p are u . t and v . t; gap = axis . t - radius.
@@ -51,11 +50,15 @@ struct BridgeTree {
 inline constexpr std::size_t kMostBridges = 32768;  // of a tree
 inline constexpr double kDeepestPit = 1.25;         // below a bridge, in overhangs: over a hollow a facet is a chord
 
-/// Bridges of the leaves of `tree`, which reach out of the object by at most `overhang` [mm]; 0 or less: none. Beyond kMostBridges the last
-/// ones found are left out: there the bumps are felt. Deterministic. Cost: about 30 us a leaf.
-BridgeTree makeBridges(const CompiledTree& tree, double overhang);
+/// Bridges of `leaves`, which reach out of the object by at most `overhang` [mm], 0 or less: none; then turned by `rotation`, so that they
+/// are the same ones however the object stands. Beyond kMostBridges the last ones found are left out: there the bumps are felt.
+/// Deterministic. Cost: about 30 us a leaf.
+BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, const Eigen::Matrix3d& rotation);
 
 /// Weights and angles may be beyond their range by this, so that rounding leaves no slit between a facet and its neighbours.
 inline constexpr float kBridgeSlack = 1e-4f;
+
+/// A ball beside a facet, and farther above its plane than this, has the plane ahead of it [mm].
+inline constexpr float kClearOfFacet = 1e-3f;
 
 }  // namespace spheretree::runtime
