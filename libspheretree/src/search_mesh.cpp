@@ -2,6 +2,7 @@
 #include "spheretree/builder/search_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -16,6 +17,18 @@ namespace {
 // Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
 constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
 constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
+
+constexpr double kSliver = 16;  // roundings: triangles that are no higher may turn over by them, and lie across their neighbours
+
+bool hasSlivers(const TriangleMesh& posed) {
+  for (std::size_t t = 0; t < posed.triangles.size(); ++t) {
+    const Eigen::Vector3d ab = posed.corner(t, 1) - posed.corner(t, 0), ac = posed.corner(t, 2) - posed.corner(t, 0);
+    const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    const double least = kSliver * kPoseRounding;  // the height is twice the area over the longest side
+    if (!(ab.cross(ac).squaredNorm() > least * least * longest2)) return true;
+  }
+  return false;
+}
 
 bool simplify(SearchMesh& search, const BuildSettings& settings, Progress& progress) {
   std::size_t wanted = kTrianglesALeaf;
@@ -40,7 +53,10 @@ bool simplify(SearchMesh& search, const BuildSettings& settings, Progress& progr
 SearchMesh makeSearchMesh(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
   SearchMesh search;
   search.pose = canonicalPose(mesh);
-  OrderedMesh ordered = inCanonicalOrder(inPose(mesh, search.pose));
+  TriangleMesh posed = inPose(mesh, search.pose);
+  // What is inside must stay certain: one fold that rounding made can turn the sign of distances far outside.
+  if (hasSlivers(posed) && !checkMesh(posed).clean()) search.pose = {}, posed = mesh;
+  OrderedMesh ordered = inCanonicalOrder(posed);
   search.mesh = std::move(ordered.mesh);
   std::vector<double> slack;
   if (!settings.tolerance_of_triangle_mm.empty())

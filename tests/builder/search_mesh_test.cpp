@@ -46,6 +46,22 @@ TEST(SearchMesh, SlackFollowsItsTriangle) {
     EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
 }
 
+// Rounding to the grid of the pose would turn a plate a billionth as thick as wide inside out: outside must stay outside.
+TEST(SearchMesh, WhatThePoseWouldFoldIsSearchedAsItIs) {
+  const auto searched = [](double thickness) {
+    Progress progress;
+    return makeSearchMesh(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, progress);
+  };
+  EXPECT_NE(searched(1e-3).pose.scale, 1);
+  const SearchMesh thin = searched(1e-9);
+  EXPECT_EQ(thin.pose.scale, 1);
+  EXPECT_EQ(thin.pose.turn, Eigen::Matrix3d::Identity());
+  EXPECT_EQ(thin.pose.toMesh({1, 2, 3}), Vector3d(1, 2, 3));
+  for (const Vector3d& p : {Vector3d(0.5, 0.5, 2e-9), Vector3d(0.5, 0.5, -1e-9), Vector3d(-0.1, 1, 1e-9), Vector3d(2, 3, -1)})
+    EXPECT_GT(thin.field.signedDistance(p), 0);
+  EXPECT_NEAR(thin.field.signedDistance({0.5, 0.5, 0.5e-9}), -0.5e-9, 1e-15);
+}
+
 TEST(SearchMesh, AMeshFinerThanItsLeavesIsSimplified) {
   const TriangleMesh mesh = test::sphereMesh(3, 7);  // 131,072 triangles
   BuildSettings settings;
