@@ -115,9 +115,9 @@ Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32
   double radius = field.diagonal();
   for (int step = 0; step < 100 && radius > smallest; ++step) {
     const Vector3d centre = p + radius * inward;
-    // Empty up to a thousandth of the radius: done.
-    const NearestPoint contact = field.nearest(centre, radius * (1 - 1e-3));
-    if (!std::isfinite(contact.distance)) break;
+    // Empty up to a thousandth of the radius: done, unless the solid is thinner than that and the centre outside.
+    NearestPoint contact = field.nearest(centre, radius * (1 - 1e-3));
+    if (!std::isfinite(contact.distance) && field.signedDistance(centre, &contact) < 0) break;
     // The ball through p and the contact that touches the surface at p.
     const Vector3d chord = contact.point - p;
     const double depth = chord.dot(inward);
@@ -125,7 +125,9 @@ Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32
     const double smaller = chord.squaredNorm() / (2 * depth);
     if (!(smaller < radius)) break;
     const Vector3d to_contact = contact.point - (p + smaller * inward);
-    if (-inward.dot(to_contact) > most_cosine * to_contact.norm()) break;  // beside p: roughness, not the other side
+    // Beside p, and facing the same way: roughness, not the other side of a thin wire or sheet that bends.
+    const bool is_beside = -inward.dot(to_contact) > most_cosine * to_contact.norm();
+    if (is_beside && field.normal(contact.triangle).dot(inward) < 0) break;
     radius = smaller;
   }
   return {p + radius * inward, radius};

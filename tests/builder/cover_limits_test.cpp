@@ -43,6 +43,18 @@ TEST(CoverLimits, InnerBallOfASlabTouchesBothFaces) {
 }
 
 // In a wide slab r = 1/2 nearly everywhere, so that n 2 pi h = 1.2092 A / (1 + h).
+// Thinner than a thousandth of its size, and bent: large balls look along it and out of it.
+TEST(CoverLimits, InnerBallOfAThinRingIsItsThickness) {
+  const TriangleMesh ring = test::torusMesh(50, 0.02, 400, 16);
+  const DistanceField field(ring);
+  for (std::uint32_t t = 0; t < ring.triangles.size(); t += 371) {
+    const Vector3d middle = (ring.corner(t, 0) + ring.corner(t, 1) + ring.corner(t, 2)) / 3;
+    const double radius = largestInnerBall(field, middle, t, 0.5235987756).radius;
+    EXPECT_LE(radius, 0.0201);
+    EXPECT_GE(radius, 0.016) << "the flat faces cost a little";
+  }
+}
+
 TEST(CoverLimits, WideSlabGivesTheClosedForm) {
   const TriangleMesh slab = test::boxMesh({0, 0, 0}, {300, 300, 1});
   const double area = 2 * 300 * 300 + 4 * 300;
