@@ -71,10 +71,8 @@ std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleS
   const std::vector<SharpEdge> sharp = findSharpEdges(mesh, settings.sharp_angle);
   std::vector<std::uint32_t> degree(mesh.positions.size(), 0), a_triangle(mesh.positions.size(), 0);
   std::vector<Vector3d> direction(mesh.positions.size(), Vector3d::Zero()), normal(mesh.positions.size(), Vector3d::Zero());
-  double length = 0;
   for (const SharpEdge& e : sharp) {
     const Vector3d along = (mesh.positions[e.high] - mesh.positions[e.low]).normalized();
-    length += (mesh.positions[e.high] - mesh.positions[e.low]).norm();
     for (const std::uint32_t v : {e.low, e.high}) {
       ++degree[v];
       a_triangle[v] = e.triangle;

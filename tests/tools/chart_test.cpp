@@ -31,7 +31,7 @@ TEST(Chart, ParetoFrontIsWhatNoOtherPointBeats) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
     std::vector<ChartPoint> points(1 + random() % 12);
-    for (ChartPoint& p : points) p.x = 1 + random() % 6, p.y = 1 + random() % 6;
+    for (ChartPoint& p : points) p.x = static_cast<double>(1 + random() % 6), p.y = static_cast<double>(1 + random() % 6);
     const std::vector<bool> front = paretoFront(points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       bool beaten = false;
@@ -60,7 +60,7 @@ TEST(Chart, DotsStandWhereTheirLogarithmsAre) {
   ScatterChart chart{"t", "x", "y", {}, {}};
   for (const auto& [x, y] :
        {std::pair{1.0, 1.0}, std::pair{10.0, 100.0}, std::pair{100.0, 10.0}, std::pair{0.0, 5.0}, std::pair{5.0, -1.0}})
-    chart.points.push_back({x, y, "s" + std::to_string(chart.points.size()), "", 1, false});
+    chart.points.push_back({x, y, std::string("s").append(std::to_string(chart.points.size())), "", 1, false});
   const std::string svg = scatterSvg(chart);
   const auto dots = dotsOf(svg);
   ASSERT_EQ(dots.size(), 3u) << "what is not above 0 has no place on a logarithmic axis";
