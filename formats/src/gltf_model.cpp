@@ -39,6 +39,10 @@ class GltfDocument {
  public:
   GltfDocument(std::span<const char> bytes, const std::filesystem::path& folder, MeshAssembly& assembly)
       : assembly_(assembly), folder_(folder) {
+    if (!isGlb(bytes) && std::find(bytes.begin(), bytes.end(), '\0') != bytes.end())
+      assembly.refuse(
+          "does not begin with \"glTF\", as a GLB does, and is no text, as a .gltf is. The file is damaged, of another kind, or in "
+          "UTF-16.");
     parse(isGlb(bytes) ? openContainer(bytes) : asText(bytes, assembly.name()));
     checkVersion();
     checkExtensions();

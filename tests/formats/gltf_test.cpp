@@ -341,6 +341,13 @@ TEST(Gltf, BuffersStayWithinTheFolder) {
   EXPECT_THROW(readGltf(charsOf(json.dump()), "test.gltf"), FormatError);  // no folder, no files
 }
 
+TEST(Gltf, NeitherGlbNorTextIsSaidSo) {
+  std::string bytes = toGlb(tetrahedronJson(), tetrahedronBuffer());
+  bytes[0] = 'x';
+  const std::string message = test::refusalOf<FormatError>([&] { readGltf(charsOf(bytes), "test.glb"); });
+  EXPECT_TRUE(has(message, "does not begin with \"glTF\"")) << message;
+}
+
 TEST(Gltf, EveryTruncationOfAGlbIsRefused) {
   const std::string whole = toGlb(tetrahedronJson(), tetrahedronBuffer());
   for (std::size_t size = 0; size < whole.size(); ++size) {
