@@ -31,12 +31,14 @@ struct Query {
 struct Node {
   Vector3d centre;
   double radius;
+  float promise;  // 0 for a leaf
   std::uint32_t first_child, child_count;
 };
 using Nodes = std::vector<Node>;
 
 Node nodeOf(const Sphere& s, std::uint32_t first_child, std::uint32_t child_count) {
-  return {{s.x, s.y, s.z}, static_cast<double>(s.radius), first_child, child_count};
+  const float promise = child_count > 0 ? runtime::promise(s.radius, child_count) : 0;
+  return {{s.x, s.y, s.z}, static_cast<double>(s.radius), promise, first_child, child_count};
 }
 
 Nodes boundsOf(const SphereTree& tree) {
@@ -54,7 +56,7 @@ Nodes searchTreeOf(const SphereTree& tree) {
   return nodes;
 }
 
-// Both trees from the root down; of two spheres that overlap, the larger one with children is opened.
+// Both trees from the root down; of two nodes that overlap, that which promises more is opened, as at run time.
 class Traversal {
  public:
   Traversal(Nodes tool, Nodes object) : tool_(std::move(tool)), object_(std::move(object)), centre_(tool_.size()) {}
@@ -77,7 +79,7 @@ class Traversal {
         continue;
       }
       ++query.opened;
-      if (t.child_count == 0 || (s.child_count > 0 && s.radius > t.radius)) {
+      if (s.promise > t.promise) {
         for (std::uint32_t k = 0; k < s.child_count; ++k) open_.push_back({s.first_child + k, b});
       } else {
         for (std::uint32_t k = 0; k < t.child_count; ++k) open_.push_back({a, t.first_child + k});

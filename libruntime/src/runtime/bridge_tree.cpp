@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "block.h"
+#include "search_tree.h"
 
 namespace spheretree::runtime {
 namespace {
@@ -88,7 +89,7 @@ BridgeTree treeOf(std::span<const Bridge> bridges, std::span<const Sphere> aroun
       BlockLinks& links = out.links[block];
       if (lane == 0) links.first_child = static_cast<std::uint16_t>(below + k);
       ++links.inner;
-      links.largest = std::max(links.largest, s.radius);
+      links.promise[lane] = promise(s.radius, std::min<std::size_t>(8, levels[level - 1].size() - 8 * k));
     }
     first = below;
   }

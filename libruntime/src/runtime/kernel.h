@@ -19,13 +19,13 @@ struct alignas(64) ObjectView {
   float offset[3];                     // reference point of the tool from the anchor, world axes [mm]; of a near object
 };
 
-/// Up to 8 pairs that one test found: one node and some lanes of a block.
+/// Up to 8 pairs that one test found: one node of the tool or of an object, and some lanes of a block of the other side.
 struct HitGroup {
-  std::uint32_t name, step;   // lane k: name + k * step; tool slot << 16 | object slot
-  std::uint16_t near, lanes;  // which of the near objects; bit k: lane k
-  std::uint16_t one, many;    // of the next test with lane 0: slot of the one node, block of the many
-  std::uint16_t one_varies;   // 1: the next tests take lane k as the one node, 0: its children as the many
-  std::uint16_t one_is_leaf;  // of the next tests
+  std::uint32_t name;             // of the pair of lane 0: tool slot << 16 | object slot
+  std::uint32_t near : 16;        // which of the near objects
+  std::uint32_t many : 16;        // block to be tested next, of the side that is opened; the children of lane 0, if it is the lanes' side
+  std::uint32_t lanes : 8;        // bit k: lane k was hit
+  std::uint32_t tool_varies : 1;  // the lanes are slots of the tool, not of the object
 };
 
 struct PairSearch {

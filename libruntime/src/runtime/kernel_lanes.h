@@ -133,8 +133,8 @@ inline unsigned within(const Hits& h, float margin) {
 
 constexpr U8 kLanes{0, 1, 2, 3, 4, 5, 6, 7};
 
-// One search. Breadth first over all near objects together, in straight loops: of two nodes that touch the larger one is opened, and its
-// children meet the other one all at once; what they hit is only appended to a list.
+// One search. Breadth first over all near objects together, in straight loops: of two nodes that touch the one that promises more is
+// opened, and its children meet the other one all at once; what they hit is only appended to a list.
 class PairFinder {
  public:
   explicit PairFinder(const PairSearch& s) : s_(s), leaf_end_(s.leaves), open_tool_end_(s.open_tool), open_object_end_(s.open_object) {
@@ -145,7 +145,7 @@ class PairFinder {
     const std::uint32_t near_count = findNear();
     live_ = near_count;
     for (std::uint32_t n = 0; n < near_count; ++n)  // the roots
-      open<true>({0, 1, static_cast<std::uint16_t>(n), 1, 0, 0, 0, s_.tool_links[0].inner == 0});
+      open<true>({0, n & 0xffff, 0, 1, 0});
     HitGroup *tool = s_.open_tool, *object = s_.open_object;
     bool full = false;
     // A group is at most 8 tests, and each adds at most 2 groups to a list and 8 pairs in place of one.
@@ -183,7 +183,7 @@ class PairFinder {
     for (std::uint32_t n = 0; n < near_count; ++n) {
       const std::uint32_t* const from = end;
       for (const HitGroup* const last = s_.open_tool + s_.near_counts[n]; g != last; ++g)
-        end = append(end, splatU(g->name) + kLanes * splatU(g->step), g->lanes);
+        end = append(end, splatU(g->name) + (kLanes << splatU(16 * g->tool_varies)), g->lanes);
       s_.near_counts[n] = static_cast<std::uint32_t>(end - from);
     }
     return static_cast<std::uint32_t>(end - s_.pairs);
@@ -228,11 +228,11 @@ class PairFinder {
       return kToolIsOne ? moved(ballOf(s_.turned_tool[slot >> 3], slot & 7)) : ballOf(view.bound[slot >> 3], slot & 7);
     };
     const auto many = [&](std::uint32_t b) { return kToolIsOne ? ballsOf(view.bound[b]) : moved(ballsOf(turnedTool(b))); };
-    const std::uint32_t slot = g.one, b = g.many;
+    const std::uint32_t slot = kToolIsOne ? g.name >> 16 : g.name & 0xffff, b = g.many;
     const auto count = static_cast<std::uint32_t>(__builtin_popcount(g.lanes));
     live_ -= count;
     work_ += count;
-    if (g.one_varies) {
+    if (g.tool_varies == kToolIsOne) {
       const Balls fixed = many(b);
       for (unsigned lanes = g.lanes; lanes; lanes &= lanes - 1) {
         const auto k = static_cast<std::uint32_t>(__builtin_ctz(lanes));
@@ -247,42 +247,31 @@ class PairFinder {
     }
   }
 
-  // One node against the 8 of a block: what it meets, to where it goes on. The larger is opened, of a leaf and another the other.
+  // One node against the 8 of a block: what it meets, to where it goes on. Of a leaf and another node the other is opened.
   template <bool kToolIsOne>
   void meet(const ObjectView& view, const HitGroup& g, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
     const Hits h = measure(one, many);
-    unsigned hits = within(h, s_.inner_margin);
+    const unsigned hits = within(h, s_.inner_margin);
     if (hits == 0) return;
-    const BlockLinks& links = (kToolIsOne ? view.links : s_.tool_links)[b];
-    const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot, step = kToolIsOne ? 1 : 1u << 16;
-    const unsigned inner_lanes = (1u << links.inner) - 1, inner = hits & inner_lanes;
-    unsigned leaves = hits & ~inner_lanes;
-    HitGroup*& open_one = kToolIsOne ? open_tool_end_ : open_object_end_;
-    HitGroup*& open_many = kToolIsOne ? open_object_end_ : open_tool_end_;
-    if (g.one_is_leaf) {
-      if (leaves) {
-        if (const unsigned doubt = leaves & ~within(h, s_.sure_margin); doubt) leaves &= ~apartExactly(name, step, view, doubt);
-        add(leaf_end_, leaves, name, step, g.near, 0, 0, 0, true);
-      }
-      if (inner) add(open_many, inner, name, step, g.near, 0, slot, links.first_child, true);
+    const BlockLinks &links = (kToolIsOne ? view.links : s_.tool_links)[b],
+                     &one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
+    const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot;
+    const unsigned more = hits & ((1u << links.inner) - 1) & maskOf(load(links.promise) >= splat(one_links.promise[slot & 7]));
+    const unsigned others = hits & ~more;
+    live_ += static_cast<std::uint32_t>(__builtin_popcount(hits));
+    const auto add = [&](HitGroup*& end, unsigned lanes, std::uint32_t next) {
+      *end = {name, g.near, next & 0xffff, lanes & 0xff, !kToolIsOne};
+      end += lanes != 0;  // no jump: which lists a test adds to cannot be predicted
+    };
+    add(kToolIsOne ? open_object_end_ : open_tool_end_, more, links.first_child);
+    if ((slot & 7) < one_links.inner) {
+      add(kToolIsOne ? open_tool_end_ : open_object_end_, others, one_links.first_child + (slot & 7));
     } else {
-      const BlockLinks& one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
-      const std::uint32_t children = one_links.first_child + (slot & 7);
-      if (leaves) add(open_one, leaves, name, step, g.near, 1, b << 3, children, true);
-      if (inner) {
-        if (one.r[0] > links.largest)
-          add(open_one, inner, name, step, g.near, 1, b << 3, children, false);
-        else
-          add(open_many, inner, name, step, g.near, 0, slot, links.first_child, false);
-      }
+      const unsigned doubt = others & ~within(h, s_.sure_margin);
+      const unsigned apart = doubt ? apartExactly(name, kToolIsOne ? 1 : 1u << 16, view, doubt) : 0;
+      live_ -= static_cast<std::uint32_t>(__builtin_popcount(apart));
+      add(leaf_end_, others & ~apart, 0);
     }
-  }
-  void add(HitGroup*& end, unsigned lanes, std::uint32_t name, std::uint32_t step, std::uint16_t near, std::uint16_t one_varies,
-           std::uint32_t one, std::uint32_t many, bool one_is_leaf) {
-    live_ += static_cast<std::uint32_t>(__builtin_popcount(lanes));
-    *end++ = {
-        name,       step,       near, static_cast<std::uint16_t>(lanes), static_cast<std::uint16_t>(one), static_cast<std::uint16_t>(many),
-        one_varies, one_is_leaf};
   }
 
   // Those of the pairs that double arithmetic finds apart.

@@ -66,7 +66,7 @@ CompiledTree compileTree(const Leaves& leaves, const Place& place) {
       if (slot % 8 == 0) links.first_child = next_block;
       ++next_block;
       ++links.inner;
-      links.largest = std::max(links.largest, n.sphere.radius);
+      links.promise[slot % 8] = promise(n.sphere.radius, n.child_count);
     }
   };
   putNode(0, leaves.tree[0]);

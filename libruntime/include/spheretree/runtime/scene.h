@@ -60,7 +60,7 @@ static_assert(sizeof(Block) == 128);
 /// Lanes [0, inner) of a block are inner nodes, the others leaves or empty. The children of lane k stand in block first_child + k.
 struct BlockLinks {
   std::uint16_t first_child = 0, inner = 0;
-  float largest = 0;  // radius of the inner nodes [mm]
+  float promise[8] = {};  // (lane) of inner nodes: radius for each child [mm]; of two nodes that with the larger one is opened
 };
 
 struct CompiledTree {
