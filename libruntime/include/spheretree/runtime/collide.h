@@ -2,8 +2,8 @@
 // Finds the pairs of leaves, one of the tool and one of an object, whose gap is at most a margin.
 // Paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic rendering using
 //        sphere-trees. IROS 2011, Algorithm 1. Departures: trees of unequal depth and roots that are leaves lose no pair; of two nodes
-//        only the larger is opened, which halves the tests; the search is breadth first over all objects, so that when a list is full what
-//        is still to open stands for the rest of the scene.
+//        only one is opened, which halves the tests; the search is breadth first over all objects, so that when a list is full what is
+//        still to open stands for the rest of the scene.
 #pragma once
 
 #include <cstdint>
