@@ -133,6 +133,28 @@ TEST(Bridge, ABallThatLiesLowIsPassedOver) {
   EXPECT_LE(penetration, kGapTolerance);
 }
 
+TEST(Bridge, LeavesOfUnevenHeightBecomeFlat) {
+  // Most lie low, so that those on top are apart from each other.
+  Random random(5);
+  std::vector<Sphere> balls = sheetOfBalls();
+  for (Sphere& s : balls) s.z -= static_cast<float>(random.uniform(0, 0.3));
+  double penetration = 0;
+  EXPECT_GT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 1, false)), penetration), 0.3);
+  EXPECT_LT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 1)), penetration), 0.03);
+}
+
+TEST(Bridge, LeavesThatStandOutFarArePassedOver) {
+  // Outside the region of work leaves stand out by more than a bridge may: the probe comes down to the others all the same.
+  Random random(6);
+  std::vector<Sphere> balls = sheetOfBalls();
+  for (Sphere& s : balls)
+    s.z += static_cast<float>(std::abs(s.x) > 9 || std::abs(s.y) > 9 ? random.uniform(2, 4) : random.uniform(-0.3, 0));
+  SceneDescription d = sceneOf(test::oneBallTree(1), balls, 5);
+  d.objects[0].tree.provenance.work_overhang_mm = 1;
+  double penetration = 0;
+  EXPECT_LT(ripple(compiled(d), penetration), 0.03);
+}
+
 TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {
   const double depth = 2 - std::sqrt(4 - 4.0 / 3);  // of a pit of three balls of radius 2, 2 apart
   EXPECT_TRUE(compiled(sheet(0.98 * depth / kDeepestPit)).bridges.empty());

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "bridge_tree.h"
-#include "free_arcs.h"
+#include "probe_arcs.h"
 #include "spheretree/runtime/scene.h"
 
 namespace spheretree::runtime {
@@ -15,30 +15,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kProbes[] = {30, 0};  // radii of the probes, in medians of the leaves' radii, from the largest down
+// Radii of probes, in medians of the leaves' radii.
+constexpr double kOutside = 1e4;       // that rolls over the outside first: to it an object is as good as convex
+constexpr double kProbes[] = {30, 0};  // that roll everywhere, from the largest down
 constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
-constexpr double kWidest = 2;          // a bridge joins leaves if the pit between two alone is no deeper than this many deepest pits
+constexpr double kLargest = 3;         // a part of a bridge, in medians of the leaves' radii: the search goes by balls about them
 constexpr double kBuried = 0.25;       // a top still shows if other leaves rise above it by less than this part of the deepest pit
-
-struct Leaf {
-  Vector3d c;
-  double r;
-};
-
-/// A part of the circle on which a probe touches two leaves, free of all others, with the leaves that end it; kNone: the whole circle.
-struct Arc {
-  std::uint32_t i, j;
-  std::array<std::uint32_t, 2> end;
-  std::array<double, 2> angle;  // about the axis from i to j, from `across`
-  Vector3d across;
-};
-
-/// Three leaves that a probe touches, in order, and the side of their plane on which it is.
-struct Triple {
-  std::array<std::uint32_t, 3> leaf;
-  bool above;
-  auto operator<=>(const Triple&) const = default;
-};
 
 struct Facet {
   Triple triple;
@@ -47,15 +29,6 @@ struct Facet {
 };
 
 double wrapped(double angle) { return angle - kWholeTurn * std::round(angle / kWholeTurn); }
-
-Vector3d axisOf(const Leaf& a, const Leaf& b) { return (b.c - a.c).normalized(); }
-
-/// How high the cone about two balls that overlap stands above the circle in which they meet.
-double pairDepth(const Leaf& a, const Leaf& b) {
-  const double length = (b.c - a.c).norm(), slope = (a.r - b.r) / length;
-  const double along = 0.5 * (length + (a.r * a.r - b.r * b.r) / length), high = std::sqrt(std::max(0.0, a.r * a.r - along * along));
-  return a.r - (slope * along + std::sqrt(std::max(0.0, 1 - slope * slope)) * high);
-}
 
 /// Unit normal of the plane that touches three balls from the side of `up`, the normal of the plane of centres; none if one is too small.
 std::optional<Vector3d> touchingPlane(const Leaf& a, const Leaf& b, const Leaf& c, bool above) {
@@ -82,59 +55,29 @@ struct Found {
 /// The bridges of one object, found probe by probe.
 class Builder {
  public:
-  Builder(std::span<const Sphere> leaves, double most_depth) : most_depth_(most_depth), tree_(leaves) {
-    std::vector<double> radii;
-    for (const Sphere& s : leaves) {
-      leaves_.push_back({{s.x, s.y, s.z}, static_cast<double>(s.radius)});
-      radii.push_back(leaves_.back().r);
-    }
-    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-    median_ = radii[radii.size() / 2];
-    neighbours_.resize(leaves_.size());
-    std::vector<std::pair<double, std::uint32_t>> order;
-    for (std::uint32_t i = 0; i < leaves_.size(); ++i) {
-      order.clear();
-      tree_.visit(leaves_[i].c, leaves_[i].r, [&](std::uint32_t j) {
-        const double inside = leaves_[i].r - leaves_[j].r;
-        if (j != i && (leaves_[i].c - leaves_[j].c).squaredNorm() > inside * inside)
-          order.push_back({pairDepth(leaves_[i], leaves_[j]), j});
-      });
-      std::sort(order.begin(), order.end());
-      for (const auto& [depth, j] : order) {
-        neighbours_[i].push_back(j);
-        if (i < j && !isWide(i, j)) pairs_.push_back({i, j});
-      }
+  Builder(std::span<const Sphere> leaves, double most_depth)
+      : arcs_(leaves), leaves_(arcs_.leaves()), tree_(arcs_.tree()), median_(arcs_.medianRadius()), most_depth_(most_depth) {}
+
+  /// `is_uneven`: some leaves stand out farther than a bridge may. Those that the probe rests on without a new bridge are passed over and
+  /// it rolls again, until it has come down to all others.
+  void rollOutside(bool is_uneven) {
+    bool again = true;
+    while (again) {
+      const std::vector<Facet> facets = bridge(arcs_.ofTheOutside(kOutside * median_));
+      std::vector<bool> is_bridged(leaves_.size(), !is_uneven);
+      for (const Facet& f : facets)
+        for (const std::uint32_t k : f.triple.leaf) is_bridged[k] = is_bridged[k] || f.kept;
+      again = false;
+      for (const Facet& f : facets)
+        for (const std::uint32_t k : f.triple.leaf)
+          if (!is_bridged[k]) {
+            arcs_.passOver(k);
+            again = true;
+          }
     }
   }
 
-  void roll(double probe) {
-    if (!facets_.bridges.empty()) kept_ = SphereGroups(facets_.around);
-    const std::vector<Triple> before = triples_;
-    std::vector<Arc> arcs = freeArcs(pairs_, probe * median_);
-    std::vector<Facet> facets;
-    for (const Arc& arc : arcs)
-      for (std::size_t e = 0; e < 2; ++e)
-        if (arc.end[e] != kNone) facets.push_back({tripleOf(arc, e)});
-    std::sort(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple < b.triple; });
-    facets.erase(std::unique(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple == b.triple; }),
-                 facets.end());
-    Found found;
-    for (Facet& f : facets) {
-      const auto& [i, j, k] = f.triple.leaf;
-      const std::optional<Vector3d> n = touchingPlane(leaves_[i], leaves_[j], leaves_[k], f.triple.above);
-      if (!n) continue;
-      f.normal = *n;
-      if (std::binary_search(before.begin(), before.end(), f.triple) || isBuried(f) || !isExposed(f) || !isShallow(f)) continue;
-      f.kept = true;
-      found.bridges.push_back(bridgeOf(f));
-      found.around.push_back(sphereAround(f));
-      triples_.push_back(f.triple);
-    }
-    std::sort(triples_.begin(), triples_.end());
-    facets_.add(found);
-    for (const Arc& arc : freeArcs(wideSides(facets), probe * median_)) arcs.push_back(arc);
-    for (const Arc& arc : arcs) addCone(arc, facets);
-  }
+  void roll(double probe) { bridge(arcs_.ofNeighbours(probe * median_)); }
 
   BridgeTree finish(const Eigen::Matrix3d& rotation) {
     facets_.add(cones_);
@@ -149,77 +92,36 @@ class Builder {
   }
 
  private:
-  using Pair = std::pair<std::uint32_t, std::uint32_t>;
+  /// Adds the bridges of `arcs`; returns their facets, kept or not.
+  std::vector<Facet> bridge(const std::vector<Arc>& arcs) {
+    if (!facets_.bridges.empty()) kept_ = SphereGroups(facets_.around);
+    const std::vector<Triple> before = triples_;
+    std::vector<Facet> facets;
+    for (const Arc& arc : arcs)
+      for (std::size_t e = 0; e < 2; ++e)
+        if (arc.end[e] != kNone) facets.push_back({arcs_.tripleAt(arc, e)});
+    std::sort(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple < b.triple; });
+    facets.erase(std::unique(facets.begin(), facets.end(), [](const Facet& a, const Facet& b) { return a.triple == b.triple; }),
+                 facets.end());
+    Found found;
+    for (Facet& f : facets) {
+      const auto& [i, j, k] = f.triple.leaf;
+      const std::optional<Vector3d> n = touchingPlane(leaves_[i], leaves_[j], leaves_[k], f.triple.above);
+      if (!n) continue;
+      f.normal = *n;
+      if (std::binary_search(before.begin(), before.end(), f.triple) || isBuried(f) || !isExposed(f) || !isShallow(f)) continue;
+      f.kept = true;
+      addFacet({leaves_[i], leaves_[j], leaves_[k]}, f.normal, found);
+      triples_.push_back(f.triple);
+    }
+    std::sort(triples_.begin(), triples_.end());
+    facets_.add(found);
+    for (const Arc& arc : arcs) addCone(arc, facets);
+    return facets;
+  }
 
   static Sphere sphereOf(const Vector3d& c, double r) {
     return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(r)};
-  }
-
-  bool isWide(std::uint32_t i, std::uint32_t j) const { return pairDepth(leaves_[i], leaves_[j]) >= kWidest * most_depth_; }
-
-  /// Sides of kept facets that are not among the pairs to be bridged: without the cone about it there would be a slit along the side.
-  std::vector<Pair> wideSides(const std::vector<Facet>& facets) const {
-    std::vector<Pair> sides;
-    for (const Facet& f : facets) {
-      const auto& [a, b, c] = f.triple.leaf;
-      for (const auto& [i, j] : {Pair(a, b), Pair(a, c), Pair(b, c)})
-        if (f.kept && isWide(i, j)) sides.emplace_back(i, j);
-    }
-    std::sort(sides.begin(), sides.end());
-    sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
-    return sides;
-  }
-
-  /// Of the pairs of leaves, the parts of the circle where a probe of radius `probe` rests on both and on no other nearby.
-  std::vector<Arc> freeArcs(const std::vector<Pair>& pairs, double probe) const {
-    std::vector<Arc> arcs;
-    FreeArcs left;
-    for (const auto& [i, j] : pairs) addArcs(i, j, probe, left, arcs);
-    return arcs;
-  }
-
-  void addArcs(std::uint32_t i, std::uint32_t j, double probe, FreeArcs& left, std::vector<Arc>& arcs) const {
-    const Leaf &a = leaves_[i], &b = leaves_[j];
-    const double ra = a.r + probe, rb = b.r + probe, length = (b.c - a.c).norm();
-    const double along = 0.5 * (length + (ra * ra - rb * rb) / length), rho2 = ra * ra - along * along;
-    if (!(rho2 > 1e-12 * ra * ra)) return;
-    const Vector3d axis = (b.c - a.c) / length, middle = a.c + along * axis, e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
-    left.start();
-    const auto take = [&](std::uint32_t k) {
-      if (k == i || k == j) return;
-      const Vector3d w = leaves_[k].c - middle;
-      const double x = w.dot(e1), y = w.dot(e2), off2 = x * x + y * y, rk = leaves_[k].r + probe;
-      const double q = rho2 + w.squaredNorm() - rk * rk, scale2 = 4 * rho2 * off2;
-      if (q * q >= scale2) {  // the circle is all outside or all inside
-        if (q < 0) left.clear();
-        return;
-      }
-      // From the direction (x, y) of the leaf the arc reaches as far to either side as its cosine says.
-      const double c = q / std::sqrt(scale2), s = std::sqrt(1 - c * c);
-      left.take(squareAngle(x * c + y * s, y * c - x * s), squareAngle(x * c - y * s, y * c + x * s), k);
-    };
-    for (const std::uint32_t k : neighbours_[b.r < a.r ? j : i]) {  // the first of them hide most circles
-      take(k);
-      if (left.empty()) return;
-    }
-    for (const FreeArcs::Piece& p : left.whole())
-      arcs.push_back({i, j, {p.low_end, p.high_end}, {trueAngle(p.low), trueAngle(p.high)}, e1});
-  }
-
-  Vector3d directionAt(const Arc& arc, double angle) const {
-    return arc.across * std::cos(angle) + axisOf(leaves_[arc.i], leaves_[arc.j]).cross(arc.across) * std::sin(angle);
-  }
-
-  Triple tripleOf(const Arc& arc, std::size_t e) const {
-    Triple t{{arc.i, arc.j, arc.end[e]}, false};
-    std::sort(t.leaf.begin(), t.leaf.end());
-    const Vector3d& a = leaves_[t.leaf[0]].c;
-    const Vector3d up = (leaves_[t.leaf[1]].c - a).cross(leaves_[t.leaf[2]].c - a);
-    // At its end the probe is on the side to which the arc's direction points, against the third leaf.
-    const Vector3d third = leaves_[arc.end[e]].c - leaves_[arc.i].c, axis = axisOf(leaves_[arc.i], leaves_[arc.j]);
-    const Vector3d towards = third - axis * axis.dot(third), normal = axis.cross(towards);
-    t.above = directionAt(arc, arc.angle[e]).dot(normal) * up.dot(normal) > 0;
-    return t;
   }
 
   const Leaf& leaf(const Facet& f, std::size_t k) const { return leaves_[f.triple.leaf[k]]; }
@@ -279,15 +181,34 @@ class Builder {
     return u > -0.01 && v > -0.01 && u + v < 1.01 && gap < 1e-4 * median_ && gap > -most_depth_;
   }
 
-  Bridge bridgeOf(const Facet& f) const {
-    const Leaf &a = leaf(f, 0), &b = leaf(f, 1), &c = leaf(f, 2);
+  /// In parts that are not too large: cut at a ball halfway between two of its leaves, which touches the same plane.
+  void addFacet(const std::array<Leaf, 3>& leaf, const Vector3d& normal, Found& found) const {
+    std::array<Vector3d, 3> corner;
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = leaf[k].c + leaf[k].r * normal;
+    const Sphere around = sphereAbout(corner, 0);
+    if (static_cast<double>(around.radius) <= kLargest * median_) {
+      found.bridges.push_back(bridgeOf(leaf[0], leaf[1], leaf[2], normal));
+      found.around.push_back(around);
+      return;
+    }
+    std::size_t longest = 0;
+    const auto length = [&](std::size_t k) { return (corner[(k + 1) % 3] - corner[k]).squaredNorm(); };
+    for (std::size_t k = 1; k < 3; ++k)
+      if (length(k) > length(longest)) longest = k;
+    const Leaf &a = leaf[longest], &b = leaf[(longest + 1) % 3], &c = leaf[(longest + 2) % 3], middle = between(a, b, 0.5);
+    addFacet({a, middle, c}, normal, found);
+    addFacet({middle, b, c}, normal, found);
+  }
+  static Leaf between(const Leaf& a, const Leaf& b, double s) { return {a.c + s * (b.c - a.c), a.r + s * (b.r - a.r)}; }
+
+  static Bridge bridgeOf(const Leaf& a, const Leaf& b, const Leaf& c, const Vector3d& normal) {
     const Vector3d u = b.c - a.c, v = c.c - a.c, up = u.cross(v);
     // Weights at the foot, along the normal, of a point t: linear in t.
-    const auto weight = [&](const Vector3d& along) -> Vector3d { return along - up * (f.normal.dot(along) / up.dot(f.normal)); };
+    const auto weight = [&](const Vector3d& along) -> Vector3d { return along - up * (normal.dot(along) / up.dot(normal)); };
     Bridge out{};
     put(out.a, a.c);
     out.radius = static_cast<float>(a.r);
-    put(out.axis, f.normal);
+    put(out.axis, normal);
     put(out.u, weight(v.cross(up) / up.squaredNorm()));
     put(out.v, weight(up.cross(u) / up.squaredNorm()));
     out.u_extra = static_cast<float>(b.r - a.r);
@@ -309,11 +230,6 @@ class Builder {
     for (const Vector3d& p : points) r = std::max(r, (p - m).norm());
     return sphereOf(m, 1.001 * (r + beyond) + 1e-6 * (m.norm() + r));
   }
-  Sphere sphereAround(const Facet& f) const {
-    const std::array<Vector3d, 3> corner{cornerOf(f, 0, 0), cornerOf(f, 1, 0), cornerOf(f, 2, 0)};
-    return sphereAbout(corner, 0);
-  }
-
   static const Facet* find(const std::vector<Facet>& facets, const Triple& triple) {
     const auto at = std::lower_bound(facets.begin(), facets.end(), triple, [](const Facet& f, const Triple& t) { return f.triple < t; });
     return at != facets.end() && at->triple == triple ? &*at : nullptr;
@@ -332,7 +248,7 @@ class Builder {
     if (!whole) {
       bool wanted = false;
       for (std::size_t e = 0; e < 2; ++e) {
-        const Facet* const f = find(facets, tripleOf(arc, e));
+        const Facet* const f = find(facets, arcs_.tripleAt(arc, e));
         double at = arc.angle[e];
         if (f && f->normal.squaredNorm() > 0) at = std::atan2(f->normal.dot(other), f->normal.dot(arc.across));
         wanted = wanted || (f && f->kept);
@@ -345,28 +261,30 @@ class Builder {
       return a.c + axis * (s * length) + (a.r + s * (b.r - a.r) - depth) * normal;
     };
     if (!isShallow(arc, tangent, low, high)) return;
-    Bridge out{};
-    put(out.a, a.c);
-    out.radius = static_cast<float>(a.r);
-    put(out.axis, axis);
-    out.length = static_cast<float>(length);
-    out.u_extra = static_cast<float>(slope / rise);
-    out.v_extra = static_cast<float>(rise);
-    if (high - low < M_PI) {  // a wider one is not cut off: beyond its range facets lie above it
-      put(out.u, directionAt(arc, middle + low - M_PI / 2) / length);
-      put(out.v, directionAt(arc, middle + high + M_PI / 2) / length);
-      const std::array<Vector3d, 6> points{tangent(0, low, 0),
-                                           tangent(1, low, 0),
-                                           tangent(0, high, 0),
-                                           tangent(1, high, 0),
-                                           tangent(0, (low + high) / 2, 0),
-                                           tangent(1, (low + high) / 2, 0)};
-      cones_.around.push_back(sphereAbout(points, std::max(a.r, b.r) * (1 - std::cos((high - low) / 4))));
-    } else {
-      const std::array<Vector3d, 2> ends{a.c, b.c};
-      cones_.around.push_back(sphereAbout(ends, std::max(a.r, b.r)));
+    const int parts = static_cast<int>(std::ceil(length / (2 * kLargest * median_)));
+    for (int part = 0; part < parts; ++part) {
+      const double s0 = double(part) / parts, s1 = double(part + 1) / parts;
+      const Leaf first = between(a, b, s0);
+      Bridge out{};
+      put(out.a, first.c);
+      out.radius = static_cast<float>(first.r);
+      put(out.axis, axis);
+      out.length = static_cast<float>(length / parts);
+      out.u_extra = static_cast<float>(slope / rise);
+      out.v_extra = static_cast<float>(rise);
+      if (high - low < M_PI) {  // a wider one is not cut off: beyond its range facets lie above it
+        put(out.u, arcs_.directionAt(arc, middle + low - M_PI / 2) * (parts / length));
+        put(out.v, arcs_.directionAt(arc, middle + high + M_PI / 2) * (parts / length));
+        const double half = (low + high) / 2;
+        const std::array<Vector3d, 6> points{tangent(s0, low, 0),  tangent(s1, low, 0),  tangent(s0, high, 0),
+                                             tangent(s1, high, 0), tangent(s0, half, 0), tangent(s1, half, 0)};
+        cones_.around.push_back(sphereAbout(points, std::max(a.r, b.r) * (1 - std::cos((high - low) / 4))));
+      } else {
+        const std::array<Vector3d, 2> ends{first.c, between(a, b, s1).c};
+        cones_.around.push_back(sphereAbout(ends, std::max(a.r, b.r)));
+      }
+      cones_.bridges.push_back(out);
     }
-    cones_.bridges.push_back(out);
   }
 
   /// The same as for a facet, patch by patch.
@@ -397,11 +315,10 @@ class Builder {
     return held(held, 0, 1, low, high, 9);
   }
 
-  double most_depth_, median_ = 0;
-  std::vector<Leaf> leaves_;
-  SphereGroups tree_;                                   // of the leaves
-  std::vector<std::vector<std::uint32_t>> neighbours_;  // that overlap, the one with the shallowest pit between first
-  std::vector<Pair> pairs_;                             // to be bridged
+  ProbeArcs arcs_;
+  const std::vector<Leaf>& leaves_;
+  const SphereGroups& tree_;  // of the leaves
+  double median_, most_depth_;
   Found facets_, cones_;
   std::vector<Triple> triples_;  // of the facets, in order
   SphereGroups kept_;            // of the facets that larger probes found
@@ -409,9 +326,10 @@ class Builder {
 
 }  // namespace
 
-BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, const Eigen::Matrix3d& rotation) {
+BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, bool is_uneven, const Eigen::Matrix3d& rotation) {
   if (!(overhang > 0)) return {};
   Builder builder(leaves, kDeepestPit * overhang);
+  builder.rollOutside(is_uneven);
   for (const double probe : kProbes) builder.roll(probe);
   return builder.finish(rotation);
 }

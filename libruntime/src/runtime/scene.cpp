@@ -94,10 +94,10 @@ std::string faultInSettings(const SceneDescription& d) {
   return {};
 }
 
-// How far leaves reach out. In a tree with regions of work those elsewhere reach out farther, and what bridges them would bury the work.
-double overhangAtWork(const SphereTree& tree) {
+// In a tree with regions of work the leaves elsewhere reach out farther, and what bridges them would bury the work.
+BridgeTree bridgesOf(const SphereTree& tree, std::span<const Sphere> leaves, const Eigen::Matrix3d& rotation) {
   const float at_work = tree.provenance.work_overhang_mm;
-  return static_cast<double>(at_work > 0 ? at_work : tree.statistics.back().overhang_bound);
+  return makeBridges(leaves, static_cast<double>(at_work > 0 ? at_work : tree.statistics.back().overhang_bound), at_work > 0, rotation);
 }
 
 // Those of the object that comes next.
@@ -166,7 +166,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
     out.farthest_anchor = std::max(out.farthest_anchor, compiled.anchor.norm());
     if (i % 8 == 0) out.object_roots.push_back(emptyBlock());
     put(out.object_roots.back(), i % 8, compiled.anchor, leaves.tree[0].sphere.radius);
-    if (d.bridges) addBridges(makeBridges(leaves.about(centre), overhangAtWork(object.tree), rotation), compiled.anchor, out);
+    if (d.bridges) addBridges(bridgesOf(object.tree, leaves.about(centre), rotation), compiled.anchor, out);
     out.objects.push_back(std::move(compiled));
   }
   out.smallest_radius_sum = static_cast<double>(out.tool.smallest_radius) + static_cast<double>(smallest);

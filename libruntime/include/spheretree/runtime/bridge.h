@@ -3,10 +3,11 @@
 // over flat ground in place of bumps. In the constrained mode only; the leaves themselves stay as they are.
 // Where a bridge is: a large ball (the probe) that rolls over the leaves from outside rests on three of them at a time: their common
 // tangent plane makes a facet, and where it tips over two, the cone about both fills the wedge between two facets. This is the reduced
-// surface of molecules. Probes of several radii are tried, from the largest down: the large ones pass over a leaf that lies low, the small
-// ones follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit overhangs, as the tree states them for its
-// leaves: of the whole tree, or of where it has work. So a bridge never stands out farther than that beyond the leaves, and what is wider
-// or deeper stays open. A facet must also touch its leaves where they show: one across a groove or a hole touches them deep inside others.
+// surface of molecules. The first probe is so large that it rolls over the convex hull: on a flat or round face it rests on the tops alone.
+// Smaller ones pass over what lies low, and follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit
+// overhangs, as the tree states them for its leaves: of the whole tree, or of where it has work. So a bridge never stands out farther than
+// that beyond the leaves, and what is wider or deeper stays open. A facet must also touch its leaves where they show: one across a groove
+// or a hole touches them deep inside others.
 //
 // Papers: M. F. Sanner, A. J. Olson, J.-C. Spehner. Reduced surface. Biopolymers 38(3), 1996. H. Edelsbrunner, E. P. Muecke.
 //         Three-dimensional alpha shapes. ACM TOG 13(1), 1994.
@@ -50,10 +51,10 @@ struct BridgeTree {
 inline constexpr std::size_t kMostBridges = 32768;  // of a tree
 inline constexpr double kDeepestPit = 1.25;         // below a bridge, in overhangs: over a hollow a facet is a chord
 
-/// Bridges of `leaves`, which reach out of the object by at most `overhang` [mm], 0 or less: none; then turned by `rotation`, so that they
-/// are the same ones however the object stands. Beyond kMostBridges the last ones found are left out: there the bumps are felt.
-/// Deterministic. Cost: about 30 us a leaf.
-BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, const Eigen::Matrix3d& rotation);
+/// Bridges of `leaves`, which reach out of the object by at most `overhang` [mm], 0 or less: none; if `is_uneven`, some farther, and those
+/// are passed over. Then turned by `rotation`, so that they are the same ones however the object stands. Beyond kMostBridges the last ones
+/// found are left out: there the bumps are felt. Deterministic. Cost: about 50 us a leaf, twice that if uneven.
+BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, bool is_uneven, const Eigen::Matrix3d& rotation);
 
 /// Weights and angles may be beyond their range by this, so that rounding leaves no slit between a facet and its neighbours.
 inline constexpr float kBridgeSlack = 1e-4f;
