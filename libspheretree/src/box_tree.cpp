@@ -9,7 +9,8 @@ namespace spheretree::builder {
 namespace {
 
 constexpr int kBins = 16;
-constexpr int kSahDepth = 40;  // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
+constexpr std::size_t kFew = 16;  // items, which are halved by count: choosing a plane costs more than searches gain by it
+constexpr int kSahDepth = 40;     // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
 
 double halfArea(const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return 0;
@@ -48,7 +49,7 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
     for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre[order_[i]]);
     int best_axis = -1, best_bin = 0;
     double best_cost = std::numeric_limits<double>::infinity();
-    if (depth < kSahDepth) {
+    if (range.size() > kFew && depth < kSahDepth) {
       for (int axis = 0; axis < 3; ++axis) {
         const double low = centres.min()[axis], width = centres.max()[axis] - low;
         if (!(width > 0)) continue;
@@ -87,7 +88,7 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
         return std::min(kBins - 1, static_cast<int>((centre[i][best_axis] - low) / width * kBins)) <= best_bin;
       });
       middle = static_cast<std::size_t>(at - order_.begin());
-    } else {  // too deep, or all centres equal: halve, so that the depth stays bounded
+    } else {  // few; too deep, or all centres equal: halve, so that the depth stays bounded
       int axis = 0;
       centres.sizes().maxCoeff(&axis);
       std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, byCentre(axis));

@@ -53,7 +53,7 @@ Effort effortOf(Quality quality) {
     case Quality::Best:
       return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 40'000, 0.01};
   }
-  return {12, 400'000, 150, 150, 8, 0.3, 0.05, 3, 6'000, 0.02};
+  return {12, 400'000, 100, 150, 8, 0.6, 0.1, 3, 6'000, 0.04};
 }
 
 // At most `most` of a list, evenly picked.
@@ -313,7 +313,8 @@ LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, 
   for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
   const Effort effort = effortOf(settings.quality);
   const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kLeastPoints, effort.most_points);
-  const SurfacePoints surface = sampleRegions(mesh, field, points, leaves, settings.seed);
+  const SurfacePoints surface =
+      sampleRegions(mesh, field, points, leaves, settings.seed, std::ranges::any_of(methods, &Method::uses_medial_axis));
   std::vector<Levels> members;
   const double share = 1.0 / static_cast<double>(methods.size());
   for (const Method& method : methods)

@@ -17,9 +17,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kShrink = 0.9;               // of the cell, from one grid to the next
-constexpr double kFinest = 1e-3;              // cell, of the extent of the points
-constexpr std::int64_t kMostCells = 1 << 20;  // along an axis; there are 1 / kFinest
+constexpr double kFinest = 0.125;             // cell, of the extent of the points
+constexpr double kGrow = 1.122462048309373;   // of the cell, from one grid to the next: sixth root of 2, so that halves come about
+constexpr std::int64_t kMostCells = 1 << 20;  // along an axis
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -63,6 +63,23 @@ class Cells {
   std::vector<std::vector<std::uint32_t>> points_;
 };
 
+// The smallest ball of the points of each cell; none as soon as one reaches out farther than `most`.
+std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double most, std::vector<Vector3d>& in_cell) {
+  std::vector<FittedBall> balls;
+  for (const std::vector<std::uint32_t>& list : cells.lists()) {
+    in_cell.clear();
+    for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
+    const Ball ball = smallestBall(in_cell);
+    // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be out.
+    double most_clearance2 = std::numeric_limits<double>::infinity();
+    for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
+    if (ball.radius - std::sqrt(most_clearance2) > most) return {};
+    balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
+    if (balls.back().overhang() > most) return {};
+  }
+  return balls;
+}
+
 }  // namespace
 
 std::vector<FittedBall> reduceGrid(const Region& region) {
@@ -70,8 +87,11 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   const Matrix3d axes = principalAxes(region.points);
   std::vector<Matrix3d> turns{axes, Matrix3d::Identity()};  // a cube has no principal axes of its own
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
-  std::vector<FittedBall> best;
-  double least = std::numeric_limits<double>::infinity();
+  // One ball: in a rod it is better than cells on all sides of it.
+  const Ball whole = smallestBall(region.points);
+  std::vector<FittedBall> best{{whole.centre, -region.field.signedDistance(whole.centre), whole.radius}};
+  double least = best[0].overhang();
+  if (least <= region.enough) return best;
   std::vector<Vector3d> turned(region.points.size()), in_cell;
   Cells cells(region.most);
   for (const Matrix3d& turn : turns) {
@@ -80,32 +100,18 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       turned[i] = turn.transpose() * region.points[i];
       box.extend(turned[i]);
     }
-    const double extent = box.sizes().maxCoeff() * (1 + 1e-9);
+    const double extent = box.sizes().maxCoeff() * (1 + 1e-9);  // the halves of a cube are two cells in spite of rounding
     if (!(extent > 0)) return {{region.points.front(), 0, 0}};
-    bool found = true;
-    for (double size = extent; found && size > kFinest * extent; size *= kShrink) {
-      found = false;
-      for (int offset = 0; offset < 8; ++offset) {
-        const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
+    for (int offset = 0; offset < 8; ++offset) {
+      const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
+      for (double size = kFinest * extent; size < kGrow * extent; size *= kGrow) {
         if (!cells.sort(turned, box.min() - size * shift, size)) continue;
-        found = true;
-        std::vector<FittedBall> balls;
+        std::vector<FittedBall> balls = ballsOf(cells, region, std::max(least, region.enough), in_cell);
+        if (balls.empty()) break;
         double worst = 0;
-        for (const std::vector<std::uint32_t>& list : cells.lists()) {
-          in_cell.clear();
-          for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
-          const Ball ball = smallestBall(in_cell);
-          // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be out.
-          double most_clearance2 = std::numeric_limits<double>::infinity();
-          for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
-          worst = std::max(worst, ball.radius - std::sqrt(most_clearance2));
-          if (worst >= least) break;
-          balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
-          worst = std::max(worst, balls.back().overhang());
-          if (worst >= least) break;
-        }
-        if (worst < least) least = worst, best = std::move(balls);
-        if (least <= region.enough) return best;  // from coarse to fine: the first that will do has few balls
+        for (const FittedBall& ball : balls) worst = std::max(worst, ball.overhang());
+        if (least > region.enough ? worst < least : balls.size() < best.size()) least = worst, best = std::move(balls);
+        if (worst > region.enough) break;
       }
     }
   }

@@ -18,15 +18,16 @@ constexpr int kMostRounds = 40;  // each round at least touches a new feature; t
 
 }  // namespace
 
-Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double guess) {
+Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double guess, double stand_off) {
   const Vector3d inward = -normal;
   const double largest = 0.5 * field.diagonal();
   double r = guess > 0 ? std::min(kAbove * guess, largest) : largest;
-  while (r < largest && !std::isfinite(field.nearest(point + r * inward, r * (1 - kClose)).distance)) r = std::min(2 * r, largest);
+  while (r < largest && !std::isfinite(field.nearest(point + r * inward, (r - stand_off) * (1 - kClose)).distance))
+    r = std::min(2 * r, largest);
   const double vanishing = 1e-7 * field.diagonal();
   Vector3d c = point + r * inward;
   for (int round = 0; round < kMostRounds; ++round) {
-    NearestPoint touch = field.nearest(c, r * (1 - kClose));
+    NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));
     if (!std::isfinite(touch.distance)) {
       // Empty enough; but a solid thinner than that share of the radius may lie between the centre and the point.
       const double depth = -field.signedDistance(c, &touch);
@@ -34,8 +35,8 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
     }
     const Vector3d to = touch.point - point;
     const double along = to.dot(inward);
-    if (!(along > 0)) break;  // rounding: the point lies in the tangent plane
-    const double smaller = to.squaredNorm() / (2 * along);
+    if (!(along > stand_off)) break;  // rounding: the point lies in the tangent plane
+    const double smaller = (to.squaredNorm() - stand_off * stand_off) / (2 * (along - stand_off));
     if (!(smaller < r) || smaller < vanishing) break;
     r = smaller;
     c = point + r * inward;

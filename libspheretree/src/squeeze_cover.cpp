@@ -32,7 +32,8 @@ constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: wher
 constexpr std::uint64_t kTriangleWork =
     4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
 constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
-constexpr double kStart = 1.3, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
+constexpr double kStart = 1.1, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
+constexpr double kDepth = 0.5;  // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
@@ -51,10 +52,6 @@ class Squeezer {
         random_(seed) {}
 
   const std::vector<Ball>& balls() const { return balls_; }
-  void setBalls(std::span<const Ball> balls) {
-    for (std::size_t b = 0; b < balls_.size(); ++b)
-      if (balls_[b].centre != balls[b].centre || balls_[b].radius != balls[b].radius) setBall(b, balls[b]);
-  }
   // One more sample, covered or open like the others.
   void append(const Vector3d& p) {
     const auto s = static_cast<std::uint32_t>(samples_.size());
@@ -63,7 +60,9 @@ class Squeezer {
     open_.grow();
     open_.insert(s);
     for (std::uint32_t b = 0; b < balls_.size(); ++b) {
-      const double gap = (p - balls_[b].centre).norm() - balls_[b].radius;
+      const double far = balls_[b].radius + std::max(goal_, near_to_[b]), d2 = (p - balls_[b].centre).squaredNorm();
+      if (!(d2 <= far * far)) continue;
+      const double gap = std::sqrt(d2) - balls_[b].radius;
       if (gap <= near_to_[b]) near_[b].push_back({s, gap});
       if (gap <= goal_) take(b, s);
     }
@@ -186,9 +185,8 @@ class Squeezer {
         if (tabu_[b] <= move_ && (idle == kNone || private_[b] < private_[idle])) idle = b;
       if (idle != kNone && private_[idle] < least_cost) {
         const NearestPoint here = field_.nearest(p);
-        const Ball medial = shrinkingBall(field_, here.point, field_.pseudonormal(here));
-        if (medial.radius > 0 && (medial.centre - p).norm() - medial.radius <= goal_)
-          least_cost = private_[idle], chosen = idle, to = medial;
+        const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
+        if (below.radius > 0 && (below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
       }
     }
     if (least_cost > 0) {
@@ -217,7 +215,7 @@ class Squeezer {
       const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
       trial = {refit.centre, refit.clearance};
       work_ += refit.work;
-      if (refit.stand_off <= goal_) return cost;
+      if (refit.stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // none leaves the solid
       if (round == kDropRounds || patch_.size() == 1) return kInfinity;
       // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
       double most = 0;
@@ -356,8 +354,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
       step = std::min(step * 1.3, 2 * settings.step);
     } else {
       ++failures;
-      step *= 0.5;
-      squeezer.setBalls(inscribed);
+      step *= 0.5;  // from where the balls are now: most of them have come nearer to the next goal
     }
   }
   return h;

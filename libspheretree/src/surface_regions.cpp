@@ -20,6 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kPointsAChunk = 512;
+constexpr std::size_t kLoadEvery = 4;  // points, one inner ball: a load may be that of a neighbour
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
 constexpr std::size_t kFewBalls = 16;  // that are not worth an index
@@ -103,20 +104,24 @@ void moveInside(const DistanceField& field, std::span<const Vector3d> patch, Fit
 }  // namespace
 
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
-                            std::uint64_t seed) {
+                            std::uint64_t seed, bool wants_inner) {
   SampleSettings settings;
   settings.count = count;
   settings.seed = seed;
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, settings);
   SurfacePoints out;
   out.inner.resize(samples.size());
+  std::vector<double> radius(samples.size(), 0);
+  const std::size_t every = wants_inner ? 1 : kLoadEvery;
   forChunks(samples.size(), [&](std::size_t i) {  // neighbours on the surface follow each other
-    const double before = i % kPointsAChunk > 0 ? out.inner[i - 1].radius : 0;
-    if (!samples[i].feature) out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, before);
+    if (i % kPointsAChunk > 0) radius[i] = radius[i - 1];
+    if (samples[i].feature || i % kPointsAChunk % every > 0) return;
+    out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, radius[i]);
+    radius[i] = out.inner[i].radius;
   });
   std::vector<double> faces;
   for (std::size_t i = 0; i < samples.size(); ++i)
-    if (!samples[i].feature) faces.push_back(out.inner[i].radius);
+    if (!samples[i].feature) faces.push_back(radius[i]);
   const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
   // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side falls as h rises.
   double low = 0, high = field.diagonal();
@@ -128,7 +133,7 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     out.points.push_back(samples[i].point);
-    out.load.push_back(samples[i].feature ? 0 : share / (2 * out.inner[i].radius + high));
+    out.load.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
   }
   if (mesh.positions.size() <= 2 * count) {
     std::vector<char> used(mesh.positions.size(), 0);

@@ -16,7 +16,9 @@ namespace spheretree::builder {
 
 /// The largest inscribed ball that touches the surface at `point`; `normal` is the outward unit normal there. Radius 0 if it vanishes.
 /// `guess`: a radius that it may have, such as that of a ball nearby; it saves time. 0: none [mm].
-Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double guess = 0);
+/// `stand_off`: the ball may be so far from the point [mm]; the largest such ball lies deeper, and there is one below a convex edge too.
+Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double guess = 0,
+                   double stand_off = 0);
 
 /// The largest inscribed ball that touches the surface at each sample, to a relative 1e-3; the radius is the true distance to the
 /// mesh. Samples where it vanishes (sharp convex edges) give none. Free of the degeneracies of a Delaunay triangulation.

@@ -33,9 +33,10 @@ struct SurfacePoints {
 
 /// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles where they are not many
 /// more. The load of a point is its area over 2 r + h: r the radius of the largest inner ball that touches there, h the stand-off
-/// that `spheres` balls would reach on average (docs/measures.md, h_fin).
+/// that `spheres` balls would reach on average (docs/measures.md, h_fin). `wants_inner`: false leaves out the inner balls of most points,
+/// for those who need the loads alone.
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
-                            std::uint64_t seed);
+                            std::uint64_t seed, bool wants_inner = true);
 
 /// For each point the ball that it lies deepest in (the least |p - c| - clearance) among those that hold it; if none does, the
 /// ball that must grow least, and it grows. `balls` must not be empty. Ties go to the lower index.
