@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 // Radii of probes, in medians of the leaves' radii.
 constexpr double kOutside = 1e4;       // that rolls over the outside first: to it an object is as good as convex
 constexpr double kProbes[] = {30, 0};  // that roll everywhere, from the largest down
+constexpr int kMostRounds = 30;        // over the outside, with what stands out too far passed over
 constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
 constexpr double kLargest = 3;         // a part of a bridge, in medians of the leaves' radii: the search goes by balls about them
 constexpr double kBuried = 0.25;       // a top still shows if other leaves rise above it by less than this part of the deepest pit
@@ -59,10 +60,10 @@ class Builder {
       : arcs_(leaves), leaves_(arcs_.leaves()), tree_(arcs_.tree()), median_(arcs_.medianRadius()), most_depth_(most_depth) {}
 
   /// `is_uneven`: some leaves stand out farther than a bridge may. Those that the probe rests on without a new bridge are passed over and
-  /// it rolls again, until it has come down to all others.
+  /// it rolls again, until it has come down to the others.
   void rollOutside(bool is_uneven) {
     bool again = true;
-    while (again) {
+    for (int round = 0; again && round < kMostRounds; ++round) {
       const std::vector<Facet> facets = bridge(arcs_.ofTheOutside(kOutside * median_));
       std::vector<bool> is_bridged(leaves_.size(), !is_uneven);
       for (const Facet& f : facets)
