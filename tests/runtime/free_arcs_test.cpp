@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "support/random.h"
+
 namespace spheretree::runtime {
 namespace {
 
@@ -45,6 +47,31 @@ TEST(FreeArcs, EveryEndNamesALeaf) {
   EXPECT_EQ(two[1].low_end, 1u);
   EXPECT_EQ(two[1].high_end, 0u);
   EXPECT_TRUE(whole({{0.0, 3.0}, {2.0, 0.5}}).empty());
+}
+
+// What u . (x, y) > most takes away, one after the other.
+TEST(FreeArcs, WhatItDoesNotReachTakesNothing) {
+  test::Random random(1);
+  int spared = 0;
+  for (int round = 0; round < 200; ++round) {
+    FreeArcs arcs;
+    arcs.start();
+    for (std::uint32_t k = 0; k < 12 && !arcs.empty(); ++k) {
+      const double angle = kWholeTurn * random.unit(), half = 1 + random.unit(), size = 3 * random.unit();
+      const auto square = [](double a) { return squareAngle(std::cos(a), std::sin(a)); };
+      const bool reaches = arcs.reaches(size * std::cos(angle), size * std::sin(angle), size * std::cos(half));
+      const std::vector<FreeArcs::Piece> before = arcs.pieces();
+      arcs.take(square(angle - half), square(angle + half), k);
+      if (reaches) continue;
+      ++spared;
+      ASSERT_EQ(arcs.pieces().size(), before.size());
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        EXPECT_EQ(arcs.pieces()[i].low, before[i].low);
+        EXPECT_EQ(arcs.pieces()[i].high, before[i].high);
+      }
+    }
+  }
+  EXPECT_GT(spared, 100);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // A circle from which arcs are taken away, and angles on it without trigonometry.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -16,21 +17,38 @@ inline double squareAngle(double x, double y) {
   const double part = y / (std::abs(x) + std::abs(y));
   return x < 0 ? 2 - part : part < 0 ? 4 + part : part;
 }
+inline std::array<double, 2> unitVector(double square) {
+  const double s = square, x = s < 2 ? 1 - s : s - 3, y = s < 1 ? s : s < 3 ? 2 - s : s - 4, length = std::sqrt(x * x + y * y);
+  return {x / length, y / length};
+}
 inline double trueAngle(double square) {
   const double turns = std::floor(square / 4), s = square - 4 * turns, x = s < 2 ? 1 - s : s - 3, y = s < 1 ? s : s < 3 ? 2 - s : s - 4;
   const double angle = std::atan2(y, x);
   return angle + (angle < 0 ? turns + 1 : turns) * kWholeTurn;
 }
 
+/// A part of a circle, between two square angles.
+struct CirclePart {
+  double low, high;
+  std::array<double, 2> from = unitVector(low), to = unitVector(high);
+
+  /// False if u . (x, y) < most, by more than rounding, for every unit vector u in it. True in doubt.
+  bool reaches(double x, double y, double most) const {
+    if (high - low > 2) return true;  // more than half of the circle
+    const double slack = 1e-9 * (std::abs(x) + std::abs(y) + std::abs(most));
+    return from[0] * x + from[1] * y > most - slack || to[0] * x + to[1] * y > most - slack ||
+           (from[0] * y - from[1] * x > -slack && x * to[1] - y * to[0] > -slack);  // (x, y) points between the ends
+  }
+};
+
 /// What is left of a circle after others have been taken away, in square angles.
 class FreeArcs {
  public:
-  struct Piece {
-    double low, high;
+  struct Piece : CirclePart {
     std::uint32_t low_end, high_end;
   };
   void start() {
-    pieces_.assign(1, {0, 4, kNone, kNone});
+    pieces_.assign(1, {{0, 4}, kNone, kNone});
     at_0_ = at_4_ = kNone;
   }
   void clear() { pieces_.clear(); }
@@ -41,6 +59,12 @@ class FreeArcs {
     if (low <= high) return cut(low, high, k);
     cut(low, 4, k);
     cut(0, high, k);
+  }
+
+  bool reaches(double x, double y, double most) const {
+    for (const Piece& p : pieces_)
+      if (p.reaches(x, y, most)) return true;
+    return false;
   }
 
   const std::vector<Piece>& pieces() const { return pieces_; }
@@ -72,8 +96,8 @@ class FreeArcs {
         next_.push_back(p);
         continue;
       }
-      if (low > p.low) next_.push_back({p.low, low, p.low_end, k});
-      if (high < p.high) next_.push_back({high, p.high, k, p.high_end});
+      if (low > p.low) next_.push_back({{p.low, low, p.from}, p.low_end, k});
+      if (high < p.high) next_.push_back({{high, p.high, unitVector(high), p.to}, k, p.high_end});
     }
     pieces_.swap(next_);
   }

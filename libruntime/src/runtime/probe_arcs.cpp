@@ -36,27 +36,36 @@ struct ProbeArcs::Circle {
   std::uint32_t i, j;
   double probe, rho;
   Vector3d middle, axis, from, across;
+  double inverse = 0.5 / rho;
 
   Vector3d at(double angle) const { return middle + rho * (from * std::cos(angle) + across * std::sin(angle)); }
 
-  // Square angles between which the probe meets a ball that together with it reaches `reach`; false if nowhere. All round: 0 to 0.
-  bool blocked(const Vector3d& c, double reach, double& low, double& high) const {
+  // A ball is in the way of the probe where u . (x, y) > most, u the unit vector of an angle.
+  struct Obstacle {
+    double x, y, q, most;
+  };
+  // Of a ball that together with the probe reaches `reach`.
+  Obstacle obstacle(const Vector3d& c, double reach) const {
     const Vector3d w = c - middle;
-    const double x = w.dot(from), y = w.dot(across), off = std::sqrt(x * x + y * y);
-    const double q = (rho - reach) * (rho + reach) + w.squaredNorm(), scale = 2 * rho * off;
-    if (q >= scale) return false;
+    const double q = (rho - reach) * (rho + reach) + w.squaredNorm();
+    return {w.dot(from), w.dot(across), q, q * inverse};
+  }
+  // Square angles between which it is; false if nowhere. All round: 0 to 0.
+  bool blocks(const Obstacle& b, double& low, double& high) const {
+    const double off = std::sqrt(b.x * b.x + b.y * b.y), scale = 2 * rho * off;
+    if (b.q >= scale) return false;
     low = high = 0;
-    if (q <= -scale) return true;
-    const double cosine = q / scale, sine = std::sqrt(1 - cosine * cosine);
-    low = squareAngle(x * cosine + y * sine, y * cosine - x * sine);
-    high = squareAngle(x * cosine - y * sine, y * cosine + x * sine);
+    if (b.q <= -scale) return true;
+    const double cosine = b.q / scale, sine = std::sqrt(1 - cosine * cosine);
+    low = squareAngle(b.x * cosine + b.y * sine, b.y * cosine - b.x * sine);
+    high = squareAngle(b.x * cosine - b.y * sine, b.y * cosine + b.x * sine);
     return true;
   }
 };
 
 struct ProbeArcs::Contact {
   std::uint32_t leaf = kNone;
-  double square_angle = 4;
+  CirclePart before{0, 4};  // how far it comes
 };
 
 ProbeArcs::ProbeArcs(std::span<const Sphere> leaves) : tree_(leaves) {
@@ -99,8 +108,10 @@ void ProbeArcs::addArcs(std::uint32_t i, std::uint32_t j, double probe, FreeArcs
   const Circle circle{i, j, probe, std::sqrt(rho2), a.c + along * axis, axis, from, axis.cross(from)};
   left.start();
   for (const std::uint32_t k : neighbours_[b.r < a.r ? j : i]) {  // the first of them hide most circles
+    if (k == i || k == j) continue;
+    const Circle::Obstacle ball = circle.obstacle(leaves_[k].c, leaves_[k].r + probe);
     double low, high;
-    if (k == i || k == j || !circle.blocked(leaves_[k].c, leaves_[k].r + probe, low, high)) continue;
+    if (!left.reaches(ball.x, ball.y, ball.most) || !circle.blocks(ball, low, high)) continue;
     if (low == high) return;
     left.take(low, high, k);
     if (left.empty()) return;
@@ -135,26 +146,35 @@ ProbeArcs::Circle ProbeArcs::circleOf(std::uint32_t i, std::uint32_t j, double p
 // Where the probe that sets out at 0 first meets a leaf. It touches `behind` there and leaves it.
 ProbeArcs::Contact ProbeArcs::firstContact(const Circle& circle, std::uint32_t behind) const {
   Contact first;
-  meet(circle, behind, tree_.levels().size() - 1, 0, first);
+  meet(circle, behind, tree_.levels().size(), 0, first);
   return first;
 }
 
+// Of what is in one group of the tree (above the last level: of all); what the probe meets sooner first, so that little else is looked at.
 void ProbeArcs::meet(const Circle& circle, std::uint32_t behind, std::size_t level, std::size_t at, Contact& first) const {
-  const Sphere& s = tree_.levels()[level][at];
-  const Vector3d c(s.x, s.y, s.z);
-  const std::uint32_t leaf = level == 0 ? tree_.order()[at] : kNone;
-  if (level == 0 && (leaf == circle.i || leaf == circle.j || passed_over_[leaf])) return;
-  const double smaller = level == 0 ? kTieBreak * median_ * partOf(leaf) : 0;
-  double low, high;
-  if (!circle.blocked(c, static_cast<double>(s.radius) - smaller + circle.probe, low, high)) return;
-  const double angle = low < high || (level == 0 && leaf == behind) ? low : 0;  // over 0: it is there from the start
-  if (angle >= first.square_angle) return;
-  if (level == 0) {
-    first = {leaf, angle};
-    return;
+  const std::vector<Sphere>& parts = tree_.levels()[level - 1];
+  std::array<std::pair<double, std::size_t>, 8> ahead;
+  std::size_t count = 0;
+  for (std::size_t k = 8 * at; k < std::min(parts.size(), 8 * at + 8); ++k) {
+    const bool is_leaf = level == 1;
+    const std::uint32_t leaf = is_leaf ? tree_.order()[k] : kNone;
+    if (is_leaf && (leaf == circle.i || leaf == circle.j || passed_over_[leaf])) continue;
+    const double smaller = is_leaf ? kTieBreak * median_ * partOf(leaf) : 0;
+    const Sphere& s = parts[k];
+    const Circle::Obstacle ball = circle.obstacle({s.x, s.y, s.z}, static_cast<double>(s.radius) - smaller + circle.probe);
+    double low, high;
+    if (!first.before.reaches(ball.x, ball.y, ball.most) || !circle.blocks(ball, low, high)) continue;
+    const double angle = low < high || (is_leaf && leaf == behind) ? low : 0;  // over 0: it is there from the start
+    if (angle >= first.before.high) continue;
+    if (is_leaf) {
+      first = {leaf, {0, angle}};
+      continue;
+    }
+    std::size_t n = count++;
+    for (; n > 0 && angle < ahead[n - 1].first; --n) ahead[n] = ahead[n - 1];
+    ahead[n] = {angle, k};
   }
-  const std::size_t end = std::min(tree_.levels()[level - 1].size(), 8 * at + 8);
-  for (std::size_t k = 8 * at; k < end; ++k) meet(circle, behind, level - 1, k, first);
+  for (std::size_t n = 0; n < count && ahead[n].first < first.before.high; ++n) meet(circle, behind, level - 1, ahead[n].second, first);
 }
 
 std::vector<Arc> ProbeArcs::ofTheOutside(double probe) const {
@@ -181,10 +201,10 @@ std::vector<Arc> ProbeArcs::ofTheOutside(double probe) const {
   const Circle over{top, top, probe, first.r + probe, first.c, up.cross(across), up, across};
   const Contact second = firstContact(over, kNone);
   if (second.leaf == kNone) return arcs;
-  const Circle about = circleOf(top, second.leaf, probe, over.at(trueAngle(second.square_angle)));
+  const Circle about = circleOf(top, second.leaf, probe, over.at(trueAngle(second.before.high)));
   const Contact third = firstContact(about, kNone);
   if (third.leaf == kNone) return {{top, second.leaf, {kNone, kNone}, {0, kWholeTurn}, about.from}};
-  corners.push_back({{top, second.leaf, third.leaf}, about.at(trueAngle(third.square_angle))});
+  corners.push_back({{top, second.leaf, third.leaf}, about.at(trueAngle(third.before.high))});
   const std::size_t most = 4 * leaves_.size();  // a surface without handles has 2 n - 4
   for (std::size_t n = 0; n < corners.size() && n < most; ++n) {
     const Corner corner = corners[n];
@@ -194,7 +214,7 @@ std::vector<Arc> ProbeArcs::ofTheOutside(double probe) const {
       if (circle.across.dot(leaves_[k].c - circle.middle) > 0) circle = circleOf(j, i, probe, corner.centre);
       const Contact next = firstContact(circle, k);
       if (next.leaf == kNone) continue;
-      const double angle = trueAngle(next.square_angle);
+      const double angle = trueAngle(next.before.high);
       const Arc arc{circle.i, circle.j, {k, next.leaf}, {0, angle}, circle.from};
       const Triple here = tripleAt(arc, 0), there = tripleAt(arc, 1);
       seen.insert(here);
