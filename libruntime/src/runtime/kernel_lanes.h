@@ -148,8 +148,8 @@ class PairFinder {
       open<true>({0, n & 0xffff, 0, 1, 0});
     HitGroup *tool = s_.open_tool, *object = s_.open_object;
     bool full = false;
-    // A group is at most 8 tests, and each adds at most 2 groups to a list and 8 pairs in place of one.
-    const HitGroup *const tool_limit = s_.open_tool + s_.list_capacity - 16, *const object_limit = s_.open_object + s_.list_capacity - 16;
+    // A group is at most 8 tests, and each adds at most one group to a list and 8 pairs in place of one.
+    const HitGroup *const tool_limit = s_.open_tool + s_.list_capacity - 8, *const object_limit = s_.open_object + s_.list_capacity - 8;
     const auto goesOn = [&] {
       full = live_ + 64 > s_.capacity || work_ + 8 > s_.max_work || open_tool_end_ > tool_limit || open_object_end_ > object_limit;
       return !full;

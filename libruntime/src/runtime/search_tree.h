@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tree over the leaves of a sphere-tree alone, made when a scene is loaded: what the search follows down.
 // The file's bounding spheres also hold the cover spheres of the inner nodes, so that a query may stop at any level; a search that goes
-// down to the leaves needs none of that. Over the leaves alone, grouped anew, it tests a sixth to a half of the nodes (docs/runtime.md,
-// Search tree). Papers: J. Goldsmith, J. Salmon, Automatic creation of object hierarchies for ray tracing, IEEE CG&A 7(5), 1987 (cost:
-// area; a node goes
-//         to where it adds least); J. Bittner, M. Hapala, V. Havran, Fast insertion-based optimization of bounding volume hierarchies,
-//         Computer Graphics Forum 32(1), 2013 (nodes are taken out and put in again, the best place found by branch and bound);
-//         I. Wald, C. Benthin, S. Boulos, Getting rid of packets: efficient SIMD single-ray traversal using multi-branching BVHs, IRT 2008
-//         (a binary tree made into one of many children).
+// down to the leaves needs none of that. Over the leaves alone, grouped anew, it tests a tenth to two fifths of the nodes
+// (docs/runtime.md, Search tree).
+// Papers: J. Goldsmith, J. Salmon, Automatic creation of object hierarchies for ray tracing, IEEE CG&A 7(5), 1987 (cost: area; a node
+//         goes to where it adds least);
+//         J. Bittner, M. Hapala, V. Havran, Fast insertion-based optimization of bounding volume hierarchies, Computer Graphics Forum
+//         32(1), 2013 (nodes are taken out and put in again, the best place found by branch and bound);
+//         I. Wald, C. Benthin, S. Boulos, Getting rid of packets: efficient SIMD single-ray traversal using multi-branching BVHs, IRT
+//         2008 (a binary tree made into one of many children).
 #pragma once
 
 #include <cstdint>
