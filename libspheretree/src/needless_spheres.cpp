@@ -25,13 +25,35 @@ std::vector<char> findNeedless(const TriangleMesh& mesh, std::span<const Sphere>
   sampling.seed = seed;
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : sampleSurface(mesh, sampling)) points.push_back(s.point);
-  std::vector<FittedBall> fitted;
-  for (const Sphere& s : spheres) fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, 0, s.radius});  // clearance 0: the largest go first
-  const std::vector<char> maybe = findRedundant(points, fitted, group, fixed);
-  std::vector<std::uint32_t> candidates;
-  for (std::uint32_t b = 0; b < maybe.size(); ++b)
-    if (maybe[b] && candidates.size() < most) candidates.push_back(b);
-  return findSpare(mesh, spheres, origin, candidates, progress);
+  std::vector<char> needless(spheres.size(), 0), kept(spheres.size(), 0);
+  std::copy(fixed.begin(), fixed.end(), kept.begin());
+  // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among those that stay.
+  for (bool again = true; again;) {
+    again = false;
+    std::vector<std::uint32_t> left, left_group, candidates;
+    std::vector<Sphere> left_spheres;
+    std::vector<FittedBall> fitted;
+    std::vector<char> left_kept;
+    for (std::uint32_t b = 0; b < spheres.size(); ++b) {
+      if (needless[b]) continue;
+      const Sphere& s = spheres[b];
+      left.push_back(b);
+      left_group.push_back(group[b]);
+      left_spheres.push_back(s);
+      fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, 0, s.radius});  // clearance 0: the largest go first
+      left_kept.push_back(kept[b]);
+    }
+    const std::size_t most_now = most - (spheres.size() - left.size());
+    const std::vector<char> maybe = findRedundant(points, fitted, left_group, left_kept);
+    for (std::uint32_t i = 0; i < left.size(); ++i)
+      if (maybe[i] && candidates.size() < most_now) candidates.push_back(i);
+    const std::vector<char> spare = findSpare(mesh, left_spheres, origin, candidates, progress);
+    for (const std::uint32_t i : candidates) {
+      (spare[i] ? needless : kept)[left[i]] = 1;
+      again = again || !spare[i];
+    }
+  }
+  return needless;
 }
 
 }  // namespace spheretree::builder
