@@ -53,7 +53,7 @@ Effort effortOf(Quality quality) {
     case Quality::Best:
       return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 40'000, 0.01};
   }
-  return {12, 400'000, 100, 150, 8, 0.6, 0.1, 3, 6'000, 0.04};
+  return {12, 400'000, 100, 150, 8, 0.6, 0.1, 2, 6'000, 0.04};
 }
 
 // At most `most` of a list, evenly picked.
