@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "support/dense_points.h"
 #include "support/shapes.h"
@@ -63,6 +64,17 @@ TEST(ShrinkingBalls, SharpConvexEdgesAndCornersGiveNone) {
   const std::vector<Ball> balls = shrinkingBalls(samples, field);
   ASSERT_EQ(balls.size(), 1u);
   EXPECT_NEAR(balls[0].radius, 0.5, 1e-3);
+}
+
+// Below an edge of a cube, at the depth t straight in, the faces are t / sqrt(2) away; below a corner t / sqrt(3).
+TEST(ShrinkingBalls, WithAStandOffThereIsOneBelowEdgesAndCorners) {
+  const DistanceField field(test::boxMesh({0, 0, 0}, {1, 1, 1}));
+  const double stand_off = 0.02;
+  const Ball edge = shrinkingBall(field, {0, 0, 0.4}, Vector3d(-1, -1, 0).normalized(), 0, stand_off);
+  EXPECT_NEAR(edge.radius, stand_off / (std::sqrt(2.0) - 1), 1e-3 * edge.radius);
+  const Ball corner = shrinkingBall(field, {0, 0, 0}, Vector3d(-1, -1, -1).normalized(), 0, stand_off);
+  EXPECT_NEAR(corner.radius, stand_off / (std::sqrt(3.0) - 1), 1e-3 * corner.radius);
+  for (const Ball& ball : {edge, corner}) EXPECT_NEAR(ball.radius, -field.signedDistance(ball.centre), 1e-12);
 }
 
 TEST(ShrinkingBalls, KeepTheOrderOfTheSamples) {
