@@ -107,11 +107,10 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       for (double size = kFinest * extent; size < kGrow * extent; size *= kGrow) {
         if (!cells.sort(turned, box.min() - size * shift, size)) continue;
         std::vector<FittedBall> balls = ballsOf(cells, region, std::max(least, region.enough), in_cell);
-        if (balls.empty()) break;
+        if (balls.empty()) continue;
         double worst = 0;
         for (const FittedBall& ball : balls) worst = std::max(worst, ball.overhang());
         if (least > region.enough ? worst < least : balls.size() < best.size()) least = worst, best = std::move(balls);
-        if (worst > region.enough) break;
       }
     }
   }
