@@ -16,7 +16,7 @@ namespace {
 constexpr double kWidth = 400, kHeight = 340;  // of a chart [px]
 constexpr double kLeft = 58, kRight = 18, kTop = 34, kBottom = 46;
 constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
-constexpr double kLetter = 6.1;  // mean width of a letter of the labels [px]
+constexpr double kLetter = 6.7, kBoldLetter = 7.6;  // mean width of a letter of the labels in a wide font [px]
 constexpr std::array<double, 3> kRadius{3, 4.2, 5.6};
 
 struct Box {
@@ -120,7 +120,7 @@ class Labels {
   Labels(Box area, std::vector<Box> taken) : area_(area), taken_(std::move(taken)) {}
 
   std::string place(double x, double y, double radius, const std::string& name, bool strong) {
-    const double width = kLetter * static_cast<double>(name.size()), height = 12;
+    const double width = (strong ? kBoldLetter : kLetter) * static_cast<double>(name.size()), height = 12;
     double best_cost = std::numeric_limits<double>::infinity();
     Box best{};
     double best_reach = 0;
