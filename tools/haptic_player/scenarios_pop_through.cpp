@@ -50,16 +50,19 @@ void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, P
     Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its way
     if (is_probe) orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
     const double before_target = (is_probe ? 6 : 12) / std::cos(tilt), total = before_target + 30;
-    // Along its way until 8 beyond the target sideways, from there straight down: past the edge of the plate, a tool may slide round it.
+    // Along its way from 8 before the target sideways until 8 beyond it, the rest straight down: past the edge of the plate a tool may
+    // slide round it, in one step, too.
     const double aslant = std::min(30.0, 8 / std::max(std::sin(tilt), 1e-3));
+    const auto handAt = [&](double s) -> Eigen::Vector3d {
+      const double sideways = std::clamp(s, -aslant, aslant);
+      return target + way * sideways - Eigen::Vector3d(0, 0, s - sideways);
+    };
     rig.restart();
-    rig.to({target - way * before_target, orientation});
+    rig.to({handAt(-before_target), orientation});
     Configuration before = rig.last().graphic;
     const int steps = std::max(1, static_cast<int>(total / (speed / 1000)));
     for (int n = 1; n <= steps; ++n) {
-      const double s = total * n / steps - before_target;
-      const Eigen::Vector3d at = target + way * std::min(s, aslant) - Eigen::Vector3d(0, 0, std::max(0.0, s - aslant));
-      const runtime::StepResult r = rig.to({at, orientation});
+      const runtime::StepResult r = rig.to({handAt(total * n / steps - before_target), orientation});
       if (crossesPlate(axis, before, r.graphic)) {
         ++sum.crossings;
         break;
