@@ -2,7 +2,6 @@
 #include "spheretree/builder/search_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -17,8 +16,7 @@ namespace {
 // Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
 constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
 constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
-
-constexpr double kSliver = 16;  // roundings: triangles that are no higher may turn over by them, and lie across their neighbours
+constexpr double kSliver = 16;            // roundings: triangles that are no higher may turn over by them, and lie across their neighbours
 
 bool hasSlivers(const TriangleMesh& posed) {
   for (std::size_t t = 0; t < posed.triangles.size(); ++t) {

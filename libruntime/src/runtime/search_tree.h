@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tree over the leaves of a sphere-tree alone, made when a scene is loaded: what the search follows down.
 // The file's bounding spheres also hold the cover spheres of the inner nodes, so that a query may stop at any level; a search that goes
-// down to the leaves needs none of that. Over the leaves alone, grouped anew, it tests a tenth to two fifths of the nodes
+// down to the leaves needs none of that. Over the leaves alone, grouped anew, it tests an eighth to nearly half of the nodes
 // (docs/runtime.md, Search tree).
 // Papers: J. Goldsmith, J. Salmon, Automatic creation of object hierarchies for ray tracing, IEEE CG&A 7(5), 1987 (cost: area; a node
 //         goes to where it adds least);
