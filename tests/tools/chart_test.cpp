@@ -71,6 +71,22 @@ TEST(Chart, DotsStandWhereTheirLogarithmsAre) {
   EXPECT_EQ(countOf(svg, "class=\"co\""), 1u) << "only the first is on the front";
 }
 
+TEST(Chart, ADotFarAboveAllOthersLeavesThemTheAxis) {
+  ScatterChart chart{"t", "x", "y", {}, {}};
+  for (int i = 0; i < 8; ++i) chart.points.push_back({1.0 + i, 1.7 - 0.1 * i, std::string("s").append(std::to_string(i)), "", 1, false});
+  const auto heightOf = [](const std::vector<std::pair<double, double>>& dots) { return dots.front().second - dots.back().second; };
+  const double alone = heightOf(dotsOf(scatterSvg(chart)));
+  chart.points.push_back({0.1, 60, "far", "far: 60", 1, false});
+  const std::string svg = scatterSvg(chart);
+  const auto dots = dotsOf(svg);
+  ASSERT_EQ(dots.size(), 8u) << "the ninth is an arrow";
+  EXPECT_GT(heightOf(dots) / alone, 0.85);
+  EXPECT_EQ(countOf(svg, "z\"><title>far: 60</title></path>"), 1u);
+  EXPECT_EQ(countOf(svg, ">far at 60<"), 1u) << "its figure is said, since the axis cannot";
+  chart.points.back().y = 4;
+  EXPECT_EQ(dotsOf(scatterSvg(chart)).size(), 9u) << "near enough to be shown";
+}
+
 TEST(Chart, NamesDoNotCoverEachOther) {
   ScatterChart chart{"t", "x", "y", {}, {}};
   for (int i = 0; i < 9; ++i) chart.points.push_back({1 + 0.01 * i, 2 - 0.01 * i, "builder" + std::to_string(i), "", 1, false});

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWidth = 400, kHeight = 340;  // of a chart [px]
 constexpr double kLeft = 58, kRight = 18, kTop = 34, kBottom = 46;
+constexpr double kStrip = 26;  // above the axis of a chart, for dots that lie off it [px]
 constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
 constexpr double kLetter = 6.7, kBoldLetter = 7.6;  // mean width of a letter of the labels in a wide font [px]
 constexpr std::array<double, 3> kRadius{3, 4.2, 5.6};
@@ -59,15 +60,16 @@ struct Axis {
 
 Axis logAxis(double least, double most, double place0, double place1) {
   Axis axis{least / 1.25, most * 1.25, place0, place1, true, {}};
-  if (axis.to / axis.from < 4) {  // less would magnify noise
+  if (axis.to / axis.from < 2) {  // less would magnify noise
     const double middle = std::sqrt(axis.from * axis.to);
-    axis.from = middle / 2, axis.to = middle * 2;
+    axis.from = middle / std::numbers::sqrt2, axis.to = middle * std::numbers::sqrt2;
   }
   const double decades = std::log10(axis.to / axis.from);
   const int step = std::max(1, static_cast<int>(std::ceil(decades / 5)));
   for (int power = static_cast<int>(std::floor(std::log10(axis.from))); power <= std::ceil(std::log10(axis.to)); ++power)
-    for (const double digit : {1.0, 2.0, 5.0}) {
+    for (const double digit : {1.0, 1.5, 2.0, 3.0, 5.0, 7.0}) {
       if (digit > 1 && decades > 2.4) continue;
+      if (digit != 2 && digit != 5 && digit > 1 && decades > 0.8) continue;
       if (decades > 5 && power % step != 0) continue;
       const double value = digit * std::pow(10.0, power);
       if (value >= axis.from && value <= axis.to) axis.ticks.push_back(value);
@@ -87,6 +89,16 @@ Axis linearAxis(double least, double most, double place0, double place1, int abo
   Axis axis{least, most, place0, place1, false, {}};
   for (double k = std::ceil(least / step - 1e-9); k * step <= most + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
   return axis;
+}
+
+/// The greatest y that gets a place on the axis: a few dots farther above the others than these are apart would press them into a corner.
+double axisEnd(std::span<const ChartPoint> points) {
+  std::vector<double> y(points.size());
+  std::transform(points.begin(), points.end(), y.begin(), [](const ChartPoint& p) { return p.y; });
+  std::sort(y.begin(), y.end());
+  for (std::size_t i = y.size() - y.size() / 4; i < y.size(); ++i)
+    if (y[i] / y[i - 1] > std::max(3.0, y[i - 1] / y[0])) return y[i - 1];
+  return y.back();
 }
 
 /// Frame of a chart: title, grid, tick labels, names of the axes.
@@ -150,6 +162,7 @@ class Labels {
 };
 
 std::string stepLine(std::vector<const ChartPoint*> front, const Axis& x, const Axis& y) {
+  std::erase_if(front, [&](const ChartPoint* p) { return p->y > y.to; });
   std::sort(front.begin(), front.end(), [](const ChartPoint* a, const ChartPoint* b) { return a->x < b->x; });
   std::string path;
   for (std::size_t i = 0; i < front.size(); ++i) {
@@ -237,7 +250,10 @@ std::string scatterSvg(const ScatterChart& chart) {
   }
   const bool has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
   if (has_limit) least_y = std::min(least_y, chart.limit->y), most_y = std::max(most_y, chart.limit->y);
-  const Axis x = logAxis(least_x, most_x, kLeft, kWidth - kRight), y = logAxis(least_y, most_y, kHeight - kBottom, kTop);
+  const double end_y = has_limit ? most_y : axisEnd(points);
+  const Axis x = logAxis(least_x, most_x, kLeft, kWidth - kRight);
+  const Axis y = logAxis(least_y, end_y, kHeight - kBottom, end_y < most_y ? kTop + kStrip : kTop);
+  const auto placeOf = [&](const ChartPoint& p) { return p.y > y.to ? kTop + kStrip / 2 - 2 : y.at(p.y); };
 
   std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
   if (has_limit) {
@@ -255,30 +271,35 @@ std::string scatterSvg(const ScatterChart& chart) {
   for (const auto& [name, members] : series) {
     if (name.empty() || members.size() < 2) continue;
     std::string path;
-    for (const std::size_t i : members) path += (path.empty() ? "M" : "L") + px(x.at(points[i].x)) + " " + px(y.at(points[i].y));
+    for (const std::size_t i : members) path += (path.empty() ? "M" : "L") + px(x.at(points[i].x)) + " " + px(placeOf(points[i]));
     out += "<path class=\"cj\" d=\"" + path + "\"/>\n";
   }
   std::vector<Box> taken;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ChartPoint& p = points[i];
-    const double radius = kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))], cx = x.at(p.x), cy = y.at(p.y);
+    const double radius = kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))], cx = x.at(p.x), cy = placeOf(p);
     taken.push_back({cx - radius - 1, cy - radius - 1, cx + radius + 1, cy + radius + 1});
+    const std::string css = on_front[i] ? "co" : "cp";
+    if (p.y > y.to) {  // an arrow in place of the dot
+      out +=
+          "<path class=\"" + css + "\" d=\"M" + px(cx) + " " + px(cy - 6) + "l5 9h-10z\"><title>" + escaped(p.title) + "</title></path>\n";
+      continue;
+    }
     const std::string dot = " cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"";
     if (p.chosen) out += "<circle class=\"cq\"" + dot + px(radius + 4) + "\"/>\n";
-    out += std::string("<circle class=\"") + (on_front[i] ? "co" : "cp") + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) +
-           "</title></circle>\n";
+    out += "<circle class=\"" + css + "\"" + dot + px(radius) + "\"><title>" + escaped(p.title) + "</title></circle>\n";
   }
   if (has_limit) {
     const double at = y.at(chart.limit->y), wide = kLetter * static_cast<double>(chart.limit->label.size());
     taken.push_back({x.place1 - wide, at - 16, x.place1, at + 2});
   }
-  Labels labels({x.place0, y.place1, kWidth - 4, y.place0}, std::move(taken));
+  Labels labels({x.place0, kTop, kWidth - 4, y.place0}, std::move(taken));
   for (const auto& [name, members] : series) {
     if (name.empty()) continue;
-    const std::size_t last = members.back();
+    const ChartPoint& last = points[members.back()];
     const bool strong = std::any_of(members.begin(), members.end(), [&](std::size_t i) { return on_front[i]; });
-    out += labels.place(x.at(points[last].x), y.at(points[last].y), kRadius[static_cast<std::size_t>(std::clamp(points[last].size, 0, 2))],
-                        name, strong);
+    const std::string label = last.y > y.to ? name + " at " + shortNumber(last.y) : name;
+    out += labels.place(x.at(last.x), placeOf(last), kRadius[static_cast<std::size_t>(std::clamp(last.size, 0, 2))], label, strong);
   }
   return wrapped(kWidth, kHeight, chart.title, out);
 }

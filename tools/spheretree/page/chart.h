@@ -39,7 +39,8 @@ struct ScatterChart {
 /// Which points no other point beats in both x and y (less is better). Of equal points the first counts.
 std::vector<bool> paretoFront(std::span<const ChartPoint> points);
 
-/// Both axes logarithmic, less is better on both; the Pareto front, if marked, is a stepped line, its dots filled.
+/// Both axes logarithmic, less is better on both; the Pareto front, if marked, is a stepped line, its dots filled. A few dots far above
+/// all others are arrows at the top, with their figure, so that the axis serves the others.
 std::string scatterSvg(const ScatterChart& chart);
 
 struct Trace {
