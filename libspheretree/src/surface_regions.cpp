@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "spheretree/builder/box_tree.h"
+#include "ball_index.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/shrinking_balls.h"
 #include "spheretree/builder/surface_samples.h"
@@ -25,34 +25,24 @@ constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
 constexpr std::size_t kFewBalls = 16;  // that are not worth an index
 
-// The balls under a spatial index. A hair larger, so that a point on a ball's surface is held in spite of rounding.
-class BallIndex {
- public:
-  explicit BallIndex(std::span<const FittedBall> balls) : balls_(balls) {
-    std::vector<Eigen::AlignedBox3d> boxes;
-    boxes.reserve(balls.size());
-    for (const FittedBall& b : balls) {
-      const Vector3d half = Vector3d::Constant(b.radius * (1 + 1e-9));
-      boxes.emplace_back(b.centre - half, b.centre + half);
-    }
-    tree_ = BoxTree(boxes, 2);
-  }
-  // visit(ball, distance of the point from its centre)
-  template <class Visit>
-  void holding(const Vector3d& p, Visit&& visit) const {
-    tree_.searchWithin(p, 0, [&](std::size_t first, std::size_t count) {
-      for (std::size_t slot = first; slot < first + count; ++slot) {
-        const std::uint32_t b = tree_.order()[slot];
-        const double distance = (p - balls_[b].centre).norm();
-        if (distance <= balls_[b].radius * (1 + 1e-9)) visit(b, distance);
-      }
-    });
-  }
+// A hair larger, so that a point on a ball's surface is held in spite of rounding.
+BallIndex indexOf(std::span<const FittedBall> balls) {
+  std::vector<Ball> larger;
+  larger.reserve(balls.size());
+  for (const FittedBall& b : balls) larger.push_back({b.centre, b.radius * (1 + 1e-9)});
+  return BallIndex(larger);
+}
 
- private:
-  std::span<const FittedBall> balls_;
-  BoxTree tree_;
-};
+// visit(ball, distance of the point from its centre)
+template <class Visit>
+void forHolders(const BallIndex& index, const Vector3d& p, Visit&& visit) {
+  index.tree.searchWithin(p, 0, [&](std::size_t first, std::size_t count) {
+    for (auto slot = static_cast<std::uint32_t>(first); slot < first + count; ++slot) {
+      const double distance = (p - index.balls[slot].centre).norm();
+      if (distance <= index.balls[slot].radius) visit(index.original(slot), distance);
+    }
+  });
+}
 
 template <class Work>
 void forChunks(std::size_t count, Work&& work) {
@@ -69,10 +59,10 @@ struct Holders {
 };
 
 Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
-  const BallIndex index(balls);
+  const BallIndex index = indexOf(balls);
   std::vector<std::vector<std::uint32_t>> of(points.size());
   forChunks(points.size(), [&](std::size_t i) {
-    index.holding(points[i], [&](std::uint32_t b, double) { of[i].push_back(b); });
+    forHolders(index, points[i], [&](std::uint32_t b, double) { of[i].push_back(b); });
     std::sort(of[i].begin(), of[i].end());
   });
   Holders out;
@@ -157,10 +147,10 @@ std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::
       }
     }
   } else {
-    const BallIndex index(balls);
+    const BallIndex index = indexOf(balls);
     forChunks(points.size(), [&](std::size_t i) {
       double least = std::numeric_limits<double>::infinity();
-      index.holding(points[i], [&](std::uint32_t b, double distance) {
+      forHolders(index, points[i], [&](std::uint32_t b, double distance) {
         const double gap = distance - balls[b].clearance;
         if (gap < least || (gap == least && b < owner[i])) least = gap, owner[i] = b;
       });
