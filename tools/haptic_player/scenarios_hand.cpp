@@ -44,6 +44,12 @@ void addRoughness(Outcome& out, const std::string& when, const Spectrum& force, 
   out.add("rms of the force from 30 to 500 Hz, " + when, "mN", 1000 * force.rms, pass);
 }
 
+/// Beyond what the hand moves.
+void addLargestSteps(Outcome& out, const Rig& rig) {
+  out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(rig.since(0), {}), 1);
+  out.add("torque step over max(5 N mm, 13 %)", "1", largestTorqueJump(rig.since(0), {}), 1);
+}
+
 // F16: a hand holds still on a plane, pressing with 2 N, through encoders of 0.02 mm.
 Outcome encoders(Bench& bench, Mode mode) {
   Outcome out;
@@ -288,7 +294,7 @@ Outcome arch(Bench& bench, Mode mode) {
   const int steps = bench.repetitions(static_cast<int>(whole.size()), 6000);
   const ClosedLoop loop = runHand(bench, rig, handAt("fine", 1, Friction::On, path), steps);
   out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
-  out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(rig.since(0), {}), 1);
+  addLargestSteps(out, rig);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
   addRoughness(out, "on the teeth", forceRoughness(loop, 0), 50);
   out.add("processor time of a step, p99.9", "us", rig.times().quantile(0.999), 500);
@@ -315,7 +321,7 @@ Outcome multisine(Bench& bench, Mode mode) {
   for (const RecordedStep& row : rig.rows()) touching += row.active > 0;
   out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
-  out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(rig.since(0), {}), 1);
+  addLargestSteps(out, rig);
   out.add("rms from 30 to 500 Hz of the loudest second", "mN", 1000 * loudest, 50);
   out.figures.back().informative = true;  // taps and falls off edges are in it
   out.add("share of the time in contact", "%", 100.0 * touching / static_cast<double>(rig.rows().size()), 100);

@@ -14,13 +14,23 @@ constexpr double kLeastMargin = 0.01;    // [mm]
 constexpr double kContactMargin = 1;     // most with something near: beyond, searching again is cheaper than the rows of far pairs [mm]
 constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
-constexpr double kForceStep = 0.1;       // [N] a change of force by less than this, or by the part below, is hardly felt
-constexpr double kForceStepPart = 0.07;  // of the force
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostHalvings = 5;
 constexpr double kPiecesAhead = 8;  // that the pairs in the list are meant to last for
 constexpr int kPatience = 8;        // pieces that bring the graphic tool
 constexpr double kProgress = 1e-3;  // nearer by less than this are the last of a step: it goes to and fro [mm, scaled]
+
+// A hand hardly feels a step of 0.1 N or 7 % of the force, 5 N mm or 13 % of the torque. These leave room for the last push out of a
+// contact.
+constexpr double kForceStep = 0.0995, kForceStepPart = 0.0695;  // [N]
+constexpr double kTorqueStep = 4.95, kTorqueStepPart = 0.1295;  // [N mm]
+
+/// Of the stretch of the springs in a step, at most: of all of it, of its translation, of its rotation [mm, scaled].
+struct Change {
+  double both, force, torque;
+};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Change kAnyChange{kInfinity, kInfinity, kInfinity};
 
 Displacement scaled(const Displacement& d, double factor) { return {factor * d.translation, factor * d.rotation}; }
 
@@ -30,8 +40,8 @@ class ConstrainedStep {
   void run(const Configuration& haptic);
 
  private:
-  double mostChange(const Configuration& haptic);
-  double partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, double change, double most) const;
+  Change mostChange(const Configuration& haptic);
+  double partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, const Change& change, double most) const;
   void accelerate(const RowSet& set, const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet set, const Configuration& haptic, double path_tolerance, double largest_turn);
 
@@ -57,25 +67,37 @@ void ConstrainedStep::accelerate(const RowSet& set, const Vector6& want, const V
   parts_.solve(set, want + further);
 }
 
-// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps, so that
-// the force changes by no more than the hand moved and what can hardly be felt; never where it had not yet arrived for want of work.
-double ConstrainedStep::mostChange(const Configuration& haptic) {
+// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps: force
+// and torque change by no more than they may on a convex shape, or than the hand moved and what can hardly be felt. On a convex shape a
+// motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2 (the nearest point of a convex set is firmly non-expansive). A
+// tool that had not yet arrived for want of work is free to catch up.
+Change ConstrainedStep::mostChange(const Configuration& haptic) {
   stretch_before_ = parts_.scaledVector(displacementBetween(workspace_.graphic, workspace_.haptic));
-  if (workspace_.is_behind) return std::numeric_limits<double>::infinity();
-  const double hand = std::max(parts_.scaledVector(displacementBetween(workspace_.haptic, haptic)).norm(),
-                               (parts_.scaledVector(displacementBetween(workspace_.graphic, haptic)) - stretch_before_).norm());
-  const double hardly_felt = std::max(kForceStep / scene_.coupling.translation, kForceStepPart * stretch_before_.head<3>().norm());
-  return std::max(hand, (haptic.position - workspace_.haptic.position).norm() + hardly_felt);
+  if (workspace_.is_behind) return kAnyChange;
+  const Vector6 hand = parts_.scaledVector(displacementBetween(workspace_.haptic, haptic)),
+                at_rest = parts_.scaledVector(displacementBetween(workspace_.graphic, haptic)) - stretch_before_;
+  const double both = std::max(hand.norm(), at_rest.norm()), translation = hand.head<3>().norm(),
+               rotation = std::max(hand.tail<3>().norm(), at_rest.tail<3>().norm());
+  const double force = translation + std::max(kForceStep / scene_.coupling.translation, kForceStepPart * stretch_before_.head<3>().norm()),
+               torque = rotation + std::max(kTorqueStep * scene_.angle_length / scene_.coupling.rotation,
+                                            kTorqueStepPart * stretch_before_.tail<3>().norm());
+  return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }
 
 // The largest part, up to `most`, of the piece `way` from `now` at whose end the stretch of the springs has changed by `change` or less.
-double ConstrainedStep::partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, double change,
+double ConstrainedStep::partWithin(const Configuration& now, const Configuration& haptic, const Vector6& way, const Change& change,
                                    double most) const {
-  if (change == std::numeric_limits<double>::infinity()) return most;
   const Vector6 so_far = parts_.scaledVector(displacementBetween(now, haptic)) - stretch_before_;
-  if ((so_far - most * way).norm() <= change) return most;
-  const double square = way.squaredNorm(), along = so_far.dot(way), left = change * change - so_far.squaredNorm();
-  return std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, most);
+  const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
+    const double square = on_the_way.squaredNorm();
+    if (!(square > 0) || (changed - most * on_the_way).norm() <= limit) return;
+    const double along = changed.dot(on_the_way), left = limit * limit - changed.squaredNorm();
+    most = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, most);
+  };
+  shorten(so_far, way, change.both);
+  shorten(so_far.head<3>(), way.head<3>(), change.force);
+  shorten(so_far.tail<3>(), way.tail<3>(), change.torque);
+  return most;
 }
 
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
@@ -86,9 +108,9 @@ void ConstrainedStep::run(const Configuration& haptic) {
   const double largest_turn = std::sqrt(1.6 * path_tolerance / std::max(scene_.tool.reach, 1e-6));
   Configuration now = workspace_.graphic;
   Configuration best = now;
-  double best_depth = std::numeric_limits<double>::infinity();
+  double best_depth = kInfinity;
   const double motion = parts_.reach(displacementBetween(workspace_.haptic, haptic));
-  double margin_limit = std::numeric_limits<double>::infinity();
+  double margin_limit = kInfinity;
   double margin = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now, haptic)), 1.5 * motion + 0.05));
   if (workspace_.active_count > 0) margin = std::min(margin, kContactMargin);
   PairSet pairs;
@@ -101,9 +123,9 @@ void ConstrainedStep::run(const Configuration& haptic) {
       best_depth = depth;
     }
   };
-  double change = mostChange(haptic);  // of the stretch of the springs in this step [mm, scaled]
+  Change change = mostChange(haptic);
   bool settled = false;
-  double nearest = std::numeric_limits<double>::infinity();
+  double nearest = kInfinity;
   int pieces = 0;
   while (!settled) {
     if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
@@ -120,8 +142,7 @@ void ConstrainedStep::run(const Configuration& haptic) {
       }
       if (pairs.coarse) {
         result_.faults |= parts_.workLeft() ? kPairsFull : kWorkLimit;
-        if (parts_.workLeft() && best_depth == std::numeric_limits<double>::infinity())
-          coarseMove(pairs, haptic, path_tolerance, largest_turn);
+        if (parts_.workLeft() && best_depth == kInfinity) coarseMove(pairs, haptic, path_tolerance, largest_turn);
         break;
       }
       parts_.searchBridges(now, margin);
@@ -132,7 +153,7 @@ void ConstrainedStep::run(const Configuration& haptic) {
       parts_.findActive(pairs);
       set = parts_.allRows(pairs, now, margin);
       depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
-      if (depth > kGapTolerance) change = std::numeric_limits<double>::infinity();
+      if (depth > kGapTolerance) change = kAnyChange;
       used = 0;
       stale = false;
       record();
@@ -225,7 +246,7 @@ void ConstrainedStep::run(const Configuration& haptic) {
     depth = std::max(0.0, -static_cast<double>(set.smallest_gap));
     record();
   }
-  if (best_depth < std::numeric_limits<double>::infinity()) {
+  if (best_depth < kInfinity) {
     workspace_.graphic = best;
     result_.penetration = best_depth;
   }
