@@ -111,10 +111,39 @@ TEST(Measures, ADroppedPairShowsAsPenetrationOfSpheres) {
   // Two balls of an object; the tool stands as one who knows only of the first would put it.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::treeOfBalls({test::ball(0, 0, 0, 3), test::ball(4, 0, 0, 3)}));
-  const SpherePenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}});
+  SpherePenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}});
   EXPECT_EQ(measure.at({{-5, 0, 0}, kUpright}), 0);
   EXPECT_NEAR(measure.at({{0, 0, 5}, kUpright}), 0, 1e-9);            // free of both
   EXPECT_NEAR(measure.at({{4, 0, 5 - 0.25}, kUpright}), 0.25, 1e-6);  // the second pair, dropped
+}
+
+TEST(Measures, PenetrationOfSpheresIsTheSameWhereverTheToolComesFrom) {
+  // One measure follows a rod that slides, turns and rests by turns, in and out of a bed of balls that moves while it rests; another starts
+  // afresh at each pose.
+  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::rodTree(40, 30, 1));
+  const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::boxTree({20, 20, 0}, {20, 20, 1}, 1.5));
+  const std::vector<PlacedBody> objects{{&object, {}}};
+  SpherePenetration follows(tool.tree, {0, 0, 15}, objects);
+  int inside = 0, outside = 0;
+  double slid = 0, turned = 0, bed = 0;
+  for (int n = 0; n < 900; ++n) {
+    const int phase = n / 20 % 3;
+    slid += 0.05 * (phase == 0);
+    turned += 0.05 * (phase == 1);
+    if (n % 60 == 50) {
+      const double way = n % 120 == 50 ? 2 : -2;
+      follows.moveObject(0, {0, 0, way});
+      bed += way;
+    }
+    SpherePenetration fresh(tool.tree, {0, 0, 15}, objects);
+    fresh.moveObject(0, {0, 0, bed});
+    const Configuration pose{{3 * std::sin(slid), 0, 6 + 4 * std::cos(slid)}, rotationOf({1.5 + 0.5 * std::sin(turned), 0, 0})};
+    const double depth = follows.at(pose);
+    ASSERT_EQ(depth, fresh.at(pose)) << n;
+    ++(depth > 0 ? inside : outside);
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 100);
 }
 
 TEST(Measures, PenetrationOfMeshesIsExactForBoxes) {

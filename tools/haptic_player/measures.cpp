@@ -7,6 +7,8 @@
 namespace spheretree::player {
 namespace {
 
+constexpr double kNear = 0.5;  // pairs up to this far apart are tested at every pose [mm]
+
 Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
 Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
   return pose.orientation.conjugate() * (p - pose.position);
@@ -24,6 +26,7 @@ double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) 
 
 SpherePenetration::SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects)
     : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
+  for (const Ball& b : tool_) reach_ = std::max(reach_, b.centre.norm());
   for (const PlacedBody& object : objects) {
     Object made{leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
     for (const Ball& b : made.balls) made.around.centre += b.centre / static_cast<double>(made.balls.size());
@@ -43,23 +46,34 @@ std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTre
   return leaves;
 }
 
-double SpherePenetration::at(const Configuration& pose, int only) const {
-  double deepest = 0;
-  std::vector<Ball> near;  // of the tool, within reach of any ball of the object
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (only >= 0 && i != static_cast<std::size_t>(only)) continue;
+void SpherePenetration::listNear(const Configuration& pose) {
+  near_.clear();
+  near_pose_ = pose;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Ball& t : tool_) centres.push_back(place(pose, t.centre));
+  for (std::uint32_t i = 0; i < objects_.size(); ++i) {
     const Ball& around = objects_[i].around;
-    near.clear();
-    for (const Ball& t : tool_) {
-      const Eigen::Vector3d centre = place(pose, t.centre);
-      if ((centre - around.centre).norm() < around.radius + t.radius) near.push_back({centre, t.radius});
-    }
-    if (near.empty()) continue;
-    for (const Ball& o : objects_[i].balls)
-      for (const Ball& t : near) {
-        const double touch = t.radius + o.radius - deepest;
-        if (touch > 0 && (t.centre - o.centre).squaredNorm() < touch * touch) deepest = t.radius + o.radius - (t.centre - o.centre).norm();
+    for (std::uint32_t t = 0; t < tool_.size(); ++t) {
+      if ((centres[t] - around.centre).norm() > around.radius + tool_[t].radius + kNear) continue;
+      for (std::uint32_t o = 0; o < objects_[i].balls.size(); ++o) {
+        const Ball& ball = objects_[i].balls[o];
+        const double near = tool_[t].radius + ball.radius + kNear;
+        if ((centres[t] - ball.centre).squaredNorm() < near * near) near_.push_back({i, t, o});
       }
+    }
+  }
+}
+
+double SpherePenetration::at(const Configuration& pose, int only) {
+  const auto farthest = [&](const Displacement& way) { return way.translation.norm() + reach_ * way.rotation.norm(); };
+  if (!near_pose_ || !(farthest(displacementBetween(*near_pose_, pose)) < kNear)) listNear(pose);
+  double deepest = 0;
+  for (const Pair& pair : near_) {
+    if (only >= 0 && pair.object != static_cast<std::uint32_t>(only)) continue;
+    const Ball &t = tool_[pair.tool_ball], &o = objects_[pair.object].balls[pair.object_ball];
+    const Eigen::Vector3d between = place(pose, t.centre) - o.centre;
+    const double touch = t.radius + o.radius - deepest;
+    if (touch > 0 && between.squaredNorm() < touch * touch) deepest = t.radius + o.radius - between.norm();
   }
   return deepest;
 }
@@ -67,6 +81,7 @@ double SpherePenetration::at(const Configuration& pose, int only) const {
 void SpherePenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
   for (Ball& b : objects_[object].balls) b.centre += way;
   objects_[object].around.centre += way;
+  near_pose_.reset();
 }
 
 std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing) {

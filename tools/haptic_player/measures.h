@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,12 +19,13 @@ struct PlacedBody {
   Configuration pose;  // of the mesh frame in the world
 };
 
-/// Deepest overlap of the leaf spheres, every leaf of the tool against every leaf of the objects, in double.
+/// Deepest overlap of the leaf spheres, every leaf of the tool against every leaf of the objects, in double. Pairs that are farther apart
+/// than the tool can have moved since they were tested are not tested again.
 class SpherePenetration {
  public:
   SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects);
   /// max(0, -gap), tool at `pose` [mm]. `object`: one of them alone, or all (-1).
-  double at(const Configuration& pose, int object = -1) const;
+  double at(const Configuration& pose, int object = -1);
   void moveObject(std::size_t object, const Eigen::Vector3d& way);
 
  private:
@@ -35,8 +38,16 @@ class SpherePenetration {
     std::vector<Ball> balls;  // world
     Ball around;              // encloses them
   };
+  struct Pair {
+    std::uint32_t object, tool_ball, object_ball;
+  };
+  void listNear(const Configuration& pose);
+
   std::vector<Ball> tool_;  // about the reference point
+  double reach_ = 0;        // of the tool's leaves from the reference point
   std::vector<Object> objects_;
+  std::vector<Pair> near_;                  // all that are nearer than kNear at `near_pose_`
+  std::optional<Configuration> near_pose_;  // none: the objects have moved
 };
 
 /// Deepest penetration of the two meshes: points spread over the tool's surface by their exact signed distance to the objects, and the

@@ -80,7 +80,7 @@ class Rig {
   const RecordedStep& last() const { return last_; }
   const runtime::Scene& scene() const { return scene_; }
   runtime::Workspace& workspace() { return *workspace_; }
-  const SpherePenetration& spheres() const { return spheres_; }
+  SpherePenetration& spheres() { return spheres_; }
   double spherePenetration() const { return sphere_penetration_; }  // deepest so far [mm]
   double meshPenetration() const { return mesh_penetration_; }
   const TimeHistogram& times() const { return times_; }  // processor time of the thread [us]
