@@ -200,6 +200,19 @@ class Squeezer {
     moved_.push_back(chosen);
   }
 
+  // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest takes its place,
+  // unless it stands off more from patch_ and the goal. Its stand-off.
+  double comeInside(Ball& trial, double stand_off) {
+    const NearestPoint here = field_.nearest(trial.centre);
+    const Ball inner = shrinkingBall(field_, here.point, field_.pseudonormal(here));
+    if (!(inner.radius > 0)) return stand_off;
+    double reach = 0;
+    for (const Vector3d& p : patch_) reach = std::max(reach, (p - inner.centre).norm());
+    if (reach - inner.radius > std::max(stand_off, goal_)) return stand_off;
+    trial = inner;
+    return reach - inner.radius;
+  }
+
   // Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes. Infinite if it
   // cannot, or once the cost is known to be `enough`.
   double costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial) {
@@ -215,12 +228,13 @@ class Squeezer {
       const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
       trial = {refit.centre, refit.clearance};
       work_ += refit.work;
-      if (refit.stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // none leaves the solid
+      const double stand_off = trial.radius > 0 ? refit.stand_off : comeInside(trial, refit.stand_off);
+      if (stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // none leaves the solid
       if (round == kDropRounds || patch_.size() == 1) return kInfinity;
       // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
       double most = 0;
       for (std::size_t k = 0; k + 1 < patch_.size(); ++k) most = std::max(most, (patch_[k] - trial.centre).norm());
-      const double limit = std::min(trial.radius + 0.5 * (refit.stand_off + goal_), most) * (1 - 1e-12);
+      const double limit = std::min(trial.radius + 0.5 * (stand_off + goal_), most) * (1 - 1e-12);
       std::size_t kept = 0;
       for (std::size_t k = 0; k < patch_.size(); ++k) {
         if (k + 1 < patch_.size() && (patch_[k] - trial.centre).norm() >= limit) {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "spheretree/builder/shrinking_balls.h"
 #include "support/dense_points.h"
 #include "support/random.h"
 #include "support/shapes.h"
@@ -86,6 +88,32 @@ TEST(SqueezeCover, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
   EXPECT_TRUE(std::equal(points.begin(), points.end(), result.points.begin())) << "found points are appended";
   for (const Vector3d& p : std::span(result.points).subspan(points.size()))
     EXPECT_LT(test::bruteDistance(mesh, p), 0.03 * test::largestGap(points, start));
+}
+
+// A sheet far thinner than its balls are wide, flat and rolled to a third of a tube. A ball of its middle covers a disc: n discs of
+// area 1.2092 A / n each, hexagons about, would cover a plane. A straight step of a ball leaves the sheet.
+TEST(SqueezeCover, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
+  TriangleMesh flat = test::boxMesh({-10, -10, 0}, {10, 10, 0.02});
+  for (int round = 0; round < 4; ++round) flat = test::quartered(flat);
+  TriangleMesh bent = flat;
+  for (Vector3d& p : bent.positions) {
+    const double radius = 10 + p.z(), turn = p.x() / 10;
+    p = {radius * std::sin(turn), p.y(), radius * std::cos(turn)};
+  }
+  const auto standOff = [](const TriangleMesh& mesh) {
+    const DistanceField field(mesh);
+    test::Random random(5);
+    std::vector<Ball> start;
+    while (start.size() < 40) {
+      const Vector3d& p = mesh.positions[random.below(mesh.positions.size())];
+      const NearestPoint touch = field.nearest(p);
+      if (const Ball ball = shrinkingBall(field, touch.point, field.pseudonormal(touch), 0, 0.1); ball.radius > 0) start.push_back(ball);
+    }
+    return squeeze(mesh, start, test::densePoints(mesh, 2, 1), quick()).stand_off;
+  };
+  const double plane = std::sqrt(1.2092 * 400 / (std::numbers::pi * 40));
+  EXPECT_LT(standOff(flat), 1.35 * plane);
+  EXPECT_LT(standOff(bent), 1.35 * plane);
 }
 
 TEST(SqueezeCover, WithoutMovesTheCoverStillHolds) {
