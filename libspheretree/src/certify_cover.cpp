@@ -49,6 +49,13 @@ std::size_t longestSide(const Piece& piece) {
   return k;
 }
 
+std::size_t shortestSide(const Piece& piece) {
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < 3; ++j)
+    if (side2(piece, j) < side2(piece, k)) k = j;
+  return k;
+}
+
 // Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner exactly.
 std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
   const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
@@ -327,6 +334,11 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
 
 TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
   TriangleMesh out;
+  const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    const auto first = static_cast<std::uint32_t>(out.positions.size());
+    out.positions.insert(out.positions.end(), {a, b, c});
+    out.triangles.push_back({first, first + 1, first + 2});
+  };
   std::vector<Piece> open;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     open.assign(1, pieceOf(mesh, t, Vector3d::Zero()));
@@ -334,14 +346,27 @@ TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
       const Piece piece = open.back();
       open.pop_back();
       const std::size_t k = longestSide(piece);
-      if (side2(piece, k) > longest * longest) {
+      if (!(side2(piece, k) > longest * longest)) {
+        add(piece.corner[0], piece.corner[1], piece.corner[2]);
+        continue;
+      }
+      const std::size_t tip = shortestSide(piece);
+      const double base = std::sqrt(side2(piece, tip));
+      if (base > 0.5 * longest) {
         const std::array<Piece, 2> halves = halvesOf(piece, k);
         open.insert(open.end(), {halves[1], halves[0]});
         continue;
       }
-      const auto first = static_cast<std::uint32_t>(out.positions.size());
-      out.positions.insert(out.positions.end(), piece.corner.begin(), piece.corner.end());
-      out.triangles.push_back({first, first + 1, first + 2});
+      // A slender one, as a rod has them, into slices all at once: by halves they would lie three deep across it, and nine, and so on.
+      const Vector3d &a = piece.corner[tip], &b = piece.corner[(tip + 1) % 3], &c = piece.corner[(tip + 2) % 3];
+      const double slices = std::ceil(std::sqrt(side2(piece, k)) / (longest - base));
+      const auto onto = [&](const Vector3d& corner, double i) { return Vector3d(a + (corner - a) * (i / slices)); };
+      add(a, onto(b, 1), onto(c, 1));
+      for (double i = 1; i < slices; ++i) {
+        const Vector3d next = i + 1 < slices ? onto(b, i + 1) : b;
+        add(onto(b, i), next, onto(c, i));
+        add(next, i + 1 < slices ? onto(c, i + 1) : c, onto(c, i));
+      }
     }
   }
   return out;

@@ -318,5 +318,12 @@ TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
   EXPECT_EQ(withShortSides(mesh, 100).triangles.size(), mesh.triangles.size()) << "short ones stay whole";
 }
 
+TEST(WithShortSides, ASlenderTriangleTakesTwoForEachSlice) {
+  TriangleMesh slender;
+  slender.positions = {{0, 0, 0}, {100, 0, 0}, {100, 0.1, 0}};
+  slender.triangles = {{0, 1, 2}};
+  EXPECT_LE(withShortSides(slender, 1).triangles.size(), 2u * 112);
+}
+
 }  // namespace
 }  // namespace spheretree::builder
