@@ -33,7 +33,8 @@ constexpr std::uint64_t kTriangleWork =
     4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
 constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
 constexpr double kStart = 1.1, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
-constexpr double kDepth = 0.5;  // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
+constexpr double kDepth = 0.5;         // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
+constexpr double kLeastDepth = 0.005;  // the same, where the solid ends before: a body may be small beside the goal
 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
@@ -185,7 +186,10 @@ class Squeezer {
         if (tabu_[b] <= move_ && (idle == kNone || private_[b] < private_[idle])) idle = b;
       if (idle != kNone && private_[idle] < least_cost) {
         const NearestPoint here = field_.nearest(p);
-        const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
+        const Vector3d normal = field_.pseudonormal(here);
+        Ball below;
+        for (double depth = kDepth * goal_; !(below.radius > 0) && depth > kLeastDepth * goal_; depth *= 0.5)  // in a small body, less deep
+          below = shrinkingBall(field_, here.point, normal, 0, depth);
         if (below.radius > 0 && (below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
       }
     }

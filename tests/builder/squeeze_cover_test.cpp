@@ -116,6 +116,21 @@ TEST(SqueezeCover, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   EXPECT_LT(standOff(bent), 1.35 * plane);
 }
 
+// Eight small bodies far apart and eight balls, all in the first: each body must get its own, though the first goal is far larger than a
+// body.
+TEST(SqueezeCover, SmallBodiesGetBallsFromAfar) {
+  TriangleMesh mesh;
+  for (int corner = 0; corner < 8; ++corner) {
+    const TriangleMesh one = test::sphereMesh(0.3, 1);
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const Vector3d& p : one.positions) mesh.positions.push_back(p + 10 * Vector3d(corner & 1, corner >> 1 & 1, corner >> 2));
+    for (const Triangle& t : one.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  const double inscribed = test::bruteDistance(mesh, Vector3d::Zero());
+  const Squeezed result = squeeze(mesh, std::vector<Ball>(8, {Vector3d::Zero(), inscribed}), mesh.positions, quick());
+  EXPECT_LT(result.stand_off, 1.2 * (0.3 - inscribed));
+}
+
 TEST(SqueezeCover, WithoutMovesTheCoverStillHolds) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   SqueezeSettings none = quick();
