@@ -32,7 +32,7 @@ constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: wher
 constexpr std::uint64_t kTriangleWork =
     4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
 constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
-constexpr double kStart = 1.1, kRise = 1.05;  // first goal, times the stand-off on the samples; and the next ones if it fails
+constexpr double kStart = 1.1, kRise = 0.05;  // first goal, times the stand-off on the samples; by what share the next is more if it fails
 constexpr double kDepth = 0.5;         // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
 constexpr double kLeastDepth = 0.005;  // the same, where the solid ends before: a body may be small beside the goal
 
@@ -187,8 +187,9 @@ class Squeezer {
       if (idle != kNone && private_[idle] < least_cost) {
         const NearestPoint here = field_.nearest(p);
         const Vector3d normal = field_.pseudonormal(here);
-        Ball below;
-        for (double depth = kDepth * goal_; !(below.radius > 0) && depth > kLeastDepth * goal_; depth *= 0.5)  // in a small body, less deep
+        Ball below = shrinkingBall(field_, here.point, normal, 0, kDepth * goal_);
+        if (!(below.radius > 0)) below = shrinkingBall(field_, here.point, normal);  // the solid ends before, but this is not an edge
+        for (double depth = 0.5 * kDepth * goal_; !(below.radius > 0) && depth > kLeastDepth * goal_; depth *= 0.5)
           below = shrinkingBall(field_, here.point, normal, 0, depth);
         if (below.radius > 0 && (below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
       }
@@ -356,15 +357,17 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
     }
   };
 
-  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then.
-  double h = kStart * squeezer.standOff(0.01 * field.diagonal());
-  for (squeezer.setGoal(h); !settle(h, settings.work); squeezer.setGoal(h)) h *= kRise;
+  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then, and
+  // faster every time. From too high the way down is short; work spent in vain at the first goals would be missed there.
+  double h = kStart * squeezer.standOff(0.01 * field.diagonal()), rise = kRise;
+  for (squeezer.setGoal(h); !settle(h, work + settings.work / kLeastAttempts); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
   inscribed = squeezer.balls();
+  const std::uint64_t all_work = std::max(settings.work, work + settings.work / 2);
   double step = settings.step;
   int failures = 0;
-  while (failures < settings.failures && work < settings.work && h > settings.enough) {
+  while (failures < settings.failures && work < all_work && h > settings.enough) {
     const double goal = h * (1 - step);
-    const std::uint64_t most_work = std::min(settings.work, work + settings.work / kLeastAttempts);
+    const std::uint64_t most_work = std::min(all_work, work + settings.work / kLeastAttempts);
     squeezer.setGoal(goal);
     if (squeezer.reach(settings.moves, most_work, progress) && settle(goal, most_work)) {
       h = goal;
