@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/core/sphere_tree.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -51,6 +51,8 @@ void forEachRange(const SphereTree& tree, std::uint32_t node, Visit&& visit) {
   }
 }
 
+constexpr double kFlat = 1e-15;  // square of the area or volume of edges, over the product of their squares, that counts as none
+
 /// Centres of the balls that touch all of `support` (1 to 4 balls) from outside, with the least radius first: up to two.
 /// With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x = |q_i|^2 - d_i^2 + 2 d_i s:
 /// x is linear in s, and s solves a quadratic.
@@ -60,27 +62,37 @@ int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vecto
     centres[0] = origin.centre;
     return 1;
   }
-  const auto count = static_cast<Eigen::Index>(support.size() - 1);
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> q(3, count);
-  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 3, 2> right(count, 2);  // constant term, coefficient of s
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Ball& ball = *support[static_cast<std::size_t>(i) + 1];
-    q.col(i) = ball.centre - origin.centre;
-    const double d = ball.radius - origin.radius;
-    right(i, 0) = 0.5 * (q.col(i).squaredNorm() - d * d);
-    right(i, 1) = d;
+  const std::size_t count = support.size() - 1;
+  std::array<Eigen::Vector3d, 3> q;
+  std::array<double, 3> constant, slope;  // of the right side in s
+  for (std::size_t i = 0; i < count; ++i) {
+    const Ball& ball = *support[i + 1];
+    q[i] = ball.centre - origin.centre;
+    slope[i] = ball.radius - origin.radius;
+    constant[i] = 0.5 * (q[i].squaredNorm() - slope[i] * slope[i]);
   }
-  Eigen::Vector3d a, b;  // x = a + b s, in the span of q
+  // With the dual basis in the span of q, in which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the right sides.
+  std::array<Eigen::Vector3d, 3> dual;
+  double square = q[0].squaredNorm(), least = 0;
   if (count == 1) {
-    const double length2 = q.col(0).squaredNorm();
-    if (!(length2 > 0)) return 0;
-    a = q.col(0) * (right(0, 0) / length2), b = q.col(0) * (right(0, 1) / length2);
+    dual[0] = q[0];
+  } else if (count == 2) {
+    const Eigen::Vector3d normal = q[0].cross(q[1]);
+    dual = {q[1].cross(normal), normal.cross(q[0])};
+    least = kFlat * square * q[1].squaredNorm();
+    square = normal.squaredNorm();
   } else {
-    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> gram = q.transpose() * q;
-    const auto factors = gram.fullPivLu();
-    if (!factors.isInvertible()) return 0;
-    const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 3, 2> weights = factors.solve(right);
-    a = q * weights.col(0), b = q * weights.col(1);
+    dual = {q[1].cross(q[2]), q[2].cross(q[0]), q[0].cross(q[1])};
+    const double volume = dual[0].dot(q[0]);
+    least = kFlat * square * q[1].squaredNorm() * q[2].squaredNorm();
+    square = volume * volume;
+    for (Eigen::Vector3d& p : dual) p *= volume;
+  }
+  if (!(square > least)) return 0;
+  Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = a;  // x = a + b s
+  for (std::size_t i = 0; i < count; ++i) {
+    a += dual[i] * (constant[i] / square);
+    b += dual[i] * (slope[i] / square);
   }
   const double qa = b.squaredNorm() - 1, qb = a.dot(b), qc = a.squaredNorm();  // qa s^2 + 2 qb s + qc = 0
   std::array<double, 2> roots{};
