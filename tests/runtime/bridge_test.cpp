@@ -143,6 +143,27 @@ TEST(Bridge, LeavesOfUnevenHeightBecomeFlat) {
   EXPECT_LT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 1)), penetration), 0.03);
 }
 
+TEST(Bridge, FarBelowAFlatFaceNothingLeaps) {
+  // Tops differ by some hundredths of the overhang: a hull over them has folds, and the nearest point leaps over these by the depth times
+  // their angle. Over a flat face the force changes by no more than the hand moves.
+  Random random(8);
+  std::vector<Sphere> balls = sheetOfBalls();
+  for (Sphere& s : balls) s.z -= static_cast<float>(random.uniform(0, 0.04));
+  const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, 1));
+  Workspace workspace(scene);
+  for (double y = -6; y <= 6; y += 2) {
+    StepResult last;
+    reset(workspace);
+    for (double z = 5; z > -100; z -= 0.1) last = step(scene, {{-7, y, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+    EXPECT_GT(last.wrench.force.z(), 100);
+    for (double x = -7; x < 7; x += 0.05) {
+      const StepResult r = step(scene, {{x, y, -100}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+      EXPECT_LE((r.wrench.force - last.wrench.force).norm(), 1.01 * 0.05) << x << ' ' << y;
+      last = r;
+    }
+  }
+}
+
 TEST(Bridge, LeavesThatStandOutFarArePassedOver) {
   // Outside the region of work leaves stand out by more than a bridge may: the probe comes down to the others all the same.
   Random random(6);
@@ -153,6 +174,23 @@ TEST(Bridge, LeavesThatStandOutFarArePassedOver) {
   d.objects[0].tree.provenance.work_overhang_mm = 1;
   double penetration = 0;
   EXPECT_LT(ripple(compiled(d), penetration), 0.03);
+}
+
+TEST(Bridge, NoneLeansOnARimThatStandsOutALittle) {
+  // A work that is flat, with an overhang as deep as its pits; leaves round it stand out by a fifth more. No hull rests on these.
+  const double depth = 2 - std::sqrt(4 - 4.0 / 3);
+  std::vector<Sphere> balls = sheetOfBalls();
+  for (Sphere& s : balls) s.z += static_cast<float>(std::abs(s.x) > 9 || std::abs(s.y) > 9 ? 0.2 * depth : 0);
+  SceneDescription d = sceneOf(test::oneBallTree(1), balls, 1);
+  d.objects[0].tree.provenance.work_overhang_mm = static_cast<float>(1.001 * depth);
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  StepResult r;
+  for (double z = 5; z > 2; z -= 0.05) r = step(scene, {{-4, 0.3, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+  for (double x = -4; x < 4; x += 0.05) {
+    r = step(scene, {{x, 0.3, 2}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
+    EXPECT_NEAR(r.graphic.position.z(), 3, 1e-3) << x;
+  }
 }
 
 TEST(Bridge, PitsDeeperThanTheOverhangStayOpen) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bridge_tree.h"
+#include "flat_faces.h"
 #include "probe_arcs.h"
 #include "spheretree/runtime/scene.h"
 
@@ -16,12 +17,14 @@ namespace {
 using Eigen::Vector3d;
 
 // Radii of probes, in medians of the leaves' radii.
-constexpr double kOutside = 1e4;       // that rolls over the outside first: to it an object is as good as convex
-constexpr double kProbes[] = {30, 0};  // that roll everywhere, from the largest down
-constexpr int kMostRounds = 30;        // over the outside, with what stands out too far passed over
-constexpr int kMostCuts = 9;           // of a facet, to see that leaves hold all of it
-constexpr double kLargest = 3;         // a part of a bridge, in medians of the leaves' radii: the search goes by balls about them
-constexpr double kBuried = 0.25;       // a top still shows if other leaves rise above it by less than this part of the deepest pit
+constexpr double kOutside = 1e4;          // that rolls over the outside first: to it an object is as good as convex
+constexpr double kProbes[] = {30, 0};     // that roll everywhere, from the largest down
+constexpr int kMostRounds = 30;           // over the outside, with what stands out too far passed over
+constexpr double kDeepestOutside = 1.03;  // pit below the hull, in overhangs: none is deeper, but cuts leave a little in doubt
+constexpr int kMostCuts = 9;              // of a facet, to see that leaves hold all of it
+constexpr double kLargest = 3;            // a part of a bridge, in medians of the leaves' radii: the search goes by balls about them
+constexpr double kLevel = 0.05;           // tops that differ by less than this part of the overhang are of one height
+constexpr double kBuried = 0.25;          // a top still shows if other leaves rise above it by less than this part of the deepest pit
 
 struct Facet {
   Triple triple;
@@ -56,15 +59,25 @@ struct Found {
 /// The bridges of one object, found probe by probe.
 class Builder {
  public:
-  Builder(std::span<const Sphere> leaves, double most_depth)
-      : arcs_(leaves), leaves_(arcs_.leaves()), tree_(arcs_.tree()), median_(arcs_.medianRadius()), most_depth_(most_depth) {}
+  /// Bridges rest on `leaves`, which may be levelled, and reach out of the true ones as far as they may.
+  Builder(std::span<const Sphere> leaves, std::span<const Sphere> true_leaves, double overhang)
+      : arcs_(leaves),
+        leaves_(arcs_.leaves()),
+        true_(true_leaves),
+        tree_(arcs_.tree()),
+        median_(arcs_.medianRadius()),
+        overhang_(overhang),
+        moved_(leaves.data() == true_leaves.data() ? 0 : kFarthestMove * kLevel * overhang) {}
 
   /// `is_uneven`: some leaves stand out farther than a bridge may. Those that the probe rests on without a new bridge are passed over and
   /// it rolls again, until it has come down to the others.
-  void rollOutside(bool is_uneven) {
+  /// Returns the planes of the facets that it found last.
+  std::vector<Plane> rollOutside(bool is_uneven) {
+    most_depth_ = kDeepestOutside * overhang_;
     bool again = true;
+    std::vector<Facet> facets;
     for (int round = 0; again && round < kMostRounds; ++round) {
-      const std::vector<Facet> facets = bridge(arcs_.ofTheOutside(kOutside * median_));
+      facets = bridge(arcs_.ofTheOutside(kOutside * median_));
       std::vector<bool> is_bridged(leaves_.size(), !is_uneven);
       for (const Facet& f : facets)
         for (const std::uint32_t k : f.triple.leaf) is_bridged[k] = is_bridged[k] || f.kept;
@@ -76,9 +89,16 @@ class Builder {
             again = true;
           }
     }
+    std::vector<Plane> planes;
+    for (const Facet& f : facets)
+      if (f.kept) planes.push_back({f.normal, cornerOf(f, 0, 0).dot(f.normal)});
+    return planes;
   }
 
-  void roll(double probe) { bridge(arcs_.ofNeighbours(probe * median_)); }
+  void roll(double probe) {
+    most_depth_ = kDeepestPit * overhang_;
+    bridge(arcs_.ofNeighbours(probe * median_));
+  }
 
   BridgeTree finish(const Eigen::Matrix3d& rotation) {
     facets_.add(cones_);
@@ -125,14 +145,16 @@ class Builder {
     return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(r)};
   }
 
+  Leaf trueLeaf(std::uint32_t k) const { return {{true_[k].x, true_[k].y, true_[k].z}, static_cast<double>(true_[k].radius)}; }
   const Leaf& leaf(const Facet& f, std::size_t k) const { return leaves_[f.triple.leaf[k]]; }
   Vector3d cornerOf(const Facet& f, std::size_t k, double depth) const { return leaf(f, k).c + (leaf(f, k).r - depth) * f.normal; }
 
   /// True if one leaf after the other holds all of the triangle.
   bool isHeld(const Vector3d& a, const Vector3d& b, const Vector3d& c, const std::vector<std::uint32_t>& by, int cuts) const {
     for (const std::uint32_t k : by) {
-      const double r2 = leaves_[k].r * leaves_[k].r * (1 + 1e-9);
-      const Vector3d& m = leaves_[k].c;
+      const Leaf leaf = trueLeaf(k);
+      const double r2 = leaf.r * leaf.r * (1 + 1e-9);
+      const Vector3d& m = leaf.c;
       if ((a - m).squaredNorm() <= r2 && (b - m).squaredNorm() <= r2 && (c - m).squaredNorm() <= r2) return true;
     }
     if (cuts == 0) return false;
@@ -292,7 +314,7 @@ class Builder {
   template <class Tangent>
   bool isShallow(const Arc& arc, const Tangent& tangent, double low, double high) const {
     const Leaf &a = leaves_[arc.i], &b = leaves_[arc.j];
-    if (pairDepth(a, b) <= most_depth_) return true;
+    if (pairDepth(a, b) + moved_ <= most_depth_) return true;
     const double length = (b.c - a.c).norm(), depth = std::min({most_depth_, a.r, b.r});
     std::vector<std::uint32_t> by{arc.i, arc.j};
     tree_.visit(0.5 * (a.c + b.c), 0.5 * length + std::max(a.r, b.r), [&](std::uint32_t k) { by.push_back(k); });
@@ -300,9 +322,10 @@ class Builder {
       const std::array<Vector3d, 4> corner{tangent(s0, a0, depth), tangent(s0, a1, depth), tangent(s1, a0, depth), tangent(s1, a1, depth)};
       const double beyond = std::max(a.r, b.r) * (1 - std::cos(std::min(M_PI, (a1 - a0) / 2)));
       for (const std::uint32_t k : by) {
-        const double r = leaves_[k].r * (1 + 1e-9) - beyond;
+        const Leaf leaf = trueLeaf(k);
+        const double r = leaf.r * (1 + 1e-9) - beyond;
         bool all = r > 0;
-        for (const Vector3d& p : corner) all = all && (p - leaves_[k].c).squaredNorm() <= r * r;
+        for (const Vector3d& p : corner) all = all && (p - leaf.c).squaredNorm() <= r * r;
         if (all) return true;
       }
       if (cuts == 0) return false;
@@ -318,8 +341,11 @@ class Builder {
 
   ProbeArcs arcs_;
   const std::vector<Leaf>& leaves_;
+  std::span<const Sphere> true_;
   const SphereGroups& tree_;  // of the leaves
-  double median_, most_depth_;
+  double median_, overhang_;
+  double moved_;           // the leaves from the true ones, at most
+  double most_depth_ = 0;  // of a pit below what is found now
   Found facets_, cones_;
   std::vector<Triple> triples_;  // of the facets, in order
   SphereGroups kept_;            // of the facets that larger probes found
@@ -329,10 +355,14 @@ class Builder {
 
 BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, bool is_uneven, const Eigen::Matrix3d& rotation) {
   if (!(overhang > 0)) return {};
-  Builder builder(leaves, kDeepestPit * overhang);
-  builder.rollOutside(is_uneven);
-  for (const double probe : kProbes) builder.roll(probe);
-  return builder.finish(rotation);
+  std::optional<Builder> builder(std::in_place, leaves, leaves, overhang);
+  const std::vector<Plane> planes = builder->rollOutside(is_uneven);
+  if (const std::vector<Sphere> flat = levelled(leaves, planes, kLevel * overhang); !flat.empty()) {
+    builder.emplace(flat, leaves, overhang);
+    builder->rollOutside(is_uneven);
+  }
+  for (const double probe : kProbes) builder->roll(probe);
+  return builder->finish(rotation);
 }
 
 }  // namespace spheretree::runtime

@@ -3,11 +3,12 @@
 // over flat ground in place of bumps. In the constrained mode only; the leaves themselves stay as they are.
 // Where a bridge is: a large ball (the probe) that rolls over the leaves from outside rests on three of them at a time: their common
 // tangent plane makes a facet, and where it tips over two, the cone about both fills the wedge between two facets. This is the reduced
-// surface of molecules. The first probe is so large that it rolls over the convex hull: on a flat or round face it rests on the tops alone.
-// Smaller ones pass over what lies low, and follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit
-// overhangs, as the tree states them for its leaves: of the whole tree, or of where it has work. So a bridge never stands out farther than
-// that beyond the leaves, and what is wider or deeper stays open. A facet must also touch its leaves where they show: one across a groove
-// or a hole touches them deep inside others.
+// surface of molecules. The first probe is so large that it rolls over the convex hull: on a flat or round face it rests on the tops alone,
+// and where a face is flat but for a small part of the overhang, it is taken as flat (flat_faces.h). Smaller ones pass over what lies low,
+// and follow a hollow. A facet or cone is kept if no pit below it is deeper than kDeepestPit (of the first probe: one) overhangs, as the
+// tree states them for its leaves: of the whole tree, or of where it has work. So a bridge never stands out farther than that beyond the
+// leaves, and what is wider or deeper stays open. A facet must also touch its leaves where they show: one across a groove or a hole touches
+// them deep inside others.
 //
 // Papers: M. F. Sanner, A. J. Olson, J.-C. Spehner. Reduced surface. Biopolymers 38(3), 1996. H. Edelsbrunner, E. P. Muecke.
 //         Three-dimensional alpha shapes. ACM TOG 13(1), 1994.
