@@ -100,7 +100,8 @@ TEST(ForceStep, IsSpreadWhereTheNearestPoseJumps) {
 
 TEST(ForceStep, FollowsAHandThatOnlyTurns) {
   // A ball at the end of a lever is pressed on a large ball by turning the lever, 20 rad/s. The force changes by half of what the hand
-  // moves in the metric of the springs, the most that a convex shape allows; yet the graphic tool is where it would come to rest.
+  // moves in the metric of the springs, the most that it can where free poses are a convex set; yet the graphic tool is where it would come
+  // to rest.
   constexpr double kLever = 30;
   const Scene scene = compiled(test::oneBallTree(1), test::oneBallTree(1000), {-kLever, 0, 0});
   Workspace workspace(scene), at_rest(scene);

@@ -68,9 +68,9 @@ void ConstrainedStep::accelerate(const RowSet& set, const Vector6& want, const V
 }
 
 // Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps: force
-// and torque change by no more than they may on a convex shape, or than the hand moved and what can hardly be felt. On a convex shape a
-// motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2 (the nearest point of a convex set is firmly non-expansive). A
-// tool that had not yet arrived for want of work is free to catch up.
+// and torque change by no more than they may where the free poses are a convex set, or than the hand moved and what can hardly be felt. The
+// nearest point of a convex set is firmly non-expansive: a motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool
+// that had not yet arrived for want of work is free to catch up.
 Change ConstrainedStep::mostChange(const Configuration& haptic) {
   stretch_before_ = parts_.scaledVector(displacementBetween(workspace_.graphic, workspace_.haptic));
   if (workspace_.is_behind) return kAnyChange;

@@ -54,8 +54,8 @@ inline constexpr double kDeepestPit = 1.25;         // below a bridge, in overha
 
 /// Bridges of `leaves`, which reach out of the object by at most `overhang` [mm], 0 or less: none; if `is_uneven`, some farther, and those
 /// are passed over. Then turned by `rotation`, so that they are the same ones however the object stands. Beyond kMostBridges the last ones
-/// found are left out: there the bumps are felt. Deterministic. Cost: about 60 us a leaf, up to four times that if
-/// uneven.
+/// found are left out: there the bumps are felt. Deterministic. Cost: about 60 us a leaf; twice that where
+/// faces are flat, up to four times if uneven.
 BridgeTree makeBridges(std::span<const Sphere> leaves, double overhang, bool is_uneven, const Eigen::Matrix3d& rotation);
 
 /// Weights and angles may be beyond their range by this, so that rounding leaves no slit between a facet and its neighbours.
