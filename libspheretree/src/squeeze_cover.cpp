@@ -286,6 +286,9 @@ class GapSampler {
     triangles_ = BoxTree(boxes, 4);
   }
 
+  // Of a search of the whole mesh, at least.
+  std::uint64_t searchWork() const { return kTriangleWork * all_.size(); }
+
   // The points; none if the mesh is covered. `was`: the balls at the last call with the same stand-off, after which only balls of
   // `moved` moved: what is open now was held by one of those, or open then. Empty: look everywhere.
   std::vector<Vector3d> find(std::span<const Ball> balls, double h, std::span<const Ball> was, std::span<const std::uint32_t> moved,
@@ -360,14 +363,15 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then, and
   // faster every time. From too high the way down is short; work spent in vain at the first goals would be missed there.
   double h = kStart * squeezer.standOff(0.01 * field.diagonal()), rise = kRise;
-  for (squeezer.setGoal(h); !settle(h, work + settings.work / kLeastAttempts); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
+  const std::uint64_t attempt = settings.work / kLeastAttempts + sampler.searchWork();
+  for (squeezer.setGoal(h); !settle(h, work + attempt); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
   inscribed = squeezer.balls();
   const std::uint64_t all_work = std::max(settings.work, work + settings.work / 2);
   double step = settings.step;
   int failures = 0;
   while (failures < settings.failures && work < all_work && h > settings.enough) {
     const double goal = h * (1 - step);
-    const std::uint64_t most_work = std::min(all_work, work + settings.work / kLeastAttempts);
+    const std::uint64_t most_work = std::min(all_work, work + attempt);
     squeezer.setGoal(goal);
     if (squeezer.reach(settings.moves, most_work, progress) && settle(goal, most_work)) {
       h = goal;
