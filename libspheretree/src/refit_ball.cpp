@@ -23,6 +23,17 @@ double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
   return std::sqrt(most);
 }
 
+// The first of those that reach least far in a direction.
+std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all) {
+  std::size_t at = 0;
+  double least = all[0].dot(direction);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double along = all[i].dot(direction);
+    if (along < least) least = along, at = i;
+  }
+  return at;
+}
+
 // The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search come back with
 // nothing, as it can far from the origin of coordinates, it looks again without a bound.
 NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
@@ -71,12 +82,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     // Shortest vector of conv(pull) - conv(push).
     Vector3d g = pull[0] - push[0];
     for (int k = 0; k < kGilbertSteps; ++k) {
-      std::size_t a = 0, b = 0;
-      for (std::size_t j = 1; j < pulls; ++j)
-        if (pull[j].dot(g) < pull[a].dot(g)) a = j;
-      for (std::size_t j = 1; j < pushes; ++j)
-        if (push[j].dot(g) > push[b].dot(g)) b = j;
-      const Vector3d w = pull[a] - push[b];
+      const Vector3d w = pull[leastAlong(g, {pull.data(), pulls})] - push[leastAlong(-g, {push.data(), pushes})];
       const double gain = g.squaredNorm() - g.dot(w);
       if (gain <= 0.02 * g.squaredNorm()) break;
       g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
