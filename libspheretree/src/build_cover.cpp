@@ -18,7 +18,6 @@ struct Effort {
   std::size_t candidates_a_sphere;  // for the choice that the squeeze starts from; more of them are hardly of use to it
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least three a sphere
   std::size_t touching_samples;     // of them, those that get a shrinking ball
-  int rounds;
   std::uint64_t swap_work;
   double squeeze_moves;  // a sphere
   std::uint64_t squeeze_work;
@@ -30,11 +29,11 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {12, 300, 6, 1500, 300, 1, 300'000, 0.4, 8'000'000, 0.06, 3, 0.03};
+      return {12, 300, 6, 1500, 300, 300'000, 0.4, 8'000'000, 0.06, 4, 0.03};
     case Quality::Standard:
-      return {24, 1000, 20, 6000, 1500, 1, 10'000'000, 0.6, 60'000'000, 0.04, 4, 0.02};
+      return {24, 1000, 20, 6000, 1500, 10'000'000, 0.6, 60'000'000, 0.04, 5, 0.02};
     case Quality::Best:
-      return {60, 3000, 20, 12000, 12000, 3, 1'500'000'000, 2, 400'000'000, 0.03, 12, 0.01};
+      return {24, 1000, 20, 6000, 1500, 10'000'000, 2, 400'000'000, 0.03, 12, 0.01};
   }
   return {};
 }
@@ -90,13 +89,13 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   const auto cover = [&](std::size_t spheres) {
     CoverSettings cover_settings;
     cover_settings.spheres = spheres;
-    cover_settings.rounds = effort.rounds;
     cover_settings.swap_work = effort.swap_work / fitted * std::max(spheres, fitted / 10 + 1);
     cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
     cover_settings.squeeze.step = effort.squeeze_step;
     cover_settings.squeeze.work = effort.squeeze_work;
     cover_settings.squeeze.failures = effort.squeeze_failures;
     cover_settings.squeeze.gap_tolerance = effort.gap_tolerance;
+    cover_settings.squeeze.closes = true;
     cover_settings.seed = settings.seed + spheres;
     SampleSettings sampling;
     sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);

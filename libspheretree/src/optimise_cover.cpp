@@ -26,8 +26,9 @@ namespace {
 constexpr int kBisections = 4;       // of the greedy cover: what is left of the interval, the later steps take in their stride
 constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
 constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
-constexpr std::size_t kMostDry = 2;  // times the spheres: samples that get a candidate of their own in one top-up
+constexpr std::size_t kMostDry = 8;  // times the spheres: samples that get a candidate of their own in one top-up
 constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
+constexpr double kAbove = 1.2;       // times the stand-off that the spheres left over promise: where the search for it begins
 constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
 constexpr double kHexagon = 2.598;   // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
 constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose patch is a ring
@@ -84,8 +85,8 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
 }
 
 // Passes of assignment and refit; keeps the best set of balls seen. `balls` have radius d(c).
-double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
-                const Progress& progress) {
+void refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
+              const Progress& progress) {
   std::vector<Ball> now = balls;
   double best = stand_off, reach = stand_off;
   for (int pass = 0; pass <= passes; ++pass) {
@@ -105,7 +106,6 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
       now[b] = {refit.centre, refit.clearance};
     });
   }
-  return best;
 }
 
 // Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the stand-off deep,
@@ -205,7 +205,10 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     thinToFit(samples, high, 0, candidates);
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
-    if (greedy.chosen.empty()) continue;
+    if (greedy.chosen.empty()) {
+      addWhereDry(field, samples, table, high, kMostDry * most, candidates);
+      continue;
+    }
     balls.clear();
     for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
     h = greedy.stand_off;
@@ -228,7 +231,7 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   std::vector<Ball> candidates(pool.begin(), pool.end());
 
   // A first stand-off from a thinned problem, so that the full table is not larger than it needs to be.
-  double h = 0;
+  double h = 0, fewer = 1;
   {
     const std::size_t few = std::max<std::size_t>(10 * n, 500);
     const SampleIndex samples(everyNth<Vector3d>(points, few));
@@ -237,12 +240,16 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
     for (double low = 0, high = start; h == 0; low = high, high *= 2) {
       const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
-      if (!greedy.chosen.empty()) h = greedy.stand_off;
+      if (greedy.chosen.empty()) continue;
+      fewer = static_cast<double>(greedy.chosen.size()) / static_cast<double>(n);
+      h = greedy.stand_off;
     }
   }
   for (const SurfaceSample& s : given)
     if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
+  // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a fraction.
+  h *= std::min(1.0, kAbove * fewer);
   std::mt19937_64 random(settings.seed);
   const SampleIndex uniform(points);
   SampleIndex samples(points);
@@ -257,8 +264,8 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     samples = SampleIndex(points);
   }
 
-  for (int round = 0; round < settings.rounds; ++round) {
-    std::vector<Ball> all = balls;  // the present balls are candidates too, in front
+  {                                 // the table goes before the squeeze comes
+    std::vector<Ball> all = balls;  // the greedy cover is what the swaps start from
     all.insert(all.end(), candidates.begin(), candidates.end());
     thinToFit(samples, h, balls.size(), all);
     GapTable table(samples, all, h);
@@ -268,8 +275,8 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     chosen = search.run(static_cast<float>(h * (1 - 0.002)), n, settings.swap_work, progress);
     balls.clear();
     for (const std::uint32_t c : chosen) balls.push_back(all[c]);
-    h = refitAll(field, samples, balls, assign(samples, balls, h).stand_off, settings.refits, progress);
   }
+  refitAll(field, samples, balls, assign(samples, balls, h).stand_off, settings.refits, progress);
 
   // Spheres left over start as copies, which the next step is free to send wherever one is missed most.
   for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);

@@ -207,6 +207,9 @@ class Frame {
     splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
     std::vector<Ball> inscribed;
     for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
+    // What the budget has left starts as copies, which the search is free to send wherever a ball is missed.
+    if (!isGoodEnough(balls))
+      for (std::size_t i = 0; inscribed.size() < most; ++i) inscribed.push_back(inscribed[i]);
     SqueezeSettings squeeze;
     squeeze.step = effort_.squeeze_step;
     squeeze.moves = 10 + static_cast<int>(effort_.squeeze_moves * static_cast<double>(balls.size()));
@@ -216,6 +219,7 @@ class Frame {
     squeeze.enough = settings_.tolerance_mm;
     squeeze.seed = settings_.seed;
     const double stand_off = squeezeCover(mesh_, field_, points, inscribed, squeeze, progress_);
+    balls.resize(inscribed.size());
     for (std::size_t i = 0; i < balls.size(); ++i) balls[i] = {inscribed[i].centre, inscribed[i].radius, inscribed[i].radius + stand_off};
   }
 

@@ -35,6 +35,8 @@ constexpr double kShortSide = 2;  // longest side of a triangle that is searched
 constexpr double kStart = 1.1, kRise = 0.05;  // first goal, times the stand-off on the samples; by what share the next is more if it fails
 constexpr double kDepth = 0.5;         // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
 constexpr double kLeastDepth = 0.005;  // the same, where the solid ends before: a body may be small beside the goal
+constexpr double kClosed = 0.5;        // share of the gap tolerance to which holes are closed in the end
+constexpr std::array<double, 2> kRooms{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
 
 // The balls, the samples, and who covers what at the present goal.
 class Squeezer {
@@ -53,6 +55,9 @@ class Squeezer {
         random_(seed) {}
 
   const std::vector<Ball>& balls() const { return balls_; }
+  void setBalls(std::span<const Ball> balls) {
+    for (std::size_t b = 0; b < balls.size(); ++b) setBall(b, balls[b]);
+  }
   // One more sample, covered or open like the others.
   void append(const Vector3d& p) {
     const auto s = static_cast<std::uint32_t>(samples_.size());
@@ -277,8 +282,8 @@ class Squeezer {
 // Uncovered points of the mesh as new samples, no two closer than a share of the width of a patch.
 class GapSampler {
  public:
-  GapSampler(TriangleMesh mesh, double spacing, double tolerance, std::uint64_t& work)
-      : mesh_(std::move(mesh)), spacing_(spacing), tolerance_(tolerance), work_(work), all_(mesh_.triangles.size()) {
+  GapSampler(TriangleMesh mesh, double spacing, std::uint64_t& work)
+      : mesh_(std::move(mesh)), spacing_(spacing), work_(work), all_(mesh_.triangles.size()) {
     std::iota(all_.begin(), all_.end(), 0u);
     std::vector<Eigen::AlignedBox3d> boxes(mesh_.triangles.size());
     for (std::size_t t = 0; t < boxes.size(); ++t)
@@ -291,8 +296,8 @@ class GapSampler {
 
   // The points; none if the mesh is covered. `was`: the balls at the last call with the same stand-off, after which only balls of
   // `moved` moved: what is open now was held by one of those, or open then. Empty: look everywhere.
-  std::vector<Vector3d> find(std::span<const Ball> balls, double h, std::span<const Ball> was, std::span<const std::uint32_t> moved,
-                             Progress& progress) {
+  std::vector<Vector3d> find(std::span<const Ball> balls, double h, double tolerance, std::span<const Ball> was,
+                             std::span<const std::uint32_t> moved, Progress& progress) {
     std::vector<std::uint32_t> near;
     if (was.empty()) {
       near = all_;
@@ -300,7 +305,7 @@ class GapSampler {
       std::vector<char> marked(all_.size(), 0);
       for (const std::uint32_t t : open_) marked[t] = 1;
       for (const std::uint32_t b : moved) {
-        const double held = was[b].radius + (1 + tolerance_) * h;
+        const double held = was[b].radius + (1 + tolerance) * h;
         triangles_.searchWithin(was[b].centre, held * held, [&](std::size_t first, std::size_t count) {
           for (std::size_t slot = first; slot < first + count; ++slot) marked[triangles_.order()[slot]] = 1;
         });
@@ -311,7 +316,7 @@ class GapSampler {
     work_ += kTriangleWork * near.size();
     std::vector<Ball> grown(balls.begin(), balls.end());
     for (Ball& b : grown) b.radius += h;
-    std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance_ * h, progress);
+    std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance * h, progress);
     open_.clear();
     for (const CoverGap& g : gaps) open_.push_back(g.triangle);
     std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
@@ -326,7 +331,7 @@ class GapSampler {
 
  private:
   TriangleMesh mesh_;
-  double spacing_, tolerance_;  // the latter as a share of the stand-off
+  double spacing_;
   std::uint64_t& work_;
   std::vector<std::uint32_t> all_;
   std::vector<std::uint32_t> open_;  // triangles with gaps at the last call
@@ -340,17 +345,17 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   std::mt19937_64 random(settings.seed);
   std::uint64_t work = 0;
   const double width = std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size()));  // of a patch
-  GapSampler sampler(withShortSides(mesh, std::max(kShortSide * width, 1e-3 * field.diagonal())), settings.gap_spacing * width,
-                     settings.gap_tolerance, work);
+  GapSampler sampler(withShortSides(mesh, std::max(kShortSide * width, 1e-3 * field.diagonal())), settings.gap_spacing * width, work);
   Squeezer squeezer(field, points, inscribed, random(), work);
 
-  // Covers at the goal `h` what the mesh has between the samples too, by sampling what was missed. False if it cannot.
-  const auto settle = [&](double h, std::uint64_t most_work) {
+  // Covers at the goal `h` what the mesh has between the samples too, but for holes as deep as a share of it, by sampling what was missed.
+  // False if it cannot.
+  const auto settle = [&](double h, double tolerance, std::uint64_t most_work) {
     std::vector<Ball> was;
     squeezer.takeMoved();
     for (;;) {
       const std::vector<std::uint32_t> moved = squeezer.takeMoved();
-      const std::vector<Vector3d> missed = sampler.find(squeezer.balls(), h, was, moved, progress);
+      const std::vector<Vector3d> missed = sampler.find(squeezer.balls(), h, tolerance, was, moved, progress);
       if (missed.empty()) return true;
       was = squeezer.balls();
       points.insert(points.end(), missed.begin(), missed.end());
@@ -364,7 +369,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
   // faster every time. From too high the way down is short; work spent in vain at the first goals would be missed there.
   double h = kStart * squeezer.standOff(0.01 * field.diagonal()), rise = kRise;
   const std::uint64_t attempt = settings.work / kLeastAttempts + sampler.searchWork();
-  for (squeezer.setGoal(h); !settle(h, work + attempt); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
+  for (squeezer.setGoal(h); !settle(h, settings.gap_tolerance, work + attempt); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
   inscribed = squeezer.balls();
   const std::uint64_t all_work = std::max(settings.work, work + settings.work / 2);
   double step = settings.step;
@@ -373,7 +378,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
     const double goal = h * (1 - step);
     const std::uint64_t most_work = std::min(all_work, work + attempt);
     squeezer.setGoal(goal);
-    if (squeezer.reach(settings.moves, most_work, progress) && settle(goal, most_work)) {
+    if (squeezer.reach(settings.moves, most_work, progress) && settle(goal, settings.gap_tolerance, most_work)) {
       h = goal;
       inscribed = squeezer.balls();
       step = std::min(step * 1.3, 2 * settings.step);
@@ -381,6 +386,17 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
       ++failures;
       step *= 0.5;  // from where the balls are now: most of them have come nearer to the next goal
     }
+  }
+  if (!settings.closes) return h;
+  // What is left of a hole, certification closes by growth beyond h. Moves close half of it for less than that.
+  squeezer.setBalls(inscribed);
+  for (const double room : kRooms) {
+    const double goal = h * (1 + room * settings.gap_tolerance);
+    const std::uint64_t most_work = work + attempt;
+    squeezer.setGoal(goal);
+    if (!squeezer.reach(settings.moves, most_work, progress) || !settle(goal, kClosed * settings.gap_tolerance, most_work)) continue;
+    inscribed = squeezer.balls();
+    return goal;
   }
   return h;
 }

@@ -50,7 +50,11 @@ TriangleMesh tetrahedron() {
 void expectCertified(const TriangleMesh& mesh, const BuildResult& result, const BuildSettings& settings) {
   const SphereTree& tree = result.tree;
   EXPECT_EQ(findFault(tree), "");
-  ASSERT_EQ(tree.levelCount(), tree.nodeCount() == 1 ? 1 : settings.levels) << "a ball needs one sphere";
+  if (tree.levelCount() != settings.levels) {
+    EXPECT_LT(tree.levelCount(), settings.levels);
+    EXPECT_LT(result.statistics.levels.back().overhang_bound_mm, 0.01 * DistanceField(mesh).diagonal())
+        << "only a round object needs fewer";
+  }
   EXPECT_EQ(tree.branching, settings.branching);
   const DistanceField field(mesh);
   const double rounding = 4e-16 * std::max(field.box().min().cwiseAbs().maxCoeff(), field.box().max().cwiseAbs().maxCoeff());

@@ -149,6 +149,21 @@ TEST(SqueezeCover, FewSamplesOfAFineMeshStillLeadToATightCover) {
   EXPECT_LT(squeeze(mesh, start, few, settings).stand_off, 1.5 * squeeze(mesh, start, mesh.positions, settings).stand_off);
 }
 
+TEST(SqueezeCover, ClosingHalvesTheHolesForLess) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const std::vector<Ball> start = randomInside(mesh, 60, 2);
+  const std::vector<Vector3d> dense = test::densePoints(mesh, 80, 3);
+  SqueezeSettings settings = quick();
+  settings.gap_tolerance = 0.05;
+  const Squeezed open = squeeze(mesh, start, mesh.positions, settings);
+  settings.closes = true;
+  const Squeezed closed = squeeze(mesh, start, mesh.positions, settings);
+  const double open_gap = test::largestGap(dense, grown(open.balls, open.stand_off));
+  const double closed_gap = test::largestGap(dense, grown(closed.balls, closed.stand_off));
+  EXPECT_LE(closed_gap, 1.01 * 0.5 * settings.gap_tolerance * closed.stand_off);
+  EXPECT_LT(closed.stand_off + closed_gap, open.stand_off + open_gap);
+}
+
 TEST(SqueezeCover, WithoutMovesTheCoverStillHolds) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   SqueezeSettings none = quick();

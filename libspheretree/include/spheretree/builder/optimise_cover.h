@@ -16,9 +16,8 @@ namespace spheretree::builder {
 
 struct CoverSettings {
   std::size_t spheres = 512;              // N, >= 1
-  int rounds = 1;                         // of swap search over the candidates and refit; range [0, 100]
-  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that a round of swaps may touch: its time, on any mesh
-  int refits = 3;                         // passes of assigning samples to balls and refitting them, a round; >= 0
+  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: their time, on any mesh
+  int refits = 3;                         // passes of assigning samples to balls and refitting them; >= 0
   SqueezeSettings squeeze;
   std::uint64_t seed = 1;
 };

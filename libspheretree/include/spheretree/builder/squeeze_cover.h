@@ -20,6 +20,7 @@ struct SqueezeSettings {
   double enough = 0;                 // the search ends once the stand-off is no more [mm]; >= 0
   double gap_spacing = 0.03;         // new samples are this far apart, as a share of the width of a patch; > 0
   double gap_tolerance = 0.02;       // holes shallower than this share of the stand-off may be left to the certificate; > 0
+  bool closes = false;  // in the end, more of the holes within the tolerance are closed by moves: takes up to a quarter of `work`
   std::uint64_t seed = 1;
 };
 
