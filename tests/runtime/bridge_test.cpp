@@ -208,18 +208,43 @@ TEST(Bridge, WhereATreeHasWorkItsOverhangThereCounts) {
   EXPECT_TRUE(compiled(d).bridges.empty());
 }
 
-// Two facets side by side lean away from each other by half a degree; the leaves at the ends of their common side are so far apart that
-// the pit between these two alone would be too deep, were it not for the leaves below.
+/// Two facets side by side that lean away from each other by half a degree. Their corners are so far apart that the pits between two alone
+/// would be too deep, were it not for the leaves below.
+std::vector<Sphere> twoWideFacets() {
+  return {test::ball(0, -5.95, 0, 6.4),    test::ball(0, 5.95, 0, 6.4),    test::ball(9.5, 0, -0.05, 6.4),
+          test::ball(-9.5, 0, -0.05, 6.4), test::ball(3.1, 0, -0.15, 6.4), test::ball(-3.1, 0, -0.15, 6.4)};
+}
+
 TEST(Bridge, NoSlitIsLeftAlongAWideSide) {
-  const std::vector<Sphere> balls{test::ball(0, -5.95, 0, 6.4),    test::ball(0, 5.95, 0, 6.4),    test::ball(9.5, 0, -0.05, 6.4),
-                                  test::ball(-9.5, 0, -0.05, 6.4), test::ball(3.1, 0, -0.15, 6.4), test::ball(-3.1, 0, -0.15, 6.4)};
-  const Scene scene = compiled(sceneOf(test::oneBallTree(5), balls, 1.43));
+  const Scene scene = compiled(sceneOf(test::oneBallTree(5), twoWideFacets(), 1.43));
   for (double x = -0.1; x <= 0.1; x += 0.004) {
     Workspace workspace(scene);
     StepResult r;
     for (double z = 12; z > 11; z -= 0.02) r = step(scene, {{x, 0, z}, {1, 0, 0, 0}}, Mode::Constrained, workspace);
     EXPECT_NEAR(r.graphic.position.z(), 11.4, 0.01) << x;
   }
+}
+
+// No cone closes the outer sides of the two: there a facet hangs free, 1.1 above the leaf below.
+TEST(Bridge, ABallThatComesInBelowARimStaysBelow) {
+  const Scene scene = compiled(sceneOf(test::oneBallTree(0.5), twoWideFacets(), 1.43)),
+              bare = compiled(sceneOf(test::oneBallTree(0.5), twoWideFacets(), 1.43, false));
+  const Eigen::Vector3d rim(4.75, -2.975, 0), in = Eigen::Vector3d(-5.95, 9.5, 0).normalized();
+  const auto at = [&](double inwards, double z) -> Configuration { return {rim + inwards * in + Eigen::Vector3d(0, 0, z), kUpright}; };
+  Workspace workspace(scene), bare_workspace(bare);
+  StepResult r;
+  for (double z = 9; z > 6.5; z -= 0.02) r = step(scene, at(0.5, z), Mode::Constrained, workspace);
+  EXPECT_NEAR(r.graphic.position.z(), 6.88, 0.01);  // it came from above
+
+  reset(workspace);
+  double deepest = 0;
+  for (double inwards = -4; inwards < 1; inwards += 0.01) {
+    r = step(scene, at(inwards, 5.3), Mode::Constrained, workspace);
+    const StepResult of_bare = step(bare, at(inwards, 5.3), Mode::Constrained, bare_workspace);
+    EXPECT_LT((r.graphic.position - of_bare.graphic.position).norm(), 1e-4) << inwards;
+    if (in.dot(r.graphic.position - rim) > 0) deepest = std::max(deepest, 6.88 - r.graphic.position.z());
+  }
+  EXPECT_GT(deepest, 0.5);
 }
 
 // In a round hole with leaves of several sizes a facet could lie across: it would touch its leaves where others hide them.
@@ -322,6 +347,7 @@ TEST(Bridge, RowsAreThoseOfTheHull) {
       const auto leaves = leavesOf(bridge);
       ++(bridge.isCone() ? cones : facets);
       const double gap = -static_cast<double>(rows.rows.b[i] / rows.weight[i]);
+      EXPECT_GE(gap, -1.001 * static_cast<double>(kDeepestDip));
       double least = 1e9;
       constexpr int kSteps = 40;
       for (int k = 0; k <= kSteps; ++k)
@@ -357,7 +383,7 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
   Workspace workspace(scene);
   Random random(5);
   std::size_t touching = 0, listed = 0;
-  for (int n = 0; n < 60; ++n) {
+  for (int n = 0; n < 300; ++n) {
     const Eigen::Vector3d out = test::randomPoint(random, 1).normalized();
     const Quaternion q = test::randomRotation(random);
     const Configuration pose{d.objects[0].pose.position + 7.6 * out - q * Eigen::Vector3d(0, 0, random.uniform(0, 12)), q};
@@ -379,7 +405,7 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
           const Bridge& b = scene.bridges[0].tree.of_slot[slot];
           if (!(b.radius > 0)) continue;
           const double gap = gapAt(b, p, static_cast<double>(s.radius), 0);
-          if (!(gap <= (m == 0 ? margin : 0)) || gap < -1) continue;
+          if (!(gap <= (m == 0 ? margin : 0)) || gap < -static_cast<double>(kDeepestDip)) continue;
           ++touching;
           EXPECT_TRUE(found.contains(static_cast<std::uint32_t>(tool << 16 | slot))) << n << ' ' << m << " gap " << gap;
         }
@@ -387,7 +413,7 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
     }
   }
   EXPECT_GT(touching, 500u);
-  EXPECT_LT(listed, 12 * touching);  // and not simply all of them
+  EXPECT_LT(listed, 20 * touching);  // and not simply all of them
 }
 
 TEST(Bridge, WhatIsKeptOfOneListLeavesTheNextAlone) {

@@ -396,19 +396,19 @@ struct BallsAtBridges {
 
 std::uint32_t nearBridges(const BridgeRequest& q, std::uint32_t* to) {
   std::uint32_t* const first = to;
-  const F8 one = splat(1), slack = splat(kBridgeSlack), margin = splat(q.most_gap);
+  const F8 one = splat(1), slack = splat(kBridgeSlack), margin = splat(q.most_gap), deepest = splat(-kDeepestDip - q.most_gap);
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const std::uint32_t left = q.count - i;
     const BallsAtBridges at(q, q.pairs + i, left);
     const F8 du = slack + margin * squareRoot(dot(at.u, at.u)), dv = slack + margin * squareRoot(dot(at.v, at.v));
     const F8 off = squareRoot(at.off2), foot = at.foot(off);
     const F8 lean = select(at.u_extra < splat(0), -at.u_extra, at.u_extra), beyond = slack * at.length + margin * (one + lean);
-    const I8 at_facet = (at.ut > -du) & (at.vt > -dv) & (at.ut + at.vt < one + du + dv) & (at.flatGap() - at.tool_radius <= margin);
-    const I8 at_cone =
-        (foot > -beyond) & (foot < at.length + beyond) & (at.ut <= du) & (at.vt <= dv) & (at.coneGap(off) - at.tool_radius <= margin);
+    const F8 gap = select(at.is_cone, at.coneGap(off), at.flatGap()) - at.tool_radius;
+    const I8 at_facet = (at.ut > -du) & (at.vt > -dv) & (at.ut + at.vt < one + du + dv);
+    const I8 at_cone = (foot > -beyond) & (foot < at.length + beyond) & (at.ut <= du) & (at.vt <= dv);
     U8 names;
     __builtin_memcpy(&names, q.pairs + i, sizeof names);
-    unsigned kept = maskOf((at_cone & at.is_cone) | (at_facet & ~at.is_cone));
+    unsigned kept = maskOf(((at_cone & at.is_cone) | (at_facet & ~at.is_cone)) & (gap >= deepest) & (gap <= margin));
     if (left >= 8) {
       to = append(to, names, kept);
     } else {  // one by one: past the last of them the pairs of the next object begin, which are still to be read
@@ -436,7 +436,8 @@ void makeBridgeRows(const BridgeRequest& q, const RowMemory& out) {
     const F8 gap = select(at.is_cone, at.coneGap(off), flat_gap) - at.tool_radius;
     // A facet that the ball is beside and clearly above counts too: across a valley it is what stops the ball next. Across a ridge the ball
     // is below its plane; and at the plane itself there is nothing to rest on, and rounding would say whether it counts.
-    const I8 touches = ((on_cone & at.is_cone) | ((on_facet | (gap > splat(kClearOfFacet))) & ~at.is_cone)) & (gap <= splat(q.most_gap));
+    const I8 touches = ((on_cone & at.is_cone) | ((on_facet | (gap > splat(kClearOfFacet))) & ~at.is_cone)) & (gap >= splat(-kDeepestDip)) &
+                       (gap <= splat(q.most_gap));
     const Turned& arm = at.arm;
     const F8 wx = (arm.y * nz - arm.z * ny) * inverse, wy = (arm.z * nx - arm.x * nz) * inverse, wz = (arm.x * ny - arm.y * nx) * inverse;
     const F8 weight = one / squareRoot(one + (wx * wx + wy * wy + wz * wz)), scale = select(touches, weight, zero);

@@ -64,4 +64,8 @@ inline constexpr float kBridgeSlack = 1e-4f;
 /// A ball beside a facet, and farther above its plane than this, has the plane ahead of it [mm].
 inline constexpr float kClearOfFacet = 1e-3f;
 
+/// The deepest that a ball dips below a bridge on which it came down [mm]: what rows let it, and a little more. One that is deeper came
+/// from the side, below a rim that hangs free, and the bridge is not there for it.
+inline constexpr float kDeepestDip = 0.02f;
+
 }  // namespace spheretree::runtime

@@ -42,8 +42,8 @@ void narrow(const Scene& scene, const RowSet& rows, const Configuration& pose, d
             Workspace& workspace) noexcept;
 
 /// Adds to `rows`, which makeRows() made as true distances at `pose`, one for each of `bridges`: that of its nearest point, where this lies
-/// between its leaves and the gap is at most `most_gap` [mm]; else one that is in no one's way. A bridge is convex, so its row is as safe
-/// as that of a pair. `bridges`: of the last findNearBridges(). Cost: about 3 ns each. No allocation.
+/// between its leaves and the gap is at most `most_gap` [mm] and no deeper than kDeepestDip; else one that is in no one's way. A bridge is
+/// convex, so its row is as safe as that of a pair. `bridges`: of the last findNearBridges(). Cost: about 3 ns each. No allocation.
 void addBridgeRows(const Scene& scene, const PairSet& bridges, const Configuration& pose, double most_gap, RowSet& rows,
                    Workspace& workspace) noexcept;
 
