@@ -33,9 +33,8 @@ constexpr std::uint64_t kTriangleWork =
     4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
 constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
 constexpr double kStart = 1.1, kRise = 0.05;  // first goal, times the stand-off on the samples; by what share the next is more if it fails
-constexpr double kDepth = 0.5;         // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
-constexpr double kLeastDepth = 0.005;  // the same, where the solid ends before: a body may be small beside the goal
-constexpr double kClosed = 0.5;        // share of the gap tolerance to which holes are closed in the end
+constexpr double kDepth = 0.5;   // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
+constexpr double kClosed = 0.5;  // share of the gap tolerance to which holes are closed in the end
 constexpr std::array<double, 2> kRooms{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
 
 // The balls, the samples, and who covers what at the present goal.
@@ -190,12 +189,7 @@ class Squeezer {
       for (std::uint32_t b = 0; b < balls_.size(); ++b)
         if (tabu_[b] <= move_ && (idle == kNone || private_[b] < private_[idle])) idle = b;
       if (idle != kNone && private_[idle] < least_cost) {
-        const NearestPoint here = field_.nearest(p);
-        const Vector3d normal = field_.pseudonormal(here);
-        Ball below = shrinkingBall(field_, here.point, normal, 0, kDepth * goal_);
-        if (!(below.radius > 0)) below = shrinkingBall(field_, here.point, normal);  // the solid ends before, but this is not an edge
-        for (double depth = 0.5 * kDepth * goal_; !(below.radius > 0) && depth > kLeastDepth * goal_; depth *= 0.5)
-          below = shrinkingBall(field_, here.point, normal, 0, depth);
+        const Ball below = ballFor(p);
         if (below.radius > 0 && (below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
       }
     }
@@ -208,6 +202,18 @@ class Squeezer {
     setBall(chosen, to);
     cover(chosen);
     moved_.push_back(chosen);
+  }
+
+  // A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no farther from it than
+  // kDepth. Where the solid ends before, the one that touches as far beside it on its triangle.
+  Ball ballFor(const Vector3d& p) const {
+    const NearestPoint here = field_.nearest(p);
+    const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
+    if (below.radius > 0) return below;
+    const auto [a, b, c] = field_.corners(here.triangle);
+    const Vector3d to_middle = (a + b + c) / 3 - p;
+    const double beside = std::min(1.0, kDepth * goal_ / std::max(to_middle.norm(), std::numeric_limits<double>::min()));
+    return shrinkingBall(field_, p + beside * to_middle, field_.normal(here.triangle));
   }
 
   // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest takes its place,
