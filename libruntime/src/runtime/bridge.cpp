@@ -23,7 +23,7 @@ constexpr int kMostRounds = 30;           // over the outside, with what stands 
 constexpr double kDeepestOutside = 1.03;  // pit below the hull, in overhangs: none is deeper, but cuts leave a little in doubt
 constexpr int kMostCuts = 9;              // of a facet, to see that leaves hold all of it
 constexpr double kLargest = 3;            // a part of a bridge, in medians of the leaves' radii: the search goes by balls about them
-constexpr double kLevel = 0.05;           // tops that differ by less than this part of the overhang are of one height
+constexpr double kLevel = 0.125;          // tops that differ by less than this part of the overhang are of one height
 constexpr double kBuried = 0.25;          // a top still shows if other leaves rise above it by less than this part of the deepest pit
 
 struct Facet {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tops of leaves on a flat face differ by about a hundredth of the overhang, so that the hull over them has folds of some tenths of a
-// degree. Deep below a fold the nearest point leaps by the depth times its angle. Where many tops lie in a plane but for that, bridges take
-// them as in it.
+// The tops of leaves on a flat face differ by about a hundredth of the overhang, a few by a tenth, so that the hull over them has folds of
+// some tenths of a degree. Deep below a fold the nearest point leaps by the depth times its angle. Where many tops lie in a plane but for
+// that, bridges take them as in it.
 #pragma once
 
 #include <span>
