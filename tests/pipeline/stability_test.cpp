@@ -39,7 +39,7 @@ std::vector<builder::StabilityRow> measure(const std::string& mesh_name, const T
 }
 
 void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
-  const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"scale 1.7", 0.02}, {"subdivision", 0.05}};
+  const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"scale 1.7", 0.02}, {"subdivision", 0.1}};
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge}) {
     SCOPED_TRACE(mesh_name + ", " + std::string(name(kind)));
     for (const builder::StabilityRow& row : measure(mesh_name, mesh, kind)) {
