@@ -28,10 +28,7 @@ struct Placed {
 class Spawner {
  public:
   explicit Spawner(const Region& region) : region_(region), points_(region.points.first(std::min(kMostPoints, region.points.size()))) {
-    for (const Vector3d& p : points_) {
-      const NearestPoint touch = region.field.nearest(p);
-      start_.push_back(shrinkingBall(region.field, touch.point, region.field.pseudonormal(touch)));
-    }
+    for (const Vector3d& p : points_) start_.push_back(touchingBall(region.field, p));
   }
   std::span<const Vector3d> points() const { return points_; }
   const std::vector<Ball>& starts() const { return start_; }

@@ -44,6 +44,11 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
   return {c, 0};
 }
 
+Ball touchingBall(const DistanceField& field, const Vector3d& p) {
+  const NearestPoint touch = field.nearest(p);
+  return shrinkingBall(field, touch.point, field.pseudonormal(touch));
+}
+
 std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field) {
   std::vector<Ball> all(samples.size());
   tbb::parallel_for(std::size_t{0}, samples.size(),

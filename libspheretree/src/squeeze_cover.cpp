@@ -219,8 +219,7 @@ class Squeezer {
   // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest takes its place,
   // unless it stands off more from patch_ and the goal. Its stand-off.
   double comeInside(Ball& trial, double stand_off) {
-    const NearestPoint here = field_.nearest(trial.centre);
-    const Ball inner = shrinkingBall(field_, here.point, field_.pseudonormal(here));
+    const Ball inner = touchingBall(field_, trial.centre);
     if (!(inner.radius > 0)) return stand_off;
     double reach = 0;
     for (const Vector3d& p : patch_) reach = std::max(reach, (p - inner.centre).norm());

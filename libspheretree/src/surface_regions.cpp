@@ -86,8 +86,7 @@ double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
 void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
   const double reach = farthest(patch, ball.centre);
   if (ball.clearance > 1e-2 * reach) return;
-  const NearestPoint touch = field.nearest(ball.centre);
-  const Ball inner = shrinkingBall(field, touch.point, field.pseudonormal(touch));
+  const Ball inner = touchingBall(field, ball.centre);
   if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, inner.radius, 0};
 }
 

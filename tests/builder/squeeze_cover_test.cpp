@@ -137,10 +137,7 @@ TEST(SqueezeCover, FewSamplesOfAFineMeshStillLeadToATightCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 192, 96);
   const DistanceField field(mesh);
   std::vector<Ball> start;
-  for (std::size_t i = 0; i < mesh.positions.size(); i += 97) {
-    const NearestPoint touch = field.nearest(mesh.positions[i]);
-    start.push_back(shrinkingBall(field, touch.point, field.pseudonormal(touch)));
-  }
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 97) start.push_back(touchingBall(field, mesh.positions[i]));
   SqueezeSettings settings = quick();
   settings.work = 4'000'000;
   std::vector<Vector3d> few;

@@ -309,36 +309,13 @@ TEST(Gltf, InstancesWithoutEndAreRefused) {
   EXPECT_TRUE(has(refusal(json), "4000000 triangles"));
 }
 
-TEST(Gltf, BuffersStayWithinTheFolder) {
+TEST(Gltf, ABufferMayLieInAFileOfTheFolder) {
   const test::ScratchFolder scratch;
-  const std::filesystem::path folder = scratch.path() / "model";
-  std::filesystem::create_directories(folder / "data");
-  const auto write = [](const std::filesystem::path& path) { std::ofstream(path, std::ios::binary) << tetrahedronBuffer(); };
-  write(folder / "data" / "a b.bin");
-  write(scratch.path() / "outside.bin");
-  std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin");
-  std::filesystem::create_symlink(folder / "data", folder / "inner");
-  const auto readUri = [&](const std::string& uri) {
-    Json json = tetrahedronJson();
-    json["buffers"][0]["uri"] = uri;
-    return readGltf(charsOf(json.dump()), "test.gltf", folder).mesh.triangles.size();
-  };
-  const auto refusalUri = [&](const std::string& uri) { return test::refusalOf<FormatError>([&] { readUri(uri); }); };
-  EXPECT_EQ(readUri("data/a%20b.bin"), 4u);
-  EXPECT_EQ(readUri("./data/a b.bin"), 4u);
-  EXPECT_EQ(readUri("inner/a b.bin"), 4u);
-  EXPECT_TRUE(has(refusalUri("../outside.bin"), "within the folder"));
-  EXPECT_TRUE(has(refusalUri("data/../../outside.bin"), "within the folder"));
-  EXPECT_TRUE(has(refusalUri("%2e%2e/outside.bin"), "within the folder"));
-  EXPECT_TRUE(has(refusalUri((scratch.path() / "outside.bin").string()), "within the folder"));
-  EXPECT_TRUE(has(refusalUri("link.bin"), "through a link"));
-  EXPECT_TRUE(has(refusalUri("https://example.com/a.bin"), "on this machine"));
-  EXPECT_TRUE(has(refusalUri("data"), "plain file"));
-  EXPECT_TRUE(has(refusalUri(std::string("a\0b", 3)), "zero character"));
-  EXPECT_THROW(readUri("missing.bin"), FileError);
+  std::ofstream(scratch.path() / "a.bin", std::ios::binary) << tetrahedronBuffer();
   Json json = tetrahedronJson();
-  json["buffers"][0]["uri"] = "data/a b.bin";
-  EXPECT_THROW(readGltf(charsOf(json.dump()), "test.gltf"), FormatError);  // no folder, no files
+  json["buffers"][0]["uri"] = "a.bin";
+  EXPECT_EQ(readGltf(charsOf(json.dump()), "test.gltf", scratch.path()).mesh.triangles.size(), 4u);
+  EXPECT_THROW(readGltf(charsOf(json.dump()), "test.gltf"), FormatError) << "no folder, no files";
 }
 
 TEST(Gltf, NeitherGlbNorTextIsSaidSo) {

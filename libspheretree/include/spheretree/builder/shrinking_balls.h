@@ -20,6 +20,9 @@ namespace spheretree::builder {
 Ball shrinkingBall(const DistanceField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double guess = 0,
                    double stand_off = 0);
 
+/// The largest inscribed ball that touches the surface where it is nearest to `p`, which may lie anywhere. Radius 0 if it vanishes.
+Ball touchingBall(const DistanceField& field, const Eigen::Vector3d& p);
+
 /// The largest inscribed ball that touches the surface at each sample, to a relative 1e-3; the radius is the true distance to the
 /// mesh. Samples where it vanishes (sharp convex edges) give none. Free of the degeneracies of a Delaunay triangulation.
 /// Deterministic, in the order of the samples. Cost: about five distance queries a sample.
