@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 namespace spheretree::builder {
 
@@ -149,9 +150,43 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
   }
 }
 
-void BoxTree::addSlabs(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
+void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
   using Eigen::Vector3d;
+  constexpr float kWide = 8 * kHair;
+  const auto local = [&](const Vector3d& p) -> Vector3d { return (p - middle_) * to_local_; };
+  // No longer than 1, rounded or not. Zero where there is no direction: such a slab or wall is everywhere.
+  const auto rounded = [](const Vector3d& direction) -> Eigen::Vector3f {
+    return (direction.stableNormalized() * (1 - kHair)).cast<float>();
+  };
+  struct Extent {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+  };
+  const auto extent = [&](const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
+    Extent out;
+    for (const std::array<Vector3d, 3>& triangle : all)
+      for (const Vector3d& corner : triangle) {
+        const double height = normal.cast<double>().dot(local(corner));
+        out.low = std::min(out.low, height), out.high = std::max(out.high, height);
+      }
+    return out;
+  };
+  const auto across = [&](std::span<const std::array<Vector3d, 3>> all) {  // their areas' sum
+    Vector3d area = Vector3d::Zero();
+    for (const auto& [a, b, c] : all) area += Vector3d((b - a) * to_local_).cross((c - a) * to_local_);
+    return area;
+  };
+  const auto put = [](std::array<Eigen::Array4f, 3>& normals, std::size_t k, const Eigen::Vector3f& normal) {
+    for (std::size_t axis = 0; axis < 3; ++axis) normals[axis][static_cast<Eigen::Index>(k)] = normal[static_cast<Eigen::Index>(axis)];
+  };
+  const auto putSlab = [&](Slabs& slabs, std::size_t k, const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
+    const Extent heights = all.empty() ? Extent{0, 0} : extent(normal, all);
+    put(slabs.normal, k, normal);
+    slabs.low[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.low) - kWide;
+    slabs.high[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.high) + kWide;
+  };
+
   slabs_.resize(nodes_.size());
+  prism_of_.assign(triangles.size(), 0);
   struct Slots {
     std::size_t first, last;
   };
@@ -164,26 +199,23 @@ void BoxTree::addSlabs(std::span<const std::array<Eigen::Vector3d, 3>> triangles
       Slots slots{0, 0};
       if (node.count[k] > 0) slots = {child, child + static_cast<std::size_t>(node.count[k])};
       if (node.count[k] < 0) slots = below[child];
-      Vector3d area = Vector3d::Zero();
-      for (std::size_t s = slots.first; s < slots.last; ++s) {
-        const Vector3d ab = (triangles[s][1] - triangles[s][0]) * to_local_, ac = (triangles[s][2] - triangles[s][0]) * to_local_;
-        area += ab.cross(ac);
-      }
-      // No longer than 1, rounded or not. Zero where the triangles have no area or there are none: such a slab is everywhere.
-      const Eigen::Vector3f normal = (area.stableNormalized() * (1 - kHair)).cast<float>();
-      double low = 0, high = 0;
-      for (std::size_t s = slots.first; s < slots.last; ++s)
-        for (const Vector3d& corner : triangles[s]) {
-          const double height = normal.cast<double>().dot((corner - middle_) * to_local_);
-          const bool is_first = s == slots.first && &corner == &triangles[s][0];
-          low = is_first ? height : std::min(low, height);
-          high = is_first ? height : std::max(high, height);
-        }
-      const auto column = static_cast<Eigen::Index>(k);
-      for (std::size_t axis = 0; axis < 3; ++axis) slabs_[i].normal[axis][column] = normal[static_cast<Eigen::Index>(axis)];
-      slabs_[i].low[column] = static_cast<float>(low - 8 * kHair);
-      slabs_[i].high[column] = static_cast<float>(high + 8 * kHair);
+      const auto own = triangles.subspan(slots.first, slots.last - slots.first);
+      putSlab(slabs_[i], k, rounded(across(own)), own);
       if (node.count[k] != 0) below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
+      if (node.count[k] <= 0) continue;
+      if (own.size() > 4) throw std::invalid_argument("box tree: more than four triangles in a leaf");
+      prism_of_[slots.first] = static_cast<std::uint32_t>(prisms_.size());
+      Prisms& prisms = prisms_.emplace_back();
+      for (std::size_t t = 0; t < 4; ++t) {
+        const auto one = t < own.size() ? own.subspan(t, 1) : own.first(1);
+        const Eigen::Vector3f normal = rounded(across(one));
+        putSlab(prisms.slab, t, normal, one);
+        for (std::size_t side = 0; side < 3; ++side) {
+          const Eigen::Vector3f wall = rounded((one[0][(side + 1) % 3] - one[0][side]).cross(normal.cast<double>()) * to_local_);
+          put(prisms.wall[side], t, wall);
+          prisms.high[side][static_cast<Eigen::Index>(t)] = static_cast<float>(extent(wall, one).high) + kWide;
+        }
+      }
     }
   }
 }

@@ -84,7 +84,7 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
   std::vector<std::array<Vector3d, 3>> in_order;
   in_order.reserve(n);
   for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
-  tree_.addSlabs(in_order);
+  tree_.addTriangles(in_order);
   // Summed in the order of the input, so that they do not depend on the tree.
   for (std::size_t t = 0; t < n; ++t) {
     const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
@@ -140,14 +140,9 @@ template <bool with_slack>
 NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
   NearestPoint best;
   double limit2 = limit * limit;
-  std::uint32_t tested = 0;
-  tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
-    tested += static_cast<std::uint32_t>(count);
+  const std::size_t met = tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
-      // No point of a triangle is nearer than its plane, by more than rounding: three of four triangles end here.
-      const Vector3d ap = p - f.a;
-      if (std::abs(f.normal.dot(ap)) > limit + 1e-14 * ap.lpNorm<1>()) continue;
       NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
       if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
       if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
@@ -159,7 +154,7 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
       limit2 = best.distance * best.distance * (1 + 1e-15) + std::numeric_limits<double>::min();
     }
   });
-  best.tested = tested;
+  best.tested = static_cast<std::uint32_t>(met);
   return best;
 }
 

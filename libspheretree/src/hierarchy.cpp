@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kCentring = 12;           // steps towards the centre of an enclosing ball: within a few per cent
+constexpr int kCentring = 6;            // steps towards the centre of an enclosing ball: within a few per cent
 constexpr int kCuts = 16;               // places where a part is tried to be cut, along each key
 constexpr std::size_t kNeighbours = 6;  // groups that a child is tried in
 constexpr int kPasses = 8;
@@ -28,9 +28,9 @@ Ball toBall(const Sphere& s) { return {Vector3d(s.x, s.y, s.z), s.radius}; }
 
 // A small ball about some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA 2003.
 Ball enclosing(std::span<const Ball> balls) {
-  Vector3d c = Vector3d::Zero();
-  for (const Ball& b : balls) c += b.centre;
-  c /= static_cast<double>(balls.size());
+  Eigen::AlignedBox3d box;
+  for (const Ball& b : balls) box.extend(b.centre - Vector3d::Constant(b.radius)), box.extend(b.centre + Vector3d::Constant(b.radius));
+  Vector3d c = box.center();
   Ball best{c, std::numeric_limits<double>::infinity()};
   for (int i = 0; i < kCentring; ++i) {
     double most = 0;
@@ -137,16 +137,24 @@ class Grouping {
     double least = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, std::uint32_t>> keyed(count);
     std::vector<Ball> sorted(count);
+    std::vector<double> left_least(count + 1), right_least(count + 1);  // lower bounds of the radii about the first and the last of them
     for (int key = 0; key < 5; ++key) {
       for (std::size_t i = 0; i < count; ++i) {
         const Ball& b = children_[members[i]];
         keyed[i] = {key < 3 ? b.centre[key] : key == 3 ? b.radius : (b.centre - middle).norm(), members[i]};
       }
       std::sort(keyed.begin(), keyed.end());
-      for (std::size_t i = 0; i < count; ++i) sorted[i] = children_[keyed[i].second];
+      Eigen::AlignedBox3d box;
+      for (std::size_t i = 0; i < count; ++i) {
+        sorted[i] = children_[keyed[i].second];
+        left_least[i + 1] = leastRadius(box, sorted[i]);
+      }
+      box.setEmpty();
+      for (std::size_t i = count; i-- > 0;) right_least[i] = leastRadius(box, sorted[i]);
       const std::size_t step = std::max<std::size_t>(1, (most - fewest) / kCuts);
       for (std::size_t here = fewest; here <= most; here += step) {
         if (here == 0 || here == count) continue;
+        if (cost(here, left_least[here]) + cost(count - here, right_least[here]) >= least) continue;
         const std::span<const Ball> all(sorted);
         const double sum = cost(here, enclosing(all.first(here)).radius) + cost(count - here, enclosing(all.subspan(here)).radius);
         if (sum >= least) continue;
@@ -157,6 +165,13 @@ class Grouping {
     }
     members = best_order;
     return best_count;
+  }
+
+  // Lower bound of the radius about the balls of a box and one more, which joins it.
+  static double leastRadius(Eigen::AlignedBox3d& box, const Ball& more) {
+    box.extend(more.centre - Vector3d::Constant(more.radius));
+    box.extend(more.centre + Vector3d::Constant(more.radius));
+    return 0.5 * box.sizes().maxCoeff();
   }
 
   // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing changed.

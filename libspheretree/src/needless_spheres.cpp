@@ -25,28 +25,24 @@ std::vector<char> findNeedless(const TriangleMesh& mesh, std::span<const Sphere>
   sampling.seed = seed;
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : sampleSurface(mesh, sampling)) points.push_back(s.point);
+  std::vector<FittedBall> fitted;
+  for (const Sphere& s : spheres) fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, 0, s.radius});  // clearance 0: the largest go first
+  const Holders holders = findHolders(points, fitted);
   std::vector<char> needless(spheres.size(), 0), kept(spheres.size(), 0);
   std::copy(fixed.begin(), fixed.end(), kept.begin());
   // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among those that stay.
   for (bool again = true; again;) {
     again = false;
-    std::vector<std::uint32_t> left, left_group, candidates;
+    std::vector<std::uint32_t> left, candidates;  // candidates: places in `left`
     std::vector<Sphere> left_spheres;
-    std::vector<FittedBall> fitted;
-    std::vector<char> left_kept;
+    const std::vector<char> maybe = findRedundant(holders, fitted, group, kept, needless);
+    const auto gone = static_cast<std::size_t>(std::count(needless.begin(), needless.end(), 1));
     for (std::uint32_t b = 0; b < spheres.size(); ++b) {
       if (needless[b]) continue;
-      const Sphere& s = spheres[b];
+      if (maybe[b] && candidates.size() < most - gone) candidates.push_back(static_cast<std::uint32_t>(left.size()));
       left.push_back(b);
-      left_group.push_back(group[b]);
-      left_spheres.push_back(s);
-      fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, 0, s.radius});  // clearance 0: the largest go first
-      left_kept.push_back(kept[b]);
+      left_spheres.push_back(spheres[b]);
     }
-    const std::size_t most_now = most - (spheres.size() - left.size());
-    const std::vector<char> maybe = findRedundant(points, fitted, left_group, left_kept);
-    for (std::uint32_t i = 0; i < left.size(); ++i)
-      if (maybe[i] && candidates.size() < most_now) candidates.push_back(i);
     const std::vector<char> spare = findSpare(mesh, left_spheres, origin, candidates, progress);
     for (const std::uint32_t i : candidates) {
       (spare[i] ? needless : kept)[left[i]] = 1;

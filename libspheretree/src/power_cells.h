@@ -55,8 +55,6 @@ class PowerCells {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
  private:
-  static constexpr std::size_t kMany = 8;  // balls, from which on it pays to sort out those that miss a part
-
   bool isGone(std::uint32_t slot) const { return gone_ && (*gone_)[slot]; }
   double power(std::uint32_t slot, const Eigen::Vector3d& p) const {
     const Ball& ball = index_.balls[slot];
@@ -71,30 +69,18 @@ class PowerCells {
     return std::ranges::none_of(triangle, [&](const Eigen::Vector3d& p) { return isOut(slot, p); });
   }
 
-  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_, of which `ball` is one.
-  // Takes both off the stacks.
+  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_; `ball` is deepest
+  // somewhere in it. Takes both off the stacks.
   template <class Hole>
   void part(std::size_t corner, std::size_t near, std::uint32_t ball, Hole& hole) {
     while (corners_.size() - corner >= 3) {
-      // A corner that `ball` does not hold and another ball has less power at: the farthest.
-      double farthest = -std::numeric_limits<double>::infinity();
-      std::uint32_t other = kNone;
-      bool is_held = true;
-      for (std::size_t v = corner; v < corners_.size(); ++v) {
-        if (!isOut(ball, corners_[v])) continue;
-        is_held = false;
-        const double here = power(ball, corners_[v]);
-        if (here <= farthest) continue;
-        double least = here;
-        std::uint32_t better = kNone;
-        for (std::size_t i = near; i < near_.size(); ++i)
-          if (const double p = power(near_[i], corners_[v]); p < least) least = p, better = near_[i];
-        if (better != kNone) farthest = here, other = better;
-      }
-      if (is_held) {
+      own_.clear();
+      for (std::size_t v = corner; v < corners_.size(); ++v) own_.push_back(power(ball, corners_[v]));
+      if (std::ranges::all_of(own_, [](double p) { return p <= 0; })) {
         last_ = ball;
         break;
       }
+      const std::uint32_t other = sortOut(corner, near);
       if (other == kNone) {
         covered_ = false;
         for (std::size_t v = corner; v < corners_.size(); ++v)
@@ -103,47 +89,62 @@ class PowerCells {
       }
       // Cut by the plane of equal power. On neither side is the other side's ball needed again, whence it ends.
       const std::size_t end = corners_.size(), near_end = near_.size();
-      cut(corner, end, other, ball);
-      const bool sorts_out = near_end - near >= kMany;
-      const Eigen::AlignedBox3d box = sorts_out ? boxFrom(end) : Eigen::AlignedBox3d();
+      const std::size_t there = cut(corner, ball, other);
       for (std::size_t i = near; i < near_end; ++i)
-        if (near_[i] != ball && (!sorts_out || touches(near_[i], box))) near_.push_back(near_[i]);
-      part(end, near_end, other, hole);
-      cut(corner, end, ball, other);
+        if (near_[i] != ball && near_[i] != other) near_.push_back(near_[i]);
+      part(there, near_end, other, hole);
       corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(corner), corners_.begin() + static_cast<std::ptrdiff_t>(end));
-      *std::find(near_.begin() + static_cast<std::ptrdiff_t>(near), near_.end(), other) = near_.back();
-      near_.pop_back();
+      near_.erase(std::find(near_.begin() + static_cast<std::ptrdiff_t>(near), near_.end(), other));
     }
     corners_.resize(corner);
     near_.resize(near);
   }
 
-  // Appends the part of the polygon from `begin` to `end` where `a` has no more power than `b`. The new corners are computed alike from
-  // both sides.
-  void cut(std::size_t begin, std::size_t end, std::uint32_t a, std::uint32_t b) {
-    const bool turned = a > b;
-    const auto difference = [&](const Eigen::Vector3d& p) { return turned ? power(b, p) - power(a, p) : power(a, p) - power(b, p); };
-    const double sign = turned ? -1 : 1;
-    double there = difference(corners_[end - 1]);
-    for (std::size_t v = begin, before = end - 1; v < end; before = v++) {
-      const double here = difference(corners_[v]);
-      if ((here < 0 && there > 0) || (here > 0 && there < 0)) {
-        const Eigen::Vector3d p = corners_[before] + (there / (there - here)) * (corners_[v] - corners_[before]);
-        corners_.push_back(p);
+  // Of the balls from `near` on, keeps those that have less power than the part's own ball (own_) at one of the corners: the difference
+  // of two powers is linear. Of the corners that the own ball does not hold and another has less power at, the ball of least power at
+  // the farthest.
+  std::uint32_t sortOut(std::size_t corner, std::size_t near) {
+    least_ = own_;
+    deepest_.assign(own_.size(), kNone);
+    std::size_t kept = near;
+    for (std::size_t i = near; i < near_.size(); ++i) {
+      const std::uint32_t slot = near_[i];
+      bool is_needed = false;
+      for (std::size_t v = 0; v < own_.size(); ++v) {
+        const double p = power(slot, corners_[corner + v]);
+        is_needed = is_needed || p < own_[v];
+        if (p < least_[v]) least_[v] = p, deepest_[v] = slot;
       }
-      if (sign * here <= 0) corners_.push_back(Eigen::Vector3d(corners_[v]));
-      there = here;
+      if (is_needed) near_[kept++] = slot;
     }
+    near_.resize(kept);
+    double farthest = 0;
+    std::uint32_t other = kNone;
+    for (std::size_t v = 0; v < own_.size(); ++v)
+      if (own_[v] > farthest && deepest_[v] != kNone) farthest = own_[v], other = deepest_[v];
+    return other;
   }
 
-  Eigen::AlignedBox3d boxFrom(std::size_t begin) const {
-    Eigen::AlignedBox3d box;
-    for (std::size_t v = begin; v < corners_.size(); ++v) box.extend(corners_[v]);
-    return box;
-  }
-  bool touches(std::uint32_t slot, const Eigen::AlignedBox3d& box) const {
-    const Ball& ball = index_.balls[slot];
-    return box.squaredExteriorDistance(ball.centre) <= ball.radius * ball.radius * (1 + 1e-12);
+  // Appends the parts of the polygon from `corner` on where `a` has no more power than `b`, and the other way round. Where the second
+  // begins. They share their new corners.
+  std::size_t cut(std::size_t corner, std::uint32_t a, std::uint32_t b) {
+    const std::size_t count = corners_.size() - corner;
+    difference_.clear();  // in one order, so that neighbours of this triangle compute the same corners
+    for (std::size_t v = 0; v < count; ++v) {
+      const Eigen::Vector3d& p = corners_[corner + v];
+      difference_.push_back(power(std::min(a, b), p) - power(std::max(a, b), p));
+    }
+    std::size_t second = 0;
+    for (const double sign : {a < b ? 1.0 : -1.0, a < b ? -1.0 : 1.0}) {
+      second = corners_.size();
+      for (std::size_t v = 0, before = count - 1; v < count; before = v++) {
+        const double here = difference_[v], there = difference_[before];
+        const Eigen::Vector3d to = corners_[corner + v], from = corners_[corner + before];
+        if ((here < 0 && there > 0) || (here > 0 && there < 0)) corners_.push_back(from + (there / (there - here)) * (to - from));
+        if (sign * here <= 0) corners_.push_back(to);
+      }
+    }
+    return second;
   }
 
   const BallIndex& index_;
@@ -152,6 +153,9 @@ class PowerCells {
   bool covered_ = true;
   std::vector<Eigen::Vector3d> corners_;  // of the part at hand and of those that wait, which is a stack
   std::vector<std::uint32_t> near_;       // the balls for each, likewise
+  // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the difference of two powers.
+  std::vector<double> own_, least_, difference_;
+  std::vector<std::uint32_t> deepest_;
 };
 
 }  // namespace spheretree::builder

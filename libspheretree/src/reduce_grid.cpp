@@ -17,9 +17,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kFinest = 0.125;             // cell, of the extent of the points
-constexpr double kGrow = 1.122462048309373;   // of the cell, from one grid to the next: sixth root of 2, so that halves come about
-constexpr std::int64_t kMostCells = 1 << 20;  // along an axis
+constexpr double kFinest = 0.125;            // cell, of the extent of the points
+constexpr double kGrow = 1.122462048309373;  // of the cell, from one grid to the next: sixth root of 2, so that halves come about
+constexpr std::size_t kMostAlong = 16;       // cells along an axis: more than the extent has of the finest
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -31,23 +31,24 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
 }
 
 // The occupied cells of a grid that starts at `low`, as lists of points in order of their first; none as soon as there are more than
-// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low`.
+// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low` and less than kMostAlong cells from
+// it.
 class Cells {
  public:
-  explicit Cells(std::size_t most) : place_(most), points_(most) {}
+  explicit Cells(std::size_t most) : list_at_(kMostAlong * kMostAlong * kMostAlong, most), place_(most), points_(most) {}
 
   bool sort(std::span<const Vector3d> points, const Vector3d& low, double size) {
+    for (std::size_t cell = 0; cell < count_; ++cell) list_at_[place_[cell]] = points_.size();
     count_ = 0;
     const double per_cell = 1 / size;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       const Vector3d q = per_cell * (points[i] - low);
-      const std::int64_t place =  // the three numbers of the cell in one
-          (static_cast<std::int64_t>(q.x()) * kMostCells + static_cast<std::int64_t>(q.y())) * kMostCells +
-          static_cast<std::int64_t>(q.z());
-      std::size_t cell = 0;
-      while (cell < count_ && place_[cell] != place) ++cell;
-      if (cell == count_) {
-        if (count_ == place_.size()) return false;
+      const std::size_t place =
+          (static_cast<std::size_t>(q.x()) * kMostAlong + static_cast<std::size_t>(q.y())) * kMostAlong + static_cast<std::size_t>(q.z());
+      std::size_t& cell = list_at_[place];
+      if (cell == points_.size()) {
+        if (count_ == points_.size()) return false;
+        cell = count_;
         place_[count_] = place;
         points_[count_++].clear();
       }
@@ -59,7 +60,8 @@ class Cells {
 
  private:
   std::size_t count_ = 0;
-  std::vector<std::int64_t> place_;
+  std::vector<std::size_t> list_at_;  // (places) the list of a cell; as many as there may be: none
+  std::vector<std::size_t> place_;    // (lists)
   std::vector<std::vector<std::uint32_t>> points_;
 };
 

@@ -34,6 +34,24 @@ std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all)
   return at;
 }
 
+// About the shortest vector of conv(pull) - conv(push), by 2 % at most; where it is shorter than kFlat, one that is, too. Gilbert's method,
+// but towards the last corner of the difference as well as the present one: without it the steps go to and fro between two corners.
+// Paper: E. Gilbert. An iterative procedure for computing the minimum of a quadratic form on a convex set. SIAM J. Control 4(1), 1966.
+Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vector3d> push) {
+  Vector3d g = pull[0] - push[0], last = g;
+  for (int k = 0; k < kGilbertSteps; ++k) {
+    const Vector3d w = pull[leastAlong(g, pull)] - push[leastAlong(-g, push)];
+    const double gain = g.squaredNorm() - g.dot(w);
+    if (gain <= 0.02 * g.squaredNorm() || g.squaredNorm() < kFlat * kFlat) break;
+    if (k == 0)
+      g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
+    else
+      g = nearestOnTriangle(Vector3d::Zero(), g, last, w).point;
+    last = w;
+  }
+  return g;
+}
+
 // The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search come back with
 // nothing, as it can far from the origin of coordinates, it looks again without a bound.
 NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
@@ -79,14 +97,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
       if (d + slack[k] <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
     }
     if (pulls == 0 || pushes == 0) break;
-    // Shortest vector of conv(pull) - conv(push).
-    Vector3d g = pull[0] - push[0];
-    for (int k = 0; k < kGilbertSteps; ++k) {
-      const Vector3d w = pull[leastAlong(g, {pull.data(), pulls})] - push[leastAlong(-g, {push.data(), pushes})];
-      const double gain = g.squaredNorm() - g.dot(w);
-      if (gain <= 0.02 * g.squaredNorm()) break;
-      g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
-    }
+    const Vector3d g = shortestDifference({pull.data(), pulls}, {push.data(), pushes});
     const double slope = g.norm();
     if (slope < kFlat) {
       step *= 0.35;

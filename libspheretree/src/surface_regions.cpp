@@ -51,30 +51,6 @@ void forChunks(std::size_t count, Work&& work) {
   });
 }
 
-// The balls that hold each point, by point.
-struct Holders {
-  std::vector<std::size_t> begin;
-  std::vector<std::uint32_t> ball;
-  std::span<const std::uint32_t> of(std::size_t i) const { return {ball.data() + begin[i], begin[i + 1] - begin[i]}; }
-};
-
-Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
-  const BallIndex index = indexOf(balls);
-  std::vector<std::vector<std::uint32_t>> of(points.size());
-  forChunks(points.size(), [&](std::size_t i) {
-    forHolders(index, points[i], [&](std::uint32_t b, double) { of[i].push_back(b); });
-    std::sort(of[i].begin(), of[i].end());
-  });
-  Holders out;
-  out.begin.reserve(points.size() + 1);
-  out.begin.push_back(0);
-  for (const auto& list : of) {
-    out.ball.insert(out.ball.end(), list.begin(), list.end());
-    out.begin.push_back(out.ball.size());
-  }
-  return out;
-}
-
 double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
   double most = 0;
   for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
@@ -219,22 +195,41 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
   return owner;
 }
 
-std::vector<char> findRedundant(std::span<const Vector3d> points, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
-                                std::span<const char> fixed) {
-  const Holders holders = findHolders(points, balls);
+Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
+  const BallIndex index = indexOf(balls);
+  std::vector<std::vector<std::uint32_t>> chunk((points.size() + kPointsAChunk - 1) / kPointsAChunk);
+  Holders out;
+  out.begin.resize(points.size() + 1);
+  forChunks(points.size(), [&](std::size_t i) {
+    std::vector<std::uint32_t>& held = chunk[i / kPointsAChunk];
+    const auto before = static_cast<std::ptrdiff_t>(held.size());
+    forHolders(index, points[i], [&](std::uint32_t b, double) { held.push_back(b); });
+    std::sort(held.begin() + before, held.end());
+    out.begin[i + 1] = held.size() - static_cast<std::size_t>(before);
+  });
+  std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
+  out.ball.reserve(out.begin.back());
+  for (const auto& held : chunk) out.ball.insert(out.ball.end(), held.begin(), held.end());
+  return out;
+}
+
+std::vector<char> findRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
+                                std::span<const char> fixed, std::span<const char> gone) {
+  const auto isGone = [&](std::uint32_t b) { return !gone.empty() && gone[b]; };
+  const std::size_t points = holders.begin.size() - 1;
   std::vector<std::vector<std::uint32_t>> held(balls.size());
-  std::vector<std::uint32_t> times(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    times[i] = static_cast<std::uint32_t>(holders.of(i).size());
-    for (const std::uint32_t b : holders.of(i)) held[b].push_back(static_cast<std::uint32_t>(i));
+  std::vector<std::uint32_t> times(points, 0);
+  for (std::uint32_t i = 0; i < points; ++i)
+    for (const std::uint32_t b : holders.of(i))
+      if (!isGone(b)) ++times[i], held[b].push_back(i);
+  std::vector<std::uint32_t> order, left;
+  for (std::uint32_t b = 0; b < balls.size(); ++b) {
+    if (isGone(b)) continue;
+    order.push_back(b);
+    if (group[b] >= left.size()) left.resize(group[b] + 1, 0);
+    ++left[group[b]];
   }
-  std::vector<std::uint32_t> order(balls.size()), left;
-  std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return balls[a].overhang() > balls[b].overhang(); });
-  for (const std::uint32_t g : group) {
-    if (g >= left.size()) left.resize(g + 1, 0);
-    ++left[g];
-  }
   std::vector<char> redundant(balls.size(), 0);
   for (const std::uint32_t b : order) {
     if ((!fixed.empty() && fixed[b]) || left[group[b]] < 2) continue;

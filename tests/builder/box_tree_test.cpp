@@ -111,7 +111,7 @@ TriangleTree treeOf(const Triangles& triangles, bool with_slabs) {
     for (const Vector3d& corner : triangles[t]) boxes[t].extend(corner);
   TriangleTree out{BoxTree(boxes), {}};
   for (const std::uint32_t t : out.tree.order()) out.triangles.push_back(triangles[t]);
-  if (with_slabs) out.tree.addSlabs(out.triangles);
+  if (with_slabs) out.tree.addTriangles(out.triangles);
   return out;
 }
 

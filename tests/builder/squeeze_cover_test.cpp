@@ -148,17 +148,21 @@ TEST(SqueezeCover, FewSamplesOfAFineMeshStillLeadToATightCover) {
 
 TEST(SqueezeCover, ClosingHalvesTheHolesForLess) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
-  const std::vector<Ball> start = randomInside(mesh, 60, 2);
   const std::vector<Vector3d> dense = test::densePoints(mesh, 80, 3);
-  SqueezeSettings settings = quick();
-  settings.gap_tolerance = 0.05;
-  const Squeezed open = squeeze(mesh, start, mesh.positions, settings);
-  settings.closes = true;
-  const Squeezed closed = squeeze(mesh, start, mesh.positions, settings);
-  const double open_gap = test::largestGap(dense, grown(open.balls, open.stand_off));
-  const double closed_gap = test::largestGap(dense, grown(closed.balls, closed.stand_off));
-  EXPECT_LE(closed_gap, 1.01 * 0.5 * settings.gap_tolerance * closed.stand_off);
-  EXPECT_LT(closed.stand_off + closed_gap, open.stand_off + open_gap);
+  double grown_open = 0, grown_closed = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    const std::vector<Ball> start = randomInside(mesh, 60, seed);
+    SqueezeSettings settings = quick();
+    settings.gap_tolerance = 0.05;
+    const Squeezed open = squeeze(mesh, start, mesh.positions, settings);
+    settings.closes = true;
+    const Squeezed closed = squeeze(mesh, start, mesh.positions, settings);
+    const double closed_gap = test::largestGap(dense, grown(closed.balls, closed.stand_off));
+    EXPECT_LE(closed_gap, 1.01 * 0.5 * settings.gap_tolerance * closed.stand_off);
+    grown_closed += closed.stand_off + closed_gap;
+    grown_open += open.stand_off + test::largestGap(dense, grown(open.balls, open.stand_off));
+  }
+  EXPECT_LT(grown_closed, grown_open);  // of one alone the largest hole may happen to be small
 }
 
 TEST(SqueezeCover, WithoutMovesTheCoverStillHolds) {

@@ -94,7 +94,8 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   std::vector<FittedBall> balls = s.balls;
   balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must go
   const std::vector<std::uint32_t> group(balls.size(), 0);
-  const std::vector<char> redundant = findRedundant(s.surface.points, balls, group, {});
+  const Holders holders = findHolders(s.surface.points, balls);
+  const std::vector<char> redundant = findRedundant(holders, balls, group, {}, {});
   EXPECT_GE(std::accumulate(redundant.begin(), redundant.end(), 0), static_cast<int>(s.balls.size()));
   for (const Vector3d& p : s.surface.points) {
     bool held = false;
@@ -104,7 +105,7 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   }
   std::vector<std::uint32_t> alone(balls.size());
   std::iota(alone.begin(), alone.end(), 0u);
-  for (const char r : findRedundant(s.surface.points, balls, alone, {})) EXPECT_FALSE(r) << "the last of its group";
+  for (const char r : findRedundant(holders, balls, alone, {}, {})) EXPECT_FALSE(r) << "the last of its group";
 }
 
 // Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have half.

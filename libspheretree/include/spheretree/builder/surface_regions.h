@@ -57,10 +57,18 @@ void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> p
 /// A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
 std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t most);
 
-/// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every point.
-/// `group`: (balls) the last unmarked ball of a group is kept. Balls in `fixed` (empty: none) are kept.
-std::vector<char> findRedundant(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls,
-                                std::span<const std::uint32_t> group, std::span<const char> fixed);
+/// The balls that hold each point.
+struct Holders {
+  std::vector<std::size_t> begin;   // (points + 1) in `ball`
+  std::vector<std::uint32_t> ball;  // of the first point, in ascending order, then of the second, and so on
+  std::span<const std::uint32_t> of(std::size_t point) const { return {ball.data() + begin[point], begin[point + 1] - begin[point]}; }
+};
+Holders findHolders(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
+
+/// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every point. Balls in
+/// `gone` (empty: none) do not count, those in `fixed` (empty: none) are kept. `group`: (balls) the last unmarked ball of a group is kept.
+std::vector<char> findRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
+                                std::span<const char> fixed, std::span<const char> gone);
 
 /// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until the balls
 /// have loads as equal as their overlaps allow.
