@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kFinest = 0.125;            // cell, of the extent of the points
-constexpr double kGrow = 1.122462048309373;  // of the cell, from one grid to the next: sixth root of 2, so that halves come about
+constexpr double kGrow = 1.189207115002721;  // of the cell, from one grid to the next: fourth root of 2, so that halves come about
 constexpr std::size_t kMostAlong = 16;       // cells along an axis: more than the extent has of the finest
 
 // Columns: the principal axes, the longest extent last.
