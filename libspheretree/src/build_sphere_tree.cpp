@@ -38,8 +38,8 @@ constexpr double kFar = 16;                // mesh diagonals from its frame's or
 constexpr double kResolution = 2e-3;       // of certification, as a share of the stand-off
 constexpr double kLeastResolution = 1e-7;  // ... and of the diagonal
 
-constexpr double kAim = 1.02;  // a level is built for a tolerance so much smaller, as certification makes spheres grow
-constexpr int kAttempts = 4;   // more, with a smaller one each
+constexpr int kAttempts = 4;           // more, with a smaller tolerance each
+constexpr std::size_t kFewNodes = 20;  // one leaf more is much
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(std::string("build: ") + what);
@@ -104,6 +104,13 @@ LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, con
   return buildByRegions(mesh, field, methods, published, progress);
 }
 
+// Levels are built for a tolerance so much smaller, as certification makes spheres grow: it closes the gaps that a search leaves open.
+double aimOf(const BuildSettings& settings) {
+  if (settings.builder == BuilderKind::Octree) return 1;  // leaves none
+  if (settings.builder == BuilderKind::Cover) return 1.02;
+  return settings.quality == Quality::Best ? 1.015 : 1.045;
+}
+
 // Float32 holds 7 digits: far from the origin they would go into the place of the mesh, not into its shape.
 Vector3d chooseOrigin(const DistanceField& field) {
   const double most = std::max(field.box().min().cwiseAbs().maxCoeff(), field.box().max().cwiseAbs().maxCoeff());
@@ -130,6 +137,12 @@ struct CertifiedLevels {
   std::vector<double> largest_growth;               // (levels)
   std::size_t pieces = 0;
   double wanted = 0, bound = 0;  // overhang bound of the deepest level, before and after certification [mm]
+
+  std::size_t count() const {
+    std::size_t all = 0;
+    for (const std::vector<Sphere>& level : spheres) all += level.size();
+    return all;
+  }
 };
 
 class Certifier {
@@ -247,17 +260,27 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   // A graded tree aims at keeping its distance in the graded field.
   const DistanceField& goal = is_graded ? graded : field;
   Certifier certifier(to_cover, goal, origin, settings.seed, progress);
-  search_settings.tolerance_mm /= kAim;
-  CertifiedLevels levels;
-  for (int attempt = 0;; ++attempt) {
+  const auto certified = [&](double tolerance) {
+    search_settings.tolerance_mm = tolerance;
     const LevelBalls balls = inFrameOfMesh(buildLevels(search.mesh, search.field, search_settings, progress), search.pose);
     finishStage("balls");
     progress.stage("certify");
-    levels = certifier.certify(balls);
+    CertifiedLevels out = certifier.certify(balls);
     finishStage("certify");
-    // Only certification can have pushed it beyond: aim lower by as much.
-    if (levels.bound <= settings.tolerance_mm || levels.wanted > settings.tolerance_mm || attempt == kAttempts) break;
-    search_settings.tolerance_mm *= 0.99 * settings.tolerance_mm / levels.bound;
+    return out;
+  };
+  const double farthest = search_settings.tolerance_mm;
+  double aim = farthest / aimOf(settings);
+  CertifiedLevels levels = certified(aim);
+  // Only certification can have pushed it beyond: aim lower by as much.
+  for (int attempt = 0; attempt < kAttempts && levels.wanted <= settings.tolerance_mm && levels.bound > settings.tolerance_mm; ++attempt) {
+    aim *= 0.99 * settings.tolerance_mm / levels.bound;
+    levels = certified(aim);
+  }
+  // It may push less far, too.
+  if (aim < farthest && levels.bound <= settings.tolerance_mm && levels.count() <= kFewNodes) {
+    CertifiedLevels fewer = certified(farthest);
+    if (fewer.bound <= settings.tolerance_mm && fewer.count() < levels.count()) levels = std::move(fewer);
   }
   result.statistics.certified_pieces = levels.pieces;
 
