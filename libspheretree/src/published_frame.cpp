@@ -32,7 +32,9 @@ constexpr double kErrorFactor = 2;        // medial balls are this much better t
 constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
 constexpr std::size_t kLeastPoints = 1000;
-constexpr std::size_t kFewBalls = 64;  // have more points each: a level's squeeze may take the work of so many more
+constexpr std::size_t kFirstSteps = 8;  // for a tolerance: halving ends within such a share of the fewest balls
+constexpr std::size_t kStepsDown = 25;  // ... and then they go down by such shares
+constexpr std::size_t kFewBalls = 64;   // have more points each: a level's squeeze may take the work of so many more
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
@@ -246,17 +248,26 @@ class Frame {
 
   // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as parents.
   void takeFewest(Levels& levels) {
-    std::size_t low = levels.size() > 1 ? levels[levels.size() - 2].size() : 0;  // too few
     std::vector<FittedBall> leaves = levels.back();
-    while (leaves.size() - low > std::max<std::size_t>(1, leaves.size() / 50)) {
+    const std::vector<FittedBall> above = levels.size() > 1 ? levels[levels.size() - 2] : leaves;
+    std::size_t low = levels.size() > 1 ? above.size() : 0;  // too few
+    // How many suffice depends on where they start: from more, which drop out, or from the fewer above, which split.
+    const auto suffice = [&](std::size_t count) {
+      for (std::vector<FittedBall> balls : {leaves, above}) {
+        evenOut(balls, count);
+        if (!isGoodEnough(balls)) continue;
+        leaves = std::move(balls);
+        return true;
+      }
+      return false;
+    };
+    while (leaves.size() > low + std::max<std::size_t>(1, leaves.size() / kFirstSteps)) {
       const std::size_t middle = low + (leaves.size() - low) / 2;
-      std::vector<FittedBall> fewer = leaves;
-      evenOut(fewer, middle);
-      if (isGoodEnough(fewer))
-        leaves = std::move(fewer);
-      else
-        low = middle;
+      if (!suffice(middle)) low = middle;
     }
+    // The way down from balls that suffice leads farther than more halving does.
+    for (bool goes_on = true; goes_on;)
+      goes_on = leaves.size() > 1 && suffice(leaves.size() - std::max<std::size_t>(1, leaves.size() / kStepsDown));
     const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings_.branching);
     for (std::size_t level = 1; level + 1 < counts.size(); ++level)
       if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level]);
