@@ -19,6 +19,7 @@ struct Effort {
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least three a sphere
   std::size_t touching_samples;     // of them, those that get a shrinking ball
   std::uint64_t swap_work;
+  int gap_rounds;
   double squeeze_moves;  // a sphere
   std::uint64_t squeeze_work;
   double squeeze_step;
@@ -29,11 +30,11 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {12, 300, 6, 1500, 300, 300'000, 0.4, 8'000'000, 0.06, 4, 0.03};
+      return {12, 300, 6, 1500, 300, 300'000, 0, 0.4, 8'000'000, 0.06, 4, 0.03};
     case Quality::Standard:
-      return {24, 1000, 20, 6000, 1500, 10'000'000, 0.6, 60'000'000, 0.04, 5, 0.02};
+      return {24, 1000, 20, 6000, 1500, 10'000'000, 3, 0.6, 60'000'000, 0.04, 5, 0.02};
     case Quality::Best:
-      return {24, 1000, 20, 6000, 1500, 10'000'000, 2, 400'000'000, 0.03, 12, 0.01};
+      return {24, 1000, 20, 6000, 1500, 10'000'000, 10, 2, 400'000'000, 0.03, 12, 0.01};
   }
   return {};
 }
@@ -90,6 +91,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     CoverSettings cover_settings;
     cover_settings.spheres = spheres;
     cover_settings.swap_work = effort.swap_work / fitted * std::max(spheres, fitted / 10 + 1);
+    cover_settings.gap_rounds = effort.gap_rounds;
     cover_settings.squeeze.moves = 10 + static_cast<int>(effort.squeeze_moves * static_cast<double>(spheres));
     cover_settings.squeeze.step = effort.squeeze_step;
     cover_settings.squeeze.work = effort.squeeze_work;

@@ -11,6 +11,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "gap_sampler.h"
 #include "gap_table.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/sample_index.h"
@@ -32,6 +33,9 @@ constexpr double kAbove = 1.2;       // times the stand-off that the spheres lef
 constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
 constexpr double kHexagon = 2.598;   // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
 constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose patch is a ring
+constexpr double kGapSpacing = 0.1;  // of the samples at holes, in widths of a patch: one or a few for a hole
+constexpr double kRoom = 1.15;       // times the stand-off on the samples so far: where the swaps start that know of the holes
+constexpr double kKnown = 1.005;     // times the stand-off on the samples: where the squeeze starts if they know of the holes
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class T>
@@ -84,9 +88,10 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   return out;
 }
 
-// Passes of assignment and refit; keeps the best set of balls seen. `balls` have radius d(c).
-void refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
-              const Progress& progress) {
+// Passes of assignment and refit; keeps the best set of balls seen and returns its stand-off. `balls` have radius d(c); `stand_off`: near
+// theirs, it only saves time.
+double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
+                const Progress& progress) {
   std::vector<Ball> now = balls;
   double best = stand_off, reach = stand_off;
   for (int pass = 0; pass <= passes; ++pass) {
@@ -106,6 +111,7 @@ void refitAll(const DistanceField& field, const SampleIndex& samples, std::vecto
       now[b] = {refit.centre, refit.clearance};
     });
   }
+  return best;
 }
 
 // Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the stand-off deep,
@@ -219,6 +225,21 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
   }
 }
 
+// Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h` is high.
+void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
+                 std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
+  std::vector<Ball> all = balls;
+  all.insert(all.end(), candidates.begin(), candidates.end());
+  thinToFit(samples, h, balls.size(), all);
+  GapTable table(samples, all, h);
+  std::vector<std::uint32_t> chosen(balls.size());
+  std::iota(chosen.begin(), chosen.end(), 0u);
+  SwapSearch search(table, std::move(chosen), seed);
+  chosen = search.run(static_cast<float>(h * (1 - 0.002)), most, work, progress);
+  balls.clear();
+  for (const std::uint32_t c : chosen) balls.push_back(all[c]);
+}
+
 }  // namespace
 
 Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given, std::span<const Ball> pool,
@@ -254,8 +275,9 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   const SampleIndex uniform(points);
   SampleIndex samples(points);
   std::vector<Ball> balls;
-  for (int top_up = 0; top_up <= kMostTopUps; ++top_up) {
-    const std::size_t added = greedyBalls(field, samples, n, top_up == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
+  int top_ups = 0;
+  for (; top_ups <= kMostTopUps; ++top_ups) {
+    const std::size_t added = greedyBalls(field, samples, n, top_ups == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
     const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
     const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());
     if (more.empty() && !was_dry) break;
@@ -264,23 +286,26 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
     samples = SampleIndex(points);
   }
 
-  {                                 // the table goes before the squeeze comes
-    std::vector<Ball> all = balls;  // the greedy cover is what the swaps start from
-    all.insert(all.end(), candidates.begin(), candidates.end());
-    thinToFit(samples, h, balls.size(), all);
-    GapTable table(samples, all, h);
-    std::vector<std::uint32_t> chosen(balls.size());
-    std::iota(chosen.begin(), chosen.end(), 0u);
-    SwapSearch search(table, std::move(chosen), random());
-    chosen = search.run(static_cast<float>(h * (1 - 0.002)), n, settings.swap_work, progress);
-    balls.clear();
-    for (const std::uint32_t c : chosen) balls.push_back(all[c]);
+  searchSwaps(samples, candidates, h, n, settings.swap_work, random(), balls, progress);
+  double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
+  SqueezeSettings squeeze = settings.squeeze;
+  if (top_ups > 0 && settings.gap_rounds > 0) {
+    // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many balls go where: a
+    // squeeze that finds it out has to pass balls along the whole rod.
+    GapSampler gaps(mesh, field, n, kGapSpacing);
+    for (int round = 0; round < settings.gap_rounds; ++round) {
+      const std::vector<Vector3d> missed = gaps.find(balls, stand_off, squeeze.gap_tolerance, {}, {}, progress);
+      if (missed.empty()) break;
+      points.insert(points.end(), missed.begin(), missed.end());
+      samples = SampleIndex(points);
+      searchSwaps(samples, candidates, kRoom * stand_off, n, settings.swap_work, random(), balls, progress);
+      stand_off = refitAll(field, samples, balls, kRoom * stand_off, settings.refits, progress);
+    }
+    squeeze.start = kKnown;
   }
-  refitAll(field, samples, balls, assign(samples, balls, h).stand_off, settings.refits, progress);
 
   // Spheres left over start as copies, which the next step is free to send wherever one is missed most.
   for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
-  SqueezeSettings squeeze = settings.squeeze;
   squeeze.seed = random();
   Cover cover;
   cover.stand_off = squeezeCover(mesh, field, points, balls, squeeze, progress);

@@ -5,13 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <random>
-#include <set>
 #include <utility>
 
+#include "gap_sampler.h"
 #include "open_set.h"
-#include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/refit_ball.h"
 #include "spheretree/builder/sample_index.h"
 #include "spheretree/builder/shrinking_balls.h"
@@ -30,9 +28,8 @@ constexpr int kRefitSteps = 14;
 constexpr std::uint64_t kTabu = 8;           // moves for which a ball that gave something up is asked last, at most
 constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: where refits are dear, one goal out of reach would take it all
 constexpr std::uint64_t kTriangleWork =
-    4;                            // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
-constexpr double kShortSide = 2;  // longest side of a triangle that is searched for gaps, in widths of a patch
-constexpr double kStart = 1.1, kRise = 0.05;  // first goal, times the stand-off on the samples; by what share the next is more if it fails
+    4;                           // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
+constexpr double kRise = 0.05;   // by what share the first goal rises if it cannot be reached, at first
 constexpr double kDepth = 0.5;   // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
 constexpr double kClosed = 0.5;  // share of the gap tolerance to which holes are closed in the end
 constexpr std::array<double, 2> kRooms{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
@@ -284,73 +281,13 @@ class Squeezer {
   std::mt19937_64 random_;
 };
 
-// Uncovered points of the mesh as new samples, no two closer than a share of the width of a patch.
-class GapSampler {
- public:
-  GapSampler(TriangleMesh mesh, double spacing, std::uint64_t& work)
-      : mesh_(std::move(mesh)), spacing_(spacing), work_(work), all_(mesh_.triangles.size()) {
-    std::iota(all_.begin(), all_.end(), 0u);
-    std::vector<Eigen::AlignedBox3d> boxes(mesh_.triangles.size());
-    for (std::size_t t = 0; t < boxes.size(); ++t)
-      for (int k = 0; k < 3; ++k) boxes[t].extend(mesh_.corner(t, k));
-    triangles_ = BoxTree(boxes, 4);
-  }
-
-  // Of a search of the whole mesh, at least.
-  std::uint64_t searchWork() const { return kTriangleWork * all_.size(); }
-
-  // The points; none if the mesh is covered. `was`: the balls at the last call with the same stand-off, after which only balls of
-  // `moved` moved: what is open now was held by one of those, or open then. Empty: look everywhere.
-  std::vector<Vector3d> find(std::span<const Ball> balls, double h, double tolerance, std::span<const Ball> was,
-                             std::span<const std::uint32_t> moved, Progress& progress) {
-    std::vector<std::uint32_t> near;
-    if (was.empty()) {
-      near = all_;
-    } else {
-      std::vector<char> marked(all_.size(), 0);
-      for (const std::uint32_t t : open_) marked[t] = 1;
-      for (const std::uint32_t b : moved) {
-        const double held = was[b].radius + (1 + tolerance) * h;
-        triangles_.searchWithin(was[b].centre, held * held, [&](std::size_t first, std::size_t count) {
-          for (std::size_t slot = first; slot < first + count; ++slot) marked[triangles_.order()[slot]] = 1;
-        });
-      }
-      for (const std::uint32_t t : all_)
-        if (marked[t]) near.push_back(t);
-    }
-    work_ += kTriangleWork * near.size();
-    std::vector<Ball> grown(balls.begin(), balls.end());
-    for (Ball& b : grown) b.radius += h;
-    std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance * h, progress);
-    open_.clear();
-    for (const CoverGap& g : gaps) open_.push_back(g.triangle);
-    std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });
-    std::set<std::array<std::int64_t, 3>> taken;
-    std::vector<Vector3d> points;
-    for (const CoverGap& g : gaps) {
-      const Vector3d cell = g.point / spacing_;
-      if (taken.insert({std::llround(cell.x()), std::llround(cell.y()), std::llround(cell.z())}).second) points.push_back(g.point);
-    }
-    return points;
-  }
-
- private:
-  TriangleMesh mesh_;
-  double spacing_;
-  std::uint64_t& work_;
-  std::vector<std::uint32_t> all_;
-  std::vector<std::uint32_t> open_;  // triangles with gaps at the last call
-  BoxTree triangles_;
-};
-
 }  // namespace
 
 double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::vector<Vector3d>& points, std::vector<Ball>& inscribed,
                     const SqueezeSettings& settings, Progress& progress) {
   std::mt19937_64 random(settings.seed);
   std::uint64_t work = 0;
-  const double width = std::sqrt(1.2 * field.area() / static_cast<double>(inscribed.size()));  // of a patch
-  GapSampler sampler(withShortSides(mesh, std::max(kShortSide * width, 1e-3 * field.diagonal())), settings.gap_spacing * width, work);
+  GapSampler sampler(mesh, field, inscribed.size(), settings.gap_spacing);
   Squeezer squeezer(field, points, inscribed, random(), work);
 
   // Covers at the goal `h` what the mesh has between the samples too, but for holes as deep as a share of it, by sampling what was missed.
@@ -361,6 +298,7 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
     for (;;) {
       const std::vector<std::uint32_t> moved = squeezer.takeMoved();
       const std::vector<Vector3d> missed = sampler.find(squeezer.balls(), h, tolerance, was, moved, progress);
+      work += kTriangleWork * sampler.lookedAt();
       if (missed.empty()) return true;
       was = squeezer.balls();
       points.insert(points.end(), missed.begin(), missed.end());
@@ -372,8 +310,8 @@ double squeezeCover(const TriangleMesh& mesh, const DistanceField& field, std::v
 
   // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then, and
   // faster every time. From too high the way down is short; work spent in vain at the first goals would be missed there.
-  double h = kStart * squeezer.standOff(0.01 * field.diagonal()), rise = kRise;
-  const std::uint64_t attempt = settings.work / kLeastAttempts + sampler.searchWork();
+  double h = settings.start * squeezer.standOff(0.01 * field.diagonal()), rise = kRise;
+  const std::uint64_t attempt = settings.work / kLeastAttempts + kTriangleWork * sampler.triangles();
   for (squeezer.setGoal(h); !settle(h, settings.gap_tolerance, work + attempt); squeezer.setGoal(h)) h *= 1 + rise, rise *= 1.5;
   inscribed = squeezer.balls();
   const std::uint64_t all_work = std::max(settings.work, work + settings.work / 2);

@@ -18,6 +18,7 @@ struct CoverSettings {
   std::size_t spheres = 512;              // N, >= 1
   std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: their time, on any mesh
   int refits = 3;                         // passes of assigning samples to balls and refitting them; >= 0
+  int gap_rounds = 3;  // of swaps with samples where the mesh was open, on objects that uniform samples do not suit; >= 0
   SqueezeSettings squeeze;
   std::uint64_t seed = 1;
 };

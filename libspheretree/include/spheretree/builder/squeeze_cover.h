@@ -13,6 +13,7 @@
 namespace spheretree::builder {
 
 struct SqueezeSettings {
+  double start = 1.1;                // the first goal, times the stand-off on the samples: what they miss is covered there first; >= 1
   double step = 0.02;                // each goal is this share below the last, at first; range (0, 0.5)
   int moves = 1000;                  // balls moved before a goal is given up, counted anew whenever all samples are covered; >= 0
   std::uint64_t work = 100'000'000;  // triangles and points looked at before the search ends: bounds its time on any mesh
