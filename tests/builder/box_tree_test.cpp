@@ -185,6 +185,30 @@ TEST(BoxTree, SlabsSpareMostOfABallFromItsMiddle) {
   EXPECT_GT(without, triangles.size() / 2);
 }
 
+// Of the 18 triangles in the boxes that a point halfway inside a ball meets, four have to be looked at.
+TEST(BoxTree, PrismsSpareMostTrianglesOfALeaf) {
+  const TriangleMesh ball = test::sphereMesh(1, 5);
+  Triangles triangles;
+  for (std::size_t t = 0; t < ball.triangles.size(); ++t) triangles.push_back({ball.corner(t, 0), ball.corner(t, 1), ball.corner(t, 2)});
+  const TriangleTree in = treeOf(triangles, true);
+  test::Random random(8);
+  std::size_t met = 0, tested = 0;
+  for (int k = 0; k < 100; ++k) {
+    const Vector3d p = 0.5 * random.inCube(1).normalized();
+    double limit2 = std::numeric_limits<double>::infinity();
+    met += in.tree.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+      tested += count;
+      for (std::size_t s = first; s < first + count; ++s) {
+        const auto& [a, b, c] = in.triangles[s];
+        const double distance = nearestOnTriangle(p, a, b, c).distance;
+        limit2 = std::min(limit2, distance * distance);
+      }
+    });
+  }
+  EXPECT_LT(tested, met / 3);
+  EXPECT_GE(tested, 100u);
+}
+
 TEST(BoxTree, OrderIsAPermutation) {
   test::Random random(3);
   const BoxTree tree(randomBoxes(random, 1000, 0.2));
