@@ -24,7 +24,7 @@ constexpr std::size_t kNeighbours = 6;  // groups that a child is tried in
 constexpr int kPasses = 8;
 constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange is rounding
 
-Ball toBall(const Sphere& s) { return {Vector3d(s.x, s.y, s.z), s.radius}; }
+Ball scaledBall(const Sphere& s, double scale) { return {scale * Vector3d(s.x, s.y, s.z), scale * s.radius}; }
 
 // A small ball about some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA 2003.
 Ball enclosing(std::span<const Ball> balls) {
@@ -328,9 +328,13 @@ struct GroupedLevels {
 GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std::size_t> going_on, std::size_t branching, Room room) {
   GroupedLevels out{std::move(levels), {}, 0};
   out.parents.resize(out.levels.size());
+  if (out.levels.empty()) return out;
+  // By a power of two, to about the same size: a cubic root does not round alike at all scales, and two ways may cost the same.
+  int exponent = 0;
+  std::frexp(out.levels[0].empty() ? 1.0f : out.levels[0][0].radius, &exponent);
+  const double scale = std::ldexp(1.0, -exponent);
   std::vector<Ball> below;
-  if (!out.levels.empty())
-    for (const Sphere& s : out.levels.back()) below.push_back(toBall(s));
+  for (const Sphere& s : out.levels.back()) below.push_back(scaledBall(s, scale));
   for (std::size_t level = out.levels.size(); level-- > 1;) {
     std::vector<Sphere>& owners = out.levels[level - 1];
     const std::size_t parents = going_on.empty() ? owners.size() : std::min(owners.size(), going_on[level - 1]);
@@ -340,10 +344,10 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std
     if (below.size() > groups * branching)
       throw std::invalid_argument("hierarchy: level " + std::to_string(level) + " has more spheres than its parents may have children");
     std::vector<Ball> above;
-    for (std::size_t i = 0; i < parents; ++i) above.push_back(toBall(owners[i]));
+    for (std::size_t i = 0; i < parents; ++i) above.push_back(scaledBall(owners[i], scale));
     const Grouping grouping(above, below, branching, groups);
     std::vector<Ball> bounds;
-    for (const Sphere& s : owners) bounds.push_back(toBall(s));
+    for (const Sphere& s : owners) bounds.push_back(scaledBall(s, scale));
     out.parents[level].resize(below.size());
     for (const Grouping::Group& g : grouping.groups()) {
       std::uint32_t parent = g.parent;

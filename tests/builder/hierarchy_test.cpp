@@ -242,5 +242,27 @@ TEST(Hierarchy, RefusesWhatMakesNoTree) {
   EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 0, 0}}, 2), std::invalid_argument) << "too many children";
 }
 
+// On lattices many groupings cost the same.
+TEST(Hierarchy, PowersOfTwoChangeNoGroup) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    test::Random random(seed);
+    const double offset = random.between(0.1, 0.9);
+    const auto lattice = [&](int side, float scale) {
+      std::vector<Sphere> out;
+      for (int i = 0; i < side * side * side; ++i) {
+        const Sphere s = sphere(Vector3d(i % side, i / side % side, i / (side * side)) / side + Vector3d::Constant(offset), 0.9 / side);
+        out.push_back({scale * s.x, scale * s.y, scale * s.z, scale * s.radius});
+      }
+      return out;
+    };
+    const auto groupsAt = [&](float scale) {
+      Levels levels{lattice(1, scale), lattice(2, scale), lattice(4, scale), lattice(8, scale)};
+      return groupLevels(levels, 8, Room::Use);
+    };
+    const Parents parents = groupsAt(1);
+    for (const float scale : {0x1p-20f, 0x1p-1f, 0x1p1f, 0x1p2f, 0x1p7f}) EXPECT_EQ(groupsAt(scale), parents) << scale;
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::builder
