@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <queue>
 #include <utility>
@@ -21,6 +22,7 @@ namespace {
 
 constexpr int kRefitSteps = 24;
 constexpr double kNegligible = 1e-6;     // overhang, of the diagonal
+constexpr int kSteps = 4;                // towards the least overhang, if the tolerance is out of reach
 constexpr std::size_t kCellsALeaf = 16;  // for a tolerance: so many may be joined
 
 using Polygon = std::vector<Vector3d>;
@@ -130,6 +132,12 @@ std::vector<FittedCell> halveWorst(const Cell& root, const DistanceField& field,
   return cells;
 }
 
+double worstOverhang(const std::vector<FittedCell>& cells) {
+  double worst = 0;
+  for (const FittedCell& cell : cells) worst = std::max(worst, cell.ball.overhang());
+  return worst;
+}
+
 Cell joined(const Cell& a, const Cell& b) {
   Cell both{a.box.merged(b.box), a.pieces};
   both.pieces.insert(both.pieces.end(), b.pieces.begin(), b.pieces.end());
@@ -201,8 +209,24 @@ LevelBalls buildForTolerance(const Cell& root, const DistanceField& field, const
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
   const double enough = std::max(settings.tolerance_mm, kNegligible * field.diagonal());
-  std::vector<FittedCell> leaves = joinNeighbours(halveWorst(root, field, kCellsALeaf * budget, enough, progress), field, enough, progress);
-  if (leaves.size() > budget) leaves = halveWorst(root, field, budget, enough, progress);
+  const auto leavesFor = [&](double overhang) {
+    return joinNeighbours(halveWorst(root, field, kCellsALeaf * budget, overhang, progress), field, overhang, progress);
+  };
+  std::vector<FittedCell> leaves = leavesFor(enough);
+  if (leaves.size() > budget) {  // out of reach: the least overhang that the budget suffices for
+    leaves = halveWorst(root, field, budget, enough, progress);
+    double low = enough, high = worstOverhang(leaves);
+    for (int step = 0; step < kSteps; ++step) {
+      const double middle = std::sqrt(low * high);
+      std::vector<FittedCell> tried = leavesFor(middle);
+      if (tried.size() > budget || worstOverhang(tried) >= high) {
+        low = middle;
+      } else {
+        high = worstOverhang(tried);
+        leaves = std::move(tried);
+      }
+    }
+  }
   const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings.branching);
   LevelBalls out;
   const auto add = [&](const std::vector<FittedCell>& cells) {
