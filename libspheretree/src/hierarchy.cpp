@@ -26,10 +26,15 @@ constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange i
 
 Ball scaledBall(const Sphere& s, double scale) { return {scale * Vector3d(s.x, s.y, s.z), scale * s.radius}; }
 
+void extendBy(const Ball& ball, Eigen::AlignedBox3d& box) {
+  box.extend(ball.centre - Vector3d::Constant(ball.radius));
+  box.extend(ball.centre + Vector3d::Constant(ball.radius));
+}
+
 // A small ball about some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA 2003.
 Ball enclosing(std::span<const Ball> balls) {
   Eigen::AlignedBox3d box;
-  for (const Ball& b : balls) box.extend(b.centre - Vector3d::Constant(b.radius)), box.extend(b.centre + Vector3d::Constant(b.radius));
+  for (const Ball& b : balls) extendBy(b, box);
   Vector3d c = box.center();
   Ball best{c, std::numeric_limits<double>::infinity()};
   for (int i = 0; i < kCentring; ++i) {
@@ -147,10 +152,14 @@ class Grouping {
       Eigen::AlignedBox3d box;
       for (std::size_t i = 0; i < count; ++i) {
         sorted[i] = children_[keyed[i].second];
-        left_least[i + 1] = leastRadius(box, sorted[i]);
+        extendBy(sorted[i], box);
+        left_least[i + 1] = 0.5 * box.sizes().maxCoeff();
       }
       box.setEmpty();
-      for (std::size_t i = count; i-- > 0;) right_least[i] = leastRadius(box, sorted[i]);
+      for (std::size_t i = count; i-- > 0;) {
+        extendBy(sorted[i], box);
+        right_least[i] = 0.5 * box.sizes().maxCoeff();
+      }
       const std::size_t step = std::max<std::size_t>(1, (most - fewest) / kCuts);
       for (std::size_t here = fewest; here <= most; here += step) {
         if (here == 0 || here == count) continue;
@@ -165,13 +174,6 @@ class Grouping {
     }
     members = best_order;
     return best_count;
-  }
-
-  // Lower bound of the radius about the balls of a box and one more, which joins it.
-  static double leastRadius(Eigen::AlignedBox3d& box, const Ball& more) {
-    box.extend(more.centre - Vector3d::Constant(more.radius));
-    box.extend(more.centre + Vector3d::Constant(more.radius));
-    return 0.5 * box.sizes().maxCoeff();
   }
 
   // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing changed.

@@ -34,13 +34,17 @@ double gapAt(const Vector3d& p, std::span<const Ball> balls) {
   return least;
 }
 
-TEST(GapSampler, FindsPointsOfTheMeshThatNoBallReaches) {
-  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
-  const DistanceField field(mesh);
+struct GapSamplerOnATorus : testing::Test {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 48, 24);
+  const DistanceField field{mesh};
+  std::vector<Ball> balls = inscribedBalls(field, 60);
+  GapSampler sampler{mesh, field, balls.size(), kSpacing};
   Progress progress;
-  const std::vector<Ball> balls = inscribedBalls(field, 60);
-  GapSampler sampler(mesh, field, balls.size(), kSpacing);
-  const std::vector<Vector3d> found = sampler.find(balls, kRise, kTolerance, {}, {}, progress);
+  std::vector<Vector3d> findEverywhere(double rise, double tolerance) { return sampler.find(balls, rise, tolerance, {}, {}, progress); }
+};
+
+TEST_F(GapSamplerOnATorus, FindsPointsOfTheMeshThatNoBallReaches) {
+  const std::vector<Vector3d> found = findEverywhere(kRise, kTolerance);
   ASSERT_FALSE(found.empty());
   for (const Vector3d& p : found) {
     EXPECT_LT(test::bruteDistance(mesh, p), 1e-12);
@@ -48,28 +52,19 @@ TEST(GapSampler, FindsPointsOfTheMeshThatNoBallReaches) {
   }
 }
 
-TEST(GapSampler, FindsNothingOnceTheBallsReachTheDeepestHole) {
-  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
-  const DistanceField field(mesh);
-  Progress progress;
-  const std::vector<Ball> balls = inscribedBalls(field, 60);
-  GapSampler sampler(mesh, field, balls.size(), kSpacing);
-  const double deepest = test::largestGap(test::densePoints(mesh, 60, 3), balls);
-  EXPECT_FALSE(sampler.find(balls, 0.99 * deepest, 0, {}, {}, progress).empty());
-  EXPECT_FALSE(sampler.find(balls, 0.99 * deepest / (1 + kTolerance), kTolerance, {}, {}, progress).empty());
-  EXPECT_TRUE(sampler.find(balls, 1.01 * deepest, 0, {}, {}, progress).empty());
-  EXPECT_TRUE(sampler.find(balls, 1.01 * deepest / (1 + kTolerance), kTolerance, {}, {}, progress).empty());
+TEST_F(GapSamplerOnATorus, FindsNothingOnceTheBallsReachTheDeepestHole) {
+  const double deepest = test::largestGap(test::densePoints(mesh, 30, 3), balls);
+  for (const double tolerance : {0.0, kTolerance}) {
+    EXPECT_FALSE(findEverywhere(0.99 * deepest / (1 + tolerance), tolerance).empty());
+    EXPECT_TRUE(findEverywhere(1.01 * deepest / (1 + tolerance), tolerance).empty());
+  }
 }
 
-TEST(GapSampler, AfterMovesLooksOnlyWhereBallsMovedAndMissesNothing) {
-  const TriangleMesh mesh = test::torusMesh(5, 2, 48, 24);
-  const DistanceField field(mesh);
-  Progress progress;
-  std::vector<Ball> balls = inscribedBalls(field, 60);
-  GapSampler sampler(mesh, field, balls.size(), kSpacing), fresh(mesh, field, balls.size(), kSpacing);
+TEST_F(GapSamplerOnATorus, AfterMovesLooksOnlyWhereBallsMovedAndMissesNothing) {
+  GapSampler fresh(mesh, field, balls.size(), kSpacing);
   // Room enough that few places are open: else every triangle has to be looked at.
   const double rise = 0.9 * test::largestGap(test::densePoints(mesh, 10, 3), balls);
-  sampler.find(balls, rise, kTolerance, {}, {}, progress);
+  findEverywhere(rise, kTolerance);
   EXPECT_EQ(sampler.lookedAt(), sampler.triangles());
   for (const std::uint32_t moved : {3u, 30u, 59u}) {
     const std::vector<Ball> was = balls;

@@ -87,6 +87,18 @@ TEST(SurfaceRegions, RefitKeepsThePointsCoveredAndNeverRaisesTheWorst) {
   }
 }
 
+TEST(SurfaceRegions, HoldersAreThoseOfBruteForce) {
+  Setting s;
+  const Holders holders = findHolders(s.surface.points, s.balls);
+  ASSERT_EQ(holders.begin.size(), s.surface.points.size() + 1);
+  for (std::size_t i = 0; i < s.surface.points.size(); ++i) {
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t b = 0; b < s.balls.size(); ++b)
+      if ((s.surface.points[i] - s.balls[b].centre).norm() <= s.balls[b].radius * (1 + 1e-9)) expected.push_back(b);
+    EXPECT_TRUE(std::ranges::equal(holders.of(i), expected)) << i;
+  }
+}
+
 TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   Setting s;
   Progress progress;
@@ -103,6 +115,13 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
       held = held || (!redundant[b] && (p - balls[b].centre).norm() <= balls[b].radius * (1 + 1e-9));
     EXPECT_TRUE(held);
   }
+  // Once one of each two is gone, the others drop no more than they do by themselves.
+  std::vector<char> gone(balls.size(), 0);
+  std::fill(gone.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), gone.end(), 1);
+  const std::vector<char> of_both = findRedundant(holders, balls, group, {}, gone);
+  const std::vector<char> of_first = findRedundant(findHolders(s.surface.points, s.balls), s.balls, group, {}, {});
+  EXPECT_TRUE(std::equal(of_first.begin(), of_first.end(), of_both.begin()));
+  EXPECT_EQ(std::count(of_both.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), of_both.end(), 1), 0);
   std::vector<std::uint32_t> alone(balls.size());
   std::iota(alone.begin(), alone.end(), 0u);
   for (const char r : findRedundant(holders, balls, alone, {}, {})) EXPECT_FALSE(r) << "the last of its group";
