@@ -120,6 +120,13 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
   return result;
 }
 
+double unitInMm(std::string_view unit) {
+  if (unit == "cm") return 10;
+  if (unit == "m") return 1000;
+  if (unit == "in") return 25.4;
+  return 1;
+}
+
 TriangleMesh selectPart(const TriangleMesh& mesh, std::string_view name) {
   const auto found = std::find(mesh.part_names.begin(), mesh.part_names.end(), name);
   if (found == mesh.part_names.end()) {

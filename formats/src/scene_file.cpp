@@ -219,13 +219,6 @@ TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& default
   return s;
 }
 
-double unitInMm(std::string_view unit) {
-  if (unit == "cm") return 10;
-  if (unit == "m") return 1000;
-  if (unit == "in") return 25.4;
-  return 1;
-}
-
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path) {
   return (scene_path.parent_path() / path).lexically_normal();  // an absolute `path` stays as it is
 }

@@ -54,7 +54,7 @@ write_torus() {
 
 case_help() {
   expect 0 --help
-  for verb in build convert inspect; do
+  for verb in batch build check compare convert evaluate inspect report; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help
@@ -87,6 +87,17 @@ case_usage() {
   says "convert" err
   cp mesh.obj mesh.glb
   expect 2 build mesh.glb -o work/a.stree --unit mm
+  for verb in "check mesh.obj" "evaluate mesh.obj a.stree" "compare mesh.obj -o work/comparison"; do
+    # shellcheck disable=SC2086
+    expect 2 $verb --unit km
+    says "km not in {mm,cm,m,in}" err
+    is_empty work
+  done
+  for verb in "evaluate mesh.obj a.stree" "compare mesh.obj -o work/comparison"; do
+    # shellcheck disable=SC2086
+    expect 2 $verb --seed -1
+    says "not a whole number from 0" err
+  done
   write_sph a.sph
   expect 2 convert a.sph work/a.txt
   expect 2 convert mesh.obj work/a.stree
@@ -146,6 +157,48 @@ case_picture() {
   expect 2 convert a.sph work/a.glb --mesh mesh.obj
   expect 3 convert a.sph work/a.png --mesh missing.obj
   is_empty work
+}
+
+# No output replaces what was read for it.
+case_own_input() {
+  write_tetrahedron mesh.obj
+  grep -v 'f 2 3 4' mesh.obj >open.obj
+  expect 4 check open.obj -o open.glb
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2}, "tool": {"name": "tool", "mesh": "mesh.obj"},
+    "objects": [{"name": "object", "mesh": "mesh.obj"}]}' >scene.json
+  mkdir before
+  cp mesh.obj open.glb scene.json before
+  ln -s open.glb link.glb
+  expect 2 check open.glb -o open.glb
+  expect 2 check open.glb -o ./link.glb
+  says "open.glb" err
+  expect 2 build mesh.obj -o work/a.stree --report mesh.obj
+  expect 2 batch scene.json -o .
+  expect 2 batch "$PWD/scene.json" -o work/..
+  for file in mesh.obj open.glb scene.json; do cmp $file before/$file || fail "$file was written over"; done
+  expect 2 report run.csv --scene scene.json -o scene.json
+  is_empty work
+}
+
+# Names with blanks, of any script, and of bytes that are no text at all.
+case_names() {
+  no_text=$(printf 'no\377text')
+  for name in "a tooth" "зуб 歯" "$no_text"; do
+    write_tetrahedron "$name.obj"
+    mkdir "work/$name"
+    expect 0 build "$name.obj" -o "work/$name/a.stree" --levels 2 --quality quick --report "work/$name/report.json" --progress json
+    says '"schema": "spheretree.build/1"' "work/$name/report.json"
+    expect 0 check "$name.obj" --json
+    expect 4 inspect "$name.obj" --json
+    says '"valid": false' out
+    printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2}, "tool": {"name": "tool", "mesh": "%s/a tooth.obj"},
+      "objects": [{"name": "object", "mesh": "../a tooth.obj"}]}' "$PWD" >"work/$name.json"
+    expect 0 batch "work/$name.json" -o "work/$name" --progress json
+    expect 0 report "work/$name" -o "work/$name.html"
+    expect 0 compare "$name.obj" -o "work/$name/compared" --builders cover --qualities quick --levels 2 --progress json
+    expect 0 report "work/$name/compared" -o "work/$name.html"
+    expect 0 compare "$name.obj" -o "work/$name/compared" --builders cover --qualities quick --levels 2
+  done
 }
 
 case_evaluate() {

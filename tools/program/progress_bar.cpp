@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "json_text.h"
+
 namespace spheretree::tool {
 namespace {
 
@@ -58,7 +60,7 @@ void ProgressBar::draw(double fraction, bool new_stage) {
   if (kind_ == Kind::Json) {
     last_drawn_ = now;
     const nlohmann::ordered_json line{{"stage", stage_}, {"fraction", fraction}, {"seconds", seconds()}};
-    std::fprintf(stderr, "%s\n", line.dump().c_str());
+    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
     return;
   }
   if (now - start_ < kQuietStart) return;

@@ -14,6 +14,9 @@
 #include "batch_chart.h"
 #include "batch_items.h"
 #include "command.h"
+#include "common_options.h"
+#include "json_text.h"
+#include "output_path.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -139,7 +142,7 @@ void writeResults(const BatchOptions& options, const formats::SceneFile& scene, 
     std::filesystem::remove(options.folder / "scene.json");
   else
     formats::writeWhole(options.folder / "scene.json", formats::sceneText(compiled));
-  formats::writeWhole(options.folder / "report.json", reportOf(options, items, findings, seconds).dump(1) + "\n");
+  formats::writeWhole(options.folder / "report.json", jsonText(reportOf(options, items, findings, seconds), 1) + "\n");
 }
 
 /// Of a budget, in words; false if it is not kept.
@@ -197,7 +200,8 @@ int batch(BatchOptions options, builder::Progress& progress) {
   std::error_code error;
   std::filesystem::create_directories(options.folder, error);
   if (error) throw formats::FileError(options.folder.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
-  formats::checkWritable(options.folder / "report.json");
+  checkOutput(options.folder / "scene.json", {options.scene});
+  checkOutput(options.folder / "report.json", {options.scene});
 
   progress.stage("read");
   const Hands hands = readHands(options.hands);
@@ -286,10 +290,7 @@ void addBatchCommand(Program& program) {
                   "touches at random")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app->add_option("--threads", options->threads,
-                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  addThreads(*app, options->threads);
 }
 
 }  // namespace spheretree::tool

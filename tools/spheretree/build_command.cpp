@@ -13,6 +13,9 @@
 
 #include "builder_names.h"
 #include "command.h"
+#include "common_options.h"
+#include "json_text.h"
+#include "output_path.h"
 #include "part_choice.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
@@ -20,6 +23,7 @@
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sphere_tree_file.h"
+#include "tree_input.h"
 
 namespace spheretree::tool {
 namespace {
@@ -35,31 +39,17 @@ struct BuildOptions {
   builder::BuildSettings settings;
 };
 
-double unitInMm(const std::string& unit) {
-  if (unit == "cm") return 10;
-  if (unit == "m") return 1000;
-  if (unit == "in") return 25.4;
-  return 1;
-}
-
-bool isGltf(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending == ".gltf" || ending == ".glb";
-}
-
 void checkOptions(const BuildOptions& options) {
-  if (options.output.extension() != ".stree")
+  if (endingOf(options.output) != ".stree")
     throw UsageError(options.output.string() + ": the output's name must end in .stree. For other forms, see spheretree convert.");
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
-  if (!options.unit.empty() && isGltf(options.input))
+  if (const std::string ending = endingOf(options.input); !options.unit.empty() && (ending == ".gltf" || ending == ".glb"))
     throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
   if (options.settings.most_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
-  formats::checkWritable(options.output);
-  if (!options.report.empty()) formats::checkWritable(options.report);
+  checkOutput(options.output, {options.input});
+  if (!options.report.empty()) checkOutput(options.report, {options.input});
 }
 
 Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
@@ -136,7 +126,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   for (const std::string& member : options.combine) options.settings.combine.push_back(byName(kMembers, member));
 
   progress.stage("read");
-  formats::MeshFile file = formats::readMesh(options.input, unitInMm(options.unit));
+  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
   options.settings.unit_mm = file.unit_mm;
   const TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
   std::vector<std::string> notes = std::move(file.notes);
@@ -150,7 +140,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
   progress.check();
   formats::writeSphereTree(options.output, result.tree);
-  if (!options.report.empty()) formats::writeWhole(options.report, reportOf(options, repaired, result, notes).dump(2) + "\n");
+  if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
   printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
@@ -178,12 +168,7 @@ void addBuildCommand(Program& program) {
       ->delimiter(',')
       ->allow_extra_args(false)  // else it would take INPUT for a member
       ->check(CLI::IsMember(namesOf(kMembers)));
-  app->add_option("--levels", options->settings.levels, "Levels of the tree with the root, 2 to 6; default 4")
-      ->type_name("N")
-      ->check(CLI::Range(kMinLevels, kMaxLevels));
-  app->add_option("--branching", options->settings.branching, "Most children of a node, 2 to 8; default 8")
-      ->type_name("N")
-      ->check(CLI::Range(kMinBranching, kMaxBranching));
+  addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")
       ->type_name("NAME")
       ->check(CLI::IsMember(namesOf(kQualities)));
@@ -200,31 +185,19 @@ void addBuildCommand(Program& program) {
                   "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));
-  app->add_option("--unit", options->unit, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
-      ->type_name("UNIT")
-      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  addUnit(*app, options->unit);
   app->add_option("--repair", options->repair,
                   "What happens to a defective mesh: auto repairs it, as little as works; off refuses it; wrap puts a closed surface round "
                   "any mesh; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
-  app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
+  addParts(*app, options->parts);
   app->add_flag(
       "!--no-simplify", options->settings.simplify,
       "Search on every triangle. Default: where a mesh has more than 400 triangles for each leaf that the tree can have (and more than "
       "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
-  app->add_option("--seed", options->settings.seed, "Seed of all random choices, 0 to 2^64 - 1; default 1")
-      ->type_name("N")
-      ->check([](const std::string& text) {  // CLI11 would turn -1 into 2^64 - 1
-        std::uint64_t value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        return error == std::errc() && end == text.data() + text.size() ? std::string()
-                                                                        : text + " is not a whole number from 0 to 2^64 - 1";
-      });
-  app->add_option("--threads", options->settings.threads,
-                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  addSeed(*app, options->settings.seed, "all random choices");
+  addThreads(*app, options->settings.threads);
   app->add_option("--report", options->report, "Also write settings, hashes, figures of each level and seconds as JSON")->type_name("FILE");
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,12 @@ std::vector<std::string> namesOf(const Kinds& kinds) {
   return names;
 }
 
-/// CLI11 has checked that `text` is one of the names.
+/// CLI11, or the reader of scenes, has checked that `text` is one of the names.
 template <class Kinds>
 auto byName(const Kinds& kinds, const std::string& text) {
-  return *std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
+  const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
+  if (found == kinds.end()) throw std::logic_error("no check refused the name " + text);
+  return *found;
 }
 
 }  // namespace spheretree::tool

@@ -7,12 +7,14 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "command.h"
+#include "common_options.h"
+#include "json_text.h"
+#include "output_path.h"
 #include "part_choice.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/mesh_checks.h"
@@ -20,6 +22,7 @@
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/marked_glb.h"
 #include "spheretree/formats/mesh_file.h"
+#include "tree_input.h"
 
 namespace spheretree::tool {
 namespace {
@@ -28,8 +31,7 @@ using Json = nlohmann::ordered_json;
 
 struct CheckOptions {
   std::filesystem::path input, output;
-  std::string parts = "merge";
-  double unit_mm = 1;
+  std::string parts = "merge", unit;
   bool json = false, list_parts = false;
 };
 
@@ -248,11 +250,11 @@ void printParts(const std::vector<PartLine>& parts) {
 
 int runCheck(const CheckOptions& options, builder::Progress& progress) {
   if (!options.output.empty()) {
-    if (options.output.extension() != ".glb") throw UsageError(options.output.string() + ": the name of the marked mesh must end in .glb.");
-    formats::checkWritable(options.output);
+    if (endingOf(options.output) != ".glb") throw UsageError(options.output.string() + ": the name of the marked mesh must end in .glb.");
+    checkOutput(options.output, {options.input});
   }
   progress.stage("read");
-  formats::MeshFile file = formats::readMesh(options.input, options.unit_mm);
+  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
   progress.check();
   progress.stage("check");
   const TriangleMesh mesh = choosePart(file.mesh, options.parts);
@@ -268,7 +270,7 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   if (options.json) {
     Json out = toJson(file, mesh, report, repaired, survey);
     if (options.list_parts) out["part_list"] = partsJson(parts);
-    std::cout << out.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';  // a part's name may be no UTF-8
+    std::cout << jsonText(out, 2) << '\n';
   } else {
     printText(options, file, mesh, repaired, survey);
     if (options.list_parts) printParts(parts);
@@ -288,10 +290,8 @@ void addCheckCommand(Program& program) {
   app->add_flag("--list-parts", options->list_parts,
                 "Also list the named parts and the connected components, each checked by itself; default off");
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1");
-  app->add_option("--unit", options->unit_mm, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
-      ->type_name("UNIT")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
-  app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
+  addUnit(*app, options->unit);
+  addParts(*app, options->parts);
 }
 
 }  // namespace spheretree::tool

@@ -8,8 +8,10 @@
 
 #include "builder_names.h"
 #include "command.h"
+#include "common_options.h"
 #include "comparison.h"
 #include "comparison_page.h"
+#include "json_text.h"
 #include "page/chart.h"
 #include "sound_mesh.h"
 #include "spheretree/formats/errors.h"
@@ -27,7 +29,7 @@ struct CompareOptions {
   std::vector<fs::path> meshes;
   fs::path output;
   std::vector<std::string> builders = namesOf(kBuilders), qualities = namesOf(kQualities);
-  double unit_mm = 1;
+  std::string unit;
   int rotations = 0;  // for the table of stability
   builder::BuildSettings settings;
 };
@@ -50,7 +52,7 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
     progress.check();
     std::vector<std::string> notes;
     builder::RepairedMesh mesh =
-        soundMesh(formats::readMesh(file, options.unit_mm).mesh, file.string(), builder::RepairKind::Auto, notes, progress);
+        soundMesh(formats::readMesh(file, formats::unitInMm(options.unit)).mesh, file.string(), builder::RepairKind::Auto, notes, progress);
     if (!quiet)
       for (const std::string& note : notes) std::cerr << file.string() << ": " << note << '\n';
     out.push_back({nameOf(file, taken), fs::absolute(file).lexically_normal(), std::move(mesh.mesh), std::move(mesh.to_cover)});
@@ -90,14 +92,14 @@ int compare(const CompareOptions& options, bool quiet, builder::Progress& progre
   Json comparison = compareBuilders(meshes, what, options.settings, options.output, progress);
   if (options.rotations > 0)
     comparison["stability"] = compareStability(meshes, what, options.settings, options.rotations, options.output, progress);
-  for (Json& mesh : comparison["meshes"]) mesh["unit_mm"] = options.unit_mm;
+  for (Json& mesh : comparison["meshes"]) mesh["unit_mm"] = formats::unitInMm(options.unit);
   comparison["geometric_means"] = geometricMeans(comparison);
   const std::string page = comparisonPage(comparison, options.output, kMostPageBytes, progress);
   progress.check();
   formats::writeWhole(options.output / "compare.csv", comparisonCsv(comparison));
   writeComparisonCharts(comparison, options.output);
   formats::writeWhole(options.output / "index.html", page);
-  formats::writeWhole(options.output / "compare.json", comparison.dump(1) + "\n");
+  formats::writeWhole(options.output / "compare.json", jsonText(comparison, 1) + "\n");
 
   printMeans(comparison["geometric_means"]);
   std::size_t failed = 0;
@@ -142,25 +144,15 @@ void addCompareCommand(Program& program) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(namesOf(kQualities)));
-  app->add_option("--levels", options->settings.levels, "Levels of the trees with the root, 2 to 6; default 4")
-      ->type_name("N")
-      ->check(CLI::Range(kMinLevels, kMaxLevels));
-  app->add_option("--branching", options->settings.branching, "Most children of a node, 2 to 8; default 8")
-      ->type_name("N")
-      ->check(CLI::Range(kMinBranching, kMaxBranching));
+  addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--stability", options->rotations,
                   "Adds a table of how much the trees change when the mesh is turned (N times), shifted a little, reordered, scaled or "
                   "subdivided, 0 to 1000; default 0: none. 24 builds every tree 43 times")
       ->type_name("N")
       ->check(CLI::Range(0, 1000));
-  app->add_option("--unit", options->unit_mm, "Unit of meshes without one (not glTF): mm, cm, m or in; default mm")
-      ->type_name("UNIT")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
-  app->add_option("--seed", options->settings.seed, "Seed of all random choices, 0 to 2^64 - 1; default 1")->type_name("N");
-  app->add_option("--threads", options->settings.threads,
-                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The trees are the same for any")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  addUnit(*app, options->unit);
+  addSeed(*app, options->settings.seed, "all random choices");
+  addThreads(*app, options->settings.threads);
 }
 
 }  // namespace spheretree::tool

@@ -12,6 +12,7 @@
 #include "builder_names.h"
 #include "command.h"
 #include "evaluation_json.h"
+#include "json_text.h"
 #include "spheretree/builder/cover_limits.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -84,7 +85,7 @@ Json meshEntry(const ComparedMesh& compared, const Json& key, const builder::Bui
       {"area_mm2", field.area()},
       {"volume_mm3", field.volume()},
       {"limit_mm", {{"leaves", leaves}, {"h_fin", limits.h_fin}, {"h_low", limits.h_low}, {"h_low_in_range", limits.h_low_in_range}}}};
-  formats::writeWhole(file, Json{{"key", key}, {"mesh", mesh}}.dump(1) + "\n");
+  formats::writeWhole(file, jsonText({{"key", key}, {"mesh", mesh}}, 1) + "\n");
   return mesh;
 }
 
@@ -171,7 +172,7 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
         job.run["error"] = error.what();
       }
       progress.check();
-      formats::writeWhole(fileOf(job.id), job.run.dump(1) + "\n");
+      formats::writeWhole(fileOf(job.id), jsonText(job.run, 1) + "\n");
       done += weight(job);
       progress.advance(done / total);
     }
@@ -217,7 +218,7 @@ Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector
           entry.erase("rows");
           entry["error"] = error.what();
         }
-        formats::writeWhole(file, entry.dump(1) + "\n");
+        formats::writeWhole(file, jsonText(entry, 1) + "\n");
       }
       entry.erase("key");
       out.push_back(std::move(entry));

@@ -8,13 +8,13 @@
 
 #include "command.h"
 #include "picture.h"
-#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sph_text.h"
 #include "spheretree/formats/sphere_tree_file.h"
 #include "spheretree/formats/tree_glb.h"
 #include "spheretree/formats/tree_json.h"
+#include "tree_input.h"
 
 namespace spheretree::tool {
 namespace {
@@ -26,31 +26,6 @@ struct ConvertOptions {
   int width = 0;
 };
 
-std::string endingOf(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
-}
-
-std::string readText(const std::filesystem::path& path) {
-  constexpr std::uint64_t kMostBytes = 64 << 20;  // a full tree takes less than 10 MB
-  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-SphereTree readTree(const std::filesystem::path& path) {
-  const std::string ending = endingOf(path);
-  if (ending == ".stree") return formats::readSphereTree(path);
-  SphereTree tree;
-  if (ending == ".sph")
-    tree = formats::parseSph(readText(path), path.string());
-  else
-    tree = formats::parseTreeJson(readText(path), path.string());
-  if (tree.provenance.generator.empty()) tree.provenance.generator = kGenerator;
-  return tree;
-}
-
 std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const ConvertOptions& options) {
   PictureSettings settings;
   if (!options.view.empty()) std::copy(options.view.begin(), options.view.end(), settings.view.begin());
@@ -61,9 +36,7 @@ std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const 
 }
 
 int runConvert(const ConvertOptions& options, builder::Progress& progress) {
-  const std::string from = endingOf(options.input), to = endingOf(options.output);
-  if (from != ".stree" && from != ".sph" && from != ".json")
-    throw UsageError(options.input.string() + ": the input's name must end in .stree, .sph or .json.");
+  const std::string to = endingOf(options.output);
   if (to != ".stree" && to != ".sph" && to != ".json" && to != ".glb" && to != ".png")
     throw UsageError(options.output.string() + ": the output's name must end in .stree, .sph, .json, .glb or .png.");
   if (to != ".png" && (!options.mesh.empty() || !options.view.empty() || options.width > 0))
@@ -75,7 +48,8 @@ int runConvert(const ConvertOptions& options, builder::Progress& progress) {
     throw UsageError("--spheres is for .sph, .glb and .png; " + to + " always holds both kinds of spheres. Leave it out.");
   const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;
 
-  const SphereTree tree = readTree(options.input);
+  SphereTree tree = readTree(options.input);
+  if (tree.provenance.generator.empty()) tree.provenance.generator = kGenerator;
   progress.check();
   if (to == ".stree")
     formats::writeSphereTree(options.output, tree);

@@ -3,43 +3,31 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "command.h"
+#include "common_options.h"
 #include "evaluation_json.h"
+#include "json_text.h"
 #include "part_choice.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
-#include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
-#include "spheretree/formats/sph_text.h"
-#include "spheretree/formats/sphere_tree_file.h"
-#include "spheretree/formats/tree_json.h"
+#include "tree_input.h"
 
 namespace spheretree::tool {
 namespace {
 
 struct EvaluateOptions {
   std::filesystem::path mesh, tree;
-  std::string parts = "merge", repair = "auto";
-  double unit_mm = 1;
+  std::string parts = "merge", repair = "auto", unit;
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
 };
-
-SphereTree readTree(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  if (ending == ".stree") return formats::readSphereTree(path);
-  if (ending != ".sph" && ending != ".json") throw UsageError(path.string() + ": the tree's name must end in .stree, .sph or .json.");
-  const std::vector<std::byte> bytes = formats::readFile(path);
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return ending == ".sph" ? formats::parseSph(text, path.string()) : formats::parseTreeJson(text, path.string());
-}
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
   const double percent = 100 / evaluation.diagonal;
@@ -76,7 +64,7 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
 int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
-  formats::MeshFile file = formats::readMesh(options.mesh, options.unit_mm);
+  formats::MeshFile file = formats::readMesh(options.mesh, formats::unitInMm(options.unit));
   TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
   progress.check();
   // The same solid that a build takes.
@@ -101,7 +89,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }
   if (options.json)
-    std::cout << evaluationJson(evaluation).dump(2) << '\n';
+    std::cout << jsonText(evaluationJson(evaluation), 2) << '\n';
   else
     printText(options, mesh.triangles.size(), evaluation);
   return kExitOk;
@@ -118,18 +106,13 @@ void addEvaluateCommand(Program& program) {
   app->add_option("TREE", options->tree, "Tree: .stree, .sph or .json")->required()->type_name("FILE");
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
-  app->add_option("--unit", options->unit_mm, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
-      ->type_name("UNIT")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}}).description(""));
-  app->add_option("--parts", options->parts, kPartsHelp)->type_name("NAME");
+  addUnit(*app, options->unit);
+  addParts(*app, options->parts);
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
-  app->add_option("--seed", options->settings.seed, "Seed of the surface points, 0 to 2^64 - 1; default 1")->type_name("N");
-  app->add_option("--threads", options->settings.threads,
-                  "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  addSeed(*app, options->settings.seed, "the surface points");
+  addThreads(*app, options->settings.threads);
 }
 
 }  // namespace spheretree::tool

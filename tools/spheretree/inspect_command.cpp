@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "command.h"
+#include "json_text.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -148,11 +149,11 @@ int runInspect(const InspectOptions& options) {
   try {
     tree = formats::parseSphereTree(bytes, options.tree.string());
   } catch (const formats::FormatError& error) {
-    if (options.json) std::cout << Json{{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}.dump(2) << '\n';
+    if (options.json) std::cout << jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) << '\n';
     throw;
   }
   if (options.json)
-    std::cout << toJson(tree, factsOf(bytes)).dump(2) << '\n';
+    std::cout << jsonText(toJson(tree, factsOf(bytes)), 2) << '\n';
   else
     printText(tree, options, factsOf(bytes));
   return kExitOk;

@@ -8,11 +8,6 @@
 
 namespace spheretree::tool {
 
-inline constexpr const char* kPartsHelp =
-    "merge: all parts as one object; or the name of one part; or #N, the connected component N as `check --list-parts` counts them, from "
-    "0; "
-    "default merge";
-
 /// The whole mesh, a named part of it, or a connected component. @throws formats::FormatError with the choices if there is none such.
 TriangleMesh choosePart(TriangleMesh mesh, const std::string& parts);
 

@@ -6,6 +6,8 @@
 
 #include "command.h"
 #include "comparison_page.h"
+#include "json_text.h"
+#include "output_path.h"
 #include "page/chart.h"
 #include "report_page.h"
 #include "spheretree/formats/errors.h"
@@ -46,7 +48,7 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
 }
 
 int runReport(const ReportOptions& options, builder::Progress& progress) {
-  formats::checkWritable(options.output);
+  checkOutput(options.output, {options.input, options.scene, options.recording});
   Report report;
   try {
     report = makeReport(options, progress);
@@ -57,7 +59,7 @@ int runReport(const ReportOptions& options, builder::Progress& progress) {
   progress.check();
   formats::writeWhole(options.output, report.html);
   if (options.json)
-    std::cout << report.figures.dump(1) << '\n';
+    std::cout << jsonText(report.figures, 1) << '\n';
   else
     std::printf("%s: %zu bytes; open this page in a browser\n", options.output.c_str(), report.html.size());
   return kExitOk;

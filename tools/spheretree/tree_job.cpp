@@ -2,13 +2,13 @@
 #include "tree_job.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <chrono>
-#include <stdexcept>
 
+#include "builder_names.h"
 #include "command.h"
 #include "evaluation_json.h"
+#include "json_text.h"
 #include "sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -20,20 +20,10 @@
 namespace spheretree::tool {
 namespace {
 
-using builder::BuilderKind;
-using builder::Quality;
-
 constexpr const char* kRecordSchema = "spheretree.batch-record/1";
 constexpr double kMeasuringEffort = 0.05;  // a look at every level that costs less than the build; `evaluate` measures in full
 
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
-
-template <class Kinds>
-auto named(const Kinds& kinds, const std::string& text) {
-  const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
-  if (found == kinds.end()) throw std::logic_error("a scene file let pass the name " + text);
-  return *found;
-}
 
 std::string shortest(double value) {
   char text[32];
@@ -98,12 +88,9 @@ std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::pa
 }
 
 builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
-  constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,   BuilderKind::Burst, BuilderKind::Expand,
-                                 BuilderKind::Spawn, BuilderKind::Grid,     BuilderKind::Hubbard, BuilderKind::Octree};
-  constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
   builder::BuildSettings out;
-  if (settings.builder) out.builder = named(kBuilders, *settings.builder);
-  if (settings.quality) out.quality = named(kQualities, *settings.quality);
+  if (settings.builder) out.builder = byName(kBuilders, *settings.builder);
+  if (settings.quality) out.quality = byName(kQualities, *settings.quality);
   if (settings.levels) out.levels = *settings.levels;
   if (settings.branching) out.branching = *settings.branching;
   if (settings.tolerance_mm) out.tolerance_mm = *settings.tolerance_mm;
@@ -195,7 +182,7 @@ void TreeCache::store(const std::string& key, const TreeResult& result) const {
   formats::writeWhole(folder_ / (key + ".stree"), bytes);
   const Json json{
       {"schema", kRecordSchema}, {"tree_hash", toHex(builder::bytesHash(bytes))}, {"seconds", result.seconds}, {"record", result.record}};
-  formats::writeWhole(folder_ / (key + ".json"), json.dump(1) + "\n");
+  formats::writeWhole(folder_ / (key + ".json"), jsonText(json, 1) + "\n");
 }
 
 }  // namespace spheretree::tool

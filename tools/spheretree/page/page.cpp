@@ -53,7 +53,7 @@ Json PageData::append(const char* type, const void* values, std::size_t count, s
 }
 
 std::string PageData::packed() const {
-  std::string text = root.dump();
+  std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace);  // names of files need not be UTF-8
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<std::uint32_t>(text.size());
   std::string all(reinterpret_cast<const char*>(&length), 4);

@@ -28,6 +28,9 @@ struct MeshFile {
 /// @throws std::invalid_argument for a unit that is not finite or not positive.
 MeshFile readMesh(const std::filesystem::path& path, double unit_mm = 1.0);
 
+/// One cm, m or in [mm]; 1 for mm and for no unit ("").
+double unitInMm(std::string_view unit);
+
 /// The triangles of one part and their vertices, in the same order.
 /// @throws FormatError if no part has this name; the message lists those there are.
 TriangleMesh selectPart(const TriangleMesh& mesh, std::string_view name);

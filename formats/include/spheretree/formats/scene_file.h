@@ -75,9 +75,6 @@ struct SceneFile {
   std::optional<Reach> reach;
 };
 
-/// One unit of `unit` in mm; `unit` is one of mm, cm, m, in.
-double unitInMm(std::string_view unit);
-
 /// Where `path` of a scene file leads: relative to the folder that `scene_path` is in.
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path);
 

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Options that several verbs have: each with one range, one default and one help text.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+
+namespace spheretree::tool {
+
+/// --unit; `unit` stays empty if it is not given. formats::unitInMm() turns it into mm.
+void addUnit(CLI::App& app, std::string& unit);
+
+/// --parts, for choosePart().
+void addParts(CLI::App& app, std::string& parts);
+
+/// --levels and --branching.
+void addTreeSize(CLI::App& app, int& levels, int& branching);
+
+/// --seed; `of`: what is chosen by it.
+void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of);
+
+/// --threads.
+void addThreads(CLI::App& app, int& threads);
+
+}  // namespace spheretree::tool
