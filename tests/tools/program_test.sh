@@ -497,5 +497,6 @@ case_file_format() {
 
 . "${0%/*}/batch_cases.sh"
 . "${0%/*}/page_cases.sh"
+. "${0%/*}/player_cases.sh"
 
 "case_$case" "$@"

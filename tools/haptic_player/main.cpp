@@ -5,12 +5,15 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <system_error>
 
+#include "json_text.h"
+#include "output_path.h"
 #include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
 #include "stability.h"
 
 namespace spheretree::player {
@@ -20,7 +23,8 @@ using namespace spheretree::tool;
 
 struct Options {
   PlaySettings play;
-  std::string device, mode = "constrained", clock = "real", scenario, out, cache, quality = "standard", progress = "auto";
+  std::string device, mode = "constrained", clock = "real", scenario, quality = "standard", progress = "auto";
+  std::filesystem::path out, cache;
   double share = 1, seconds = 0;
   bool list = false, json = false, quiet = false, bridges = true, gimbal_torque = false;
 };
@@ -40,19 +44,20 @@ std::vector<const Scenario*> chosenScenarios(const std::string& names) {
   }
 }
 
-int runBench(const Options& options, builder::Progress& progress) {
+int runBench(const Options& options, builder::Progress& progress) try {
   const std::vector<const Scenario*> chosen = chosenScenarios(options.scenario);
-  if (!options.out.empty()) {
-    const std::filesystem::path folder(options.out);
-    if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
-      throw formats::FileError(options.out + ": is not a folder. Name another one.");
+  if (!options.out.empty()) {  // known now, not after minutes
+    std::error_code error;
+    std::filesystem::create_directories(options.out, error);
+    if (error) throw formats::FileError(options.out.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
+    formats::checkWritable(options.out / "stability.json");
   }
-  BodyLibrary bodies(options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard, options.bridges, progress,
-                     options.cache);
+  const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
+  BodyLibrary bodies(quality, options.bridges, progress, options.cache);
   Bench bench{bodies, {options.share}, progress};
   std::vector<ScenarioResult> results;
   int short_of = 0;
-  std::printf("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
+  if (!options.json) std::printf("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
   for (const Scenario* scenario : chosen) {
     const std::string stage = scenario->id + " " + scenario->title;
     bodies.setStage(stage);
@@ -60,13 +65,18 @@ int runBench(const Options& options, builder::Progress& progress) {
     progress.check();
     results.push_back(runScenario(*scenario, bench, options.out));
     short_of += !holds(results.back().constrained);
-    std::fputs(tableRows(results.back()).c_str(), stdout);
+    if (!options.json) std::fputs(tableRows(results.back()).c_str(), stdout);
     std::fflush(stdout);
   }
-  std::printf("%zu scenarios, %d fall short in constrained mode\n", results.size(), short_of);
-  if (!options.out.empty())
-    writeStability(options.out, results, options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard);
+  if (options.json)
+    std::printf("%s\n", stabilityJson(results, quality).dump(1).c_str());
+  else
+    std::printf("%zu scenarios, %d fall short in constrained mode\n", results.size(), short_of);
+  if (!options.out.empty()) writeStability(options.out, results, quality);
   return short_of ? kExitTargetMissed : kExitOk;
+} catch (const builder::Cancelled&) {
+  if (options.out.empty()) throw;
+  return explain(kProgram, kExitInterrupted, "interrupted. The recordings of the scenarios that were finished are kept.");
 }
 
 void printSummary(const nlohmann::ordered_json& s) {
@@ -92,11 +102,19 @@ void printSummary(const nlohmann::ordered_json& s) {
   std::printf("\n");
 }
 
-int runPlay(Options& options, builder::Progress& progress) {
+/// Options that only one device heeds, given with another.
+void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
+  for (const char* name : {"--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque"})
+    if (device != "phantom" && cli.count(name) > 0) throw UsageError(std::string(name) + " is for --device phantom");
+  if (device != "simulated" && cli.count("--hand") > 0) throw UsageError("--hand is for --device simulated");
+}
+
+int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
   play_settings.bridges = options.bridges;
   const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
+  refuseStrayOptions(cli, device);
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
   if (device == "phantom" && !play_settings.trajectory.empty())
     throw UsageError("--trajectory is not for --device phantom: there the hand moves");
@@ -105,12 +123,13 @@ int runPlay(Options& options, builder::Progress& progress) {
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
+  if (!play_settings.record.empty()) checkOutput(play_settings.record, {play_settings.trajectory, play_settings.scene});
   if (options.seconds > 0) play_settings.seconds = options.seconds;
   play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
   nlohmann::ordered_json summary;
   const PlayEnd end = play(play_settings, progress, summary);
   if (options.json)
-    std::printf("%s\n", summary.dump(1).c_str());
+    std::printf("%s\n", jsonText(summary, 1).c_str());
   else
     printSummary(summary);
   if (end == PlayEnd::DeviceFailed)
@@ -129,53 +148,63 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player --scenario all --out stability\n"
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
       "  5 a scenario falls short of its figure, 130 interrupted.");
+  CLI::Option* scenario = cli.add_option(
+      "--scenario", o.scenario, "Runs stability scenarios, in both modes, instead of a scene: all, or ids and names divided by commas");
   cli.add_option("SCENE", o.play.scene,
-                 "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar");
+                 "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar")
+      ->excludes(scenario);
   cli.add_option("--device", o.device, "simulated, replay or phantom; default simulated, or replay with --trajectory")
-      ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
+      ->check(CLI::IsMember({"simulated", "replay", "phantom"}))
+      ->excludes(scenario);
   cli.add_option("--trajectory", o.play.trajectory,
-                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be");
-  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained")
+                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be")
+      ->excludes(scenario);
+  cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios run in both")
       ->check(CLI::IsMember({"constrained", "paper"}));
   cli.add_flag("--bridges,!--no-bridges", o.bridges, "Constrained mode slides over the pits between leaves (default), or feels every leaf");
-  cli.add_option("--clock", o.clock, "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real")
+  cli.add_option("--clock", o.clock,
+                 "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real. Scenarios are stepped")
       ->check(CLI::IsMember({"real", "stepped"}));
   cli.add_option("--seconds", o.seconds,
                  "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
-      ->check(CLI::Range(0.001, 86400.0));
+      ->check(CLI::Range(0.001, 86400.0))
+      ->excludes(scenario);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
-      ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; });
+      ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; })
+      ->excludes(scenario);
   cli.add_option("--hd-library", o.play.phantom.library,
-                 "With --device phantom: path of the vendor's library; default: where the loader looks");
+                 "With --device phantom: path of the vendor's library; default: where the loader looks")
+      ->excludes(scenario);
   cli.add_option("--hd-device", o.play.phantom.device,
-                 "With --device phantom: name in the vendor's configuration; default: the first device");
+                 "With --device phantom: name in the vendor's configuration; default: the first device")
+      ->excludes(scenario);
   cli.add_flag("--hd-calibrate", o.play.phantom.calibrate,
-               "With --device phantom: the arm stands in its reset pose, take it as such (once after power-up)");
+               "With --device phantom: the arm stands in its reset pose, take it as such (once after power-up)")
+      ->excludes(scenario);
   cli.add_flag("--hd-gimbal-torque", o.gimbal_torque,
-               "With --device phantom: send torques about the gimbal's joints, not as a vector; docs/device.md says how to find out");
-  cli.add_option("--record", o.play.record, "Writes one row of CSV for each step");
-  cli.add_flag("--json", o.json, "Prints the summary as JSON");
-  cli.add_option("--scenario", o.scenario, "Runs stability scenarios instead of a scene: all, or ids and names divided by commas");
+               "With --device phantom: send torques about the gimbal's joints, not as a vector; docs/device.md says how to find out")
+      ->excludes(scenario);
+  cli.add_option("--record", o.play.record, "Writes one row of CSV for each step")->excludes(scenario);
+  cli.add_flag("--json", o.json, "Prints the summary, or the figures of the scenarios, as JSON");
   cli.add_flag("--list", o.list, "Lists the scenarios");
-  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models");
-  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none");
+  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
+  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
   cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
-      ->check(CLI::IsMember({"quick", "standard"}));
+      ->check(CLI::IsMember({"quick", "standard"}))
+      ->needs(scenario);
   cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
-      ->check(CLI::Range(0.001, 1.0));
+      ->check(CLI::Range(0.001, 1.0))
+      ->needs(scenario);
   cli.add_option("--progress", o.progress, "auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
   cli.add_flag("-q,--quiet", o.quiet, "Say nothing on stderr but errors");
 }
 
-int run(Options& options) {
+int run(const CLI::App& cli, Options& options) {
   if (options.list) return listScenarios();
-  if (options.scenario.empty() && !options.out.empty()) throw UsageError("--out goes with --scenario; for a scene use --record FILE.csv");
-  if (options.scenario.empty() && !options.cache.empty()) throw UsageError("--cache goes with --scenario");
-  if (!options.scenario.empty() && !options.play.scene.empty()) throw UsageError("--scenario brings its own bodies: leave SCENE away");
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
-  return options.scenario.empty() ? runPlay(options, progress) : runBench(options, progress);
+  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(options, progress);
 }
 
 int runProgram(int argc, char** argv) {
@@ -192,7 +221,7 @@ int runProgram(int argc, char** argv) {
   }
   return runAndExplain(kProgram, [&] {
     try {
-      return run(options);
+      return run(cli, options);
     } catch (const device::DeviceError& error) {
       return explain(kProgram, kExitFile, error.what());
     }

@@ -150,10 +150,7 @@ std::string tableRows(const ScenarioResult& r) {
   return text;
 }
 
-void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);  // what is wrong shows at the first file
-  std::set<const Body*> bodies;                        // order of addresses; each makes files of its own
+nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results, builder::Quality quality) {
   Json list = Json::array();
   for (const ScenarioResult& r : results) {
     Json figures = Json::array();
@@ -168,14 +165,12 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
     scenario["recordings"] = r.recordings;
     const Outcome& o = r.constrained;
     if (o.tool) {
-      bodies.insert(o.tool);
       scenario["tool"] = {{"name", o.tool->name},
                           {"tree", o.tool->name + ".stree"},
                           {"mesh", o.tool->name + ".off"},
                           {"reference_point_mm", {o.reference_point.x(), o.reference_point.y(), o.reference_point.z()}}};
       Json objects = Json::array();
       for (const PlacedBody& object : o.objects) {
-        bodies.insert(object.body);
         Json entry{{"name", object.body->name}, {"tree", object.body->name + ".stree"}, {"mesh", object.body->name + ".off"}};
         entry.update(poseJson(object.pose));
         objects.push_back(std::move(entry));
@@ -185,12 +180,22 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
     scenario["seconds"] = std::round(r.seconds * 100) / 100;
     list.push_back(std::move(scenario));
   }
-  const Json document{{"schema", "spheretree.stability/1"}, {"quality", std::string(builder::name(quality))}, {"scenarios", list}};
+  return {{"schema", "spheretree.stability/1"}, {"quality", std::string(builder::name(quality))}, {"scenarios", list}};
+}
+
+void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);  // what is wrong shows at the first file
+  std::set<const Body*> bodies;                        // order of addresses; each makes files of its own
+  for (const ScenarioResult& r : results) {
+    if (r.constrained.tool) bodies.insert(r.constrained.tool);
+    for (const PlacedBody& object : r.constrained.objects) bodies.insert(object.body);
+  }
   for (const Body* body : bodies) {
     formats::writeSphereTree(folder / (body->name + ".stree"), body->tree);
     formats::writeWhole(folder / (body->name + ".off"), offText(body->mesh));
   }
-  formats::writeWhole(folder / "stability.json", document.dump(1) + '\n');
+  formats::writeWhole(folder / "stability.json", stabilityJson(results, quality).dump(1) + '\n');
 }
 
 }  // namespace spheretree::player

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,10 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::fi
 /// Lines of the table: a scenario's title, then one line for each figure.
 std::string tableRows(const ScenarioResult& result);
 
-/// `folder`/stability.json (schema spheretree.stability/1) and the bodies as .stree and .off. Docs: docs/stability.md
+/// Schema spheretree.stability/1. Docs: docs/stability.md
+nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results, builder::Quality quality);
+
+/// `folder`/stability.json, as stabilityJson() says, and the bodies as .stree and .off.
 /// @throws formats::FileError
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality);
 

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+# Cases of program_test.sh for `haptic-player`, which is the program; read by it. Argument: spheretree.
+
+# Two balls as tool, two larger ones below it as object: scene.json. They touch where the tool is at z = 0.1.
+write_touch() {
+  write_sph tool.sph
+  printf '2 2\n0 0 -6.5 6 1\n0.5 0 -6.5 5.5 1\n-0.5 0 -6.5 5.5 1\n' >object.sph
+  for name in tool object; do "$1" convert $name.sph $name.stree || fail "no tree of $name"; done
+  printf '{"schema": "spheretree.scene/1", "tool": {"name": "tool", "tree": "tool.stree"},
+    "objects": [{"name": "object", "tree": "object.stree"}]}' >scene.json
+}
+
+# From 5 mm above down to 1 mm below, in 100 ms.
+write_path() {
+  awk 'BEGIN { print "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+    for (i = 0; i < 100; ++i) printf "%.3f,0,0,%.3f,1,0,0,0\n", i / 1000, 5 - 0.06 * i }' >"$1"
+}
+
+case_player_run() {
+  write_touch "$1"
+  write_path path.csv
+  expect 0 scene.json --trajectory path.csv --clock stepped --record work/run.csv --json
+  for words in '"steps": 100' '"end": "complete"' '"device": "replay"' '"mode": "constrained"' '"missed_deadlines"' '"largest_penetration_mm"' \
+    '"wrench_step"' '"energy_mj"' '"faults"' '"p99_9"'; do says "$words" out; done
+  is_quiet
+  head -n 1 work/run.csv >header
+  says '^tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,fz_n,tx_nmm,ty_nmm,tz_nmm,pairs,rows,active,qp_iterations,faults,find_us,rows_us,qp_us,total_us$' header
+  [ "$(wc -l <work/run.csv)" -eq 101 ] || fail "not a row for each step"
+  # Pressed in at the end: pushed up, and in free space at the beginning nothing is felt.
+  sed -n 2p work/run.csv | awk -F, '{ exit !($17 == 0 && $18 == 0 && $19 == 0) }' || fail "a force in free space"
+  sed -n '$p' work/run.csv | awk -F, '{ exit !($19 > 0.1) }' || fail "no force in contact"
+  # A recording is replayed to the same bytes, but for its times; paths may be absolute.
+  expect 0 "$PWD/scene.json" --trajectory work/run.csv --clock stepped --record again.csv
+  cut -d, -f1-27 work/run.csv >first
+  cut -d, -f1-27 again.csv >second
+  cmp first second || fail "a replay differs"
+  expect 0 scene.json --trajectory path.csv --clock stepped --mode paper --seconds 0.05 --json
+  says '"steps": 50' out
+  says '"mode": "paper"' out
+  expect 0 scene.json --seconds 0.05 --clock real --json  # the simulated hand, in real time
+  says '"clock": "real"' out
+}
+
+case_player_usage() {
+  write_touch "$1"
+  write_path path.csv
+  expect 0 --help
+  says "Examples:" out
+  expect 0 --list
+  says "^F1 " out
+  expect 2 scene.json --trajctory path.csv
+  says "the nearest is '--trajectory'" err
+  for bad in "--device replay" "--device hand" "--device phantom --trajectory path.csv" "--device phantom --clock stepped" "--mode best" \
+    "--clock fast" "--seconds 0" "--seconds -1" "--hand big" "--trajectory path.csv --hand firm" "--hd-calibrate" "--share 0.1" \
+    "--out stability" "--cache trees" "--quality quick" "--scenario F17" "again.json"; do
+    # shellcheck disable=SC2086
+    expect 2 scene.json $bad
+    [ -s err ] || fail "no message for $bad"
+  done
+  for bad in "--record run.csv" "--trajectory path.csv" "--seconds 1" "--device simulated" "--hand firm"; do
+    # shellcheck disable=SC2086
+    expect 2 --scenario F17 $bad
+  done
+  expect 2 --scenario F99
+  says "F22 (leaves)" err
+  cp path.csv before
+  expect 2 scene.json --trajectory path.csv --clock stepped --record path.csv
+  cmp before path.csv || fail "the trajectory was written over"
+}
+
+case_player_refuses() {
+  write_touch "$1"
+  expect 3 missing.json --seconds 0.01
+  expect 3 scene.json --trajectory missing.csv
+  expect 3 scene.json --seconds 0.01 --clock stepped --record work/missing/run.csv
+  expect 3 scene.json --seconds 0.01 --clock stepped --record work
+  expect 3 scene.json --device phantom --hd-library "$PWD/missing.so"
+  says "missing.so" err
+  expect 3 --scenario F17 --quality quick --out scene.json/stability
+  write_path path.csv
+  sed 's/^0.050,/0.051,/' path.csv >late.csv
+  expect 4 scene.json --trajectory late.csv --clock stepped
+  says "late.csv, line 52" err
+  sed 's/object.stree/gone.stree/' scene.json >gone.json
+  expect 3 gone.json --seconds 0.01
+  says "gone.stree" err
+  sed 's/"tree": "object.stree"/"mesh": "object.obj"/' scene.json >mesh.json
+  expect 4 mesh.json --seconds 0.01
+  says "spheretree batch" err
+  printf 'x' | dd of=object.stree bs=1 seek=330 conv=notrunc 2>/dev/null
+  expect 4 scene.json --seconds 0.01
+  says "object.stree" err
+  is_empty work
+}
+
+# Ctrl-C: zero wrench, then the recording whole under its name.
+case_player_interrupted() {
+  write_touch "$1"
+  "$program" scene.json --seconds 60 --record work/run.csv --json >out 2>err &
+  pid=$!
+  for _ in $(seq 100); do
+    [ -n "$(find work -name '*.tmp' -size +0)" ] && break
+    sleep 0.1
+  done
+  kill -INT $pid
+  wait $pid
+  code=$?
+  [ $code -eq 130 ] || fail "exit code $code, not 130"
+  says '"end": "interrupted"' out
+  [ "$(ls -A work)" = run.csv ] || fail "in the folder: $(ls -A work)"
+  steps=$(sed -n 's/^ "steps": \([0-9]*\),/\1/p' out)
+  [ "$(wc -l <work/run.csv)" -eq $((steps + 1)) ] || fail "not a row for each of $steps steps"
+}
+
+case_player_scenario() {
+  expect 0 --scenario F17 --quality quick --out stability
+  says "^F17 " out
+  says "1 scenarios, 0 fall short" out
+  says '"schema": "spheretree.stability/1"' stability/stability.json
+  expect 0 --scenario inside --quality quick --json
+  says '"schema": "spheretree.stability/1"' out
+  says '"verdict": "holds"' out
+  if grep -q "^F17" out; then fail "the table among the JSON"; fi
+}
