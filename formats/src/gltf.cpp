@@ -14,18 +14,13 @@
 #include <vector>
 
 #include "gltf_model.h"
+#include "little_endian.h"
 
 namespace spheretree::formats {
 namespace {
 
 constexpr double kMetreMm = 1000;
 constexpr std::uint64_t kMinWorkLimit = 4'000'000;  // triangles, primitives and nodes that instances may add up to in a small file
-
-std::uint64_t littleBits(const unsigned char* bytes, std::size_t size) {
-  std::uint64_t bits = 0;
-  for (std::size_t k = size; k-- > 0;) bits = bits << 8 | bytes[k];
-  return bits;
-}
 
 std::size_t sizeOf(std::uint64_t component) {
   switch (component) {

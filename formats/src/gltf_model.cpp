@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "gltf_uris.h"
+#include "little_endian.h"
 #include "text_scan.h"
 
 namespace spheretree::formats {
@@ -26,12 +27,6 @@ using Json = nlohmann::json;
 constexpr int kMaxJsonDepth = 64;                // glTF itself needs 8; extras are free
 constexpr std::size_t kMaxElements = 1'000'000;  // nodes, meshes and so on: in tinygltf an empty one takes half a kilobyte
 constexpr std::uint64_t kMaxInt = std::numeric_limits<int>::max();  // tinygltf's type for indices and for all numbers of `sparse`
-
-std::uint32_t littleUint32(const char* bytes) {
-  std::uint32_t bits = 0;
-  for (int k = 4; k-- > 0;) bits = bits << 8 | static_cast<unsigned char>(bytes[k]);
-  return bits;
-}
 
 class GltfDocument {
  public:

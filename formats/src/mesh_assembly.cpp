@@ -111,6 +111,17 @@ double MeshAssembly::number(std::string_view word, std::size_t line) const {
   refuseLine(line, inQuotes(word) + " is not a number. Numbers are written with a decimal point, as in -1.5 or 2e-3.");
 }
 
+void MeshAssembly::takeVertex(std::string_view& text, std::size_t line) {
+  double p[3];
+  for (double& coordinate : p) {
+    const std::string_view word = takeWord(text);
+    if (word.empty())
+      refuseLine(line, "a vertex needs three coordinates on its line. The file is cut off or damaged: copy or export it again.");
+    coordinate = number(word, line);
+  }
+  if (!addVertex(p[0], p[1], p[2])) refuseLine(line, "a coordinate in mm is beyond double precision. Choose a smaller unit.");
+}
+
 bool MeshAssembly::addVertex(double x, double y, double z) {
   // Adding zero turns -0 into 0: the two are one place, and one bit pattern.
   const Eigen::Vector3d p(x * unit_mm_ + 0.0, y * unit_mm_ + 0.0, z * unit_mm_ + 0.0);

@@ -24,6 +24,8 @@ class MeshAssembly {
 
   /// Reads one coordinate of the file's own unit; `line` for messages.
   double number(std::string_view word, std::size_t line) const;
+  /// Takes three coordinates off the front of `text`, which is (the rest of) line `line`, and adds the vertex.
+  void takeVertex(std::string_view& text, std::size_t line);
   /// Coordinates in the file's unit. False if one is not finite, also after the scale to millimetres.
   [[nodiscard]] bool addVertex(double x, double y, double z);
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(positions_.size()); }

@@ -25,7 +25,7 @@ class ObjReader {
     while (nextStatement(line)) {
       const std::string_view keyword = takeWord(line);
       if (keyword == "v")
-        readVertex(line);
+        assembly_.takeVertex(line, line_);  // a weight or a colour may follow
       else if (keyword == "f" || keyword == "fo")
         readFace(line);
       else if (keyword == "o" || keyword == "g")
@@ -75,17 +75,6 @@ class ObjReader {
       break;
     }
     return true;
-  }
-
-  void readVertex(std::string_view line) {
-    double p[3];
-    for (double& coordinate : p) {
-      const std::string_view word = takeWord(line);
-      if (word.empty()) assembly_.refuseLine(line_, "a vertex needs three coordinates. Export the mesh again.");
-      coordinate = assembly_.number(word, line_);
-    }  // a weight or a colour may follow
-    if (!assembly_.addVertex(p[0], p[1], p[2]))
-      assembly_.refuseLine(line_, "a coordinate in mm is beyond double precision. Choose a smaller unit.");
   }
 
   void readFace(std::string_view line) {

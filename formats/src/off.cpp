@@ -58,16 +58,7 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
     if (!nextRow(lines, row))
       assembly.refuse("ends after " + std::to_string(vertex) + " of " + std::to_string(vertices) +
                       " vertices. It is cut off: copy or export it again.");
-    double p[3];
-    for (double& coordinate : p) {
-      const std::string_view word = takeWord(row);
-      if (word.empty())
-        assembly.refuseLine(lines.number(),
-                            "vertex " + std::to_string(vertex) + " needs three coordinates on its line. Export the mesh again.");
-      coordinate = assembly.number(word, lines.number());
-    }  // a normal, a colour or a texture coordinate may follow
-    if (!assembly.addVertex(p[0], p[1], p[2]))
-      assembly.refuseLine(lines.number(), "a coordinate in mm is beyond double precision. Choose a smaller unit.");
+    assembly.takeVertex(row, lines.number());  // a normal, a colour or a texture coordinate may follow
   }
   std::vector<std::uint32_t> corners;
   for (std::uint64_t face = 0; face < faces; ++face) {

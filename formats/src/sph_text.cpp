@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "spheretree/formats/errors.h"
+#include "text_scan.h"
 
 namespace spheretree::formats {
 namespace {
@@ -21,57 +22,40 @@ std::size_t slotCount(int levels, int branching) {
   return total;
 }
 
-class Lines {
+class SphReader {
  public:
-  Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
+  SphReader(std::string_view text, const std::string& name) : lines_(std::span<const char>(text.data(), text.size())), name_(name) {}
 
   /// The next line that is not blank; false at the end.
   bool next() {
-    while (!rest_.empty()) {
-      const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-      line_ = rest_.substr(0, end);
-      rest_.remove_prefix(std::min(end + 1, rest_.size()));
-      ++number_;
-      skipBlanks();
-      if (!line_.empty()) return true;
-    }
+    while (lines_.next(line_))
+      if (!trimmed(line_).empty()) return true;
     return false;
   }
 
   /// The next number of the line.
-  template <class Number>
-  Number take(const char* what) {
-    skipBlanks();
-    Number value{};
-    const auto [end, error] = std::from_chars(line_.data(), line_.data() + line_.size(), value);
-    const bool separated = end == line_.data() + line_.size() || isBlank(*end);
-    if (error != std::errc() || !separated) {
-      constexpr std::size_t kShown = 20;
-      fail(std::string(what) + " is \"" + printable(line_.substr(0, std::min(line_.find_first_of(" \t\r"), kShown))) + "\", not a number");
-    }
-    line_.remove_prefix(static_cast<std::size_t>(end - line_.data()));
+  double number(const std::string& what) {
+    const std::string_view word = takeWord(line_);
+    double value = 0;
+    if (parseDouble(word, value) != NumberFault::None) fail(what + " is " + inQuotes(word) + ", not a number");
     return value;
+  }
+  int whole(const std::string& what, int least, int most) {
+    const std::string_view word = takeWord(line_);
+    std::int64_t value = 0;
+    if (!parseInteger(word, value) || value < least || value > most)
+      fail(what + " is " + inQuotes(word) + ", not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+    return static_cast<int>(value);
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw FormatError(name_ + ", line " + std::to_string(number_) + ": " + what + ". Export the tree again.");
+    throw FormatError(name_ + ", line " + std::to_string(lines_.number()) + ": " + what + ". Export the tree again.");
   }
 
  private:
-  static bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-  static std::string printable(std::string_view text) {
-    std::string shown(text);
-    for (char& c : shown)
-      if (c < 0x20 || c > 0x7e) c = '?';
-    return shown;
-  }
-  void skipBlanks() {
-    while (!line_.empty() && isBlank(line_.front())) line_.remove_prefix(1);
-  }
-
-  std::string_view rest_, line_;
+  Lines lines_;
+  std::string_view line_;
   const std::string& name_;
-  std::size_t number_ = 0;
 };
 
 struct Slot {
@@ -123,12 +107,10 @@ std::string writeSph(const SphereTree& tree, SphereKind kind) {
 }
 
 SphereTree parseSph(std::string_view text, const std::string& name) {
-  Lines lines(text, name);
+  SphReader lines(text, name);
   if (!lines.next()) throw FormatError(name + ": is empty. Export the tree again.");
-  const int levels = lines.take<int>("the number of levels"), branching = lines.take<int>("the branching");
-  if (levels < 1 || levels > kMaxLevels) lines.fail(std::to_string(levels) + " levels are not within 1 to 6");
-  if (branching < kMinBranching || branching > kMaxBranching)
-    lines.fail("branching " + std::to_string(branching) + " is not within 2 to 8");
+  const int levels = lines.whole("the number of levels", 1, kMaxLevels);
+  const int branching = lines.whole("the branching", kMinBranching, kMaxBranching);
 
   const std::size_t slot_count = slotCount(levels, branching);
   std::vector<Slot> slots;
@@ -139,8 +121,8 @@ SphereTree parseSph(std::string_view text, const std::string& name) {
                         " nodes. Export the tree again.");
     const std::string node = "node " + std::to_string(i);
     Slot slot;
-    for (double& x : slot.centre) x = lines.take<double>((node + ": a coordinate").c_str());
-    slot.radius = lines.take<double>((node + ": the radius").c_str());
+    for (double& x : slot.centre) x = lines.number(node + ": a coordinate");
+    slot.radius = lines.number(node + ": the radius");
     slot.used = !std::signbit(slot.radius);  // the toolkit also writes -0.000000 for an unused node
     if (slot.used) {
       for (const double x : slot.centre)

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "little_endian.h"
 #include "mesh_assembly.h"
 #include "text_scan.h"
 
@@ -17,12 +18,6 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 84;  // 80 free bytes, then the number of facets
 constexpr std::size_t kFacetBytes = 50;   // normal and three corners as float32, then 16 bits of attributes
-
-std::uint32_t littleUint32(const char* bytes) {
-  std::uint32_t value = 0;
-  for (int k = 3; k >= 0; --k) value = value << 8 | static_cast<unsigned char>(bytes[k]);
-  return value;
-}
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
@@ -99,16 +94,7 @@ MeshFile readAscii(std::span<const char> bytes, MeshAssembly& assembly) {
           assembly.refuseLine(
               lines.number(),
               facetName() + " has more than three vertices; a facet of an STL file is a triangle. Export the mesh as triangles.");
-        double p[3];
-        for (double& coordinate : p) {
-          const std::string_view value = takeWord(line);
-          if (value.empty())
-            assembly.refuseLine(lines.number(),
-                                "a vertex needs three coordinates on its line. The file is cut off or damaged: export the mesh again.");
-          coordinate = assembly.number(value, lines.number());
-        }
-        if (!assembly.addVertex(p[0], p[1], p[2]))
-          assembly.refuseLine(lines.number(), "a coordinate in mm is beyond double precision. Choose a smaller unit.");
+        assembly.takeVertex(line, lines.number());
       } else if (isWord(word, "facet")) {
         if (!in_solid) assembly.refuseLine(lines.number(), "a facet outside a solid. Export the mesh again.");
         ++facet;

@@ -51,7 +51,7 @@ TEST(Off, RefusalsNameTheElementAndTheValue) {
   EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "face 0 names vertex \"3\"; valid are 0 to 2"));
   EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "-1"));
   EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9999999999 0 1 2\n"), "9999999999 corners, but its line has 3"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), "vertex 1 needs three"));
+  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), "line 4: a vertex needs three"));
   EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"), "line 4: \"x\""));
   EXPECT_TRUE(has(refusal("OFF\n-3 1 0\n"), "\"-3\""));
   EXPECT_TRUE(has(refusal("4OFF\n1 1 0\n"), "more than three"));

@@ -64,6 +64,12 @@ TEST(SphText, ReadsWhatTheToolkitWrites) {
   EXPECT_EQ(tree.child_count, (std::vector<std::uint8_t>{1, 0}));
 }
 
+TEST(SphText, ReadsAnyLineEnds) {
+  const SphereTree tree = parseSph("2 2\n0 0 0 2 1\n+1 0 0 1 1\n0 0 0 -1 0\n", "a.sph");
+  EXPECT_EQ(parseSph("2 2\r\n0 0 0 2 1\r\n1 0 0 1 1\r\n0 0 0 -1 0\r\n", "a.sph"), tree);
+  EXPECT_EQ(parseSph("2 2\r0 0 0 2 1\r1 0 0 1 1\r0 0 0 -1 0\r", "a.sph"), tree);
+}
+
 TEST(SphText, PutsInnerSiblingsFirst) {
   const SphereTree tree = parseSph("3 2\n0 0 0 9 1\n1 0 0 1 1\n2 0 0 2 1\n0 0 0 -1 0\n0 0 0 -1 0\n0 0 0 -1 0\n3 0 0 3 1\n", "a.sph");
   EXPECT_EQ(tree.cover, (std::vector<Sphere>{{0, 0, 0, 9}, {2, 0, 0, 2}, {1, 0, 0, 1}, {3, 0, 0, 3}}));
@@ -83,11 +89,11 @@ TEST(SphText, RefusesWithTheLine) {
       {" \n\n", "is empty"},
       {"x 2\n", "line 1: the number of levels is \"x\""},
       {"2\n", "line 1: the branching"},
-      {"0 8\n", "line 1: 0 levels"},
-      {"7 8\n", "line 1: 7 levels"},
+      {"0 8\n", "line 1: the number of levels is \"0\", not a whole number from 1 to 6"},
+      {"7 8\n", "line 1: the number of levels is \"7\""},
       {"99999999999999999999 8\n", "line 1: the number of levels"},
-      {"6 1\n", "line 1: branching 1"},
-      {"6 2000000000\n", "line 1: branching 2000000000"},
+      {"6 1\n", "line 1: the branching is \"1\", not a whole number from 2 to 8"},
+      {"6 2000000000\n", "line 1: the branching is \"2000000000\""},
       {"6 8\n0 0 0 1 1\n", "ends after 1 of 37449 nodes"},
       {"2 2\n0 0 0 nan 1" + rest, "line 2: node 0: the radius"},
       {"2 2\n0 0 0 inf 1" + rest, "line 2: node 0: the radius"},
@@ -99,7 +105,7 @@ TEST(SphText, RefusesWithTheLine) {
       {"2 2\n0 nan 0 1 1" + rest, "line 2: node 0: a coordinate"},
       {"2 2\n0 0 1" + rest, "line 2: node 0: the radius is \"\""},
       {"2 2\n0 0 1x 1 1" + rest, "line 2: node 0: a coordinate is \"1x\""},
-      {"2 2\n0 0 \x01\xff 1 1" + rest, "\"??\""},
+      {"2 2\n0 0 \x01\xff 1 1" + rest, "\"?\xff\""},
       {"2 2\n0 0 0 -1 1" + rest, "line 2: the root is unused"},
       {"3 2\n0 0 0 1 1" + rest + "0 0 0 1 1\n0 0 0 1 1\n0 0 0 1 1\n0 0 0 1 1\n", "line 5: node 3: is used, but its parent, node 1"},
       {"2 2\n3e38 0 0 3e38 1\n-3e38 0 0 3e38 1\n0 0 0 -1 0\n", "not finite"},
