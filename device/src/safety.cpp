@@ -5,16 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "range.h"
+
 namespace spheretree::device {
 namespace {
 
 constexpr double kLargest = 1e6;
 constexpr int kCalmSteps = 3;
 constexpr double kRestForce = 1e-3, kRestTorque = 0.05;  // less than the smallest command of a 16-bit device [N, N mm]
-
-std::string outOfRange(const char* name, double value, double low, double high) {
-  return std::string(name) + " is " + std::to_string(value) + ": give a number from " + std::to_string(low) + " to " + std::to_string(high);
-}
 
 /// `to`, or the nearest wrench whose change is a fall and then a rise by at most `rise`. A fall is free: it is the safe direction.
 Eigen::Vector3d risen(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double rise) {
@@ -30,10 +28,6 @@ bool isFinite(const Wrench& wrench) { return wrench.force.allFinite() && wrench.
 }  // namespace
 
 std::string findFault(const SafetySettings& s) {
-  struct Range {
-    const char* name;
-    double value, low, high;
-  };
   constexpr double tiny = 1e-9;
   const Range ranges[] = {{"max_force", s.max_force, tiny, kLargest},
                           {"max_torque x", s.max_torque.x(), tiny, kLargest},
@@ -62,9 +56,7 @@ std::string findFault(const SafetySettings& s) {
                           {"warm", s.warm, tiny, 1},
                           {"cool", s.cool, tiny, s.warm},
                           {"thermal_rate", s.thermal_rate, tiny, 0.5}};
-  for (const Range& range : ranges)
-    if (!(range.value >= range.low && range.value <= range.high)) return outOfRange(range.name, range.value, range.low, range.high);
-  return {};
+  return outOfRange(ranges);
 }
 
 Safety::Safety(const SafetySettings& settings) noexcept

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "range.h"
+
 namespace spheretree::device {
 namespace {
 
@@ -13,18 +15,6 @@ constexpr double kMmPerM = 1000;
 
 constexpr Hand kHands[] = {{"arm", 0.554, 6.45, 135}, {"fine", 0.15, 4.5, 300},       {"light", 0.05, 2, 100},
                            {"firm", 1.0, 15, 1000},   {"teleoperator", 2.0, 2.0, 10}, {"released", 0, 0, 5, 0, 0, 0}};
-
-struct Range {
-  const char* name;
-  double value, low, high;
-};
-
-void check(std::span<const Range> ranges) {
-  for (const Range& r : ranges)
-    if (!(r.value >= r.low && r.value <= r.high))
-      throw DeviceError(DeviceFault::Refused, std::string("simulated device: ") + r.name + " is " + std::to_string(r.value) +
-                                                  ": give a number from " + std::to_string(r.low) + " to " + std::to_string(r.high));
-}
 
 void check(const SimulatedSettings& s) {
   constexpr double tiny = 1e-9, large = 1e6, endless = std::numeric_limits<double>::infinity();
@@ -55,7 +45,7 @@ void check(const SimulatedSettings& s) {
                           {"hand.angular_stiffness", s.hand.angular_stiffness, 0, 1000},
                           {"release_at", s.release_at, 0, endless},
                           {"duration", s.duration, tiny, endless}};
-  check(ranges);
+  if (const std::string fault = outOfRange(ranges); !fault.empty()) throw DeviceError(DeviceFault::Refused, "simulated device: " + fault);
 }
 
 double quantised(double value, double step) noexcept { return step > 0 ? std::round(value / step) * step : value; }

@@ -25,7 +25,7 @@ struct Hand {
   double inertia = 2e-5, angular_damping = 2e-3, angular_stiffness = 0.5;  // [kg m^2, N m s/rad, N m/rad]
 };
 
-/// arm (S. Sci. Rep. 5:18004, 2015), fine, light, firm (assumed), teleoperator (Y. Yokokohji, T. Yoshikawa, IEEE Trans. Robotics
+/// arm (Sci. Rep. 5:18004, 2015), fine, light, firm (assumed), teleoperator (Y. Yokokohji, T. Yoshikawa, IEEE Trans. Robotics
 /// Autom. 10(5), 1994), released (a string that barely holds the handle).
 std::span<const Hand> hands() noexcept;
 std::optional<Hand> findHand(std::string_view name) noexcept;
@@ -34,8 +34,8 @@ std::optional<Hand> findHand(std::string_view name) noexcept;
 using IntendedPath = std::function<Configuration(double)>;
 
 struct SimulatedSettings {
-  double mass = 0.159, inertia = 1e-4;                 // of the handle as felt [kg, kg m^2]; > 0
-  double viscous = 0.1, viscous_rotation = 2e-4;       // [N s/m, N m s/rad]; >= 0
+  double mass = 0.159, inertia = 1e-4;                 // of the handle as felt [kg, kg m^2]; >= 1e-3, >= 1e-7
+  double viscous = 0.1, viscous_rotation = 2e-4;       // [N s/m, N m s/rad]; 0..100, 0..1
   double coulomb = 0.2, coulomb_rotation = 2;          // each axis [N, N mm]; >= 0
   double position_step = 0.02;                         // of the encoders [mm]; 0: exact
   Eigen::Vector3d angle_step{4.0e-5, 4.0e-5, 1.4e-4};  // about the handle's axes [rad]; 0: exact
