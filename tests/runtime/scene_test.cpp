@@ -102,6 +102,18 @@ TEST(Scene, RefusesWithTheReason) {
   refuse("object 0: ", [](auto& d) { d.objects[0].pose.position[1] = 1e8; });
 }
 
+TEST(Scene, ManyObjectsNeedMorePairs) {
+  EXPECT_EQ(defaultLimits(3).max_pairs, StepLimits().max_pairs);
+  SceneDescription d = sound();
+  d.objects.resize(200, d.objects[0]);
+  Scene scene;
+  std::string fault;
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_EQ(fault, "max_pairs is 8192; it must be 64 for each object .. 1048576");
+  d.step_limits = defaultLimits(d.objects.size());
+  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+}
+
 TEST(Scene, AnEmptyWorldIsFine) {
   SceneDescription d = sound();
   d.objects.clear();

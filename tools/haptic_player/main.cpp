@@ -169,9 +169,9 @@ void addOptions(CLI::App& cli, Options& o) {
                  "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
       ->check(CLI::Range(0.001, 86400.0))
       ->excludes(scenario);
-  cli.add_option("--hand", o.play.hand, "Hand on the simulated device: arm, fine, light, firm, teleoperator, released; default fine")
-      ->check([](const std::string& name) { return device::findHand(name) ? "" : "no hand is called '" + name + "'"; })
-      ->excludes(scenario);
+  std::vector<std::string> hands;
+  for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
+  cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
   cli.add_option("--hd-library", o.play.phantom.library,
                  "With --device phantom: path of the vendor's library; default: where the loader looks")
       ->excludes(scenario);

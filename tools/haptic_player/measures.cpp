@@ -143,8 +143,6 @@ double largestTorqueJump(std::span<const RecordedStep> rows, const runtime::Coup
   });
 }
 
-Eigen::Vector3d offsetPlane(const Eigen::Vector3d& h, double r) { return {h.x(), h.y(), std::max(h.z(), r)}; }
-
 Eigen::Vector3d offsetEdge(const Eigen::Vector3d& h, double r) {
   const Eigen::Vector2d p(h.x(), h.z()), nearest = p.cwiseMin(0.0), way = p - nearest;
   if (way.norm() >= r) return h;
@@ -162,10 +160,6 @@ Eigen::Vector3d offsetGroove(const Eigen::Vector3d& h, double r, double half_ang
   const double px = x - depth * c, pz = h.z() + depth * s;  // on this wall
   if (px >= 0) return {sign * px, h.y(), pz};
   return {0, h.y(), bottom};
-}
-
-Eigen::Vector3d offsetSlot(const Eigen::Vector3d& h, double r, double half_width) {
-  return {std::clamp(h.x(), r - half_width, half_width - r), h.y(), h.z()};
 }
 
 }  // namespace spheretree::player

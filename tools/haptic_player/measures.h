@@ -79,9 +79,7 @@ double largestForceJump(std::span<const RecordedStep> rows, const runtime::Coupl
 double largestTorqueJump(std::span<const RecordedStep> rows, const runtime::Coupling& coupling);
 
 /// Exact answers for a ball of radius r whose centre is held outside a body: the point nearest to `haptic` of the body's offset surface.
-Eigen::Vector3d offsetPlane(const Eigen::Vector3d& haptic, double r);                      // solid z <= 0
 Eigen::Vector3d offsetEdge(const Eigen::Vector3d& haptic, double r);                       // solid x <= 0 and z <= 0
 Eigen::Vector3d offsetGroove(const Eigen::Vector3d& haptic, double r, double half_angle);  // walls meet at x = z = 0, open to +z
-Eigen::Vector3d offsetSlot(const Eigen::Vector3d& haptic, double r, double half_width);    // walls at x = -+ half_width; needs r <= it
 
 }  // namespace spheretree::player

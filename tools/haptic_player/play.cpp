@@ -55,7 +55,7 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path) {
   for (const formats::SceneItem& object : file.objects) d.objects.push_back({tree(object), object.pose});
   d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad};
   d.wrench_limits = {file.force_n, file.torque_n_mm};
-  d.step_limits.max_pairs = std::max<std::uint32_t>(d.step_limits.max_pairs, 64 * static_cast<std::uint32_t>(file.objects.size()));
+  d.step_limits = runtime::defaultLimits(d.objects.size());
   return d;
 }
 

@@ -88,7 +88,7 @@ int compare(const CompareOptions& options, bool quiet, builder::Progress& progre
   for (const std::string& name : options.builders) builders.push_back(byName(kBuilders, name));
   for (const std::string& name : options.qualities) qualities.push_back(byName(kQualities, name));
 
-  const std::vector<Configuration> what = configurations(builders, qualities);
+  const std::vector<Method> what = methods(builders, qualities);
   Json comparison = compareBuilders(meshes, what, options.settings, options.output, progress);
   if (options.rotations > 0)
     comparison["stability"] = compareStability(meshes, what, options.settings, options.rotations, options.output, progress);

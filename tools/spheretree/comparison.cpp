@@ -89,6 +89,10 @@ Json meshEntry(const ComparedMesh& compared, const Json& key, const builder::Bui
   return mesh;
 }
 
+std::string idOf(const ComparedMesh& compared, const Method& method) {
+  return compared.name + "." + std::string(name(method.builder)) + "." + std::string(name(method.quality));
+}
+
 std::string processorName() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);)
@@ -101,8 +105,8 @@ std::string processorName() {
 
 }  // namespace
 
-std::vector<Configuration> configurations(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
-  std::vector<Configuration> out;
+std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
+  std::vector<Method> out;
   for (const BuilderKind builder : builders) {
     if (builder == BuilderKind::Octree) {
       const bool standard = std::find(qualities.begin(), qualities.end(), Quality::Standard) != qualities.end();
@@ -114,8 +118,8 @@ std::vector<Configuration> configurations(const std::vector<BuilderKind>& builde
   return out;
 }
 
-Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<Configuration>& what,
-                     const builder::BuildSettings& settings, const fs::path& folder, builder::Progress& progress) {
+Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<Method>& what, const builder::BuildSettings& settings,
+                     const fs::path& folder, builder::Progress& progress) {
   Json out{{"schema", "spheretree.comparison/1"},
            {"generator", kGenerator},
            {"machine",
@@ -142,11 +146,11 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
     const Json mesh_key{{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", out["settings"]}};
     out["meshes"].push_back(meshEntry(compared, mesh_key, settings, fileOf(compared.name), progress));
     progress.check();
-    for (const Configuration& configuration : what) {
+    for (const Method& method : what) {
       Job job{&compared, settings, {}, {}, {}, {}};
-      job.settings.builder = configuration.builder;
-      job.settings.quality = configuration.quality;
-      job.id = compared.name + "." + std::string(name(configuration.builder)) + "." + std::string(name(configuration.quality));
+      job.settings.builder = method.builder;
+      job.settings.quality = method.quality;
+      job.id = idOf(compared, method);
       job.tree = fs::path("trees") / (job.id + ".stree");
       job.key = {{"generator", kGenerator}, {"mesh", mesh_hash}, {"settings", toHex(builder::settingsHash(job.settings))}};
       job.run = known(fileOf(job.id), job.key);
@@ -182,8 +186,8 @@ Json compareBuilders(const std::vector<ComparedMesh>& meshes, const std::vector<
   return out;
 }
 
-Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector<Configuration>& what,
-                      const builder::BuildSettings& settings, int rotations, const fs::path& folder, builder::Progress& progress) {
+Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector<Method>& what, const builder::BuildSettings& settings,
+                      int rotations, const fs::path& folder, builder::Progress& progress) {
   Json out = Json::array();
   builder::StabilitySettings tried;
   tried.rotations = rotations;
@@ -192,23 +196,20 @@ Json compareStability(const std::vector<ComparedMesh>& meshes, const std::vector
   const auto total = static_cast<double>(meshes.size() * what.size());
   progress.stage("stability");
   for (const ComparedMesh& compared : meshes)
-    for (const Configuration& configuration : what) {
+    for (const Method& method : what) {
       progress.check();
       RunProgress run_progress(progress, static_cast<double>(out.size()) / total);
       builder::BuildSettings build = settings;
-      build.builder = configuration.builder;
-      build.quality = configuration.quality;
-      const fs::path file = folder / "runs" /
-                            (compared.name + "." + std::string(name(configuration.builder)) + "." +
-                             std::string(name(configuration.quality)) + ".stability.json");
+      build.builder = method.builder;
+      build.quality = method.quality;
+      const fs::path file = folder / "runs" / (idOf(compared, method) + ".stability.json");
       const Json key{{"generator", kGenerator},
                      {"mesh", toHex(builder::meshHash(compared.mesh))},
                      {"settings", toHex(builder::settingsHash(build))},
                      {"rotations", rotations}};
       Json entry = known(file, key);
       if (entry.is_null()) {
-        entry =
-            Json{{"key", key}, {"mesh", compared.name}, {"builder", name(configuration.builder)}, {"quality", name(configuration.quality)}};
+        entry = Json{{"key", key}, {"mesh", compared.name}, {"builder", name(method.builder)}, {"quality", name(method.quality)}};
         try {
           entry["rows"] = Json::array();
           for (const builder::StabilityRow& row : builder::measureStability(compared.mesh, build, tried, run_progress))

@@ -327,18 +327,18 @@ std::string assemble(const Json& comparison, const Json& means, const fs::path& 
 Json geometricMeans(const Json& comparison) {
   Json out = Json::array();
   const std::size_t meshes = comparison.at("meshes").size();
-  std::vector<std::pair<std::string, std::vector<Json>>> by_configuration;
+  std::vector<std::pair<std::string, std::vector<Json>>> by_method;
   for (const Json& run : comparison.at("runs")) {
     const Json figures = figuresOf(run, diagonalOf(comparison, run.at("mesh").get<std::string>()));
     if (figures.is_null()) continue;
-    auto at = std::find_if(by_configuration.begin(), by_configuration.end(), [&](const auto& c) { return c.first == label(run); });
-    if (at == by_configuration.end()) at = by_configuration.insert(at, {label(run), {}});
+    auto at = std::find_if(by_method.begin(), by_method.end(), [&](const auto& c) { return c.first == label(run); });
+    if (at == by_method.end()) at = by_method.insert(at, {label(run), {}});
     Json entry = figures;
     entry["builder"] = run.at("builder");
     entry["quality"] = run.at("quality");
     at->second.push_back(entry);
   }
-  for (const auto& [name, runs] : by_configuration) {
+  for (const auto& [name, runs] : by_method) {
     if (runs.size() != meshes) continue;
     Json mean{{"builder", runs.front().at("builder")}, {"quality", runs.front().at("quality")}};
     for (const char* key : {"processor_seconds", "seconds", "overhang_percent", "p99_percent", "excess_percent"}) {

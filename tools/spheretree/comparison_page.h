@@ -11,7 +11,7 @@
 
 namespace spheretree::tool {
 
-/// For each configuration with a tree for every mesh: geometric means over the meshes, lengths in per cent of the diagonal.
+/// For each builder and quality with a tree for every mesh: geometric means over the meshes, lengths in per cent of the diagonal.
 Json geometricMeans(const Json& comparison);
 
 /// comparison.svg (geometric means) and MESH.svg for each mesh, into `folder`.

@@ -166,7 +166,7 @@ std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, cons
   d.reference_point = scene.tool.reference_point_mm;
   d.coupling = {scene.translation_n_per_mm, scene.rotation_n_mm_per_rad};
   d.wrench_limits = {scene.force_n, scene.torque_n_mm};
-  d.step_limits.max_pairs = std::max<std::uint32_t>(d.step_limits.max_pairs, 64 * static_cast<std::uint32_t>(d.objects.size()));
+  d.step_limits = runtime::defaultLimits(d.objects.size());
   runtime::Scene out;
   std::string fault;
   if (!runtime::compileScene(d, out, fault)) throw formats::FormatError("the scene of trees: " + fault);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -80,7 +81,9 @@ CompiledTree compileTree(const Leaves& leaves, const Place& place) {
 
 std::string faultInSettings(const SceneDescription& d) {
   const auto bad = [](const char* what, double value, const char* range) {
-    return std::string(what) + " is " + std::to_string(value) + "; it must be " + range;
+    char number[32];
+    std::snprintf(number, sizeof number, "%.9g", value);
+    return std::string(what) + " is " + number + "; it must be " + range;
   };
   if (!inRange(d.coupling.translation, 1e-6, 1e6)) return bad("translation stiffness [N/mm]", d.coupling.translation, "within 1e-6 .. 1e6");
   if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");

@@ -8,7 +8,9 @@
 // Units: mm, N, N mm, rad.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -36,6 +38,13 @@ struct StepLimits {
   std::uint32_t max_pairs = 8192;    // leaf pairs at a time; 64 for each object .. 2^20
   std::uint32_t max_work = 100'000;  // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
 };
+
+/// The defaults, with as many pairs as this number of objects needs.
+inline StepLimits defaultLimits(std::size_t object_count) {
+  StepLimits limits;
+  limits.max_pairs = std::max(limits.max_pairs, 64 * static_cast<std::uint32_t>(object_count));
+  return limits;
+}
 
 struct SceneObject {
   SphereTree tree;
