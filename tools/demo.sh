@@ -1,10 +1,11 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # tools/demo.sh [FOLDER]: builds the program, makes the sample meshes, builds and evaluates their sphere-trees, and draws them.
-# FOLDER, default out/demo, receives the results.
+# FOLDER, default out/demo in the checkout, receives the results.
 set -euo pipefail
+out=${1:+$(realpath -m "$1")}  # of the caller's folder
 cd "$(dirname "$0")/.."
-out=${1:-out/demo}
+out=${out:-out/demo}
 
 tools/setup.sh
 echo "== Building the program (build/release; a few minutes the first time)"

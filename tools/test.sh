@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # tools/test.sh [CTEST OPTION...]: builds everything and runs all tests; CTest's summary comes last.
-# PRESET=sanitize tests with AddressSanitizer and UndefinedBehaviorSanitizer, PRESET=clang what Clang makes; default release, with GCC.
+# PRESET=sanitize tests with AddressSanitizer and UndefinedBehaviorSanitizer, PRESET=clang what Clang makes, where it is
+# installed (tools/setup.sh --ci); default release, with GCC.
 # SPHERETREE_JOBS=N builds and tests with N jobs; default: as many as the machine has.
 # SPHERETREE_TARGETS="A B" builds only those, for a run that --label-regex restricts to them; default: everything.
 set -euo pipefail
