@@ -102,7 +102,25 @@ bool readTags(SphereTree& tree) {
   return next_child == n && next_bound == tree.bound.size() && linkNodes(tree);
 }
 
-LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string& fault) {
+/// Where the arrays stand in a file.
+struct Layout {
+  std::uint64_t cover_at, cover_bytes, bound_at, bound_bytes, file_bytes;
+};
+
+Layout layoutOf(std::uint64_t header_bytes, std::uint64_t node_count, std::uint64_t inner_count) {
+  Layout l{header_bytes, node_count * sizeof(Sphere), 0, inner_count * sizeof(Sphere), 0};
+  l.bound_at = alignUp(l.cover_at + l.cover_bytes);
+  l.file_bytes = l.bound_at + l.bound_bytes;
+  return l;
+}
+
+LoadStatus badHeader(std::size_t offset, const std::string& what, std::string& fault) {
+  fault = "offset " + std::to_string(offset) + ": " + what;
+  return LoadStatus::BadHeader;
+}
+
+/// The header of a file that is whole and of a version that this reader knows; `layout` lies within `bytes`.
+LoadStatus readHeader(std::span<const std::byte> bytes, Header& header, Layout& layout, std::string& fault) {
   const std::size_t known = std::min(bytes.size(), kMagic.size());
   if (known == 0 || std::memcmp(bytes.data(), kMagic.data(), known) != 0) {
     fault = "offset 0: does not start with the 8 bytes of a sphere-tree file";
@@ -114,7 +132,6 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
   };
   constexpr std::size_t kPrefixBytes = 12;  // magic and version: the only fields that every version shares
   if (bytes.size() < kPrefixBytes) return tooShort(kHeaderBytes);
-  Header header{};
   std::memcpy(&header, bytes.data(), std::min(bytes.size(), sizeof header));
   if (header.major != kFormatMajor) {
     fault = "offset 8: version " + std::to_string(header.major) + "." + std::to_string(header.minor) + ", this reader knows " +
@@ -123,68 +140,79 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
   }
   if (bytes.size() < sizeof header) return tooShort(kHeaderBytes);
 
-  const auto badHeader = [&](std::size_t offset, const std::string& what) {
-    fault = "offset " + std::to_string(offset) + ": " + what;
-    return LoadStatus::BadHeader;
-  };
   const bool newer = header.minor > kFormatMinor;
   if (header.header_bytes % kArrayAlignment != 0 || header.header_bytes < kHeaderBytes || header.header_bytes > kMostHeaderBytes ||
       (!newer && header.header_bytes != kHeaderBytes))
-    return badHeader(12, "header of " + std::to_string(header.header_bytes) + " bytes");
+    return badHeader(12, "header of " + std::to_string(header.header_bytes) + " bytes", fault);
   if (header.node_count < 1 || header.node_count > kMaxNodes)
-    return badHeader(32, std::to_string(header.node_count) + " nodes, not 1 to " + std::to_string(kMaxNodes));
+    return badHeader(32, std::to_string(header.node_count) + " nodes, not 1 to " + std::to_string(kMaxNodes), fault);
   if (header.inner_count >= header.node_count)
-    return badHeader(36, std::to_string(header.inner_count) + " inner nodes of " + std::to_string(header.node_count));
-  const std::uint64_t cover_at = header.header_bytes, cover_bytes = std::uint64_t{header.node_count} * sizeof(Sphere);
-  const std::uint64_t bound_at = alignUp(cover_at + cover_bytes), bound_bytes = std::uint64_t{header.inner_count} * sizeof(Sphere);
-  const std::uint64_t file_bytes = bound_at + bound_bytes;
-  if (header.file_bytes != file_bytes)
-    return badHeader(16, "a file of " + std::to_string(header.file_bytes) + " bytes, but the counts make it " + std::to_string(file_bytes));
-  if (bytes.size() < file_bytes) return tooShort(file_bytes);
-  if (bytes.size() > file_bytes) {
-    fault = "has " + std::to_string(bytes.size() - file_bytes) + " bytes behind its end at " + std::to_string(file_bytes);
+    return badHeader(36, std::to_string(header.inner_count) + " inner nodes of " + std::to_string(header.node_count), fault);
+  layout = layoutOf(header.header_bytes, header.node_count, header.inner_count);
+  if (header.file_bytes != layout.file_bytes)
+    return badHeader(
+        16, "a file of " + std::to_string(header.file_bytes) + " bytes, but the counts make it " + std::to_string(layout.file_bytes),
+        fault);
+  if (bytes.size() < layout.file_bytes) return tooShort(layout.file_bytes);
+  if (bytes.size() > layout.file_bytes) {
+    fault = "has " + std::to_string(bytes.size() - layout.file_bytes) + " bytes behind its end at " + std::to_string(layout.file_bytes);
     return LoadStatus::TrailingBytes;
   }
   if (checksumOf(bytes) != header.checksum) {
-    fault = "offset 24: the checksum of the " + std::to_string(file_bytes) + " bytes differs from the one stored";
+    fault = "offset 24: the checksum of the " + std::to_string(layout.file_bytes) + " bytes differs from the one stored";
     return LoadStatus::BadChecksum;
   }
-  const auto padding = bytes.subspan(cover_at + cover_bytes, bound_at - cover_at - cover_bytes);
+  const std::size_t padding_at = layout.cover_at + layout.cover_bytes;
+  const auto padding = bytes.subspan(padding_at, layout.bound_at - padding_at);
   if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{0}; }))
-    return badHeader(cover_at + cover_bytes, "padding is not zero");
+    return badHeader(padding_at, "padding is not zero", fault);
   if (!newer && std::any_of(header.reserved.begin(), header.reserved.end(), [](std::uint8_t b) { return b != 0; }))
-    return badHeader(42, "reserved bytes are not zero");
+    return badHeader(42, "reserved bytes are not zero", fault);
+  return LoadStatus::Ok;
+}
 
-  SphereTree tree;
-  tree.branching = header.branching;
-  tree.origin_mm = header.origin_mm;
-  Provenance& p = tree.provenance;
+LoadStatus readProvenance(const Header& header, Provenance& p, std::string& fault) {
   p.unit_mm = header.unit_mm, p.diagonal_mm = header.diagonal_mm, p.volume_mm3 = header.volume_mm3, p.area_mm2 = header.area_mm2;
   p.tolerance_mm = header.tolerance_mm, p.work_overhang_mm = header.work_overhang_mm;
   p.triangle_count = header.triangle_count, p.seed = header.seed;
   p.mesh_hash = header.mesh_hash, p.settings_hash = header.settings_hash;
-  if (!readText(header.builder, p.builder)) return badHeader(160, "the builder's name is not closed by zeros");
-  if (!readText(header.quality, p.quality)) return badHeader(176, "the quality's name is not closed by zeros");
-  if (!readText(header.generator, p.generator)) return badHeader(192, "the generator's name is not closed by zeros");
+  if (!readText(header.builder, p.builder)) return badHeader(160, "the builder's name is not closed by zeros", fault);
+  if (!readText(header.quality, p.quality)) return badHeader(176, "the quality's name is not closed by zeros", fault);
+  if (!readText(header.generator, p.generator)) return badHeader(192, "the generator's name is not closed by zeros", fault);
+  return LoadStatus::Ok;
+}
 
-  tree.cover.resize(header.node_count);
-  tree.bound.resize(header.inner_count);
-  std::memcpy(tree.cover.data(), bytes.data() + cover_at, cover_bytes);
-  if (bound_bytes > 0) std::memcpy(tree.bound.data(), bytes.data() + bound_at, bound_bytes);
-  if (!readTags(tree)) {
-    fault = "offset " + std::to_string(bound_at) + ": the low bits of the bounding radii do not make a tree of " +
-            std::to_string(header.node_count) + " nodes with " + std::to_string(header.inner_count) + " inner ones";
-    return LoadStatus::BadTopology;
-  }
+LoadStatus readStatistics(const Header& header, SphereTree& tree, std::string& fault) {
   if (tree.levelCount() != header.level_count)
-    return badHeader(40, std::to_string(header.level_count) + " levels, but the nodes make " + std::to_string(tree.levelCount()));
+    return badHeader(40, std::to_string(header.level_count) + " levels, but the nodes make " + std::to_string(tree.levelCount()), fault);
   for (std::size_t level = 0; level < header.levels.size(); ++level) {
     const LevelRecord& r = header.levels[level];
     if (level < header.level_count)
       tree.statistics.push_back({r.sphere_count, r.overhang_bound, r.smallest_radius, r.largest_radius});
     else if (!isZero(r))
-      return badHeader(offsetof(Header, levels) + level * sizeof r, "statistics of a level that is not there");
+      return badHeader(offsetof(Header, levels) + level * sizeof r, "statistics of a level that is not there", fault);
   }
+  return LoadStatus::Ok;
+}
+
+LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string& fault) {
+  Header header{};
+  Layout layout{};
+  if (const LoadStatus status = readHeader(bytes, header, layout, fault); status != LoadStatus::Ok) return status;
+  SphereTree tree;
+  tree.branching = header.branching;
+  tree.origin_mm = header.origin_mm;
+  if (const LoadStatus status = readProvenance(header, tree.provenance, fault); status != LoadStatus::Ok) return status;
+  tree.cover.resize(header.node_count);
+  tree.bound.resize(header.inner_count);
+  std::memcpy(tree.cover.data(), bytes.data() + layout.cover_at, layout.cover_bytes);
+  if (layout.bound_bytes > 0) std::memcpy(tree.bound.data(), bytes.data() + layout.bound_at, layout.bound_bytes);
+  if (!readTags(tree)) {
+    fault = "offset " + std::to_string(layout.bound_at) + ": the low bits of the bounding radii do not make a tree of " +
+            std::to_string(header.node_count) + " nodes with " + std::to_string(header.inner_count) + " inner ones";
+    return LoadStatus::BadTopology;
+  }
+  if (const LoadStatus status = readStatistics(header, tree, fault); status != LoadStatus::Ok) return status;
   fault = findFault(tree);
   if (!fault.empty()) return LoadStatus::BadTree;
   out = std::move(tree);
@@ -227,9 +255,8 @@ std::string_view explain(LoadStatus status) {
 
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree) {
   if (const std::string fault = findFault(tree); !fault.empty()) throw std::invalid_argument("sphere-tree cannot be stored: " + fault);
-  const std::size_t cover_bytes = tree.cover.size() * sizeof(Sphere), bound_bytes = tree.bound.size() * sizeof(Sphere);
-  const std::size_t bound_at = alignUp(kHeaderBytes + cover_bytes);
-  std::vector<std::byte> bytes(bound_at + bound_bytes);
+  const Layout layout = layoutOf(kHeaderBytes, tree.cover.size(), tree.bound.size());
+  std::vector<std::byte> bytes(layout.file_bytes);
 
   const Provenance& p = tree.provenance;
   Header header{};
@@ -250,8 +277,8 @@ std::vector<std::byte> encodeSphereTree(const SphereTree& tree) {
     header.levels[level] = {s.sphere_count, s.overhang_bound, s.smallest_radius, s.largest_radius};
   }
   std::memcpy(bytes.data(), &header, sizeof header);
-  std::memcpy(bytes.data() + kHeaderBytes, tree.cover.data(), cover_bytes);
-  if (bound_bytes > 0) std::memcpy(bytes.data() + bound_at, tree.bound.data(), bound_bytes);
+  std::memcpy(bytes.data() + layout.cover_at, tree.cover.data(), layout.cover_bytes);
+  if (layout.bound_bytes > 0) std::memcpy(bytes.data() + layout.bound_at, tree.bound.data(), layout.bound_bytes);
   header.checksum = checksumOf(bytes);
   std::memcpy(bytes.data(), &header, sizeof header);
   return bytes;
