@@ -138,19 +138,16 @@ Vector6 normalOf(const QpRows& rows, std::uint32_t i) {
   return n;
 }
 
-}  // namespace
-
-void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& target, QpAnswer& answer) noexcept {
-  ActiveSet set;
-  double d[6], r[6];
-  for (int k = 0; k < answer.active_count; ++k) {
-    const std::uint32_t i = answer.active[static_cast<std::size_t>(k)];
+/// Takes the rows that were active before into `set`, and gives a dual feasible start: the nearest point on them, without those that would
+/// have to pull.
+Vector6 warmStart(const QpRows& rows, const Vector6& target, const QpAnswer& before, ActiveSet& set) {
+  double d[6];
+  for (int k = 0; k < before.active_count; ++k) {
+    const std::uint32_t i = before.active[static_cast<std::size_t>(k)];
     if (i >= rows.count || set.has(i) || set.size == 6) continue;
     set.project(normalOf(rows, i), d);
     if (set.squaredRest(d) > 1e-6) set.add(i, static_cast<double>(rows.b[i]), 0, d);  // strict: a poor start costs more than none
   }
-  answer = QpAnswer{};
-  // Dual feasible start: the nearest point on the old active rows, without those that would have to pull.
   Vector6 y = set.nearest(target);
   while (set.size > 0) {
     int least = 0;
@@ -160,69 +157,88 @@ void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& targ
     set.drop(least);
     y = set.nearest(target);
   }
+  return y;
+}
 
-  while (rows.count > 0) {
-    float scan[6];
-    double largest = 0;
-    for (int k = 0; k < 6; ++k) {
-      scan[k] = static_cast<float>(y[k]);
-      largest = std::max(largest, std::abs(y[k]));
+/// The row to be taken in next, the most violated one; rows.count if none is violated.
+std::uint32_t violatedRow(const KernelTable& kernel, const QpRows& rows, const Vector6& y, const ActiveSet& set) {
+  float scan[6];
+  double largest = 0;
+  for (int k = 0; k < 6; ++k) {
+    scan[k] = static_cast<float>(y[k]);
+    largest = std::max(largest, std::abs(y[k]));
+  }
+  const WorstRow worst = kernel.worstRow(rows.a.data(), rows.b, rows.count, scan);
+  if (!(static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest))) return rows.count;
+  return set.has(worst.row) ? rows.count : worst.row;  // an active row: what is left is rounding
+}
+
+/// The row and the active ones add up to 0 >= something positive, with weights `r`.
+void proveInfeasible(std::uint32_t row, const ActiveSet& set, const double (&r)[6], QpAnswer& answer) {
+  answer.status = QpStatus::Infeasible;
+  answer.certificate[0] = row;
+  answer.certificate_weight[0] = 1;
+  answer.certificate_count = 1;
+  for (int k = 0; k < set.size; ++k)
+    if (r[k] < -1e-12) {
+      answer.certificate[answer.certificate_count] = set.row[k];
+      answer.certificate_weight[answer.certificate_count++] = -r[k];
     }
-    const WorstRow worst = kernel.worstRow(rows.a.data(), rows.b, rows.count, scan);
-    if (!(static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest))) break;
-    if (set.has(worst.row)) break;  // an active row: what is left is rounding
+}
+
+/// Moves `y` onto the row, which becomes active; rows that would have to pull leave. False if it comes to nothing: the rows contradict each
+/// other, and `answer` says how, or only float saw this one violated.
+bool takeIn(std::uint32_t row, const QpRows& rows, ActiveSet& set, Vector6& y, QpAnswer& answer) {
+  const Vector6 normal = normalOf(rows, row);
+  const double bound = static_cast<double>(rows.b[row]);
+  double d[6], r[6], entering = 0;
+  for (;;) {
+    set.project(normal, d);
+    set.solve(d, r);
+    const double rest = set.squaredRest(d), slack = normal.dot(y) - bound;
+    if (slack >= 0) return false;
+    int blocking = -1;
+    double partial = kInfinity;
+    for (int k = 0; k < set.size; ++k)
+      if (r[k] > 1e-12 && set.multiplier[k] < partial * r[k]) {
+        partial = set.multiplier[k] / r[k];
+        blocking = k;
+      }
+    const double full = rest > kDependent ? -slack / rest : kInfinity;
+    if (blocking < 0 && full == kInfinity) {
+      proveInfeasible(row, set, r, answer);
+      return false;
+    }
+    const double length = std::min(partial, full);
+    for (int k = 0; k < set.size; ++k) set.multiplier[k] -= length * r[k];
+    entering += length;
+    if (full < kInfinity) y += length * set.rest(d);
+    if (full <= partial) {
+      set.add(row, bound, entering, d);
+      return true;
+    }
+    set.drop(blocking);
+  }
+}
+
+}  // namespace
+
+void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& target, QpAnswer& answer) noexcept {
+  ActiveSet set;
+  Vector6 y = warmStart(rows, target, answer, set);
+  answer = QpAnswer{};
+  while (rows.count > 0) {
+    const std::uint32_t row = violatedRow(kernel, rows, y, set);
+    if (row == rows.count) break;
     if (answer.iterations == kQpIterationLimit) {
       answer.status = QpStatus::IterationLimit;
       break;
     }
     ++answer.iterations;
-    const Vector6 normal = normalOf(rows, worst.row);
-    const double bound = static_cast<double>(rows.b[worst.row]);
-    double entering = 0;
-    bool added = false;
-    while (!added) {
-      set.project(normal, d);
-      set.solve(d, r);
-      const double rest = set.squaredRest(d), slack = normal.dot(y) - bound;
-      if (slack >= 0) break;  // only float saw it violated
-      int blocking = -1;
-      double partial = kInfinity;
-      for (int k = 0; k < set.size; ++k)
-        if (r[k] > 1e-12 && set.multiplier[k] < partial * r[k]) {
-          partial = set.multiplier[k] / r[k];
-          blocking = k;
-        }
-      const double full = rest > kDependent ? -slack / rest : kInfinity;
-      if (blocking < 0 && full == kInfinity) {  // the active rows and this one add up to 0 >= something positive
-        answer.status = QpStatus::Infeasible;
-        answer.certificate[0] = worst.row;
-        answer.certificate_weight[0] = 1;
-        answer.certificate_count = 1;
-        for (int k = 0; k < set.size; ++k)
-          if (r[k] < -1e-12) {
-            answer.certificate[answer.certificate_count] = set.row[k];
-            answer.certificate_weight[answer.certificate_count++] = -r[k];
-          }
-        break;
-      }
-      const double length = std::min(partial, full);
-      for (int k = 0; k < set.size; ++k) set.multiplier[k] -= length * r[k];
-      entering += length;
-      if (full < kInfinity) y += length * set.rest(d);
-      if (full <= partial) {
-        set.add(worst.row, bound, entering, d);
-        added = true;
-      } else {
-        set.drop(blocking);
-      }
-    }
-    if (answer.status != QpStatus::Optimal) break;
-    if (!added) {  // stopped between two corners by rounding: the point on what is active is as good
-      y = set.nearest(target);
-      break;
-    }
+    if (!takeIn(row, rows, set, y, answer)) break;
   }
-  if (answer.status == QpStatus::Optimal && answer.iterations > 0) y = set.nearest(target);  // free of what the steps have gathered
+  // Free of what the steps have gathered; and where one stopped between two corners by rounding, what is active is as good.
+  if (answer.status == QpStatus::Optimal && answer.iterations > 0) y = set.nearest(target);
   answer.y = y;
   answer.active_count = static_cast<std::uint8_t>(set.size);
   for (int k = 0; k < set.size; ++k) {
