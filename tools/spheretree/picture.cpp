@@ -220,8 +220,14 @@ std::uint32_t sphereColour(std::uint32_t family, std::uint32_t member) {
   return family % kHueCount * kToneCount + (2 * member + member / 8) % kToneCount;
 }
 
+/// One level, or the mesh: everything in it projected onto the screen [mm].
 struct Panel {
-  std::vector<std::uint32_t> nodes;
+  struct Ball {
+    Vector3d centre;
+    double radius;
+    std::uint32_t colour;
+  };
+  std::vector<Ball> balls;
   bool mesh = false;
   Extent extent;
 };
@@ -279,6 +285,36 @@ std::vector<std::byte> encodePng(const Image& pixels) {
   return bytes;
 }
 
+/// A panel for the mesh, if there is one, and one for each level.
+std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const SphereTree& tree, SphereKind kind, int most_levels,
+                            const Camera& camera) {
+  // Which child of the root a node descends from.
+  std::vector<std::uint32_t> family(tree.nodeCount(), 0);
+  for (std::size_t node = 0; node < tree.nodeCount(); ++node) {
+    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) family[tree.first_child[node] + k] = node == 0 ? k : family[node];
+  }
+  std::vector<Panel> panels;
+  if (!mesh_points.empty()) {
+    Panel& panel = panels.emplace_back();
+    panel.mesh = true;
+    for (const Vector3d& p : mesh_points) panel.extent.add(p.x(), p.y(), 0);
+  }
+  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  for (int level = 0; level < std::min(most_levels, tree.levelCount()); ++level) {
+    Panel& panel = panels.emplace_back();
+    panel.mesh = !mesh_points.empty() && level == 0;
+    for (const std::uint32_t node : levelSet(tree, level)) {
+      const Sphere& s = sphereOf(tree, node, kind);
+      const Vector3d centre = camera.project(origin + Vector3d(s.x, s.y, s.z));
+      const auto radius = static_cast<double>(s.radius);
+      const auto member = static_cast<std::uint32_t>(panel.balls.size());
+      panel.balls.push_back({centre, radius, node == 0 ? kRootColour : sphereColour(family[node], member)});
+      panel.extent.add(centre.x(), centre.y(), radius);
+    }
+  }
+  return panels;
+}
+
 }  // namespace
 
 std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& tree, SphereKind kind, const PictureSettings& settings) {
@@ -287,36 +323,11 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
                                 std::to_string(kMaxPictureWidth) + " pixels.");
   }
   const Camera camera(settings.view);
-  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-  const auto centreOf = [&](const Sphere& s) { return camera.project(origin + Vector3d(s.x, s.y, s.z)); };
-
-  // Which child of the root a node descends from.
-  std::vector<std::uint32_t> family(tree.nodeCount(), 0);
-  for (std::size_t node = 0; node < tree.nodeCount(); ++node) {
-    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) family[tree.first_child[node] + k] = node == 0 ? k : family[node];
-  }
-
-  std::vector<Vector3d> points;
+  std::vector<Vector3d> points;  // of the mesh
+  if (mesh)
+    for (const Vector3d& p : mesh->positions) points.push_back(camera.project(p));
+  const std::vector<Panel> panels = panelsOf(points, tree, kind, settings.levels, camera);
   Extent all;
-  std::vector<Panel> panels;
-  if (mesh) {
-    Panel& panel = panels.emplace_back();
-    panel.mesh = true;
-    for (const Vector3d& p : mesh->positions) {
-      points.push_back(camera.project(p));
-      panel.extent.add(points.back().x(), points.back().y(), 0);
-    }
-  }
-  for (int level = 0; level < std::min(settings.levels, tree.levelCount()); ++level) {
-    Panel& panel = panels.emplace_back();
-    panel.nodes = levelSet(tree, level);
-    panel.mesh = mesh && level == 0;
-    for (const std::uint32_t node : panel.nodes) {
-      const Sphere& s = sphereOf(tree, node, kind);
-      const Vector3d centre = centreOf(s);
-      panel.extent.add(centre.x(), centre.y(), static_cast<double>(s.radius));
-    }
-  }
   double breadth = 0;
   for (const Panel& panel : panels) {
     all.add(panel.extent.left, panel.extent.top, 0);
@@ -334,17 +345,15 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
   Image image{settings.width, static_cast<int>(std::ceil(all.height() * scale)) + 2 * gap, {}};
   image.rgb.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3, 255);
   const std::vector<Eigen::Vector3f> palette = makePalette();
+  const double depth =
+      camera.project({tree.cover[0].x + tree.origin_mm[0], tree.cover[0].y + tree.origin_mm[1], tree.cover[0].z + tree.origin_mm[2]}).z();
   double left = (settings.width - breadth * scale - gaps) / 2 + gap;
   for (const Panel& panel : panels) {
     const int width = static_cast<int>(std::ceil(panel.extent.width() * scale)) + gap;
-    const Vector3d corner(panel.extent.left - half_gap / scale, all.top - gap / scale, centreOf(tree.cover[0]).z());
+    const Vector3d corner(panel.extent.left - half_gap / scale, all.top - gap / scale, depth);
     Layer spheres(width * kSuper, image.height * kSuper), solid(panel.mesh ? spheres.width : 0, panel.mesh ? spheres.height : 0);
-    for (std::size_t k = 0; k < panel.nodes.size(); ++k) {
-      const std::uint32_t node = panel.nodes[k];
-      const Sphere& s = sphereOf(tree, node, kind);
-      drawSphere(spheres, (centreOf(s) - corner) * to_samples, static_cast<double>(s.radius) * to_samples,
-                 node == 0 ? kRootColour : sphereColour(family[node], static_cast<std::uint32_t>(k)));
-    }
+    for (const Panel::Ball& ball : panel.balls)
+      drawSphere(spheres, (ball.centre - corner) * to_samples, ball.radius * to_samples, ball.colour);
     if (panel.mesh) {
       std::vector<Vector3d> screen;
       for (const Vector3d& p : points) screen.push_back((p - corner) * to_samples);
