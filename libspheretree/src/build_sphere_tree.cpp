@@ -26,6 +26,7 @@
 #include "spheretree/builder/reduce_octree.h"
 #include "spheretree/builder/reduce_spawn.h"
 #include "spheretree/builder/search_mesh.h"
+#include "spheretree/builder/surface.h"
 #include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
@@ -224,11 +225,11 @@ class Certifier {
 };
 
 // The field that the balls of a graded tree keep their distance in; of no triangles if the tree is not graded.
-DistanceField gradedField(const TriangleMesh& mesh, const BuildSettings& settings) {
+DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings) {
   if (settings.tolerance_of_triangle_mm.empty()) return DistanceField();
   std::vector<double> slack = settings.tolerance_of_triangle_mm;
   for (double& s : slack) s -= settings.tolerance_mm;
-  return DistanceField(mesh, slack);
+  return DistanceField(mesh, slack, sheets);
 }
 
 BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
@@ -241,13 +242,14 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   };
 
   progress.stage("distances");
-  const DistanceField field(mesh);
+  const Surface surface = surfaceOf(mesh, cover_too);
+  const DistanceField& field = surface.field;
   if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
   finishStage("distances");
 
-  const DistanceField graded = gradedField(mesh, settings);
+  const DistanceField graded = gradedField(mesh, surface.sheets, settings);
   const bool is_graded = graded.triangleCount() > 0;
-  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, surface.sheets, settings, progress);
   result.statistics.simplification = search.simplification;
   finishStage("search mesh");
   // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from

@@ -10,6 +10,12 @@ namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
 NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   // Voronoi regions of the triangle's features (C. Ericson. Real-time collision detection, 2005, section 5.1.5).
   NearestPoint out;
@@ -55,13 +61,15 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
   return finish(a + (vb / normal2) * ab + (vc / normal2) * ac, 0);
 }
 
-DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> slack) : has_slack_(!slack.empty()) {
-  const std::size_t n = mesh.triangles.size();
-  if (n == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
-  if (has_slack_ && slack.size() != n) throw std::invalid_argument("distance field: not one slack for each triangle");
+DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets)
+    : has_slack_(!slack.empty()), solid_(mesh.triangles.size()) {
+  if (solid_ == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
+  if (has_slack_ && slack.size() != solid_) throw std::invalid_argument("distance field: not one slack for each triangle");
+  const std::size_t n = solid_ + sheets.triangles.size();
+  const auto corner = [&](std::size_t t, int k) { return t < solid_ ? mesh.corner(t, k) : sheets.corner(t - solid_, k); };
   std::vector<Eigen::AlignedBox3d> boxes(n);
   for (std::size_t t = 0; t < n; ++t) {
-    for (int k = 0; k < 3; ++k) boxes[t].extend(mesh.corner(t, k));
+    for (int k = 0; k < 3; ++k) boxes[t].extend(corner(t, k));
     box_.extend(boxes[t]);
   }
   diagonal_ = box_.diagonal().norm();
@@ -74,9 +82,9 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
     const std::uint32_t t = tree_.order()[s];
     slot_[t] = static_cast<std::uint32_t>(s);
     Face& f = faces_[s];
-    f.a = mesh.corner(t, 0), f.b = mesh.corner(t, 1), f.c = mesh.corner(t, 2);
+    f.a = corner(t, 0), f.b = corner(t, 1), f.c = corner(t, 2);
     f.triangle = t;
-    if (has_slack_) f.slack = slack[t];
+    if (has_slack_ && t < solid_) f.slack = slack[t];
     const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
     const double length = cross.norm();
     f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
@@ -86,7 +94,7 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
   for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
   tree_.addTriangles(in_order);
   // Summed in the order of the input, so that they do not depend on the tree.
-  for (std::size_t t = 0; t < n; ++t) {
+  for (std::size_t t = 0; t < solid_; ++t) {
     const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
     area_ += 0.5 * (b - a).cross(c - a).norm();
     volume_ += a.dot(b.cross(c)) / 6.0;
@@ -109,8 +117,8 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
     std::uint8_t opposite;
   };
   std::vector<HalfEdge> edges;
-  edges.reserve(3 * n);
-  for (std::size_t t = 0; t < n; ++t) {
+  edges.reserve(3 * solid_);
+  for (std::size_t t = 0; t < solid_; ++t) {
     const Vector3d& normal_t = normal(static_cast<std::uint32_t>(t));
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = weld[mesh.triangles[t][static_cast<std::size_t>(k)]];
@@ -125,24 +133,25 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
     return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} <
            std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
   });
-  pseudonormals_.resize(n);
+  pseudonormals_.resize(solid_);
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t j = i;
     Vector3d sum = Vector3d::Zero();
     for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high; ++j) sum += normal(edges[j].triangle);
     for (; i < j; ++i) pseudonormals_[edges[i].triangle].at[edges[i].opposite] = sum.normalized();
   }
-  for (std::size_t t = 0; t < n; ++t)
+  for (std::size_t t = 0; t < solid_; ++t)
     for (std::size_t k = 0; k < 3; ++k) pseudonormals_[t].at[3 + k] = at_vertex[weld[mesh.triangles[t][k]]].normalized();
 }
 
-template <bool with_slack>
+template <bool with_slack, bool with_sheets>
 NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
   NearestPoint best;
   double limit2 = limit * limit;
   const std::size_t met = tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
     for (std::size_t s = first; s < first + count; ++s) {
       const Face& f = faces_[s];
+      if (!with_sheets && f.triangle >= solid_) continue;
       NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
       if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
       if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
@@ -159,16 +168,18 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
 }
 
 NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
-  return has_slack_ ? search<true>(p, limit) : search<false>(p, limit);
+  return has_slack_ ? search<true, true>(p, limit) : search<false, true>(p, limit);
 }
 
 Vector3d DistanceField::pseudonormal(const NearestPoint& nearest) const {
-  return nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
+  const bool is_sheet = nearest.triangle >= solid_;
+  return is_sheet || nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
 }
 
 bool DistanceField::isInside(const Vector3d& p, const NearestPoint& nearest) const {
-  const NearestPoint& sign = has_slack_ ? search<false>(p, nearest.distance * (1 + 1e-9) + 1e-300) : nearest;
-  return (p - sign.point).dot(pseudonormal(sign)) < 0;
+  const auto isBehind = [&](const NearestPoint& q) { return (p - q.point).dot(pseudonormal(q)) < 0; };
+  if (nearest.triangle >= solid_) return isBehind(search<false, false>(p, kInfinity));
+  return isBehind(has_slack_ ? search<false, false>(p, nearest.distance * (1 + 1e-9) + 1e-300) : nearest);
 }
 
 double DistanceField::signedDistance(const Vector3d& p, NearestPoint* nearest_out) const {

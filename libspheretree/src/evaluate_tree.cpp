@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "spheretree/builder/surface.h"
 #include "spheretree/builder/volumes.h"
 #include "spheretree/core/mesh_edit.h"
 
@@ -47,7 +48,7 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
 Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
                     const TriangleMesh& cover_too) {
   progress.stage("distance field");
-  const DistanceField field(mesh);
+  const DistanceField field = surfaceOf(mesh, cover_too).field;
   const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
   OverhangSettings outside;
   outside.samples = share(outside.samples);

@@ -144,6 +144,7 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
       found[i].push_back(touching);
     else
       addBelow(field, here.point, normal, kDry * stand_off, found[i]);
+    if (found[i].empty()) found[i].push_back({here.point, 0});  // of a sheet
   });
   for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
 }

@@ -8,6 +8,7 @@
 #include "spheretree/builder/canonical_order.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/simplify_mesh.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::builder {
 
@@ -28,7 +29,8 @@ bool hasSlivers(const TriangleMesh& posed) {
   return false;
 }
 
-bool simplify(SearchMesh& search, const BuildSettings& settings, Progress& progress) {
+// To fewer triangles, with the field of them; false if it was not to be.
+bool simplify(SearchMesh& search, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
   std::size_t wanted = kTrianglesALeaf;
   for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
   wanted = std::max(wanted, kLeastTriangles);
@@ -42,13 +44,13 @@ bool simplify(SearchMesh& search, const BuildSettings& settings, Progress& progr
   if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return false;
   search.simplification = {few.triangles.size(), bound};
   search.mesh = std::move(few);
-  search.field = std::move(field);
+  search.field = sheets.triangles.empty() ? std::move(field) : DistanceField(search.mesh, {}, sheets);
   return true;
 }
 
 }  // namespace
 
-SearchMesh makeSearchMesh(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress) {
+SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
   SearchMesh search;
   search.pose = canonicalPose(mesh);
   TriangleMesh posed = inPose(mesh, search.pose);
@@ -60,7 +62,9 @@ SearchMesh makeSearchMesh(const TriangleMesh& mesh, const BuildSettings& setting
   if (!settings.tolerance_of_triangle_mm.empty())
     for (const std::uint32_t t : ordered.triangle)
       slack.push_back((settings.tolerance_of_triangle_mm[t] - settings.tolerance_mm) / search.pose.scale);
-  if (!slack.empty() || !simplify(search, settings, progress)) search.field = DistanceField(search.mesh, slack);
+  const TriangleMesh posed_sheets = inCanonicalOrder(inPose(sheets, search.pose)).mesh;
+  if (!slack.empty() || !simplify(search, posed_sheets, settings, progress)) search.field = DistanceField(search.mesh, slack, posed_sheets);
+  search.mesh = joined(std::move(search.mesh), posed_sheets);
   return search;
 }
 

@@ -187,7 +187,7 @@ class Squeezer {
         if (tabu_[b] <= move_ && (idle == kNone || private_[b] < private_[idle])) idle = b;
       if (idle != kNone && private_[idle] < least_cost) {
         const Ball below = ballFor(p);
-        if (below.radius > 0 && (below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
+        if ((below.centre - p).norm() - below.radius <= goal_) least_cost = private_[idle], chosen = idle, to = below;
       }
     }
     if (least_cost > 0) {
@@ -202,7 +202,7 @@ class Squeezer {
   }
 
   // A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no farther from it than
-  // kDepth. Where the solid ends before, the one that touches as far beside it on its triangle.
+  // kDepth. Where the solid ends before, the one that touches as far beside it on its triangle; on a sheet, the point.
   Ball ballFor(const Vector3d& p) const {
     const NearestPoint here = field_.nearest(p);
     const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
@@ -210,7 +210,8 @@ class Squeezer {
     const auto [a, b, c] = field_.corners(here.triangle);
     const Vector3d to_middle = (a + b + c) / 3 - p;
     const double beside = std::min(1.0, kDepth * goal_ / std::max(to_middle.norm(), std::numeric_limits<double>::min()));
-    return shrinkingBall(field_, p + beside * to_middle, field_.normal(here.triangle));
+    const Ball aside = shrinkingBall(field_, p + beside * to_middle, field_.normal(here.triangle));
+    return aside.radius > 0 ? aside : Ball{here.point, 0};
   }
 
   // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest takes its place,

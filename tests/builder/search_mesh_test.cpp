@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 TEST(SearchMesh, WhatIsFoundOnItComesBackToTheMesh) {
   const TriangleMesh mesh = test::boxMesh({10, 20, 30}, {11, 24, 32});
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, {}, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, {}, progress);
   EXPECT_EQ(search.simplification.triangles, 0u);
   EXPECT_EQ(search.mesh.triangles.size(), mesh.triangles.size());
   LevelBalls found;
@@ -41,7 +41,7 @@ TEST(SearchMesh, SlackFollowsItsTriangle) {
   }();
   const DistanceField graded(mesh, slack);
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, settings, progress);
   for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0.4, -0.3, 0.1), Vector3d(-0.9, 0.2, 0.3)})
     EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
 }
@@ -50,7 +50,7 @@ TEST(SearchMesh, SlackFollowsItsTriangle) {
 TEST(SearchMesh, WhatThePoseWouldFoldIsSearchedAsItIs) {
   const auto searched = [](double thickness) {
     Progress progress;
-    return makeSearchMesh(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, progress);
+    return makeSearchMesh(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, {}, progress);
   };
   EXPECT_NE(searched(1e-3).pose.scale, 1);
   const SearchMesh thin = searched(1e-9);
@@ -67,7 +67,7 @@ TEST(SearchMesh, AMeshFinerThanItsLeavesIsSimplified) {
   BuildSettings settings;
   settings.levels = 2;
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, settings, progress);
   EXPECT_EQ(search.simplification.triangles, search.mesh.triangles.size());
   EXPECT_LT(search.mesh.triangles.size(), 21'000u);
   for (const Vector3d& p : mesh.positions)

@@ -88,7 +88,7 @@ TEST(Page, WhatIsPackedComesOutAgain) {
 TEST(Page, AMeshComesOutWithinAQuantum) {
   const TriangleMesh mesh = test::sphereMesh(5, 3);
   PageData data;
-  data.root = packMesh(data, mesh, builder::DistanceField(mesh), 100000);
+  data.root = packMesh(data, mesh, builder::surfaceOf(mesh, {}), 100000);
   const Unpacked out(data);
   const auto deltas = out.array<std::uint16_t>(out.root["positions"]);
   const auto indices = summed(out.array<std::uint32_t>(out.root["indices"]));
@@ -110,9 +110,9 @@ TEST(Page, AMeshComesOutWithinAQuantum) {
 
 TEST(Page, AThinnedMeshStaysOnItsSurface) {
   const TriangleMesh mesh = test::torusMesh(3, 1, 80, 40);
-  const builder::DistanceField field(mesh);
+  const builder::Surface surface = builder::surfaceOf(mesh, {});
   PageData data;
-  data.root = packMesh(data, mesh, field, 600);
+  data.root = packMesh(data, mesh, surface, 600);
   const Unpacked out(data);
   EXPECT_EQ(out.root["triangles"], mesh.triangles.size()) << "the figure is of the whole mesh";
   const auto deltas = out.array<std::uint16_t>(out.root["positions"]);
@@ -126,7 +126,7 @@ TEST(Page, AThinnedMeshStaysOnItsSurface) {
   for (std::size_t i = 0; i < count; ++i) {
     Eigen::Vector3d p;
     for (std::size_t k = 0; k < 3; ++k) p[static_cast<Eigen::Index>(k)] = out.root["low"][k].get<double>() + step * axis[k][i];
-    EXPECT_LT(field.distance(p), 2 * step);
+    EXPECT_LT(surface.field.distance(p), 2 * step);
   }
 }
 

@@ -133,7 +133,7 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
   if (recording_file) recording = readRecording(*recording_file);
   const fs::path scene_file = folder / "scene.json";
   std::optional<formats::SceneFile> scene;
-  std::map<std::string, TriangleMesh> meshes;
+  std::map<std::string, ShownMesh> meshes;
   if (fs::exists(scene_file)) {
     scene = formats::readScene(scene_file);
     progress.stage("meshes");

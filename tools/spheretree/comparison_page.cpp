@@ -235,7 +235,7 @@ struct Shown {
 struct MeshInMemory {
   Json entry;
   TriangleMesh mesh;  // empty: cannot be read
-  std::optional<builder::DistanceField> field;
+  std::optional<builder::Surface> surface;
 };
 
 std::vector<MeshInMemory> readMeshes(const Json& comparison, builder::Progress& progress) {
@@ -248,9 +248,10 @@ std::vector<MeshInMemory> readMeshes(const Json& comparison, builder::Progress& 
     try {
       std::vector<std::string> notes;
       const std::string file = entry.at("file").get<std::string>();
-      mesh.mesh =
-          soundMesh(formats::readMesh(file, entry.value("unit_mm", 1.0)).mesh, file, builder::RepairKind::Auto, notes, progress).mesh;
-      mesh.field.emplace(mesh.mesh);
+      builder::RepairedMesh repaired =
+          soundMesh(formats::readMesh(file, entry.value("unit_mm", 1.0)).mesh, file, builder::RepairKind::Auto, notes, progress);
+      mesh.mesh = std::move(repaired.mesh);
+      mesh.surface = builder::surfaceOf(mesh.mesh, repaired.to_cover);
     } catch (const formats::FileError&) {  // moved since: the trees are shown without it
     } catch (const formats::FormatError&) {
     } catch (const builder::BuildError&) {
@@ -287,8 +288,8 @@ std::string assemble(const Json& comparison, const Json& means, const fs::path& 
     const MeshInMemory& mesh = meshes[i];
     const std::string name = mesh.entry.at("name").get<std::string>();
     Json entry{{"name", name}, {"trees", Json::array()}};
-    if (mesh.field)
-      entry["mesh"] = packMesh(page.data, mesh.mesh, *mesh.field, shown.triangles);
+    if (mesh.surface)
+      entry["mesh"] = packMesh(page.data, mesh.mesh, *mesh.surface, shown.triangles);
     else
       missing += " " + escaped(name);
     for (const Json& run : comparison.at("runs")) {
@@ -299,7 +300,7 @@ std::string assemble(const Json& comparison, const Json& means, const fs::path& 
       }
       const SphereTree tree = formats::readSphereTree(folder / run.at("tree").get<std::string>());
       entry["trees"].push_back({{"label", label(run)},
-                                {"tree", packTree(page.data, tree, mesh.field ? &*mesh.field : nullptr)},
+                                {"tree", packTree(page.data, tree, mesh.surface ? &mesh.surface->field : nullptr)},
                                 {"levels", levelsForView(run)}});
     }
     page.data.root["meshes"].push_back(entry);

@@ -116,7 +116,7 @@ fs::path inFolder(const fs::path& folder, const Json& name) {
 
 Json scenarioForView(const Json& scenario, const fs::path& folder, ModelStore& models) {
   const auto add = [&](const Json& body) {
-    const TriangleMesh mesh = formats::readMesh(inFolder(folder, body.at("mesh"))).mesh;
+    const ShownMesh mesh{formats::readMesh(inFolder(folder, body.at("mesh"))).mesh, {}};
     models.add(body.at("name").get<std::string>(), inFolder(folder, body.at("tree")), &mesh);
   };
   const Json& tool = scenario.at("tool");

@@ -11,23 +11,23 @@
 
 namespace spheretree::tool {
 
-void ModelStore::add(const std::string& name, const std::filesystem::path& tree_file, const TriangleMesh* mesh) {
+void ModelStore::add(const std::string& name, const std::filesystem::path& tree_file, const ShownMesh* mesh) {
   Json& models = data_.root["models"];
   if (models.contains(name)) return;
   const SphereTree tree = formats::readSphereTree(tree_file);
   Json model = Json::object();
-  if (mesh && !mesh->triangles.empty()) {
-    const builder::DistanceField field(*mesh);
-    model["tree"] = packTree(data_, tree, &field);
-    model["mesh"] = packMesh(data_, *mesh, field, triangles_);
+  if (mesh && !mesh->mesh.triangles.empty()) {
+    const builder::Surface surface = builder::surfaceOf(mesh->mesh, mesh->to_cover);
+    model["tree"] = packTree(data_, tree, &surface.field);
+    model["mesh"] = packMesh(data_, mesh->mesh, surface, triangles_);
   } else {
     model["tree"] = packTree(data_, tree, nullptr);
   }
   models[name] = std::move(model);
 }
 
-std::map<std::string, TriangleMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress) {
-  std::map<std::string, TriangleMesh> out;
+std::map<std::string, ShownMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress) {
+  std::map<std::string, ShownMesh> out;
   MeshStore files;
   try {
     const formats::SceneFile scene = formats::readScene(source_scene);
@@ -39,7 +39,8 @@ std::map<std::string, TriangleMesh> meshesOf(const std::filesystem::path& source
         std::vector<std::string> notes;
         const formats::TreeSettings settings = formats::mergedSettings(item.settings, scene.defaults);
         const TriangleMesh mesh = item.part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, item.part);
-        out[item.name] = soundMesh(mesh, path.string(), repairKind(settings.repair.value_or("auto")), notes, progress).mesh;
+        builder::RepairedMesh repaired = soundMesh(mesh, path.string(), repairKind(settings.repair.value_or("auto")), notes, progress);
+        out[item.name] = {std::move(repaired.mesh), std::move(repaired.to_cover)};
       } catch (const formats::FileError&) {  // gone since: shown without it
       } catch (const formats::FormatError&) {
       } catch (const builder::BuildError&) {
@@ -53,7 +54,7 @@ std::map<std::string, TriangleMesh> meshesOf(const std::filesystem::path& source
   return out;
 }
 
-Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, TriangleMesh>& meshes,
+Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, ShownMesh>& meshes,
                   ModelStore& models) {
   const auto add = [&](const formats::SceneItem& item) {
     if (item.tree.empty())

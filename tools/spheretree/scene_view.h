@@ -15,12 +15,16 @@
 namespace spheretree::tool {
 
 /// Collects models, each stored once however often it is shown. data.root["models"]: {NAME: {tree, mesh}}.
+struct ShownMesh {
+  TriangleMesh mesh, to_cover;  // as repaired: repair_mesh.h
+};
+
 class ModelStore {
  public:
   /// `triangles`: of a mesh in the page.
   ModelStore(PageData& data, std::size_t triangles) : data_(data), triangles_(triangles) { data.root["models"] = Json::object(); }
   /// The tree, and the mesh if there is one. Once for each name.
-  void add(const std::string& name, const std::filesystem::path& tree, const TriangleMesh* mesh);
+  void add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
 
  private:
   PageData& data_;
@@ -28,11 +32,11 @@ class ModelStore {
 };
 
 /// The meshes behind a compiled scene, as its source scene names them; those that cannot be read any more are absent.
-std::map<std::string, TriangleMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
+std::map<std::string, ShownMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
 
 /// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a scene of
 /// trees; its models are added. @throws what the readers throw.
-Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, TriangleMesh>& meshes,
+Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, ShownMesh>& meshes,
                   ModelStore& models);
 
 }  // namespace spheretree::tool

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "spheretree/builder/simplify_mesh.h"
+#include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::tool {
 namespace {
@@ -58,10 +59,11 @@ TriangleMesh thinned(const TriangleMesh& mesh, std::size_t triangles) {
 
 }  // namespace
 
-Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::DistanceField& field, std::size_t triangles) {
-  const TriangleMesh few = inOrderOfUse(thinned(mesh, triangles));
-  const Eigen::Vector3d low = field.box().min();
-  const double step = std::max(field.box().sizes().maxCoeff() / (kSteps / 2), 1e-30);  // half of the range: differences need a sign
+Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::Surface& surface, std::size_t triangles) {
+  const TriangleMesh few = inOrderOfUse(joined(thinned(mesh, triangles), surface.sheets));
+  const Eigen::AlignedBox3d& box = surface.field.box();
+  const Eigen::Vector3d low = box.min();
+  const double step = std::max(box.sizes().maxCoeff() / (kSteps / 2), 1e-30);  // half of the range: differences need a sign
   std::vector<std::uint16_t> positions;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<std::uint32_t> values;
@@ -75,7 +77,7 @@ Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::DistanceF
   for (const Triangle& t : few.triangles) indices.insert(indices.end(), t.begin(), t.end());
   return {{"low", {low.x(), low.y(), low.z()}},
           {"step", step},
-          {"triangles", mesh.triangles.size()},
+          {"triangles", mesh.triangles.size() + surface.sheets.triangles.size()},
           {"positions", data.add(std::span<const std::uint16_t>(positions))},
           {"indices", data.add(std::span<const std::uint32_t>(differences<std::uint32_t>(indices)))}};
 }

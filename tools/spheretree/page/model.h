@@ -3,14 +3,15 @@
 #pragma once
 
 #include "page.h"
-#include "spheretree/builder/distance_field.h"
+#include "spheretree/builder/surface.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::tool {
 
-/// The mesh with at most about `triangles` triangles (holes and handles stay, and may need more), its vertices on the surface.
-Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::DistanceField& field, std::size_t triangles);
+/// The mesh with at most about `triangles` triangles (holes and handles stay, and may need more), its vertices on the surface, and the
+/// sheets of its `surface`.
+Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::Surface& surface, std::size_t triangles);
 
 /// Cover spheres of all nodes, and which level sets each belongs to. With a `field`, how far each sphere reaches out of the
 /// object at most: its radius plus the signed distance of its centre, as the builder's certificate has it.

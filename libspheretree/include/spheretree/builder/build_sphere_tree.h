@@ -74,7 +74,8 @@ struct BuildError : std::runtime_error {
 
 /// Builds, certifies and wraps. The mesh must have passed checkMesh (mesh_checks.h): closed, oriented outward, manifold, free
 /// of self-intersections, or come from repairMesh (repair_mesh.h). `cover_too`: triangles that every level covers as well, of any
-/// kind; they count for nothing else. Same mesh and settings (threads aside): same bytes.
+/// kind; where they reach out of the solid they are part of the surface that overhang is measured from. Same mesh and settings (threads
+/// aside): same bytes.
 /// @throws BuildError, Cancelled, std::invalid_argument for settings out of range.
 BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress,
                             const TriangleMesh& cover_too = {});
