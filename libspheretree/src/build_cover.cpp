@@ -30,7 +30,7 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {12, 300, 6, 1500, 300, 300'000, 0, 0.4, 8'000'000, 0.06, 4, 0.03};
+      return {12, 300, 6, 1500, 300, 300'000, 1, 0.4, 8'000'000, 0.06, 4, 0.03};
     case Quality::Standard:
       return {24, 1000, 20, 6000, 1500, 10'000'000, 3, 0.6, 60'000'000, 0.04, 5, 0.02};
     case Quality::Best:
