@@ -50,7 +50,7 @@ struct RepairStep {
 };
 
 struct RepairedMesh {
-  TriangleMesh mesh;      // sound if `report` is fit(); parts are kept if nothing but turned or left out components changed
+  TriangleMesh mesh;      // sound if isSound(); parts are kept if nothing but turned or left out components changed
   TriangleMesh to_cover;  // triangles of the input, or pieces, that are not part of `mesh` exactly and have to be covered too
   // Triangles of the input that need no cover where they lie deep within the solid; sorted. `mesh` and `to_cover` hold all of the input
   // but for that and for what the steps removed.
