@@ -131,6 +131,12 @@ void checkWritable(const std::filesystem::path& path) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
 }
 
+void makeFolder(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw FileError(path.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
+}
+
 struct WholeFile::State {
   std::filesystem::path path, target, temporary;  // as asked for, links followed, what is written to; `temporary` empty: straight
   Descriptor file;

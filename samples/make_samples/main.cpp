@@ -46,7 +46,7 @@ int main(int argc, char** argv) try {
     return help ? 0 : 2;
   }
   const std::filesystem::path folder(folder_name);
-  std::filesystem::create_directories(folder);
+  spheretree::formats::makeFolder(folder);
   if (mouth) {
     writeMouth(folder);
     return 0;

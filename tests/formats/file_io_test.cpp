@@ -80,6 +80,28 @@ TEST(WriteWhole, FailsWithAReasonAndLeavesNothing) {
   EXPECT_EQ(entries(folder.path()), 0u);
 }
 
+TEST(CheckWritable, RefusesWhatCannotBeWrittenAndWritesNothing) {
+  const test::ScratchFolder folder;
+  EXPECT_NE(fileError([&] { checkWritable(folder.path()); }).find("folder"), std::string::npos);
+  EXPECT_NE(fileError([&] { checkWritable(folder.path() / "no" / "a"); }).find("Create the folder"), std::string::npos);
+  EXPECT_NE(fileError([&] { checkWritable(folder.path() / "file" / ""); }), "");
+  checkWritable(folder.path() / "a");
+  EXPECT_EQ(entries(folder.path()), 0u);
+  writeWhole(folder.path() / "a", "x");
+  checkWritable(folder.path() / "a");
+  EXPECT_EQ(textOf(readFile(folder.path() / "a")), "x");
+}
+
+TEST(MakeFolder, MakesWhatIsMissingAndRefusesFiles) {
+  const test::ScratchFolder folder;
+  makeFolder(folder.path() / "a" / "b");
+  EXPECT_TRUE(fs::is_directory(folder.path() / "a" / "b"));
+  makeFolder(folder.path() / "a");  // there already
+  writeWhole(folder.path() / "file", "x");
+  EXPECT_NE(fileError([&] { makeFolder(folder.path() / "file"); }).find("cannot be made"), std::string::npos);
+  EXPECT_NE(fileError([&] { makeFolder(folder.path() / "file" / "c"); }).find("cannot be made"), std::string::npos);
+}
+
 TEST(WriteWhole, WritesDevicesStraight) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
   EXPECT_NE(fileError([] { writeWhole("/dev/full", "x"); }).find("space"), std::string::npos);

@@ -69,6 +69,10 @@ case_batch_failures() {
   expect 3 batch gone.scene.json -o out_c
   expect 2 batch bad.scene.json -o out_c --shard 3/2
   [ ! -e out_c ] || fail "a folder was made for a scene that was refused"
+  # A cache that cannot be written is found out before anything is built for it.
+  expect 3 batch bad.scene.json -o out_c --cache tool.obj/cache
+  says "tool.obj/cache: cannot be made" err
+  [ ! -e out_c/report.json ] || fail "results without a cache"
   write_scene tight.scene.json ', {"name": "tight", "mesh": "tool.obj", "tolerance_mm": 1e-6}'
   expect 5 batch tight.scene.json -o out_d
   says "tight: the tolerance of 1e-06 mm is not met" err

@@ -25,6 +25,9 @@ case_compare() {
   [ ! -e work/e/compare.json ] || fail "a refused comparison left a result"
   : >file
   expect 3 compare a.obj -o file
+  # What is named twice runs once, and has its mean.
+  expect 0 compare b.obj -o work/t --builders cover,cover --qualities quick,quick --levels 2
+  [ "$(grep -c '^cover     quick ' out)" -eq 1 ] || fail "not one mean for a builder that is named twice"
   # The table of stability, which goes on like the runs do.
   expect 0 compare b.obj -o work/s --builders octree --levels 2
   grep -q 'Stability' work/s/index.html && fail "a table that was not asked for"

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "json_text.h"
 #include "output_path.h"
@@ -47,9 +46,7 @@ std::vector<const Scenario*> chosenScenarios(const std::string& names) {
 int runBench(const Options& options, builder::Progress& progress) try {
   const std::vector<const Scenario*> chosen = chosenScenarios(options.scenario);
   if (!options.out.empty()) {  // known now, not after minutes
-    std::error_code error;
-    std::filesystem::create_directories(options.out, error);
-    if (error) throw formats::FileError(options.out.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
+    formats::makeFolder(options.out);
     formats::checkWritable(options.out / "stability.json");
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;

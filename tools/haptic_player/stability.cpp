@@ -120,8 +120,7 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::fi
     const bool is_paper = mode == runtime::Mode::Paper;
     Outcome outcome = scenario.run(bench, mode);
     if (!folder.empty() && !outcome.recording.empty()) {
-      std::error_code error;
-      std::filesystem::create_directories(folder, error);  // what is wrong shows at the file
+      formats::makeFolder(folder);
       const std::string name = scenario.id + (is_paper ? ".paper.csv" : ".constrained.csv");
       formats::writeWhole(folder / name, recordingText(outcome));
       result.recordings[is_paper ? "paper" : "constrained"] = name;
@@ -184,9 +183,8 @@ nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results,
 }
 
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);  // what is wrong shows at the first file
-  std::set<const Body*> bodies;                        // order of addresses; each makes files of its own
+  formats::makeFolder(folder);
+  std::set<const Body*> bodies;  // order of addresses; each makes files of its own
   for (const ScenarioResult& r : results) {
     if (r.constrained.tool) bodies.insert(r.constrained.tool);
     for (const PlacedBody& object : r.constrained.objects) bodies.insert(object.body);

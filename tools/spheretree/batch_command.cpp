@@ -197,9 +197,7 @@ int batch(BatchOptions options, builder::Progress& progress) {
   const int threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   const formats::SceneFile scene = formats::readScene(options.scene);
-  std::error_code error;
-  std::filesystem::create_directories(options.folder, error);
-  if (error) throw formats::FileError(options.folder.string() + ": cannot be made: " + error.message() + ". Choose another folder.");
+  formats::makeFolder(options.folder);
   checkOutput(options.folder / "scene.json", {options.scene});
   checkOutput(options.folder / "report.json", {options.scene});
 

@@ -257,6 +257,7 @@ void buildItems(std::vector<Item>& items, WorkSite* site, const Workshop& worksh
       return digits % shard.count != shard.index - 1;
     });
   }
+  if (!order.empty()) workshop.cache.prepare();
   if (site && site->reach && !site->space && !order.empty()) findReach(*site, items, workshop.threads, workshop.progress);
   workshop.progress.stage(stage);
   Crew(items, work, workshop.cache, workshop.progress).run(order, workshop.threads);

@@ -55,7 +55,7 @@ std::shared_ptr<WorkSite> giveSite(const formats::SceneFile& scene, std::vector<
 
 /// Every waiting item gets its key and its tree: from the cache, or built, the biggest first. Of several alike, one is built. Those that
 /// are not in this `shard` and not in the cache are skipped. `stage` is what the progress bar says. One bad item does not stop the others.
-/// @throws builder::Cancelled
+/// @throws builder::Cancelled; formats::FileError if something is to be built and the cache cannot be written to.
 void buildItems(std::vector<Item>& items, WorkSite* site, const Workshop& workshop, const std::string& stage, const Shard& shard = {});
 
 }  // namespace spheretree::tool

@@ -61,13 +61,7 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
 }
 
 void makeFolders(const fs::path& output) {
-  for (const char* inner : {"runs", "trees"}) {
-    std::error_code error;
-    fs::create_directories(output / inner, error);
-    if (error)
-      throw formats::FileError((output / inner).string() + ": this folder cannot be made (" + error.message() +
-                               "). Choose another with -o.");
-  }
+  for (const char* inner : {"runs", "trees"}) formats::makeFolder(output / inner);
   formats::checkWritable(output / "compare.json");
 }
 

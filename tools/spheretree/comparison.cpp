@@ -107,13 +107,17 @@ std::string processorName() {
 
 std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
   std::vector<Method> out;
+  const auto add = [&](BuilderKind builder, Quality quality) {
+    const auto is_same = [&](const Method& m) { return m.builder == builder && m.quality == quality; };
+    if (std::none_of(out.begin(), out.end(), is_same)) out.push_back({builder, quality});
+  };
   for (const BuilderKind builder : builders) {
     if (builder == BuilderKind::Octree) {
       const bool standard = std::find(qualities.begin(), qualities.end(), Quality::Standard) != qualities.end();
-      out.push_back({builder, standard || qualities.empty() ? Quality::Standard : qualities.front()});
+      add(builder, standard || qualities.empty() ? Quality::Standard : qualities.front());
       continue;
     }
-    for (const Quality quality : qualities) out.push_back({builder, quality});
+    for (const Quality quality : qualities) add(builder, quality);
   }
   return out;
 }

@@ -28,6 +28,7 @@ struct Method {
 };
 
 /// Every builder in every quality that changes its result: the octree has none and stands once, as standard or else the first.
+/// What is named twice stands once.
 std::vector<Method> methods(const std::vector<builder::BuilderKind>& builders, const std::vector<builder::Quality>& qualities);
 
 /// Builds and measures what `folder` does not hold yet: a tree in trees/ and figures in runs/, named MESH.BUILDER.QUALITY. A run that

@@ -175,8 +175,12 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
   return std::nullopt;
 }
 
+void TreeCache::prepare() const {
+  formats::makeFolder(folder_);
+  formats::checkWritable(folder_ / "record.json");
+}
+
 void TreeCache::store(const std::string& key, const TreeResult& result) const {
-  std::filesystem::create_directories(folder_);
   const std::vector<std::byte> bytes = encodeSphereTree(result.tree);
   // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
   formats::writeWhole(folder_ / (key + ".stree"), bytes);

@@ -75,6 +75,8 @@ class TreeCache {
  public:
   explicit TreeCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
   std::optional<TreeResult> find(const std::string& key) const;
+  /// Makes the folder. Before store(), and before work that would be lost without. @throws formats::FileError if it cannot be written to.
+  void prepare() const;
   void store(const std::string& key, const TreeResult& result) const;
 
  private:

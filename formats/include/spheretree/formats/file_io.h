@@ -48,4 +48,8 @@ void writeWhole(const std::filesystem::path& path, std::string_view text);
 /// @throws FileError
 void checkWritable(const std::filesystem::path& path);
 
+/// The folder, and those above it, if they are missing.
+/// @throws FileError if they cannot be made or `path` is something else.
+void makeFolder(const std::filesystem::path& path);
+
 }  // namespace spheretree::formats
