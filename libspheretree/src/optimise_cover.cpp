@@ -28,6 +28,7 @@ constexpr int kBisections = 4;       // of the greedy cover: what is left of the
 constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
 constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
 constexpr std::size_t kMostDry = 8;  // times the spheres: samples that get a candidate of their own in one top-up
+constexpr double kRise = 1.3;        // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
 constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
 constexpr double kAbove = 1.2;       // times the stand-off that the spheres left over promise: where the search for it begins
 constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
@@ -208,7 +209,8 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
 // are added where they are dry: returns how many.
 std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
-  for (double high = 1.05 * h;; low = high, high *= 1.3) {
+  double rise = kRise;
+  for (double high = 1.05 * h;; low = high, high *= rise, rise *= kRise) {
     thinToFit(samples, high, 0, candidates);
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
