@@ -2,7 +2,6 @@
 #include "mesh_assembly.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>

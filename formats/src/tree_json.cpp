@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/formats/tree_json.h"
 
-#include <array>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,6 @@
 #include "comparison.h"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <ctime>

@@ -6,11 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 
-#include <Eigen/Geometry>
-
+#include "spheretree/core/rigid.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -21,7 +19,7 @@ constexpr std::array kColumns{"t_s",   "hx_mm", "hy_mm",  "hz_mm",  "hqw",    "h
                               "gx_mm", "gy_mm", "gz_mm",  "gqw",    "gqx",    "gqy",   "gqz",    "fx_n",
                               "fy_n",  "fz_n",  "tx_nmm", "ty_nmm", "tz_nmm", "pairs", "faults", "total_us"};
 
-constexpr float kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
+constexpr double kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
 
 std::vector<std::string_view> fieldsOf(std::string_view line) {
   std::vector<std::string_view> fields;
@@ -133,21 +131,16 @@ Recording readRecording(const std::filesystem::path& path) {
 }
 
 std::vector<float> energyTaken(const Recording& r) {
+  const auto poseOf = [](const std::array<float, 7>& p) {
+    return Configuration{{p[0], p[1], p[2]}, Quaternion(p[3], p[4], p[5], p[6]).normalized()};
+  };
   std::vector<float> out(r.steps(), 0);
   double energy = 0;
   for (std::size_t i = 1; i < r.steps(); ++i) {
-    const auto& a = r.hand[i - 1];
-    const auto& b = r.hand[i];
-    const auto& w = r.wrench[i - 1];
-    out[i] = out[i - 1];
-    if (std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) > kJump) continue;
-    const Eigen::Quaterniond from(a[3], a[4], a[5], a[6]), to(b[3], b[4], b[5], b[6]);
-    const Eigen::AngleAxisd turn(to.normalized() * from.normalized().conjugate());
-    const double angle = std::remainder(turn.angle(), 2 * std::numbers::pi);
-    for (std::size_t k = 0; k < 3; ++k) {
-      energy -= static_cast<double>(w[k]) * (static_cast<double>(b[k]) - a[k]);
-      energy -= static_cast<double>(w[3 + k]) * angle * turn.axis()[static_cast<Eigen::Index>(k)];
-    }
+    const Displacement way = displacementBetween(poseOf(r.hand[i - 1]), poseOf(r.hand[i]));
+    const std::array<float, 6>& w = r.wrench[i - 1];
+    if (way.translation.norm() <= kJump)
+      energy -= Eigen::Vector3d(w[0], w[1], w[2]).dot(way.translation) + Eigen::Vector3d(w[3], w[4], w[5]).dot(way.rotation);
     out[i] = static_cast<float>(energy);
   }
   return out;

@@ -2,7 +2,6 @@
 // Pages of a recorded run and of the stability scenarios.
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "page/embedded.h"
 #include "recording.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"

@@ -2,7 +2,6 @@
 #include "spheretree/runtime/collide.h"
 
 #include <algorithm>
-#include <span>
 #include <vector>
 
 #include "kernel.h"

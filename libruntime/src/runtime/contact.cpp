@@ -2,7 +2,6 @@
 #include "spheretree/runtime/contact.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "kernel.h"

@@ -5,7 +5,6 @@
 
 #include <bit>
 #include <cstring>
-#include <stdexcept>
 
 #include "chart.h"
 #include "embedded.h"

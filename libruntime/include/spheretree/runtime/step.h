@@ -3,7 +3,6 @@
 // The two modes, what is guaranteed and why: docs/runtime.md
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "spheretree/runtime/scene.h"
