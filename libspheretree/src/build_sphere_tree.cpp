@@ -249,7 +249,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
 
   const DistanceField graded = gradedField(mesh, surface.sheets, settings);
   const bool is_graded = graded.triangleCount() > 0;
-  const SearchMesh search = makeSearchMesh(mesh, surface.sheets, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, surface.sheets, cover_too, settings, progress);
   result.statistics.simplification = search.simplification;
   finishStage("search mesh");
   // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from

@@ -50,7 +50,8 @@ bool simplify(SearchMesh& search, const TriangleMesh& sheets, const BuildSetting
 
 }  // namespace
 
-SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
+SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const TriangleMesh& cover_too,
+                          const BuildSettings& settings, Progress& progress) {
   SearchMesh search;
   search.pose = canonicalPose(mesh);
   TriangleMesh posed = inPose(mesh, search.pose);
@@ -62,9 +63,10 @@ SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, 
   if (!settings.tolerance_of_triangle_mm.empty())
     for (const std::uint32_t t : ordered.triangle)
       slack.push_back((settings.tolerance_of_triangle_mm[t] - settings.tolerance_mm) / search.pose.scale);
-  const TriangleMesh posed_sheets = inCanonicalOrder(inPose(sheets, search.pose)).mesh;
+  const auto posedToo = [&](const TriangleMesh& more) { return inCanonicalOrder(inPose(more, search.pose)).mesh; };
+  const TriangleMesh posed_sheets = posedToo(sheets);
   if (!slack.empty() || !simplify(search, posed_sheets, settings, progress)) search.field = DistanceField(search.mesh, slack, posed_sheets);
-  search.mesh = joined(std::move(search.mesh), posed_sheets);
+  search.mesh = joined(std::move(search.mesh), posedToo(cover_too));
   return search;
 }
 

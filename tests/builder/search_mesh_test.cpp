@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "spheretree/core/mesh_edit.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
@@ -13,7 +14,7 @@ using Eigen::Vector3d;
 TEST(SearchMesh, WhatIsFoundOnItComesBackToTheMesh) {
   const TriangleMesh mesh = test::boxMesh({10, 20, 30}, {11, 24, 32});
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, {}, {}, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, {}, {}, progress);
   EXPECT_EQ(search.simplification.triangles, 0u);
   EXPECT_EQ(search.mesh.triangles.size(), mesh.triangles.size());
   LevelBalls found;
@@ -41,7 +42,7 @@ TEST(SearchMesh, SlackFollowsItsTriangle) {
   }();
   const DistanceField graded(mesh, slack);
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, {}, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, {}, settings, progress);
   for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0.4, -0.3, 0.1), Vector3d(-0.9, 0.2, 0.3)})
     EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
 }
@@ -50,7 +51,7 @@ TEST(SearchMesh, SlackFollowsItsTriangle) {
 TEST(SearchMesh, WhatThePoseWouldFoldIsSearchedAsItIs) {
   const auto searched = [](double thickness) {
     Progress progress;
-    return makeSearchMesh(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, {}, progress);
+    return makeSearchMesh(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, {}, {}, progress);
   };
   EXPECT_NE(searched(1e-3).pose.scale, 1);
   const SearchMesh thin = searched(1e-9);
@@ -67,12 +68,30 @@ TEST(SearchMesh, AMeshFinerThanItsLeavesIsSimplified) {
   BuildSettings settings;
   settings.levels = 2;
   Progress progress;
-  const SearchMesh search = makeSearchMesh(mesh, {}, settings, progress);
+  const SearchMesh search = makeSearchMesh(mesh, {}, {}, settings, progress);
   EXPECT_EQ(search.simplification.triangles, search.mesh.triangles.size());
   EXPECT_LT(search.mesh.triangles.size(), 21'000u);
   for (const Vector3d& p : mesh.positions)
     ASSERT_LE(search.pose.scale * search.field.distance(search.pose.turn.transpose() * (p - search.pose.centre) / search.pose.scale),
               search.simplification.distance_bound_mm);
+}
+
+// All of it is searched, but distances are to the solid and to what is outside.
+TEST(SearchMesh, HoldsWhatIsToBeCoveredToo) {
+  const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 2, 3});
+  TriangleMesh within, beside;
+  within.positions = {{0.4, 0.4, 0.4}, {0.6, 0.4, 0.4}, {0.4, 0.6, 0.4}};
+  within.triangles = {{0, 1, 2}};
+  beside.positions = {{2, 0, 0}, {2, 1, 0}, {2, 0, 1}};
+  beside.triangles = {{0, 1, 2}};
+  Progress progress;
+  const SearchMesh search = makeSearchMesh(mesh, beside, joined(within, beside), {}, progress);
+  EXPECT_EQ(search.mesh.triangles.size(), mesh.triangles.size() + 2);
+  EXPECT_EQ(search.field.triangleCount(), mesh.triangles.size() + 1);
+  for (std::size_t t = mesh.triangles.size(); t < search.mesh.triangles.size(); ++t) {
+    const Eigen::Vector3d corner = search.pose.toMesh(search.mesh.corner(t, 0));
+    EXPECT_NEAR(search.pose.scale * search.field.signedDistance(search.mesh.corner(t, 0)), corner.x() < 1 ? -0.4 : 0.0, 1e-8);
+  }
 }
 
 }  // namespace

@@ -13,15 +13,16 @@ namespace spheretree::builder {
 
 struct SearchMesh {
   Pose pose;
-  TriangleMesh mesh;    // solid and sheets, in the pose: their lengths, and all of the search, are in units of pose.scale
-  DistanceField field;  // of them; with the slack of a graded tree
+  TriangleMesh mesh;    // what is to be covered, in the pose: its lengths, and all of the search, are in units of pose.scale
+  DistanceField field;  // of solid and sheets; with the slack of a graded tree
   Simplification simplification;
 };
 
-/// Of the solid that `mesh` bounds and the `sheets` outside it (distance_field.h). The solid is simplified if `mesh` has far more triangles
-/// than the tree can follow, unless the tree is graded, the walls are so thin that the simplified ones cross, or the tolerance is too small
-/// for it. @throws Cancelled.
-SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress);
+/// Of the solid that `mesh` bounds, of `cover_too`, and of the `sheets` among it (surface.h). The solid is simplified if it has far more
+/// triangles than the tree can follow, unless the tree is graded, the walls are so thin that the simplified ones cross, or the tolerance is
+/// too small for it. @throws Cancelled.
+SearchMesh makeSearchMesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const TriangleMesh& cover_too,
+                          const BuildSettings& settings, Progress& progress);
 
 /// What was found in the pose, in the frame of the mesh [mm].
 LevelBalls inFrameOfMesh(LevelBalls balls, const Pose& pose);
