@@ -210,22 +210,20 @@ int runProgram(int argc, char** argv) {
   addOptions(cli, options);
   try {
     cli.parse(argc, argv);
+    return run(cli, options);
   } catch (const CLI::Success& help) {
-    return flushed(kProgram, cli.exit(help));
+    return cli.exit(help);
   } catch (const CLI::ParseError& error) {
     const std::string mistake = unknownOption(cli, "", kProgram);
     return explain(kProgram, kExitUsage, mistake.empty() ? std::string(error.what()) + ". See haptic-player --help." : mistake);
+  } catch (const device::DeviceError& error) {
+    return explain(kProgram, kExitFile, error.what());
   }
-  return runAndExplain(kProgram, [&] {
-    try {
-      return run(cli, options);
-    } catch (const device::DeviceError& error) {
-      return explain(kProgram, kExitFile, error.what());
-    }
-  });
 }
 
 }  // namespace
 }  // namespace spheretree::player
 
-int main(int argc, char** argv) { return spheretree::player::runProgram(argc, argv); }
+int main(int argc, char** argv) {
+  return spheretree::tool::runAndExplain(spheretree::player::kProgram, [&] { return spheretree::player::runProgram(argc, argv); });
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "program_end.h"
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -20,6 +21,12 @@ static_assert(std::atomic<builder::Progress*>::is_always_lock_free, "a signal ha
 
 extern "C" void interrupt(int) {
   if (builder::Progress* progress = running.load()) progress->cancel();
+}
+
+/// A full disk or a closed pipe shows only when the buffer is written.
+int flushed(const std::string& program, int code) {
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  return explain(program, kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
 }
 
 }  // namespace
@@ -42,11 +49,6 @@ int explain(const std::string& program, int code, const std::string& message) {
   return code;
 }
 
-int flushed(const std::string& program, int code) {
-  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  return explain(program, kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
-}
-
 int runAndExplain(const std::string& program, const std::function<int()>& run) {
   try {
     return flushed(program, run());
@@ -63,8 +65,9 @@ int runAndExplain(const std::string& program, const std::function<int()>& run) {
   } catch (const std::bad_alloc&) {
     return explain(program, kExitInternal, "not enough memory. Close other programs or use a smaller input.");
   } catch (const std::exception& error) {
-    return explain(program, kExitInternal,
-                   std::string("internal error: ") + error.what() + ". Please report this with the command and its input.");
+    std::string message = "internal error: ";
+    message.append(error.what()).append(". Please report this with the command and its input.");
+    return explain(program, kExitInternal, message);
   }
 }
 
@@ -72,13 +75,12 @@ std::string unknownOption(const CLI::App& app, const std::string& of, const std:
   std::vector<std::string> known;
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  for (const std::string& word : app.remaining()) {
-    if (word.size() < 2 || word[0] != '-') continue;
-    const std::string name = word.substr(0, word.find('='));
-    return "unknown option '" + name + "'" + of + "; the nearest is '" + std::string(formats::nearestWord(name, known)) + "'. See " +
-           command + " --help.";
-  }
-  return {};
+  const std::vector<std::string> left = app.remaining();
+  const auto word = std::find_if(left.begin(), left.end(), [](const std::string& w) { return w.size() >= 2 && w[0] == '-'; });
+  if (word == left.end()) return {};
+  const std::string name = word->substr(0, word->find('='));
+  return "unknown option '" + name + "'" + of + "; the nearest is '" + std::string(formats::nearestWord(name, known)) + "'. See " +
+         command + " --help.";
 }
 
 }  // namespace spheretree::tool

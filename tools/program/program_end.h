@@ -33,10 +33,7 @@ inline const std::string kGenerator = "spheretree " SPHERETREE_VERSION;
 /// Says `message` on stderr and returns `code`.
 int explain(const std::string& program, int code, const std::string& message);
 
-/// Flushes stdout and returns `code`. A full disk or a closed pipe shows only when the buffer is written: then kExitFile.
-int flushed(const std::string& program, int code);
-
-/// Runs the program proper and turns every exception into a message and an exit code.
+/// Runs the program proper, flushes stdout, and turns whatever goes wrong into a message and an exit code.
 int runAndExplain(const std::string& program, const std::function<int()>& run);
 
 /// While one lives, the first Ctrl-C (or SIGTERM) cancels `progress`, so that nothing is left half done; the second ends the program.

@@ -7,8 +7,6 @@
 namespace spheretree::tool {
 namespace {
 
-const std::string kProgram = "spheretree";
-
 /// What the user mistyped, a verb or an option; empty if neither.
 std::string mistyped(const CLI::App& cli) {
   const auto chosen = cli.get_subcommands();
@@ -58,8 +56,9 @@ int runProgram(Program& program, int argc, char** argv) {
       "Help of a verb: spheretree VERB --help");
   try {
     cli.parse(argc, argv);
+    return runVerb(program);
   } catch (const CLI::Success& help) {
-    return flushed(kProgram, cli.exit(help));
+    return cli.exit(help);
   } catch (const CLI::ParseError& error) {
     const std::string mistake = mistyped(cli);
     const auto chosen = cli.get_subcommands();
@@ -67,7 +66,6 @@ int runProgram(Program& program, int argc, char** argv) {
     const std::string rule = argc == 1 ? "a verb is required" : error.what();
     return explain(kProgram, kExitUsage, mistake.empty() ? rule + ". See " + help + "." : mistake);
   }
-  return runAndExplain(kProgram, [&] { return runVerb(program); });
 }
 
 }  // namespace spheretree::tool

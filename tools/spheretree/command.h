@@ -11,6 +11,8 @@
 
 namespace spheretree::tool {
 
+inline const std::string kProgram = "spheretree";
+
 /// The program under construction: a verb adds its options to `cli`, and sets `run` once it is chosen.
 struct Program {
   CLI::App cli{"Builds, checks and measures certified sphere-trees of triangle meshes."};
@@ -33,7 +35,8 @@ void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
 void addReportCommand(Program& program);
 
-/// Parses, runs the chosen verb and turns every exception into a message on stderr and an exit code.
+/// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.
+/// @throws what a verb throws, which runAndExplain() turns into messages.
 int runProgram(Program& program, int argc, char** argv);
 
 }  // namespace spheretree::tool

@@ -2,14 +2,17 @@
 #include "command.h"
 
 int main(int argc, char** argv) {
-  spheretree::tool::Program program;
-  addBuildCommand(program);
-  addBatchCommand(program);
-  addCheckCommand(program);
-  addCompareCommand(program);
-  addConvertCommand(program);
-  addEvaluateCommand(program);
-  addInspectCommand(program);
-  addReportCommand(program);
-  return runProgram(program, argc, argv);
+  using namespace spheretree::tool;
+  return runAndExplain(kProgram, [&] {
+    Program program;
+    addBuildCommand(program);
+    addBatchCommand(program);
+    addCheckCommand(program);
+    addCompareCommand(program);
+    addConvertCommand(program);
+    addEvaluateCommand(program);
+    addInspectCommand(program);
+    addReportCommand(program);
+    return runProgram(program, argc, argv);
+  });
 }
