@@ -308,23 +308,38 @@ std::vector<char> findSpare(const TriangleMesh& mesh, std::span<const Sphere> sp
 }
 
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
-                                    double tolerance, Progress& progress) {
+                                    double tolerance, Progress& progress, std::span<HeldBy> held_by) {
   const BallIndex index(balls, tolerance);
+  std::vector<std::uint32_t> slot_of(held_by.empty() ? 0 : balls.size());
+  for (std::uint32_t slot = 0; slot < slot_of.size(); ++slot) slot_of[index.original(slot)] = slot;
   const std::size_t chunks = (triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
   std::vector<std::vector<CoverGap>> parts(chunks);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     progress.check();
     PowerCells cells(index);
+    std::vector<std::uint32_t> slots;
     std::vector<CoverGap>& found = parts[chunk];
     for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
       const std::size_t first = found.size();
-      cells.holes(pieceOf(mesh, triangles[i], Vector3d::Zero()).corner, [&](const Vector3d& p, std::uint32_t slot) {
+      const Piece triangle = pieceOf(mesh, triangles[i], Vector3d::Zero());
+      if (!held_by.empty()) {
+        slots.clear();
+        for (const std::uint32_t ball : held_by[triangles[i]])
+          if (ball < slot_of.size()) slots.push_back(slot_of[ball]);
+        if (!slots.empty() && cells.suffice(triangle.corner, slots)) continue;
+      }
+      const bool is_held = cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
         for (std::size_t k = first; k < found.size(); ++k)
           if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
         const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
                                                        : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
         found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
       });
+      if (held_by.empty()) continue;
+      HeldBy& now = held_by[triangles[i]];
+      now.fill(kNoBall);
+      if (is_held && cells.heldBy().size() <= now.size())
+        std::ranges::transform(cells.heldBy(), now.begin(), [&](std::uint32_t slot) { return index.original(slot); });
     }
   });
   std::vector<CoverGap> gaps;

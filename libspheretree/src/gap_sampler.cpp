@@ -7,8 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "spheretree/builder/certify_cover.h"
-
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -24,8 +22,10 @@ double widthOfPatch(const DistanceField& field, std::size_t balls) { return std:
 GapSampler::GapSampler(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, double spacing)
     : mesh_(withShortSides(mesh, std::max(kShortSide * widthOfPatch(field, balls), 1e-3 * field.diagonal()))),
       spacing_(spacing * widthOfPatch(field, balls)),
-      all_(mesh_.triangles.size()) {
+      all_(mesh_.triangles.size()),
+      held_by_(mesh_.triangles.size()) {
   std::iota(all_.begin(), all_.end(), 0u);
+  for (HeldBy& balls_of : held_by_) balls_of.fill(kNoBall);
   std::vector<Eigen::AlignedBox3d> boxes(mesh_.triangles.size());
   for (std::size_t t = 0; t < boxes.size(); ++t)
     for (int k = 0; k < 3; ++k) boxes[t].extend(mesh_.corner(t, k));
@@ -52,7 +52,7 @@ std::vector<Vector3d> GapSampler::find(std::span<const Ball> balls, double h, do
   looked_at_ = near.size();
   std::vector<Ball> grown(balls.begin(), balls.end());
   for (Ball& b : grown) b.radius += h;
-  std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance * h, progress);
+  std::vector<CoverGap> gaps = findCoverGaps(mesh_, near, grown, tolerance * h, progress, held_by_);
   open_.clear();
   for (const CoverGap& g : gaps) open_.push_back(g.triangle);
   std::stable_sort(gaps.begin(), gaps.end(), [](const CoverGap& a, const CoverGap& b) { return a.gap > b.gap; });

@@ -9,6 +9,7 @@
 
 #include "spheretree/builder/ball.h"
 #include "spheretree/builder/box_tree.h"
+#include "spheretree/builder/certify_cover.h"
 #include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/core/triangle_mesh.h"
@@ -33,6 +34,7 @@ class GapSampler {
   TriangleMesh mesh_;
   double spacing_;
   std::vector<std::uint32_t> all_;
+  std::vector<HeldBy> held_by_;      // of each triangle
   std::vector<std::uint32_t> open_;  // triangles with gaps at the last call
   std::size_t looked_at_ = 0;
   BoxTree triangles_;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "ball_index.h"
@@ -28,7 +29,10 @@ class PowerCells {
   /// there is none. The parts that the triangle is cut into share their corners, the same doubles, so that they cover it without a crack.
   template <class Hole>
   bool holes(const std::array<Eigen::Vector3d, 3>& triangle, Hole hole) {
-    if (holds(last_, triangle)) return true;  // neighbours follow each other in a mesh
+    if (holds(last_, triangle)) {  // neighbours follow each other in a mesh
+      held_by_.assign(1, last_);
+      return true;
+    }
     corners_.assign(triangle.begin(), triangle.end());
     near_.clear();
     const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
@@ -48,7 +52,24 @@ class PowerCells {
       return false;
     }
     covered_ = true;
+    held_by_.clear();
     part(0, 0, first, hole);
+    return covered_;
+  }
+
+  /// The balls whose cells the triangle of the last call was cut into, if it is covered.
+  std::span<const std::uint32_t> heldBy() const { return held_by_; }
+
+  /// Whether the balls of these slots, at least one, suffice for the triangle.
+  bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
+    if (slots.size() == 1) return holds(slots[0], triangle);
+    corners_.assign(triangle.begin(), triangle.end());
+    near_.assign(slots.begin(), slots.end());
+    const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
+    const auto first = std::ranges::min_element(slots, {}, [&](std::uint32_t slot) { return power(slot, middle); });
+    covered_ = true;
+    const auto ignore = [](const Eigen::Vector3d&, std::uint32_t) {};
+    part(0, 0, *first, ignore);
     return covered_;
   }
 
@@ -78,6 +99,7 @@ class PowerCells {
       for (std::size_t v = corner; v < corners_.size(); ++v) own_.push_back(power(ball, corners_[v]));
       if (std::ranges::all_of(own_, [](double p) { return p <= 0; })) {
         last_ = ball;
+        held_by_.push_back(ball);
         break;
       }
       const std::uint32_t other = sortOut(corner, near);
@@ -151,6 +173,7 @@ class PowerCells {
   const std::vector<char>* gone_;
   std::uint32_t last_ = 0;
   bool covered_ = true;
+  std::vector<std::uint32_t> held_by_;
   std::vector<Eigen::Vector3d> corners_;  // of the part at hand and of those that wait, which is a stack
   std::vector<std::uint32_t> near_;       // the balls for each, likewise
   // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the difference of two powers.

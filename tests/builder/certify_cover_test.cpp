@@ -303,6 +303,36 @@ TEST(FindCoverGaps, LooksOnlyAtTheTrianglesAsked) {
   for (const CoverGap& g : gaps) EXPECT_EQ(g.triangle, 1u);
 }
 
+// What is known of earlier balls, of other numbers of them too, saves time and changes nothing.
+TEST(FindCoverGaps, KnowingWhatHeldATriangleChangesNothing) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0u);
+  std::vector<HeldBy> held_by(mesh.triangles.size());
+  for (HeldBy& balls : held_by) balls.fill(kNoBall);
+  Progress progress;
+  test::Random random(4);
+  std::vector<Ball> balls = scattered(mesh, 120, 1.6, 3);
+  int with_gaps = 0, known = 0;
+  for (int round = 0; round < 30; ++round) {
+    if (round == 15) balls.resize(80);
+    if (round == 20) std::swap(balls[0], balls[70]);
+    for (Ball& b : balls) b.centre += random.inCube(0.05), b.radius += random.between(-0.05, 0.06);
+    const std::vector<CoverGap> expected = gapsOf(mesh, balls, 0.05);
+    const std::vector<CoverGap> gaps = findCoverGaps(mesh, all, balls, 0.05, progress, held_by);
+    ASSERT_EQ(gaps.size(), expected.size()) << round;
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      EXPECT_EQ(gaps[i].point, expected[i].point);
+      EXPECT_EQ(gaps[i].gap, expected[i].gap);
+      EXPECT_EQ(gaps[i].triangle, expected[i].triangle);
+    }
+    with_gaps += !gaps.empty();
+    known += held_by[round].front() != kNoBall;
+  }
+  EXPECT_GT(with_gaps, 20);
+  EXPECT_GT(known, 10);
+}
+
 TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
   TriangleMesh mesh = test::boxMesh({0, 0, 0}, {7, 2, 0.01});
   mesh.positions.insert(mesh.positions.end(), {{0, 0, 5}, {9, 0, 5}, {4, 1e-9, 5}});  // a sliver

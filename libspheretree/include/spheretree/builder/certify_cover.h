@@ -7,6 +7,9 @@
 // statement holds in real arithmetic. The proof: docs/algorithms/certify_cover.md
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -44,11 +47,17 @@ struct CoverGap {
   std::uint32_t triangle;
 };
 
+/// Balls that together held a triangle when it was last looked at, fewer filled up with kNoBall; no more than four. Most of them still
+/// do when balls have moved a little, which is quicker to see than that any do.
+constexpr std::uint32_t kNoBall = std::numeric_limits<std::uint32_t>::max();
+using HeldBy = std::array<std::uint32_t, 4>;
+
 /// All places that are farther than `tolerance` [mm] (>= 0) from the balls: each connected piece of them in a triangle has at least one of
 /// the points found in it. Exact up to rounding: the points are corners of the power cells of the balls, each grown by the tolerance.
 /// Sorted by triangle. Deterministic for any number of threads. Cost: a triangle costs the square of the number of balls that cut it.
+/// `held_by`: of every triangle of `mesh`, from earlier calls and for later ones; only a saving of time.
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
-                                    double tolerance, Progress& progress);
+                                    double tolerance, Progress& progress, std::span<HeldBy> held_by = {});
 
 /// The same surface in triangles without a side longer than `longest` [mm] (> 0), which findCoverGaps is quicker with. They share no
 /// vertices.
