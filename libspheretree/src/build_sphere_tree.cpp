@@ -40,7 +40,8 @@ constexpr double kResolution = 2e-3;       // of certification, as a share of th
 constexpr double kLeastResolution = 1e-7;  // ... and of the diagonal
 
 constexpr int kAttempts = 4;           // more, with a smaller tolerance each
-constexpr std::size_t kFewNodes = 20;  // one leaf more is much
+constexpr std::size_t kFewNodes = 21;  // one leaf more is much
+constexpr double kHopeless = 1.05;     // times the tolerance: fewer leaves hardly ever reach out so much less
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(std::string("build: ") + what);
@@ -137,7 +138,8 @@ struct CertifiedLevels {
   std::vector<std::vector<std::uint32_t>> parents;  // as in LevelBalls
   std::vector<double> largest_growth;               // (levels)
   std::size_t pieces = 0;
-  double wanted = 0, bound = 0;  // overhang bound of the deepest level, before and after certification [mm]
+  double wanted = 0;                                       // overhang bound of the deepest level, before certification [mm] ...
+  double bound = std::numeric_limits<double>::infinity();  // ... and after
 
   std::size_t count() const {
     std::size_t all = 0;
@@ -182,6 +184,7 @@ class Certifier {
     if (deepest) {
       out_.wanted = stand_off;
       dropNeedless(certified.spheres, own);
+      out_.bound = 0;
       for (const Sphere& s : certified.spheres) out_.bound = std::max(out_.bound, overhangBound(field_, origin_, s));
     }
     const std::size_t kept = certified.spheres.size() - ended_.size();
@@ -224,6 +227,103 @@ class Certifier {
   std::vector<Ended> ended_;
 };
 
+// One after the other.
+class Stages {
+ public:
+  explicit Stages(BuildStatistics& statistics) : statistics_(statistics) {}
+  void finish(const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    statistics_.stages.push_back({stage, std::chrono::duration<double>(now - begun_).count()});
+    begun_ = now;
+  }
+
+ private:
+  BuildStatistics& statistics_;
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
+
+// Levels as the settings ask for them, certified. With a tolerance: with the fewest nodes found that keep it.
+class LevelSearch {
+ public:
+  LevelSearch(const SearchMesh& search, const BuildSettings& settings, Certifier& certifier, Stages& stages, Progress& progress)
+      : search_(search), settings_(settings), certifier_(certifier), stages_(stages), progress_(progress) {
+    // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off
+    // from it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
+    farthest_ = std::max(0.0, settings.tolerance_mm - 2 * search.simplification.distance_bound_mm) / search.pose.scale;
+  }
+
+  CertifiedLevels run() {
+    const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // whose cells join instead
+    if (tries_full) tryFull(2);
+    if (isKept(best_)) {
+      offer(full(1, kMinBranching));
+      return std::move(best_);
+    }
+    double aim = farthest_ / aimOf(settings_);
+    best_ = forTolerance(aim);
+    // Only certification can have pushed it beyond: aim lower by as much.
+    for (int attempt = 0; attempt < kAttempts && best_.wanted <= settings_.tolerance_mm && !isKept(best_); ++attempt) {
+      aim *= 0.99 * settings_.tolerance_mm / best_.bound;
+      best_ = forTolerance(aim);
+    }
+    // It may push less far, too.
+    if (aim < farthest_ && isKept(best_) && best_.count() <= kFewNodes) offer(forTolerance(farthest_));
+    if (tries_full && settings_.levels > 2) tryFull(3);
+    return std::move(best_);
+  }
+
+ private:
+  bool isKept(const CertifiedLevels& levels) const { return levels.bound <= settings_.tolerance_mm; }
+  void offer(CertifiedLevels other) {
+    if (isKept(other) && (!isKept(best_) || other.count() < best_.count())) best_ = std::move(other);
+  }
+
+  // A leaf more is much of a tree of few nodes, and such trees are soon made. So all full ones are tried, each as tight as it comes, down
+  // to the first that is hopeless.
+  void tryFull(int depth) {
+    for (int branching = settings_.branching; branching >= kMinBranching; --branching) {
+      std::size_t nodes = 1;
+      for (int level = 1, width = 1; level < depth; ++level) nodes += static_cast<std::size_t>(width *= branching);
+      if (nodes > kFewNodes || (isKept(best_) && nodes >= best_.count())) continue;
+      CertifiedLevels tree = full(depth, branching);
+      const bool is_hopeless = tree.bound > kHopeless * settings_.tolerance_mm;
+      offer(std::move(tree));
+      if (is_hopeless) return;
+    }
+  }
+
+  CertifiedLevels full(int depth, int branching) {
+    BuildSettings how = settings_;
+    how.levels = std::max(depth, kMinLevels);
+    how.branching = branching;
+    how.tolerance_mm = 0;
+    return certified(how, static_cast<std::size_t>(depth));
+  }
+  CertifiedLevels forTolerance(double tolerance) {
+    BuildSettings how = settings_;
+    how.tolerance_mm = tolerance;
+    return certified(how, kMaxLevels);
+  }
+  CertifiedLevels certified(const BuildSettings& how, std::size_t most_levels) {
+    progress_.stage("balls");
+    LevelBalls levels = inFrameOfMesh(buildLevels(search_.mesh, search_.field, how, progress_), search_.pose);
+    if (levels.balls.size() > most_levels) levels.balls.resize(most_levels);
+    stages_.finish("balls");
+    progress_.stage("certify");
+    CertifiedLevels out = certifier_.certify(levels);
+    stages_.finish("certify");
+    return out;
+  }
+
+  const SearchMesh& search_;
+  const BuildSettings& settings_;
+  Certifier& certifier_;
+  Stages& stages_;
+  Progress& progress_;
+  double farthest_;       // tolerance in the pose of the search mesh
+  CertifiedLevels best_;  // found so far
+};
+
 // The field that the balls of a graded tree keep their distance in; of no triangles if the tree is not graded.
 DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings) {
   if (settings.tolerance_of_triangle_mm.empty()) return DistanceField();
@@ -234,56 +334,26 @@ DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, 
 
 BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress, const TriangleMesh& cover_too) {
   BuildResult result;
-  auto begun = std::chrono::steady_clock::now();
-  const auto finishStage = [&](const char* stage) {
-    const auto now = std::chrono::steady_clock::now();
-    result.statistics.stages.push_back({stage, std::chrono::duration<double>(now - begun).count()});
-    begun = now;
-  };
+  Stages stages(result.statistics);
 
   progress.stage("distances");
   const Surface surface = surfaceOf(mesh, cover_too);
   const DistanceField& field = surface.field;
   if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
-  finishStage("distances");
+  stages.finish("distances");
 
   const DistanceField graded = gradedField(mesh, surface.sheets, settings);
   const bool is_graded = graded.triangleCount() > 0;
   const SearchMesh search = makeSearchMesh(mesh, surface.sheets, cover_too, settings, progress);
   result.statistics.simplification = search.simplification;
-  finishStage("search mesh");
-  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off from
-  // it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
-  BuildSettings search_settings = settings;
-  search_settings.tolerance_mm = std::max(0.0, settings.tolerance_mm - 2 * search.simplification.distance_bound_mm) / search.pose.scale;
+  stages.finish("search mesh");
 
   const Vector3d origin = chooseOrigin(field);
   const TriangleMesh to_cover = joined(mesh, cover_too);  // triangles of both; the sharing of vertices does not matter
   // A graded tree aims at keeping its distance in the graded field.
   const DistanceField& goal = is_graded ? graded : field;
   Certifier certifier(to_cover, goal, origin, settings.seed, progress);
-  const auto certified = [&](double tolerance) {
-    search_settings.tolerance_mm = tolerance;
-    const LevelBalls balls = inFrameOfMesh(buildLevels(search.mesh, search.field, search_settings, progress), search.pose);
-    finishStage("balls");
-    progress.stage("certify");
-    CertifiedLevels out = certifier.certify(balls);
-    finishStage("certify");
-    return out;
-  };
-  const double farthest = search_settings.tolerance_mm;
-  double aim = farthest / aimOf(settings);
-  CertifiedLevels levels = certified(aim);
-  // Only certification can have pushed it beyond: aim lower by as much.
-  for (int attempt = 0; attempt < kAttempts && levels.wanted <= settings.tolerance_mm && levels.bound > settings.tolerance_mm; ++attempt) {
-    aim *= 0.99 * settings.tolerance_mm / levels.bound;
-    levels = certified(aim);
-  }
-  // It may push less far, too.
-  if (aim < farthest && levels.bound <= settings.tolerance_mm && levels.count() <= kFewNodes) {
-    CertifiedLevels fewer = certified(farthest);
-    if (fewer.bound <= settings.tolerance_mm && fewer.count() < levels.count()) levels = std::move(fewer);
-  }
+  CertifiedLevels levels = LevelSearch(search, settings, certifier, stages, progress).run();
   result.statistics.certified_pieces = levels.pieces;
 
   progress.stage("hierarchy");
@@ -330,7 +400,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   from.seed = settings.seed;
   const std::string fault = findFault(tree);
   if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
-  finishStage("hierarchy");
+  stages.finish("hierarchy");
   return result;
 }
 

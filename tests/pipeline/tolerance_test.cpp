@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `--tolerance`: the bound is kept, with hardly more nodes than the best tree that a full search over all shapes of tree finds, and no leaf
-// is there for nothing. SPHERETREE_LONG=1: the full search for all builders on all meshes (two minutes of one core in place of seconds).
+// is there for nothing. SPHERETREE_LONG=1: the full search for all builders on all meshes (three minutes of one core in place of seconds).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,6 +66,22 @@ struct Shape {
   double bound;
 };
 
+std::vector<Shape> buildFull(const TriangleMesh& mesh, BuilderKind kind, int levels, int most_branching, int step) {
+  std::vector<Shape> shapes;
+  for (int branching = 2; branching <= most_branching; branching += step) {
+    const BuildResult result = build(mesh, kind, levels, branching, 0);
+    shapes.push_back({result.tree.nodeCount(), boundOf(result)});
+  }
+  return shapes;
+}
+
+std::size_t fewestNodes(const std::vector<Shape>& shapes, double tolerance) {
+  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  for (const Shape& s : shapes)
+    if (s.bound <= tolerance) fewest = std::min(fewest, s.nodes);
+  return fewest;
+}
+
 TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
   std::vector<NamedMesh> meshes = allMeshes();
   if (!isLong()) meshes.resize(2);
@@ -75,17 +91,12 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
       SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
       std::vector<Shape> shapes;  // every tree of up to 4 levels
       for (int levels = isLong() ? 2 : 3; levels <= 4; ++levels)
-        for (int branching = 2; branching <= 8; branching += isLong() ? 1 : 3) {
-          const BuildResult result = build(named.mesh, kind, levels, branching, 0);
-          shapes.push_back({result.tree.nodeCount(), boundOf(result)});
-        }
+        for (const Shape& s : buildFull(named.mesh, kind, levels, 8, isLong() ? 1 : 3)) shapes.push_back(s);
       double least = std::numeric_limits<double>::infinity(), most = 0;
       for (const Shape& s : shapes) least = std::min(least, s.bound), most = std::max(most, s.bound);
       for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
         const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
-        std::size_t fewest = std::numeric_limits<std::size_t>::max();
-        for (const Shape& s : shapes)
-          if (s.bound <= tolerance) fewest = std::min(fewest, s.nodes);
+        const std::size_t fewest = fewestNodes(shapes, tolerance);
         const BuildResult result = build(named.mesh, kind, 4, 8, tolerance);
         EXPECT_TRUE(result.statistics.tolerance_met) << tolerance;
         EXPECT_LE(boundOf(result), tolerance);
@@ -95,6 +106,28 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
             << "tolerance " << tolerance;
         std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
                     tolerance, result.tree.nodeCount(), fewest);
+      }
+    }
+}
+
+// The hardest tolerances: each is exactly what a small tree keeps. A leaf more is already a fifth of its nodes.
+TEST(Tolerance, TheBoundOfASmallTreeNeedsHardlyMoreNodesThanThatTree) {
+  std::vector<NamedMesh> meshes = allMeshes();
+  if (!isLong()) meshes.resize(2);
+  for (const NamedMesh& named : meshes)
+    for (const BuilderKind kind :
+         isLong() ? allBuilders() : std::vector<BuilderKind>{BuilderKind::Merge, BuilderKind::Spawn, BuilderKind::Grid}) {
+      SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
+      std::vector<Shape> shapes = buildFull(named.mesh, kind, 2, 8, 1);
+      for (const Shape& s : buildFull(named.mesh, kind, 3, 4, 1)) shapes.push_back(s);
+      for (const Shape& s : shapes) {
+        const std::size_t fewest = fewestNodes(shapes, s.bound);
+        if (fewest < s.nodes) continue;
+        const BuildResult result = build(named.mesh, kind, 4, 8, s.bound);
+        EXPECT_LE(boundOf(result), s.bound);
+        EXPECT_LE(static_cast<double>(result.tree.nodeCount()), 1.2 * static_cast<double>(fewest)) << "tolerance " << s.bound;
+        std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
+                    s.bound, result.tree.nodeCount(), fewest);
       }
     }
 }
