@@ -11,6 +11,7 @@
 
 #include "spheretree/builder/hierarchy.h"
 #include "spheretree/builder/refit_ball.h"
+#include "spheretree/builder/shrinking_balls.h"
 #include "spheretree/builder/smallest_ball.h"
 #include "spheretree/builder/surface_regions.h"
 
@@ -22,8 +23,10 @@ namespace {
 
 constexpr int kRefitSteps = 24;
 constexpr double kNegligible = 1e-6;     // overhang, of the diagonal
-constexpr int kSteps = 4;                // towards the least overhang, if the tolerance is out of reach
 constexpr std::size_t kCellsALeaf = 16;  // for a tolerance: so many may be joined
+constexpr int kSteps = 6;                // towards the least overhang that the budget suffices for ...
+constexpr double kUsedUp = 0.95;         // ... at which so much of it is used
+constexpr double kNear = 0.8;            // a tolerance beyond this share of a goal is tried itself
 
 using Polygon = std::vector<Vector3d>;
 
@@ -33,19 +36,37 @@ struct Cell {
   std::uint32_t parent = kNoParent;
 };
 
-// The better of the smallest ball, whose centre lies on the surface where that is flat, and a ball about the middle of the cell,
-// from where the centre moves to lower the overhang.
-FittedBall ballRound(const Cell& cell, const DistanceField& field) {
+Polygon cornersOf(const Cell& cell) {
   Polygon corners;
   for (const Polygon& piece : cell.pieces) corners.insert(corners.end(), piece.begin(), piece.end());
+  return corners;
+}
+
+// The centre moves to lower the overhang.
+FittedBall refitted(const Cell& cell, const Polygon& corners, const DistanceField& field, const Vector3d& centre, double clearance) {
+  const Refit refit = refitBall(field, corners, centre, clearance, 0.1 * cell.box.diagonal().norm(), kRefitSteps);
+  return {refit.centre, refit.clearance, refit.clearance + refit.stand_off};
+}
+
+FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang() < a.overhang() ? b : a; }
+
+// The better of the smallest ball, whose centre lies on the surface where that is flat, and a ball about the middle of the cell,
+// from where the centre moves.
+FittedBall ballRound(const Cell& cell, const DistanceField& field) {
+  const Polygon corners = cornersOf(cell);
   const Ball smallest = smallestBall(corners);
   const FittedBall outer{smallest.centre, -field.signedDistance(smallest.centre), smallest.radius};
   const Vector3d middle = cell.box.center();
   const double clearance = -field.signedDistance(middle);
-  if (!(clearance > 0)) return outer;
-  const Refit refit = refitBall(field, corners, middle, clearance, 0.1 * cell.box.diagonal().norm(), kRefitSteps);
-  const FittedBall inner{refit.centre, refit.clearance, refit.clearance + refit.stand_off};
-  return inner.overhang() < outer.overhang() ? inner : outer;
+  return clearance > 0 ? better(outer, refitted(cell, corners, field, middle, clearance)) : outer;
+}
+
+// ... or one that starts deep below: round a cell much smaller than the solid is thick, that one reaches out far less.
+FittedBall deepBallRound(const Cell& cell, const DistanceField& field) {
+  const FittedBall shallow = ballRound(cell, field);
+  const Polygon corners = cornersOf(cell);
+  const Ball deep = touchingBall(field, smallestBall(corners).centre);
+  return deep.radius > 0 ? better(shallow, refitted(cell, corners, field, deep.centre, deep.radius)) : shallow;
 }
 
 // Both parts get the very same corner on the plane.
@@ -109,34 +130,39 @@ struct FittedCell {
   FittedBall ball;
 };
 
-// Halves the cell that reaches out farthest, across its longest side, until none reaches out farther than `enough` or there are `most`.
-std::vector<FittedCell> halveWorst(const Cell& root, const DistanceField& field, std::size_t most, double enough, Progress& progress) {
-  std::vector<FittedCell> cells{{root, ballRound(root, field)}};
-  std::priority_queue<std::pair<double, std::size_t>> worst;
-  worst.emplace(cells[0].ball.overhang(), 0);
-  while (cells.size() < most && worst.top().first > enough) {
-    progress.check();
-    const std::size_t at = worst.top().second;
-    worst.pop();
-    int longest = 0;
-    cells[at].cell.box.sizes().maxCoeff(&longest);
-    std::vector<Cell> halves = halve(cells[at].cell, longest);
-    for (std::size_t h = 0; h < halves.size(); ++h) {
-      const FittedBall ball = ballRound(halves[h], field);
-      const std::size_t to = h == 0 ? at : cells.size();
-      if (h > 0) cells.emplace_back();
-      cells[to] = {std::move(halves[h]), ball};
-      worst.emplace(ball.overhang(), to);
+// Cells that are halved one at a time, the one that reaches out farthest first, across its longest side.
+class Halving {
+ public:
+  Halving(const Cell& root, const DistanceField& field) : field_(&field), cells_{{root, deepBallRound(root, field)}} {
+    worst_.emplace(cells_[0].ball.overhang(), 0);
+  }
+
+  // Until none reaches out farther than `enough` or there are `most`.
+  void run(std::size_t most, double enough, Progress& progress) {
+    while (cells_.size() < most && worst() > enough) {
+      progress.check();
+      const std::size_t at = worst_.top().second;
+      worst_.pop();
+      int longest = 0;
+      cells_[at].cell.box.sizes().maxCoeff(&longest);
+      std::vector<Cell> halves = halve(cells_[at].cell, longest);
+      for (std::size_t h = 0; h < halves.size(); ++h) {
+        const FittedBall ball = deepBallRound(halves[h], *field_);
+        const std::size_t to = h == 0 ? at : cells_.size();
+        if (h > 0) cells_.emplace_back();
+        cells_[to] = {std::move(halves[h]), ball};
+        worst_.emplace(ball.overhang(), to);
+      }
     }
   }
-  return cells;
-}
+  double worst() const { return worst_.top().first; }
+  const std::vector<FittedCell>& cells() const { return cells_; }
 
-double worstOverhang(const std::vector<FittedCell>& cells) {
-  double worst = 0;
-  for (const FittedCell& cell : cells) worst = std::max(worst, cell.ball.overhang());
-  return worst;
-}
+ private:
+  const DistanceField* field_;
+  std::vector<FittedCell> cells_;
+  std::priority_queue<std::pair<double, std::size_t>> worst_;
+};
 
 Cell joined(const Cell& a, const Cell& b) {
   Cell both{a.box.merged(b.box), a.pieces};
@@ -174,13 +200,15 @@ void takeHeld(FittedBall& ball, double enough, Cell& cell) {
 }
 
 // One after the other, cells grow over those that they touch, as long as one ball round all reaches out no farther than `enough`. What the
-// ball then holds of others is no longer theirs.
-std::vector<FittedCell> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, double enough, Progress& progress) {
+// ball then holds of others is no longer theirs. None if more than `most` are left.
+std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double enough,
+                                       Progress& progress) {
   const std::vector<std::vector<std::uint32_t>> near = neighbours(cells);
   std::vector<std::size_t> tried_by(cells.size(), cells.size());
-  std::vector<FittedCell> out;
+  std::vector<FittedBall> out;
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     if (cells[i].cell.pieces.empty()) continue;  // taken
+    if (out.size() == most) return {};
     progress.check();
     FittedCell grown = std::exchange(cells[i], {});
     std::vector<std::uint32_t> members{i}, others;
@@ -189,7 +217,7 @@ std::vector<FittedCell> joinNeighbours(std::vector<FittedCell> cells, const Dist
         if (cells[j].cell.pieces.empty() || tried_by[j] == i) continue;
         tried_by[j] = i;
         Cell both = joined(grown.cell, cells[j].cell);
-        const FittedBall ball = ballRound(both, field);
+        const FittedBall ball = refitted(both, cornersOf(both), field, grown.ball.centre, grown.ball.clearance);
         if (ball.overhang() > enough) {
           others.push_back(j);
           continue;
@@ -199,42 +227,54 @@ std::vector<FittedCell> joinNeighbours(std::vector<FittedCell> cells, const Dist
         members.push_back(j);
       }
     for (const std::uint32_t j : others) takeHeld(grown.ball, enough, cells[j].cell);
-    out.push_back(std::move(grown));
+    out.push_back(grown.ball);
   }
   return out;
 }
 
-// The fewest cells that keep the tolerance, and as many above them as they need as parents.
+// The fewest balls that keep the tolerance; if it is out of reach, those of the least overhang that the budget suffices for. From above,
+// since cells too small for the budget cost most.
+std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, std::size_t budget, double tolerance, Progress& progress) {
+  halving.run(budget, tolerance, progress);
+  double low = 0, high = std::max(halving.worst(), tolerance);
+  std::vector<FittedBall> leaves = joinNeighbours(halving.cells(), field, budget, high, progress);
+  for (int step = 0; step < kSteps && high > tolerance; ++step) {
+    const double used = static_cast<double>(leaves.size()) / static_cast<double>(budget);
+    double goal = std::max(std::sqrt(used) * high, std::sqrt(low * high));
+    if (tolerance > low && tolerance > kNear * goal)
+      goal = tolerance;
+    else if (used > kUsedUp)
+      break;
+    Halving finer = halving;
+    finer.run(kCellsALeaf * budget, goal, progress);
+    std::vector<FittedBall> tried;
+    if (finer.worst() <= goal) tried = joinNeighbours(finer.cells(), field, budget, goal, progress);
+    if (tried.empty()) {
+      low = goal;
+    } else {
+      high = goal;
+      leaves = std::move(tried);
+      halving = std::move(finer);
+    }
+  }
+  return leaves;
+}
+
+// As many cells above the leaves as these need as parents.
 LevelBalls buildForTolerance(const Cell& root, const DistanceField& field, const PublishedSettings& settings, Progress& progress) {
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
   const double enough = std::max(settings.tolerance_mm, kNegligible * field.diagonal());
-  const auto leavesFor = [&](double overhang) {
-    return joinNeighbours(halveWorst(root, field, kCellsALeaf * budget, overhang, progress), field, overhang, progress);
-  };
-  std::vector<FittedCell> leaves = leavesFor(enough);
-  if (leaves.size() > budget) {  // out of reach: the least overhang that the budget suffices for
-    leaves = halveWorst(root, field, budget, enough, progress);
-    double low = enough, high = worstOverhang(leaves);
-    for (int step = 0; step < kSteps; ++step) {
-      const double middle = std::sqrt(low * high);
-      std::vector<FittedCell> tried = leavesFor(middle);
-      if (tried.size() > budget || worstOverhang(tried) >= high) {
-        low = middle;
-      } else {
-        high = worstOverhang(tried);
-        leaves = std::move(tried);
-      }
-    }
-  }
+  Halving halving(root, field);
+  const std::vector<FittedBall> leaves = findLeaves(halving, field, budget, enough, progress);
   const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings.branching);
   LevelBalls out;
-  const auto add = [&](const std::vector<FittedCell>& cells) {
-    out.balls.emplace_back();
-    for (const FittedCell& cell : cells) out.balls.back().push_back(cell.ball.ball());
-  };
-  for (std::size_t level = 0; level + 1 < counts.size(); ++level) add(halveWorst(root, field, counts[level], enough, progress));
-  add(leaves);
+  out.balls.resize(counts.size());
+  for (std::size_t level = 0; level + 1 < counts.size(); ++level) {
+    halving.run(counts[level], enough, progress);
+    for (const FittedCell& cell : halving.cells()) out.balls[level].push_back(cell.ball.ball());
+  }
+  for (const FittedBall& leaf : leaves) out.balls.back().push_back(leaf.ball());
   return out;
 }
 
