@@ -19,8 +19,8 @@ namespace spheretree::builder {
 /// With a tolerance, as few cells as keep it and no octants: one side is halved at a time, neighbours whose joint pieces one ball holds are
 /// joined, and the levels have no parents.
 /// `settings.quality` and `settings.seed` have no effect.
-/// Cost: O(pieces) a level; with a tolerance, about ten balls for each cell, five times that if it is out of reach. @throws
-/// std::invalid_argument for settings out of range, Cancelled.
+/// Cost: O(pieces) a level; with a tolerance, about ten balls for each cell, three or four times that if it is out of reach.
+/// @throws std::invalid_argument for settings out of range, Cancelled.
 LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder
