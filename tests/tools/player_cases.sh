@@ -57,10 +57,11 @@ case_player_usage() {
     expect 2 scene.json $bad
     [ -s err ] || fail "no message for $bad"
   done
-  for bad in "--record run.csv" "--trajectory path.csv" "--seconds 1" "--device simulated" "--hand firm"; do
+  for bad in "--record run.csv" "--trajectory path.csv" "--device replay" "--device phantom" "--hand firm"; do
     # shellcheck disable=SC2086
     expect 2 --scenario F17 $bad
   done
+  expect 0 --scenario F17 --device simulated --mode constrained --clock stepped --seconds 1 --json
   expect 2 --scenario F99
   says "F22 (leaves)" err
   cp path.csv before

@@ -44,6 +44,7 @@ std::vector<const Scenario*> chosenScenarios(const std::string& names) {
 }
 
 int runBench(const Options& options, builder::Progress& progress) try {
+  if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
   const std::vector<const Scenario*> chosen = chosenScenarios(options.scenario);
   if (!options.out.empty()) {  // known now, not after minutes
     formats::makeFolder(options.out);
@@ -150,9 +151,9 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_option("SCENE", o.play.scene,
                  "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar")
       ->excludes(scenario);
-  cli.add_option("--device", o.device, "simulated, replay or phantom; default simulated, or replay with --trajectory")
-      ->check(CLI::IsMember({"simulated", "replay", "phantom"}))
-      ->excludes(scenario);
+  cli.add_option("--device", o.device,
+                 "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios simulate theirs")
+      ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
   cli.add_option("--trajectory", o.play.trajectory,
                  "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be")
       ->excludes(scenario);
@@ -163,9 +164,9 @@ void addOptions(CLI::App& cli, Options& o) {
                  "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real. Scenarios are stepped")
       ->check(CLI::IsMember({"real", "stepped"}));
   cli.add_option("--seconds", o.seconds,
-                 "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C")
-      ->check(CLI::Range(0.001, 86400.0))
-      ->excludes(scenario);
+                 "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C. Scenarios have "
+                 "lengths of their own")
+      ->check(CLI::Range(0.001, 86400.0));
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
