@@ -68,6 +68,7 @@ class PowerCells {
     const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
     const auto first = std::ranges::min_element(slots, {}, [&](std::uint32_t slot) { return power(slot, middle); });
     covered_ = true;
+    held_by_.clear();
     const auto ignore = [](const Eigen::Vector3d&, std::uint32_t) {};
     part(0, 0, *first, ignore);
     return covered_;

@@ -82,54 +82,54 @@ std::size_t fewestNodes(const std::vector<Shape>& shapes, double tolerance) {
   return fewest;
 }
 
-TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
+// run(mesh, builder) for every mesh and builder; in a short run for two meshes and the builders of `few`.
+template <class Run>
+void forCases(const std::vector<BuilderKind>& few, Run run) {
   std::vector<NamedMesh> meshes = allMeshes();
   if (!isLong()) meshes.resize(2);
   for (const NamedMesh& named : meshes)
-    for (const BuilderKind kind :
-         isLong() ? allBuilders() : std::vector<BuilderKind>{BuilderKind::Cover, BuilderKind::Grid, BuilderKind::Octree}) {
+    for (const BuilderKind kind : isLong() ? allBuilders() : few) {
       SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
-      std::vector<Shape> shapes;  // every tree of up to 4 levels
-      for (int levels = isLong() ? 2 : 3; levels <= 4; ++levels)
-        for (const Shape& s : buildFull(named.mesh, kind, levels, 8, isLong() ? 1 : 3)) shapes.push_back(s);
-      double least = std::numeric_limits<double>::infinity(), most = 0;
-      for (const Shape& s : shapes) least = std::min(least, s.bound), most = std::max(most, s.bound);
-      for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
-        const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
-        const std::size_t fewest = fewestNodes(shapes, tolerance);
-        const BuildResult result = build(named.mesh, kind, 4, 8, tolerance);
-        EXPECT_TRUE(result.statistics.tolerance_met) << tolerance;
-        EXPECT_LE(boundOf(result), tolerance);
-        // One node more where 1.2 times a handful is less than one.
-        EXPECT_LE(static_cast<double>(result.tree.nodeCount()),
-                  std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1))
-            << "tolerance " << tolerance;
-        std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
-                    tolerance, result.tree.nodeCount(), fewest);
-      }
+      run(named, kind);
     }
+}
+
+// The tolerance is kept, with at most `most` nodes.
+void expectFew(const NamedMesh& named, BuilderKind kind, double tolerance, std::size_t fewest, double most) {
+  const BuildResult result = build(named.mesh, kind, 4, 8, tolerance);
+  EXPECT_TRUE(result.statistics.tolerance_met) << tolerance;
+  EXPECT_LE(boundOf(result), tolerance);
+  EXPECT_LE(static_cast<double>(result.tree.nodeCount()), most) << "tolerance " << tolerance;
+  std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
+              tolerance, result.tree.nodeCount(), fewest);
+}
+
+TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
+  forCases({BuilderKind::Cover, BuilderKind::Grid, BuilderKind::Octree}, [](const NamedMesh& named, BuilderKind kind) {
+    std::vector<Shape> shapes;  // every tree of up to 4 levels
+    for (int levels = isLong() ? 2 : 3; levels <= 4; ++levels)
+      for (const Shape& s : buildFull(named.mesh, kind, levels, 8, isLong() ? 1 : 3)) shapes.push_back(s);
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (const Shape& s : shapes) least = std::min(least, s.bound), most = std::max(most, s.bound);
+    for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
+      const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
+      const std::size_t fewest = fewestNodes(shapes, tolerance);
+      // One node more where 1.2 times a handful is less than one.
+      expectFew(named, kind, tolerance, fewest, std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1));
+    }
+  });
 }
 
 // The hardest tolerances: each is exactly what a small tree keeps. A leaf more is already a fifth of its nodes.
 TEST(Tolerance, TheBoundOfASmallTreeNeedsHardlyMoreNodesThanThatTree) {
-  std::vector<NamedMesh> meshes = allMeshes();
-  if (!isLong()) meshes.resize(2);
-  for (const NamedMesh& named : meshes)
-    for (const BuilderKind kind :
-         isLong() ? allBuilders() : std::vector<BuilderKind>{BuilderKind::Merge, BuilderKind::Spawn, BuilderKind::Grid}) {
-      SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
-      std::vector<Shape> shapes = buildFull(named.mesh, kind, 2, 8, 1);
-      for (const Shape& s : buildFull(named.mesh, kind, 3, 4, 1)) shapes.push_back(s);
-      for (const Shape& s : shapes) {
-        const std::size_t fewest = fewestNodes(shapes, s.bound);
-        if (fewest < s.nodes) continue;
-        const BuildResult result = build(named.mesh, kind, 4, 8, s.bound);
-        EXPECT_LE(boundOf(result), s.bound);
-        EXPECT_LE(static_cast<double>(result.tree.nodeCount()), 1.2 * static_cast<double>(fewest)) << "tolerance " << s.bound;
-        std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
-                    s.bound, result.tree.nodeCount(), fewest);
-      }
+  forCases({BuilderKind::Merge, BuilderKind::Spawn, BuilderKind::Grid}, [](const NamedMesh& named, BuilderKind kind) {
+    std::vector<Shape> shapes = buildFull(named.mesh, kind, 2, 8, 1);
+    for (const Shape& s : buildFull(named.mesh, kind, 3, 4, 1)) shapes.push_back(s);
+    for (const Shape& s : shapes) {
+      const std::size_t fewest = fewestNodes(shapes, s.bound);
+      if (fewest == s.nodes) expectFew(named, kind, s.bound, fewest, 1.2 * static_cast<double>(fewest));
     }
+  });
 }
 
 std::vector<builder::Ball> leavesOf(const SphereTree& tree) {
