@@ -253,8 +253,8 @@ std::string summaryOf(const MeshSurvey& survey, const MeshReport& report) {
   std::string text;
   for (std::size_t i = 0; i < std::min(kListed, survey.borders.size()); ++i) {
     const BorderShape& b = survey.borders[i];
-    text +=
-        line("border of %zu edges, %.4g mm long, about (%.4g, %.4g, %.4g): ", b.edges, b.length, b.centre.x(), b.centre.y(), b.centre.z());
+    text += line("border of %zu edge%s, %.4g mm long, about (%.4g, %.4g, %.4g): ", b.edges, b.edges == 1 ? "" : "s", b.length, b.centre.x(),
+                 b.centre.y(), b.centre.z());
     text += b.is_loop ? line("a loop, within %.3g mm of a plane, roundness %.2f\n", b.off_plane, b.roundness) : "not a plain loop\n";
   }
   if (survey.borders.size() > kListed) text += line("%zu shorter borders\n", survey.borders.size() - kListed);
