@@ -9,25 +9,25 @@
 #include <cmath>
 #include <limits>
 
-#include "spheretree/builder/build_cover.h"
-#include "spheretree/builder/canonical_order.h"
-#include "spheretree/builder/certify_cover.h"
-#include "spheretree/builder/distance_field.h"
-#include "spheretree/builder/early_leaves.h"
-#include "spheretree/builder/hierarchy.h"
-#include "spheretree/builder/needless_spheres.h"
+#include "certify/certify_cover.h"
+#include "certify/redundant_spheres.h"
+#include "cover/build_cover.h"
+#include "geometry/distance_field.h"
+#include "mesh/canonical_order.h"
+#include "mesh/surface_with_sheets.h"
+#include "published/build_by_regions.h"
+#include "published/reduce_burst.h"
+#include "published/reduce_expand.h"
+#include "published/reduce_grid.h"
+#include "published/reduce_hubbard.h"
+#include "published/reduce_merge.h"
+#include "published/reduce_octree.h"
+#include "published/reduce_spawn.h"
+#include "simplified_input.h"
 #include "spheretree/builder/provenance.h"
-#include "spheretree/builder/published_frame.h"
-#include "spheretree/builder/reduce_burst.h"
-#include "spheretree/builder/reduce_expand.h"
-#include "spheretree/builder/reduce_grid.h"
-#include "spheretree/builder/reduce_hubbard.h"
-#include "spheretree/builder/reduce_merge.h"
-#include "spheretree/builder/reduce_octree.h"
-#include "spheretree/builder/reduce_spawn.h"
-#include "spheretree/builder/search_mesh.h"
-#include "spheretree/builder/surface.h"
 #include "spheretree/core/mesh_edit.h"
+#include "tree/hierarchy.h"
+#include "tree/promote_leaves.h"
 
 namespace spheretree::builder {
 
@@ -183,7 +183,7 @@ class Certifier {
     const bool deepest = level + 1 == levels.balls.size();
     if (deepest) {
       out_.wanted = stand_off;
-      dropNeedless(certified.spheres, own);
+      dropRedundant(certified.spheres, own);
       out_.bound = 0;
       for (const Sphere& s : certified.spheres) out_.bound = std::max(out_.bound, overhangBound(field_, origin_, s));
     }
@@ -198,7 +198,7 @@ class Certifier {
   }
 
   // Leaves that add nothing; no sphere above loses its last child by that.
-  void dropNeedless(std::vector<Sphere>& set, std::size_t own) {
+  void dropRedundant(std::vector<Sphere>& set, std::size_t own) {
     if (out_.spheres.size() < 2) return;
     const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();
     std::vector<std::uint32_t> group(set.size(), static_cast<std::uint32_t>(above));  // what ended above is no child of any
@@ -206,7 +206,7 @@ class Certifier {
     std::vector<char> fixed(own, 0);
     fixed.resize(set.size(), 1);
     const std::size_t most = out_.parents.empty() ? own - std::min(own, above) : own;
-    const std::vector<char> needless = findNeedless(mesh_, set, origin_, group, fixed, most, seed_, progress_);
+    const std::vector<char> needless = findRedundantSpheres(mesh_, set, origin_, group, fixed, most, seed_, progress_);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < set.size(); ++i) {
       if (needless[i]) continue;
@@ -245,11 +245,11 @@ class Stages {
 // Levels as the settings ask for them, certified. With a tolerance: with the fewest nodes found that keep it.
 class LevelSearch {
  public:
-  LevelSearch(const SearchMesh& search, const BuildSettings& settings, Certifier& certifier, Stages& stages, Progress& progress)
+  LevelSearch(const SimplifiedInput& search, const BuildSettings& settings, Certifier& certifier, Stages& stages, Progress& progress)
       : search_(search), settings_(settings), certifier_(certifier), stages_(stages), progress_(progress) {
     // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the bound, and stand off
     // from it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
-    farthest_ = std::max(0.0, settings.tolerance_mm - 2 * search.simplification.distance_bound_mm) / search.pose.scale;
+    farthest_ = std::max(0.0, settings.tolerance_mm - 2 * search.distance_bound_mm) / search.pose.scale;
   }
 
   CertifiedLevels run() {
@@ -315,7 +315,7 @@ class LevelSearch {
     return out;
   }
 
-  const SearchMesh& search_;
+  const SimplifiedInput& search_;
   const BuildSettings& settings_;
   Certifier& certifier_;
   Stages& stages_;
@@ -337,15 +337,15 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   Stages stages(result.statistics);
 
   progress.stage("distances");
-  const Surface surface = surfaceOf(mesh, cover_too);
+  const SurfaceWithSheets surface = surfaceWithSheets(mesh, cover_too);
   const DistanceField& field = surface.field;
   if (!(field.volume() > 0)) throw BuildError("the mesh encloses no volume: it is flat, open or inside out");
   stages.finish("distances");
 
   const DistanceField graded = gradedField(mesh, surface.sheets, settings);
   const bool is_graded = graded.triangleCount() > 0;
-  const SearchMesh search = makeSearchMesh(mesh, surface.sheets, cover_too, settings, progress);
-  result.statistics.simplification = search.simplification;
+  const SimplifiedInput search = simplifyInput(mesh, surface.sheets, cover_too, settings, progress);
+  result.statistics.simplification = {search.simplified_triangles, search.distance_bound_mm};
   stages.finish("search mesh");
 
   const Vector3d origin = chooseOrigin(field);
@@ -360,9 +360,9 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   std::vector<std::vector<std::uint32_t>> parents = std::move(levels.parents);
   if (parents.empty()) {
     const bool counts_nodes = settings.tolerance_mm > 0;
-    std::vector<std::size_t> going_on;
-    if (counts_nodes) going_on = endEarly(to_cover, origin, settings.branching, settings.seed, levels.spheres, progress);
-    parents = groupLevels(levels.spheres, settings.branching, counts_nodes ? Room::Leave : Room::Use, going_on);
+    std::vector<std::size_t> parent_count;
+    if (counts_nodes) parent_count = promoteLeaves(to_cover, origin, settings.branching, settings.seed, levels.spheres, progress);
+    parents = groupLevels(levels.spheres, settings.branching, counts_nodes ? SpareParents::Omit : SpareParents::Fill, parent_count);
   }
   SphereTree& tree = result.tree;
   tree = assembleTree(levels.spheres, parents, settings.branching);

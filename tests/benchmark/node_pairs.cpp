@@ -31,14 +31,14 @@ struct Query {
 struct Node {
   Vector3d centre;
   double radius;
-  float promise;  // 0 for a leaf
+  float open_priority;  // 0 for a leaf
   std::uint32_t first_child, child_count;
 };
 using Nodes = std::vector<Node>;
 
 Node nodeOf(const Sphere& s, std::uint32_t first_child, std::uint32_t child_count) {
-  const float promise = child_count > 0 ? runtime::promise(s.radius, child_count) : 0;
-  return {{s.x, s.y, s.z}, static_cast<double>(s.radius), promise, first_child, child_count};
+  const float open_priority = child_count > 0 ? runtime::open_priority(s.radius, child_count) : 0;
+  return {{s.x, s.y, s.z}, static_cast<double>(s.radius), open_priority, first_child, child_count};
 }
 
 Nodes boundsOf(const SphereTree& tree) {
@@ -79,7 +79,7 @@ class Traversal {
         continue;
       }
       ++query.opened;
-      if (s.promise > t.promise) {
+      if (s.open_priority > t.open_priority) {
         for (std::uint32_t k = 0; k < s.child_count; ++k) open_.push_back({s.first_child + k, b});
       } else {
         for (std::uint32_t k = 0; k < t.child_count; ++k) open_.push_back({a, t.first_child + k});

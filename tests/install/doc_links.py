@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads somewhere, and docs/README.md lists
-every page, or the folder that it is in."""
+every page, or a folder that it is in."""
 import re
 import sys
 from pathlib import Path
@@ -22,7 +22,7 @@ for page in pages:
         if page == docs / "README.md":
             listed.add(found)
 for page in docs.rglob("*.md"):
-    if page != docs / "README.md" and not listed & {page.resolve(), page.resolve().parent}:
+    if page != docs / "README.md" and not listed & {page.resolve(), *page.resolve().parents}:
         faults.append(f"docs/README.md does not list {page.relative_to(docs)}")
 if links < 10:
     faults.append(f"only {links} links found: the test looks in the wrong place")

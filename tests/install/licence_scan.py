@@ -19,7 +19,7 @@ SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
 PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/")
 NETWORK_COPYLEFT = "tools/voronoi_oracle/"
-COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
+COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|(base|geometry|mesh|repair|medial|certify|tree|cover|published|measure)/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
 COPYLEFT_BINARY = re.compile(r"CGAL|OpenMesh|tetgen|spheretree7builder|libgmp|libmpfr", re.IGNORECASE)
 
 

@@ -2,13 +2,13 @@
 # Builds trees of the sample meshes and of some of the shared ones, and measures them.
 add_executable(cover_measures_test pipeline/cover_measures_test.cpp)
 target_compile_definitions(cover_measures_test PRIVATE SPHERETREE_SHARED_DIR="${SPHERETREE_SHARED_DIR}")
-target_link_libraries(cover_measures_test PRIVATE sample_meshes spheretree::builder spheretree::formats spheretree_flags GTest::gtest_main)
+target_link_libraries(cover_measures_test PRIVATE sample_meshes spheretree::builder_internal spheretree::formats spheretree_flags GTest::gtest_main)
 gtest_discover_tests(cover_measures_test DISCOVERY_MODE PRE_TEST PROPERTIES LABELS pipeline TIMEOUT 600)
 
 foreach(test IN ITEMS tolerance_test stability_test)
   add_executable(${test} pipeline/${test}.cpp)
   target_include_directories(${test} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_compile_definitions(${test} PRIVATE SPHERETREE_SHARED_DIR="${SPHERETREE_SHARED_DIR}")
-  target_link_libraries(${test} PRIVATE sample_meshes spheretree::builder spheretree::formats spheretree_flags GTest::gtest_main)
+  target_link_libraries(${test} PRIVATE sample_meshes spheretree::builder_internal spheretree::formats spheretree_flags GTest::gtest_main)
   gtest_discover_tests(${test} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS pipeline TIMEOUT 7200)
 endforeach()

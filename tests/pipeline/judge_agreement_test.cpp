@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "geometry/distance_field.h"
+#include "measure/coverage.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sph_text.h"

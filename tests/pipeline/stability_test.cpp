@@ -12,7 +12,7 @@
 #include <string>
 
 #include "probe.h"
-#include "spheretree/builder/stability.h"
+#include "spheretree/builder/sensitivity.h"
 #include "spheretree/formats/mesh_file.h"
 #include "support/shapes.h"
 
@@ -23,16 +23,16 @@ using builder::BuilderKind;
 
 bool isLong() { return std::getenv("SPHERETREE_LONG") != nullptr; }
 
-std::vector<builder::StabilityRow> measure(const std::string& mesh_name, const TriangleMesh& mesh, BuilderKind kind) {
+std::vector<builder::SensitivityRow> measure(const std::string& mesh_name, const TriangleMesh& mesh, BuilderKind kind) {
   builder::BuildSettings build;
   build.builder = kind;
   build.quality = isLong() ? builder::Quality::Standard : builder::Quality::Quick;
   build.levels = isLong() ? 4 : 3;
-  builder::StabilitySettings settings;
+  builder::SensitivitySettings settings;
   if (!isLong()) settings.rotations = 6, settings.others = 2;
   builder::Progress progress;
-  std::vector<builder::StabilityRow> rows = builder::measureStability(mesh, build, settings, progress);
-  for (const builder::StabilityRow& row : rows)
+  std::vector<builder::SensitivityRow> rows = builder::measureSensitivity(mesh, build, settings, progress);
+  for (const builder::SensitivityRow& row : rows)
     std::printf("%-6s %-9s %-12s %2d cases, at most %6.2f %%%s\n", mesh_name.c_str(), std::string(name(kind)).c_str(), row.change.c_str(),
                 row.cases, 100 * row.largest_change, row.same_spheres ? ", the same spheres" : "");
   return rows;
@@ -42,7 +42,7 @@ void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
   const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"scale 1.7", 0.02}, {"subdivision", 0.1}};
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge}) {
     SCOPED_TRACE(mesh_name + ", " + std::string(name(kind)));
-    for (const builder::StabilityRow& row : measure(mesh_name, mesh, kind)) {
+    for (const builder::SensitivityRow& row : measure(mesh_name, mesh, kind)) {
       if (row.change == "scale 2^k" || row.change.ends_with("order")) {
         EXPECT_TRUE(row.same_spheres) << row.change << ": a power of two changes no digit, an order nothing";
         EXPECT_EQ(row.largest_change, 0) << row.change;

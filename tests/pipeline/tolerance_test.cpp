@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "certify/certify_cover.h"
+#include "measure/coverage.h"
 #include "probe.h"
 #include "spheretree/builder/build_sphere_tree.h"
-#include "spheretree/builder/certify_cover.h"
-#include "spheretree/builder/coverage.h"
 #include "spheretree/formats/mesh_file.h"
 #include "support/shapes.h"
 

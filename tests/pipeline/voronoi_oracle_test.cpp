@@ -8,8 +8,8 @@
 #include <fstream>
 #include <string>
 
-#include "spheretree/builder/surface_samples.h"
-#include "spheretree/builder/voronoi_balls.h"
+#include "geometry/surface_samples.h"
+#include "medial/voronoi_balls.h"
 #include "support/random.h"
 #include "support/scratch_folder.h"
 #include "support/shapes.h"

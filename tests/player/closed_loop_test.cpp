@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The measures of the closed loop against closed forms, and faults planted in the loop: each must show.
-#include "closed_loop.h"
+#include "scenarios/closed_loop.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The measures of the stability bench against closed forms, and against faults planted on purpose: a measure that misses them is a defect.
-#include "measures.h"
+#include "scenarios/measures.h"
 
 #include <gtest/gtest.h>
 

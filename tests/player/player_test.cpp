@@ -11,12 +11,12 @@
 #include <sstream>
 
 #include "play.h"
+#include "scenarios/stability.h"
 #include "servo_loop.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"
-#include "stability.h"
 #include "support/count_allocations.h"
 #include "support/scratch_folder.h"
 #include "support/shape_trees.h"

@@ -267,7 +267,7 @@ TEST(Bridge, FacetsTouchWhatShows) {
       const Eigen::Vector3d touch = centre + radius * vector(b.axis);
       for (std::size_t slot = 0; slot < tree.node.size(); ++slot) {
         if (tree.node[slot] == kNoNode) continue;
-        const Sphere& s = tree.cover_records[slot];
+        const Sphere& s = tree.spheres[slot];
         EXPECT_LT(static_cast<double>(s.radius) - (touch - Eigen::Vector3d(s.x, s.y, s.z)).norm(), kDeepestPit * kStated / 3);
       }
     }
@@ -286,7 +286,7 @@ TEST(Bridge, NothingStandsOutFartherThanStated) {
       double nearest = 1e9;
       for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
         if (tree.node[slot] != kNoNode) {
-          const Sphere& s = tree.cover_records[slot];
+          const Sphere& s = tree.spheres[slot];
           nearest = std::min(nearest, (p - Eigen::Vector3d(s.x, s.y, s.z)).norm() - static_cast<double>(s.radius));
         }
       highest = std::max(highest, nearest);
@@ -399,7 +399,7 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
       const Configuration there = moved(pose, {part * way.translation, part * way.rotation});
       for (std::size_t tool = 0; tool < scene.tool.node.size(); ++tool) {
         if (scene.tool.node[tool] == kNoNode) continue;
-        const Sphere& s = scene.tool.cover_records[tool];
+        const Sphere& s = scene.tool.spheres[tool];
         const Eigen::Vector3d p = there.position + there.orientation * Eigen::Vector3d(s.x, s.y, s.z) - scene.objects[0].anchor;
         for (std::size_t slot = 0; slot < scene.bridges[0].tree.of_slot.size(); ++slot) {
           const Bridge& b = scene.bridges[0].tree.of_slot[slot];
@@ -425,7 +425,7 @@ TEST(Bridge, WhatIsKeptOfOneListLeavesTheNextAlone) {
     if (tree.of_slot[slot].radius > 0) slots.push_back(slot);
   BridgeRequest request{};
   for (int k = 0; k < 3; ++k) request.rotation[4 * k] = 1;
-  request.tool = scene.tool.cover_records.data();
+  request.tool = scene.tool.spheres.data();
   request.bridges = tree.of_slot.data();
   request.most_gap = 1e6f;  // all are kept, as far as their place lets them
   for (const Kernel kernel : {Kernel::Scalar, Kernel::Best}) {
@@ -479,7 +479,7 @@ TEST(Bridge, TheToolRestsOnWhatItTouches) {
       double leaf_gap = 1e9, bridge_gap = 1e9;
       for (std::size_t slot = 0; slot < scene.objects[0].tree.node.size(); ++slot)
         if (scene.objects[0].tree.node[slot] != kNoNode) {
-          const Sphere& s = scene.objects[0].tree.cover_records[slot];
+          const Sphere& s = scene.objects[0].tree.spheres[slot];
           leaf_gap = std::min(leaf_gap, (p - Eigen::Vector3d(s.x, s.y, s.z)).norm() - static_cast<double>(s.radius) - kRadius);
         }
       for (const Bridge& b : bridges) bridge_gap = std::min(bridge_gap, gapAt(b, p, kRadius, 1e-3));

@@ -35,7 +35,7 @@ struct Rig {
     const Eigen::Vector3d c(scene.tool.exact[t][0], scene.tool.exact[t][1], scene.tool.exact[t][2]);
     const Eigen::Vector3d b(object.tree.exact[o][0], object.tree.exact[o][1], object.tree.exact[o][2]);
     return {(pose.orientation * c + pose.position - b - object.anchor).norm(),
-            static_cast<double>(scene.tool.cover_records[t].radius) + static_cast<double>(object.tree.cover_records[o].radius)};
+            static_cast<double>(scene.tool.spheres[t].radius) + static_cast<double>(object.tree.spheres[o].radius)};
   }
 };
 

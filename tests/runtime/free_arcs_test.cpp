@@ -15,7 +15,7 @@ namespace {
 TEST(FreeArcs, SquareAnglesAreAnglesInOrder) {
   double before = -1;
   for (int k = 0; k < 360; ++k) {
-    const double angle = k * kWholeTurn / 360, square = squareAngle(std::cos(angle), std::sin(angle));
+    const double angle = k * kWholeTurn / 360, square = pseudoAngle(std::cos(angle), std::sin(angle));
     EXPECT_GT(square, before);
     EXPECT_NEAR(trueAngle(square), angle, 1e-12);
     before = square;
@@ -58,7 +58,7 @@ TEST(FreeArcs, WhatItDoesNotReachTakesNothing) {
     arcs.start();
     for (std::uint32_t k = 0; k < 12 && !arcs.empty(); ++k) {
       const double angle = kWholeTurn * random.unit(), half = 1 + random.unit(), size = 3 * random.unit();
-      const auto square = [](double a) { return squareAngle(std::cos(a), std::sin(a)); };
+      const auto square = [](double a) { return pseudoAngle(std::cos(a), std::sin(a)); };
       const bool reaches = arcs.reaches(size * std::cos(angle), size * std::sin(angle), size * std::cos(half));
       const std::vector<FreeArcs::Piece> before = arcs.pieces();
       arcs.take(square(angle - half), square(angle + half), k);

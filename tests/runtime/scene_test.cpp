@@ -38,7 +38,7 @@ TEST(Scene, EveryLeafHasOneSlotAndStandsWhereItShould) {
     for (std::size_t slot = 0; slot < compiled.node.size(); ++slot) {
       const std::uint32_t node = compiled.node[slot];
       const Block& block = compiled.bound[slot / 8];
-      const Sphere& record = compiled.cover_records[slot];
+      const Sphere& record = compiled.spheres[slot];
       EXPECT_EQ(block.x[slot % 8], record.x);
       EXPECT_EQ(block.r[slot % 8], record.radius);
       if (compiled.isInner(slot)) {

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/distance_field.h"
 #include "mouth_files.h"
 #include "probe.h"
-#include "spheretree/builder/distance_field.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "spheretree/builder/ball.h"
-#include "spheretree/builder/distance_field.h"
+#include "base/ball.h"
+#include "geometry/distance_field.h"
 #include "spheretree/core/sphere.h"
 #include "spheretree/core/triangle_mesh.h"
 #include "support/random.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "spheretree/builder/region_reducer.h"
-#include "spheretree/builder/shrinking_balls.h"
-#include "spheretree/builder/surface_samples.h"
+#include "geometry/surface_samples.h"
+#include "medial/shrinking_balls.h"
+#include "published/region_reducer.h"
 #include "support/shapes.h"
 
 namespace spheretree::test {

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "spheretree/builder/repair_soup.h"
+#include "repair/repair_soup.h"
 
 namespace spheretree::test {
 

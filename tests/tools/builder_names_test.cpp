@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "builder_names.h"
+#include "commands/builder_names.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "error_curve.h"
+#include "batch/error_curve.h"
 
 #include <gtest/gtest.h>
 

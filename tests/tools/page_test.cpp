@@ -88,7 +88,7 @@ TEST(Page, WhatIsPackedComesOutAgain) {
 TEST(Page, AMeshComesOutWithinAQuantum) {
   const TriangleMesh mesh = test::sphereMesh(5, 3);
   PageData data;
-  data.root = packMesh(data, mesh, builder::surfaceOf(mesh, {}), 100000);
+  data.root = packMesh(data, mesh, builder::surfaceWithSheets(mesh, {}), 100000);
   const Unpacked out(data);
   const auto deltas = out.array<std::uint16_t>(out.root["positions"]);
   const auto indices = summed(out.array<std::uint32_t>(out.root["indices"]));
@@ -110,7 +110,7 @@ TEST(Page, AMeshComesOutWithinAQuantum) {
 
 TEST(Page, AThinnedMeshStaysOnItsSurface) {
   const TriangleMesh mesh = test::torusMesh(3, 1, 80, 40);
-  const builder::Surface surface = builder::surfaceOf(mesh, {});
+  const builder::SurfaceWithSheets surface = builder::surfaceWithSheets(mesh, {});
   PageData data;
   data.root = packMesh(data, mesh, surface, 600);
   const Unpacked out(data);

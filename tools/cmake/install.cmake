@@ -3,9 +3,17 @@
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
 
-install(TARGETS spheretree_core spheretree_runtime spheretree_runtime_c spheretree_formats spheretree_device EXPORT spheretree_targets
+set(permissive_targets spheretree_core spheretree_runtime spheretree_runtime_c)
+set(permissive_headers libruntime/core/include/ libruntime/runtime/include/)
+foreach(room IN ITEMS formats device)
+  if(TARGET spheretree_${room})
+    list(APPEND permissive_targets spheretree_${room})
+    list(APPEND permissive_headers ${room}/include/)
+  endif()
+endforeach()
+install(TARGETS ${permissive_targets} EXPORT spheretree_targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY libruntime/include/ formats/include/ device/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY ${permissive_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT spheretree_targets NAMESPACE spheretree:: DESTINATION ${package_folder})
 
 if(SPHERETREE_BUILDER)

@@ -11,9 +11,9 @@
 #include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
+#include "scenarios/stability.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
-#include "stability.h"
 
 namespace spheretree::player {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "command.h"
+#include "commands/command.h"
 
 int main(int argc, char** argv) {
   using namespace spheretree::tool;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "chart.h"
+#include "page/chart.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The assembler takes the files in as they are: quicker than source text of a megabyte, and the same with GCC and Clang.
-#include "embedded.h"
+#include "page/embedded.h"
 
 // clang-format off
 #define ST_EMBED(symbol, path)                             \

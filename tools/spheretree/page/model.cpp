@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "model.h"
+#include "page/model.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "spheretree/builder/simplify_mesh.h"
+#include "mesh/simplify_mesh.h"
 #include "spheretree/core/mesh_edit.h"
 
 namespace spheretree::tool {
@@ -59,7 +59,7 @@ TriangleMesh thinned(const TriangleMesh& mesh, std::size_t triangles) {
 
 }  // namespace
 
-Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::Surface& surface, std::size_t triangles) {
+Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::SurfaceWithSheets& surface, std::size_t triangles) {
   const TriangleMesh few = inOrderOfUse(joined(thinned(mesh, triangles), surface.sheets));
   const Eigen::AlignedBox3d& box = surface.field.box();
   const Eigen::Vector3d low = box.min();

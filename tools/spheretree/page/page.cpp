@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "page.h"
+#include "page/page.h"
 
 #include <zlib.h>
 
 #include <bit>
 #include <cstring>
 
-#include "chart.h"
-#include "embedded.h"
+#include "page/chart.h"
+#include "page/embedded.h"
 
 namespace spheretree::tool {
 namespace {

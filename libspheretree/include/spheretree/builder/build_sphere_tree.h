@@ -2,40 +2,15 @@
 // The entry of the offline side: mesh and settings in, certified sphere-tree and statistics out.
 #pragma once
 
-#include <optional>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "spheretree/builder/build_settings.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
-
-enum class BuilderKind { Cover, Combined, Merge, Burst, Expand, Spawn, Grid, Hubbard, Octree };
-enum class Quality { Quick, Standard, Best };
-
-std::string_view name(BuilderKind kind);
-std::string_view name(Quality quality);
-
-struct BuildSettings {
-  BuilderKind builder = BuilderKind::Cover;
-  std::vector<BuilderKind> combine;  // members of Combined
-  int levels = 4;                    // range [2, 6]; the root is level 0
-  int branching = 8;                 // range [2, 8]
-  Quality quality = Quality::Standard;
-  int most_leaves = 0;      // > 0: no more leaves than this; 0: branching^(levels - 1). Builder Cover only
-  double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
-  // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the place allows where
-  // it leaves the object (graded_tolerance.h). Builder Cover only.
-  std::vector<double> tolerance_of_triangle_mm;
-  bool simplify = true;    // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
-  double unit_mm = 1;      // only recorded: unit of the source file [mm]
-  std::uint64_t seed = 1;  // any value
-  int threads = 0;         // 0: as many as the machine has; the result does not depend on it
-};
 
 struct LevelBuildStatistics {
   std::size_t spheres = 0;
@@ -65,11 +40,6 @@ struct BuildStatistics {
 struct BuildResult {
   SphereTree tree;
   BuildStatistics statistics;
-};
-
-/// The mesh was refused, or no tree can be built for it.
-struct BuildError : std::runtime_error {
-  using std::runtime_error::runtime_error;
 };
 
 /// Builds, certifies and wraps. The mesh must have passed checkMesh (mesh_checks.h): closed, oriented outward, manifold, free

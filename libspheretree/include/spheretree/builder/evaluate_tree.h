@@ -5,12 +5,8 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <vector>
 
-#include "spheretree/builder/cover_limits.h"
-#include "spheretree/builder/coverage.h"
-#include "spheretree/builder/overhang.h"
+#include "spheretree/builder/evaluation.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
@@ -22,30 +18,6 @@ struct EvaluateSettings {
   double effort = 1;       // share of the samples and of the length of the proofs: time against exactness; range (0, 1]
   std::uint64_t seed = 1;  // of the surface points
   int threads = 0;         // 0: as many as the machine has; the result does not depend on it
-};
-
-struct LevelEvaluation {
-  int level = 0;
-  std::size_t spheres = 0;  // of the level set: the nodes of the level and the leaves of earlier ones
-  Overhang overhang;
-  Coverage coverage;
-  double excess_volume_fraction = 0;   // of the union outside the mesh, over the mesh's volume
-  double missing_volume_fraction = 0;  // of the mesh outside the union, over the mesh's volume
-};
-
-struct HierarchyEvaluation {
-  std::size_t leaves = 0;
-  std::size_t leaves_outside_ancestor = 0;  // whose cover sphere leaves the bounding sphere of some ancestor
-  std::size_t leaves_outside_ancestor_cover =
-      0;  // ... the cover sphere of some ancestor: harmless here, a fault in a tree of one sphere a node
-};
-
-struct Evaluation {
-  double diagonal = 0;   // of the bounding box of the mesh and its sheets (surface.h) [mm]
-  double tolerance = 0;  // of coverage and enclosure: 1e-5 of the diagonal [mm]
-  std::vector<LevelEvaluation> levels;
-  HierarchyEvaluation hierarchy;
-  std::optional<CoverLimits> limits;  // of the deepest level
 };
 
 /// Measures the cover spheres of every level against the mesh, which must be closed, oriented outward and free of

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/build_settings.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 

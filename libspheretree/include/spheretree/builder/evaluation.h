@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The figures of an evaluated sphere-tree, level by level. Definitions, and how each figure is found and how exact it is:
+// docs/measures.md
+// Units: mm, frame of the mesh.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace spheretree::builder {
+
+struct Overhang {
+  double max = 0;    // largest found, at `worst_point` [mm]
+  double bound = 0;  // no point of the boundary reaches farther out; >= max [mm]
+  double p99 = 0;    // 99th percentile and mean over the part of the boundary that is outside, by area [mm]
+  double mean = 0;
+  double outside_area = 0;  // of the union's boundary [mm^2]
+  Eigen::Vector3d worst_point = Eigen::Vector3d::Zero();
+  std::optional<std::uint32_t> worst_ball;  // index into the balls measured; none if nothing is outside
+};
+
+struct Coverage {
+  double uncovered_fraction = 0;  // of the area, from the samples
+  double max_gap = 0;             // 0 if none above the tolerance was found; infinite for a union of no balls [mm]
+  double max_gap_bound = 0;       // no gap is larger; normally max(max_gap, tolerance) + tolerance / 2 at most [mm]
+  Eigen::Vector3d worst_point = Eigen::Vector3d::Zero();
+};
+
+struct CoverLimits {
+  double h_fin = 0;            // overhang of the best cover of a surface that is flat against the balls [mm]
+  double h_low = 0;            // lower bound without that assumption, itself approximate; see h_low_in_range [mm]
+  bool h_low_in_range = true;  // false: h_low is only the end of the range searched, 5e-5 to 0.3 of the diagonal, or 0
+};
+
+struct LevelEvaluation {
+  int level = 0;
+  std::size_t spheres = 0;  // of the level set: the nodes of the level and the leaves of earlier ones
+  Overhang overhang;
+  Coverage coverage;
+  double excess_volume_fraction = 0;   // of the union outside the mesh, over the mesh's volume
+  double missing_volume_fraction = 0;  // of the mesh outside the union, over the mesh's volume
+};
+
+struct HierarchyEvaluation {
+  std::size_t leaves = 0;
+  std::size_t leaves_outside_ancestor = 0;  // whose cover sphere leaves the bounding sphere of some ancestor
+  std::size_t leaves_outside_ancestor_cover =
+      0;  // ... the cover sphere of some ancestor: harmless here, a fault in a tree of one sphere a node
+};
+
+struct Evaluation {
+  double diagonal = 0;   // of the bounding box of the mesh and its sheets (surface.h) [mm]
+  double tolerance = 0;  // of coverage and enclosure: 1e-5 of the diagonal [mm]
+  std::vector<LevelEvaluation> levels;
+  HierarchyEvaluation hierarchy;
+  std::optional<CoverLimits> limits;  // of the deepest level
+};
+
+}  // namespace spheretree::builder

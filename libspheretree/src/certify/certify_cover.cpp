@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "certify/certify_cover.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "certify/power_cells.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kTrianglesAChunk = 256;
+constexpr double kRelative = 0.1;  // share of a growth to which it is the least: without it, pieces grow as the square of a hole
+constexpr double kSame = 1e-3;     // of its gap: corners of a hole as near as that are one corner, of two cells
+
+struct Piece {
+  std::array<Vector3d, 3> corner;
+};
+
+Vector3d centroidOf(const Piece& piece) { return (piece.corner[0] + piece.corner[1] + piece.corner[2]) / 3; }
+
+double radiusAbout(const Piece& piece, const Vector3d& c) {
+  double most = 0;
+  for (const Vector3d& p : piece.corner) most = std::max(most, (p - c).squaredNorm());
+  return std::sqrt(most);
+}
+
+Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
+  return *std::max_element(piece.corner.begin(), piece.corner.end(),
+                           [&](const Vector3d& a, const Vector3d& b) { return (a - c).squaredNorm() < (b - c).squaredNorm(); });
+}
+
+double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
+
+// By the corner opposite it.
+std::size_t longestSide(const Piece& piece) {
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < 3; ++j)
+    if (side2(piece, j) > side2(piece, k)) k = j;
+  return k;
+}
+
+std::size_t shortestSide(const Piece& piece) {
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < 3; ++j)
+    if (side2(piece, j) < side2(piece, k)) k = j;
+  return k;
+}
+
+// Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner exactly.
+std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
+  const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
+  std::array<Piece, 2> halves{piece, piece};
+  halves[0].corner[(k + 2) % 3] = halves[1].corner[(k + 1) % 3] = halfway;
+  return halves;
+}
+
+// Splits one triangle until each piece lies in one ball, or the caller is content with it.
+class Splitter {
+ public:
+  Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
+
+  // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no single ball:
+  // true if that is the end of it, false to have it split.
+  template <class Held, class Open>
+  void run(const Piece& triangle, Held held, Open open) {
+    if (isHeld(triangle, last_held_)) {  // the ball that held the piece before: neighbours follow each other in a mesh
+      held();
+      return;
+    }
+    frames_.clear();
+    near_.clear();
+    const Vector3d middle = centroidOf(triangle);
+    const double extent = radiusAbout(triangle, middle);
+    index_.tree.searchWithin(middle, extent * extent * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
+      for (std::size_t s = first; s < first + count; ++s) near_.push_back(static_cast<std::uint32_t>(s));
+    });
+    frames_.push_back({triangle, 0, near_.size()});
+    while (!frames_.empty()) {
+      const Frame frame = frames_.back();
+      frames_.pop_back();
+      near_.resize(frame.near_end);
+      if (isHeld(frame.piece, last_held_)) {
+        held();
+        continue;
+      }
+      const Vector3d centroid = centroidOf(frame.piece);
+      const double reach = radiusAbout(frame.piece, centroid) + margin_;
+      // Keep the balls that touch the piece, for its children; stop at one that holds it.
+      bool is_held = false;
+      const std::size_t begin = near_.size();
+      for (std::size_t i = frame.near_begin; i < frame.near_end && !is_held; ++i) {
+        const std::uint32_t slot = near_[i];
+        const Ball& ball = index_.balls[slot];
+        const double d2 = (centroid - ball.centre).squaredNorm();
+        if (d2 > (ball.radius + reach) * (ball.radius + reach)) continue;
+        near_.push_back(slot);
+        if (d2 <= ball.radius * ball.radius && isHeld(frame.piece, slot)) last_held_ = slot, is_held = true;
+      }
+      if (is_held) {
+        held();
+        continue;
+      }
+      const std::size_t k = longestSide(frame.piece);
+      if (open(frame.piece, std::sqrt(side2(frame.piece, k)), std::span<const std::uint32_t>(near_).subspan(begin))) continue;
+      const std::size_t end = near_.size();
+      for (const Piece& half : halvesOf(frame.piece, k)) frames_.push_back({half, begin, end});
+    }
+  }
+
+ private:
+  struct Frame {
+    Piece piece;
+    std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
+  };
+  bool isHeld(const Piece& piece, std::uint32_t slot) const {
+    const Ball& ball = index_.balls[slot];
+    const double within = ball.radius - margin_;
+    if (!(within >= 0)) return false;
+    for (const Vector3d& p : piece.corner)
+      if ((p - ball.centre).squaredNorm() > within * within * (1 - 4e-16)) return false;
+    return true;
+  }
+
+  const BallIndex& index_;
+  double margin_;
+  std::uint32_t last_held_ = 0;
+  std::vector<Frame> frames_;
+  std::vector<std::uint32_t> near_;
+};
+
+Piece pieceOf(const TriangleMesh& mesh, std::size_t t, const Vector3d& origin) {
+  return {{mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}};
+}
+
+// What rounding can move a split point or a distance by: the split is at most 100 deep, each midpoint is off by half an ulp.
+double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
+  double most = origin.cwiseAbs().maxCoeff();
+  for (const Vector3d& p : mesh.positions) most = std::max(most, p.cwiseAbs().maxCoeff());
+  return 1e-13 * most;
+}
+
+float roundUp(double x) {
+  auto f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+// The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the lower number.
+struct Growth {
+  std::uint32_t slot;
+  double need;  // its radius then
+  double more;  // than its radius now: no point of the piece has a larger gap
+};
+Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const std::uint32_t> near) {
+  Growth best{0, 0, std::numeric_limits<double>::infinity()};
+  const auto consider = [&](std::uint32_t slot) {
+    const Ball& ball = index.balls[slot];
+    const double enough = ball.radius + best.more;
+    if ((piece.corner[0] - ball.centre).squaredNorm() > enough * enough) return;
+    const double need = radiusAbout(piece, ball.centre), more = need - ball.radius;
+    if (more < best.more || (more == best.more && index.original(slot) < index.original(best.slot))) best = {slot, need, more};
+  };
+  if (!near.empty()) {
+    for (const std::uint32_t slot : near) consider(slot);
+  } else {
+    for (std::uint32_t slot = 0; slot < index.balls.size(); ++slot) consider(slot);
+  }
+  return best;
+}
+
+// Distance from a point to the nearest ball, 0 in a ball; `limit` if it is more.
+double gapAt(const BallIndex& index, const Vector3d& p, double limit) {
+  double gap = limit;
+  index.tree.searchWithin(p, limit * limit, [&](std::size_t first, std::size_t count) {
+    for (std::size_t s = first; s < first + count; ++s) gap = std::min(gap, (p - index.balls[s].centre).norm() - index.balls[s].radius);
+  });
+  return std::max(0.0, gap);
+}
+
+}  // namespace
+
+CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> balls, const Vector3d& origin, double resolution,
+                            Progress& progress) {
+  if (balls.empty()) throw std::invalid_argument("certify: no balls");
+  constexpr double kLargest = std::numeric_limits<float>::max() / 4;
+  std::vector<Ball> stored;  // what float32 holds
+  stored.reserve(balls.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const Vector3d c = balls[i].centre - origin;
+    if (!c.allFinite() || !std::isfinite(balls[i].radius) || c.cwiseAbs().maxCoeff() > kLargest || std::abs(balls[i].radius) > kLargest)
+      throw std::invalid_argument("certify: ball " + std::to_string(i) + " does not fit into float32");
+    const Eigen::Vector3f centre = c.cast<float>();
+    const float radius = std::max(static_cast<float>(balls[i].radius), std::numeric_limits<float>::min());
+    stored.push_back({centre.cast<double>(), static_cast<double>(radius)});
+  }
+  const BallIndex index(stored);
+  const double margin = roundingMargin(mesh, origin);
+  const std::size_t triangles = mesh.triangles.size();
+  const std::size_t chunks = (triangles + kTrianglesAChunk - 1) / kTrianglesAChunk;
+  // Branch and bound for the deepest hole is the proof at once: a piece is done when no point of it can have a gap worth more than the
+  // deepest found so far, and the growth that this bound asks for holds it. A piece that growth would close is split a little further
+  // first: most such pieces lie in two balls that both need none.
+  const double fine = 50 * resolution;
+  struct Part {
+    std::vector<Growth> growth;
+    std::size_t pieces = 0;
+  };
+  std::vector<Part> parts(chunks);
+  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+    progress.check();
+    Splitter splitter(index, margin);
+    Part& part = parts[chunk];
+    double deepest = 0;  // gap found in this chunk
+    for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(triangles, (chunk + 1) * kTrianglesAChunk); ++t)
+      splitter.run(
+          pieceOf(mesh, t, origin), [&] { ++part.pieces; },
+          [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
+            const bool coarse = side > fine;
+            if (coarse && near.size() != 1) return false;
+            Growth growth = leastGrowth(index, piece, near);
+            // Where no ball but one is near, and none is nearer to the farthest corner, that one must grow so far, split or not.
+            if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
+            if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
+              deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
+              if (growth.more > (1 + kRelative) * deepest + resolution) return false;
+            }
+            growth.need += margin;
+            part.growth.push_back(growth);
+            ++part.pieces;
+            return true;
+          });
+  });
+
+  CertifiedCover out;
+  std::vector<double> radius(stored.size());
+  for (std::size_t i = 0; i < stored.size(); ++i) radius[i] = stored[i].radius;
+  for (const Part& part : parts) {
+    out.pieces += part.pieces;
+    for (const Growth& g : part.growth) {
+      const std::uint32_t i = index.original(g.slot);
+      radius[i] = std::max(radius[i], g.need);
+    }
+  }
+  out.spheres.reserve(stored.size());
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    out.largest_growth = std::max(out.largest_growth, radius[i] - stored[i].radius);
+    const Eigen::Vector3f c = stored[i].centre.cast<float>();
+    out.spheres.push_back({c.x(), c.y(), c.z(), roundUp(radius[i])});
+  }
+  return out;
+}
+
+std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Vector3d& origin,
+                                  std::span<const std::uint32_t> candidates, Progress& progress) {
+  std::vector<Ball> stored;
+  stored.reserve(spheres.size());
+  for (const Sphere& s : spheres) stored.push_back({Vector3d(s.x, s.y, s.z), s.radius});
+  const double margin = roundingMargin(mesh, origin);
+  const BallIndex index(stored, -margin);
+  std::vector<std::uint32_t> slot(stored.size());
+  for (std::uint32_t s = 0; s < slot.size(); ++s) slot[index.original(s)] = s;
+  std::vector<Eigen::AlignedBox3d> boxes(mesh.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t)
+    for (const Vector3d& corner : pieceOf(mesh, t, origin).corner) boxes[t].extend(corner);
+  const BoxTree triangles(boxes, 4);
+
+  std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
+  PowerCells cells(index, &gone);
+  std::vector<Piece> open;
+  // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the ball meet few others.
+  const auto staysCovered = [&](const Piece& triangle, const Ball& ball) {
+    open.assign(1, triangle);
+    while (!open.empty()) {
+      const Piece piece = open.back();
+      open.pop_back();
+      const Vector3d centroid = centroidOf(piece);
+      const double extent = radiusAbout(piece, centroid);
+      if ((centroid - ball.centre).norm() > (ball.radius + extent) * (1 + 1e-12)) continue;
+      if (extent > std::max(ball.radius, margin)) {
+        for (const Piece& half : halvesOf(piece, longestSide(piece))) open.push_back(half);
+      } else if (!cells.holes(piece.corner, [](const Vector3d&, std::uint32_t) {})) {
+        return false;
+      }
+    }
+    return true;
+  };
+  for (const std::uint32_t candidate : candidates) {
+    progress.check();
+    gone[slot[candidate]] = 1;
+    bool covered = true;
+    const Ball& ball = stored[candidate];
+    triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
+      for (std::size_t k = first; covered && k < first + count; ++k)
+        covered = staysCovered(pieceOf(mesh, triangles.order()[k], origin), ball);
+    });
+    gone[slot[candidate]] = spare[candidate] = covered;
+  }
+  return spare;
+}
+
+std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
+                                    double tolerance, Progress& progress, std::span<HeldBy> held_by) {
+  const BallIndex index(balls, tolerance);
+  std::vector<std::uint32_t> slot_of(held_by.empty() ? 0 : balls.size());
+  for (std::uint32_t slot = 0; slot < slot_of.size(); ++slot) slot_of[index.original(slot)] = slot;
+  const std::size_t chunks = (triangles.size() + kTrianglesAChunk - 1) / kTrianglesAChunk;
+  std::vector<std::vector<CoverGap>> parts(chunks);
+  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+    progress.check();
+    PowerCells cells(index);
+    std::vector<std::uint32_t> slots;
+    std::vector<CoverGap>& found = parts[chunk];
+    for (std::size_t i = chunk * kTrianglesAChunk; i < std::min(triangles.size(), (chunk + 1) * kTrianglesAChunk); ++i) {
+      const std::size_t first = found.size();
+      const Piece triangle = pieceOf(mesh, triangles[i], Vector3d::Zero());
+      if (!held_by.empty()) {
+        slots.clear();
+        for (const std::uint32_t ball : held_by[triangles[i]])
+          if (ball < slot_of.size()) slots.push_back(slot_of[ball]);
+        if (!slots.empty() && cells.suffice(triangle.corner, slots)) continue;
+      }
+      const bool is_held = cells.holes(triangle.corner, [&](const Vector3d& p, std::uint32_t slot) {
+        for (std::size_t k = first; k < found.size(); ++k)
+          if ((p - found[k].point).norm() <= kSame * found[k].gap) return;
+        const double limit = slot == PowerCells::kNone ? std::numeric_limits<double>::infinity()
+                                                       : (p - index.balls[slot].centre).norm() - index.balls[slot].radius;
+        found.push_back({p, tolerance + gapAt(index, p, limit), triangles[i]});
+      });
+      if (held_by.empty()) continue;
+      HeldBy& now = held_by[triangles[i]];
+      now.fill(kNoBall);
+      if (is_held && cells.heldBy().size() <= now.size())
+        std::ranges::transform(cells.heldBy(), now.begin(), [&](std::uint32_t slot) { return index.original(slot); });
+    }
+  });
+  std::vector<CoverGap> gaps;
+  for (const auto& part : parts) gaps.insert(gaps.end(), part.begin(), part.end());
+  return gaps;
+}
+
+TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
+  TriangleMesh out;
+  const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    const auto first = static_cast<std::uint32_t>(out.positions.size());
+    out.positions.insert(out.positions.end(), {a, b, c});
+    out.triangles.push_back({first, first + 1, first + 2});
+  };
+  std::vector<Piece> open;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    open.assign(1, pieceOf(mesh, t, Vector3d::Zero()));
+    while (!open.empty()) {
+      const Piece piece = open.back();
+      open.pop_back();
+      const std::size_t k = longestSide(piece);
+      if (!(side2(piece, k) > longest * longest)) {
+        add(piece.corner[0], piece.corner[1], piece.corner[2]);
+        continue;
+      }
+      const std::size_t tip = shortestSide(piece);
+      const double base = std::sqrt(side2(piece, tip));
+      if (base > 0.5 * longest) {
+        const std::array<Piece, 2> halves = halvesOf(piece, k);
+        open.insert(open.end(), {halves[1], halves[0]});
+        continue;
+      }
+      // A slender one, as a rod has them, into slices all at once: by halves they would lie three deep across it, and nine, and so on.
+      const Vector3d &a = piece.corner[tip], &b = piece.corner[(tip + 1) % 3], &c = piece.corner[(tip + 2) % 3];
+      const double slices = std::ceil(std::sqrt(side2(piece, k)) / (longest - base));
+      const auto onto = [&](const Vector3d& corner, double i) { return Vector3d(a + (corner - a) * (i / slices)); };
+      add(a, onto(b, 1), onto(c, 1));
+      for (double i = 1; i < slices; ++i) {
+        const Vector3d next = i + 1 < slices ? onto(b, i + 1) : b;
+        add(onto(b, i), next, onto(c, i));
+        add(next, i + 1 < slices ? onto(c, i + 1) : c, onto(c, i));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Is a triangle covered by a union of balls, and where not? Exactly, up to rounding, and without a subdivision to some size: the power
+// diagram of the balls cuts the triangle into convex cells, and a cell is covered iff its own ball holds its corners. Paper: F.
+// Aurenhammer. Power diagrams: properties, algorithms and applications. SIAM Journal on Computing 16(1), 1987.
+//
+// The power |p - c|^2 - r^2 of a point is negative in the ball. A point lies in the union iff its least power is not positive, and
+// the power of one ball is convex, so that over a cell it is largest at a corner.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "geometry/ball_index.h"
+
+namespace spheretree::builder {
+
+class PowerCells {
+ public:
+  /// Balls whose slot is marked in `gone` do not count; the marks may change between calls.
+  explicit PowerCells(const BallIndex& index, const std::vector<char>* gone = nullptr) : index_(index), gone_(gone) {}
+
+  /// hole(point, slot of the ball of its cell) for every corner of a cell that the balls leave uncovered. Of the points of a cell, none is
+  /// farther from the cell's ball than one of those corners. If no ball touches the triangle: its corners, with slot kNone. True if
+  /// there is none. The parts that the triangle is cut into share their corners, the same doubles, so that they cover it without a crack.
+  template <class Hole>
+  bool holes(const std::array<Eigen::Vector3d, 3>& triangle, Hole hole) {
+    if (holds(last_, triangle)) {  // neighbours follow each other in a mesh
+      held_by_.assign(1, last_);
+      return true;
+    }
+    corners_.assign(triangle.begin(), triangle.end());
+    near_.clear();
+    const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
+    double extent2 = 0;
+    for (const Eigen::Vector3d& p : triangle) extent2 = std::max(extent2, (p - middle).squaredNorm());
+    std::uint32_t first = kNone;
+    double least = std::numeric_limits<double>::infinity();
+    index_.tree.searchWithin(middle, extent2 * (1 + 1e-12), [&](std::size_t begin, std::size_t count) {
+      for (auto slot = static_cast<std::uint32_t>(begin); slot < begin + count; ++slot) {
+        if (isGone(slot)) continue;
+        near_.push_back(slot);
+        if (const double p = power(slot, middle); p < least) least = p, first = slot;
+      }
+    });
+    if (first == kNone) {
+      for (const Eigen::Vector3d& p : triangle) hole(p, kNone);
+      return false;
+    }
+    covered_ = true;
+    held_by_.clear();
+    part(0, 0, first, hole);
+    return covered_;
+  }
+
+  /// The balls whose cells the triangle of the last call was cut into, if it is covered.
+  std::span<const std::uint32_t> heldBy() const { return held_by_; }
+
+  /// Whether the balls of these slots, at least one, suffice for the triangle.
+  bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
+    if (slots.size() == 1) return holds(slots[0], triangle);
+    corners_.assign(triangle.begin(), triangle.end());
+    near_.assign(slots.begin(), slots.end());
+    const Eigen::Vector3d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
+    const auto first = std::ranges::min_element(slots, {}, [&](std::uint32_t slot) { return power(slot, middle); });
+    covered_ = true;
+    held_by_.clear();
+    const auto ignore = [](const Eigen::Vector3d&, std::uint32_t) {};
+    part(0, 0, *first, ignore);
+    return covered_;
+  }
+
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+ private:
+  bool isGone(std::uint32_t slot) const { return gone_ && (*gone_)[slot]; }
+  double power(std::uint32_t slot, const Eigen::Vector3d& p) const {
+    const Ball& ball = index_.balls[slot];
+    return (p - ball.centre).squaredNorm() - ball.radius * std::max(ball.radius, 0.0);
+  }
+  bool isOut(std::uint32_t slot, const Eigen::Vector3d& p) const {
+    const Ball& ball = index_.balls[slot];
+    return !(ball.radius >= 0) || (p - ball.centre).squaredNorm() > ball.radius * ball.radius;
+  }
+  bool holds(std::uint32_t slot, const std::array<Eigen::Vector3d, 3>& triangle) const {
+    if (slot >= index_.balls.size() || isGone(slot)) return false;
+    return std::ranges::none_of(triangle, [&](const Eigen::Vector3d& p) { return isOut(slot, p); });
+  }
+
+  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_; `ball` is deepest
+  // somewhere in it. Takes both off the stacks.
+  template <class Hole>
+  void part(std::size_t corner, std::size_t near, std::uint32_t ball, Hole& hole) {
+    while (corners_.size() - corner >= 3) {
+      own_.clear();
+      for (std::size_t v = corner; v < corners_.size(); ++v) own_.push_back(power(ball, corners_[v]));
+      if (std::ranges::all_of(own_, [](double p) { return p <= 0; })) {
+        last_ = ball;
+        held_by_.push_back(ball);
+        break;
+      }
+      const std::uint32_t other = sortOut(corner, near);
+      if (other == kNone) {
+        covered_ = false;
+        for (std::size_t v = corner; v < corners_.size(); ++v)
+          if (isOut(ball, corners_[v])) hole(corners_[v], ball);
+        break;
+      }
+      // Cut by the plane of equal power. On neither side is the other side's ball needed again, whence it ends.
+      const std::size_t end = corners_.size(), near_end = near_.size();
+      const std::size_t there = cut(corner, ball, other);
+      for (std::size_t i = near; i < near_end; ++i)
+        if (near_[i] != ball && near_[i] != other) near_.push_back(near_[i]);
+      part(there, near_end, other, hole);
+      corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(corner), corners_.begin() + static_cast<std::ptrdiff_t>(end));
+      near_.erase(std::find(near_.begin() + static_cast<std::ptrdiff_t>(near), near_.end(), other));
+    }
+    corners_.resize(corner);
+    near_.resize(near);
+  }
+
+  // Of the balls from `near` on, keeps those that have less power than the part's own ball (own_) at one of the corners: the difference
+  // of two powers is linear. Of the corners that the own ball does not hold and another has less power at, the ball of least power at
+  // the farthest.
+  std::uint32_t sortOut(std::size_t corner, std::size_t near) {
+    least_ = own_;
+    deepest_.assign(own_.size(), kNone);
+    std::size_t kept = near;
+    for (std::size_t i = near; i < near_.size(); ++i) {
+      const std::uint32_t slot = near_[i];
+      bool is_needed = false;
+      for (std::size_t v = 0; v < own_.size(); ++v) {
+        const double p = power(slot, corners_[corner + v]);
+        is_needed = is_needed || p < own_[v];
+        if (p < least_[v]) least_[v] = p, deepest_[v] = slot;
+      }
+      if (is_needed) near_[kept++] = slot;
+    }
+    near_.resize(kept);
+    double farthest = 0;
+    std::uint32_t other = kNone;
+    for (std::size_t v = 0; v < own_.size(); ++v)
+      if (own_[v] > farthest && deepest_[v] != kNone) farthest = own_[v], other = deepest_[v];
+    return other;
+  }
+
+  // Appends the parts of the polygon from `corner` on where `a` has no more power than `b`, and the other way round. Where the second
+  // begins. They share their new corners.
+  std::size_t cut(std::size_t corner, std::uint32_t a, std::uint32_t b) {
+    const std::size_t count = corners_.size() - corner;
+    difference_.clear();  // in one order, so that neighbours of this triangle compute the same corners
+    for (std::size_t v = 0; v < count; ++v) {
+      const Eigen::Vector3d& p = corners_[corner + v];
+      difference_.push_back(power(std::min(a, b), p) - power(std::max(a, b), p));
+    }
+    std::size_t second = 0;
+    for (const double sign : {a < b ? 1.0 : -1.0, a < b ? -1.0 : 1.0}) {
+      second = corners_.size();
+      for (std::size_t v = 0, before = count - 1; v < count; before = v++) {
+        const double here = difference_[v], there = difference_[before];
+        const Eigen::Vector3d to = corners_[corner + v], from = corners_[corner + before];
+        if ((here < 0 && there > 0) || (here > 0 && there < 0)) corners_.push_back(from + (there / (there - here)) * (to - from));
+        if (sign * here <= 0) corners_.push_back(to);
+      }
+    }
+    return second;
+  }
+
+  const BallIndex& index_;
+  const std::vector<char>* gone_;
+  std::uint32_t last_ = 0;
+  bool covered_ = true;
+  std::vector<std::uint32_t> held_by_;
+  std::vector<Eigen::Vector3d> corners_;  // of the part at hand and of those that wait, which is a stack
+  std::vector<std::uint32_t> near_;       // the balls for each, likewise
+  // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the difference of two powers.
+  std::vector<double> own_, least_, difference_;
+  std::vector<std::uint32_t> deepest_;
+};
+
+}  // namespace spheretree::builder

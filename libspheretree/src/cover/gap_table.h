@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The discrete side of a cover: which candidate covers which sample at which stand-off, and a first choice of candidates.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/ball.h"
+#include "geometry/sample_index.h"
+
+namespace spheretree::builder {
+
+/// The entries with gap = |p - c| - d(c) <= limit, by candidate and by sample. Float gaps order the search only; what is returned is
+/// computed in double.
+class GapTable {
+ public:
+  struct Entry {
+    std::uint32_t id;
+    float gap;
+  };
+
+  GapTable(const SampleIndex& samples, std::span<const Ball> candidates, double limit);
+
+  std::size_t candidates() const { return candidate_begin_.size() - 1; }
+  std::size_t samples() const { return sample_begin_.size() - 1; }
+  std::span<const Entry> ofCandidate(std::size_t c) const { return span(by_candidate_, candidate_begin_, c); }
+  std::span<const Entry> ofSample(std::size_t s) const { return span(by_sample_, sample_begin_, s); }
+
+  /// Forgets the entries with a gap above `limit`.
+  void restrict(float limit);
+
+ private:
+  static std::span<const Entry> span(const std::vector<Entry>& entries, const std::vector<std::size_t>& begin, std::size_t i) {
+    return {entries.data() + begin[i], begin[i + 1] - begin[i]};
+  }
+  void transpose(std::size_t samples);
+
+  std::vector<std::size_t> candidate_begin_, sample_begin_;
+  std::vector<Entry> by_candidate_, by_sample_;
+};
+
+/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about 400 entries a sample
+/// and 25 million in all, of 16 bytes: else very slender, very round or very deep trees fill the memory.
+void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
+
+/// Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower candidate.
+std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most);
+
+}  // namespace spheretree::builder

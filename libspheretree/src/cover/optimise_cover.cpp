@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cover/optimise_cover.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+#include "cover/gap_sampler.h"
+#include "cover/gap_table.h"
+#include "cover/swap_search.h"
+#include "geometry/sample_index.h"
+#include "medial/refit_ball.h"
+#include "medial/shrinking_balls.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kBisections = 4;       // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
+constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
+constexpr std::size_t kMostDry = 8;  // times the spheres: samples that get a candidate of their own in one top-up
+constexpr double kRise = 1.3;        // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
+constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
+constexpr double kAbove = 1.2;       // times the stand-off that the spheres left over promise: where the search for it begins
+constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
+constexpr double kHexagon = 2.598;   // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
+constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose patch is a ring
+constexpr double kGapSpacing = 0.1;  // of the samples at holes, in widths of a patch: one or a few for a hole
+constexpr double kRoom = 1.15;       // times the stand-off on the samples so far: where the swaps start that know of the holes
+constexpr double kKnown = 1.005;     // times the stand-off on the samples: where the squeeze starts if they know of the holes
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class T>
+std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
+  const std::size_t n = std::max<std::size_t>(1, all.size() / std::max<std::size_t>(wanted, 1));
+  std::vector<T> few;
+  for (std::size_t i = 0; i < all.size(); i += n) few.push_back(all[i]);
+  return few;
+}
+
+struct Assignment {
+  std::vector<Vector3d> points;    // samples, those of one ball together
+  std::vector<std::size_t> begin;  // (balls + 1)
+  double stand_off = 0;            // largest gap
+  std::span<const Vector3d> patch(std::size_t b) const { return {points.data() + begin[b], begin[b + 1] - begin[b]}; }
+};
+
+// Each sample goes to the ball that it lies in deepest: the least |p - c| - d(c). `reach`: a stand-off at which the balls (radius
+// d) cover every sample; it is doubled as often as that proves wrong.
+Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, double reach) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> owner(samples.size());
+  std::vector<double> gap(samples.size());
+  for (bool all = false; !all; reach *= 2) {
+    std::fill(owner.begin(), owner.end(), kNone);
+    std::fill(gap.begin(), gap.end(), kInfinity);
+    struct Hit {
+      std::uint32_t sample;
+      double gap;
+    };
+    std::vector<std::vector<Hit>> hits(balls.size());
+    tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
+      samples.within(balls[b].centre, std::max(0.0, balls[b].radius + reach) * (1 + 1e-12), [&](std::uint32_t i, double distance) {
+        hits[b].push_back({static_cast<std::uint32_t>(i), distance - balls[b].radius});
+      });
+    });
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      for (const Hit& hit : hits[b])
+        if (hit.gap < gap[hit.sample]) gap[hit.sample] = hit.gap, owner[hit.sample] = static_cast<std::uint32_t>(b);
+    all = std::find(owner.begin(), owner.end(), kNone) == owner.end();
+  }
+  Assignment out;
+  out.begin.assign(balls.size() + 1, 0);
+  for (const std::uint32_t b : owner) ++out.begin[b + 1];
+  for (std::size_t b = 0; b < balls.size(); ++b) out.begin[b + 1] += out.begin[b];
+  out.points.resize(samples.size());
+  std::vector<std::size_t> at(out.begin.begin(), out.begin.end() - 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) out.points[at[owner[i]]++] = samples[i];
+  out.stand_off = *std::max_element(gap.begin(), gap.end());
+  return out;
+}
+
+// Passes of assignment and refit; keeps the best set of balls seen and returns its stand-off. `balls` have radius d(c); `stand_off`: near
+// theirs, it only saves time.
+double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
+                const Progress& progress) {
+  std::vector<Ball> now = balls;
+  double best = stand_off, reach = stand_off;
+  for (int pass = 0; pass <= passes; ++pass) {
+    progress.check();
+    const Assignment patches = assign(samples, now, reach);
+    reach = patches.stand_off;
+    if (patches.stand_off < best || pass == 0) {
+      best = patches.stand_off;
+      balls = now;
+    }
+    if (pass == passes) break;
+    tbb::parallel_for(std::size_t{0}, now.size(), [&](std::size_t b) {
+      const auto patch = patches.patch(b);
+      if (patch.empty()) return;
+      const double width = std::sqrt(reach * (2 * std::max(now[b].radius, 0.0) + reach));
+      const Refit refit = refitBall(field, patch, now[b].centre, now[b].radius, 0.2 * width, 12);
+      now[b] = {refit.centre, refit.clearance};
+    });
+  }
+  return best;
+}
+
+// Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the stand-off deep,
+// where the medial axis that samples find is too thin to hold a choice.
+void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off, std::vector<Ball>& candidates) {
+  for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
+    const Vector3d c = point - depth * stand_off * normal;
+    const double clearance = -field.signedDistance(c);
+    if (clearance > 0) candidates.push_back({c, clearance});
+  }
+}
+
+// More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an edge, smaller
+// ones below it. On a slender part the pool may hold none that reaches an end; without them the search would stop there, with most of
+// its spheres idle.
+void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
+                 std::vector<Ball>& candidates) {
+  std::vector<std::uint32_t> dry;
+  for (std::uint32_t s = 0; s < samples.size(); ++s) {
+    const auto near = [&](const GapTable::Entry& e) { return e.gap <= kDry * stand_off; };
+    if (std::ranges::none_of(table.ofSample(s), near)) dry.push_back(s);
+  }
+  dry = everyNth<std::uint32_t>(dry, most);
+  std::vector<std::vector<Ball>> found(dry.size());
+  tbb::parallel_for(std::size_t{0}, dry.size(), [&](std::size_t i) {
+    const NearestPoint here = field.nearest(samples[dry[i]]);
+    const Vector3d normal = field.pseudonormal(here);
+    const Ball touching = shrinkingBall(field, here.point, normal);
+    if (touching.radius > 0)
+      found[i].push_back(touching);
+    else
+      addBelow(field, here.point, normal, kDry * stand_off, found[i]);
+    if (found[i].empty()) found[i].push_back({here.point, 0});  // of a sheet
+  });
+  for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
+}
+
+// More samples for balls that have fewer than half of what they should. A ball that touches the surface at two round spots should have
+// `usual`; one that touches along a ring or a band, as in a tube, has a patch that is longer than wide, and as many more. At a cap of a
+// long cylinder, an area small for its need of spheres, samples uniform by area would leave a ball with one. Empty if no more than a
+// quarter of the balls are so poor.
+std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& uniform, const SampleIndex& samples,
+                                      std::span<const Ball> balls, double stand_off, double area, std::size_t usual, std::uint64_t seed) {
+  const Assignment patches = assign(samples, balls, stand_off), shares = assign(uniform, balls, stand_off);
+  const double area_of_sample = area / static_cast<double>(uniform.size());
+  std::vector<std::size_t> wanted(balls.size());
+  std::size_t poor = 0;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    const double square = stand_off * (2 * std::max(balls[b].radius, 0.0) + stand_off);  // of the radius of a round spot
+    const double spots = static_cast<double>(shares.patch(b).size()) * area_of_sample / (kHexagon * square);
+    wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMostSamples));
+    poor += patches.patch(b).size() < wanted[b] / 2;
+  }
+  if (poor <= balls.size() / 4) return {};
+  SampleSettings sampling;
+  sampling.count = kDenser * samples.size();
+  sampling.seed = seed;
+  std::vector<Vector3d> dense;
+  for (const SurfaceSample& s : sampleSurface(mesh, sampling)) dense.push_back(s.point);
+  const Assignment more = assign(SampleIndex(dense), balls, stand_off);
+  std::vector<Vector3d> added;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    const std::size_t has = patches.patch(b).size();
+    if (has >= wanted[b]) continue;
+    const auto patch = more.patch(b);
+    const std::size_t few = std::min(wanted[b] - has, patch.size());
+    for (std::size_t i = 0; i < few; ++i) added.push_back(patch[i * patch.size() / few]);
+  }
+  return added;
+}
+
+// The greedy cover of least stand-off, found by bisection between `low` and `high`; the table must hold all gaps up to `high`. Empty if
+// not even that suffices.
+struct Greedy {
+  std::vector<std::uint32_t> chosen;
+  double stand_off;
+};
+Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t most, int steps, const Progress& progress) {
+  Greedy best{greedyCover(table, static_cast<float>(high), most), high};
+  for (int i = 0; i < steps && !best.chosen.empty(); ++i) {
+    progress.check();
+    const double middle = 0.5 * (low + best.stand_off);
+    std::vector<std::uint32_t> chosen = greedyCover(table, static_cast<float>(middle), most);
+    if (chosen.empty()) {
+      low = middle;
+    } else {
+      best = {std::move(chosen), middle};
+    }
+  }
+  return best;
+}
+
+// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is not enough, above; and `h` of it. Candidates
+// are added where they are dry: returns how many.
+std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
+                        std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
+  double rise = kRise;
+  for (double high = 1.05 * h;; low = high, high *= rise, rise *= kRise) {
+    thinToFit(samples, high, 0, candidates);
+    const GapTable table(samples, candidates, high);
+    const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
+    if (greedy.chosen.empty()) {
+      addWhereDry(field, samples, table, high, kMostDry * most, candidates);
+      continue;
+    }
+    balls.clear();
+    for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
+    h = greedy.stand_off;
+    const std::size_t known = candidates.size();
+    // The fewer spheres that took, the lower the stand-off of all of them will be.
+    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostDry * most, candidates);
+    return candidates.size() - known;
+  }
+}
+
+// Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h` is high.
+void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
+                 std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
+  std::vector<Ball> all = balls;
+  all.insert(all.end(), candidates.begin(), candidates.end());
+  thinToFit(samples, h, balls.size(), all);
+  GapTable table(samples, all, h);
+  std::vector<std::uint32_t> chosen(balls.size());
+  std::iota(chosen.begin(), chosen.end(), 0u);
+  SwapSearch search(table, std::move(chosen), seed);
+  chosen = search.run(static_cast<float>(h * (1 - 0.002)), most, work, progress);
+  balls.clear();
+  for (const std::uint32_t c : chosen) balls.push_back(all[c]);
+}
+
+}  // namespace
+
+Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given, std::span<const Ball> pool,
+                    const CoverSettings& settings, Progress& progress) {
+  if (given.empty()) throw std::invalid_argument("optimise cover: no samples");
+  if (pool.empty()) throw std::invalid_argument("optimise cover: no candidates");
+  const std::size_t n = std::max<std::size_t>(settings.spheres, 1);
+  std::vector<Vector3d> points;
+  for (const SurfaceSample& s : given) points.push_back(s.point);
+  std::vector<Ball> candidates(pool.begin(), pool.end());
+
+  // A first stand-off from a thinned problem, so that the full table is not larger than it needs to be.
+  double h = 0, fewer = 1;
+  {
+    const std::size_t few = std::max<std::size_t>(10 * n, 500);
+    const SampleIndex samples(everyNth<Vector3d>(points, few));
+    const std::vector<Ball> some = everyNth<Ball>(candidates, few);
+    // The stand-off falls about as 1/n. Too high a start costs memory: every candidate would reach every sample.
+    const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
+    for (double low = 0, high = start; h == 0; low = high, high *= 2) {
+      const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
+      if (greedy.chosen.empty()) continue;
+      fewer = static_cast<double>(greedy.chosen.size()) / static_cast<double>(n);
+      h = greedy.stand_off;
+    }
+  }
+  for (const SurfaceSample& s : given)
+    if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
+
+  // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a fraction.
+  h *= std::min(1.0, kAbove * fewer);
+  std::mt19937_64 random(settings.seed);
+  const SampleIndex uniform(points);
+  SampleIndex samples(points);
+  std::vector<Ball> balls;
+  int top_ups = 0;
+  for (; top_ups <= kMostTopUps; ++top_ups) {
+    const std::size_t added = greedyBalls(field, samples, n, top_ups == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
+    const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
+    const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());
+    if (more.empty() && !was_dry) break;
+    if (more.empty()) continue;
+    points.insert(points.end(), more.begin(), more.end());
+    samples = SampleIndex(points);
+  }
+
+  searchSwaps(samples, candidates, h, n, settings.swap_work, random(), balls, progress);
+  double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
+  StandOffSettings lowering = settings.lowering;
+  if (top_ups > 0 && settings.gap_rounds > 0) {
+    // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many balls go where: a
+    // squeeze that finds it out has to pass balls along the whole rod.
+    GapSampler gaps(mesh, field, n, kGapSpacing);
+    for (int round = 0; round < settings.gap_rounds; ++round) {
+      const std::vector<Vector3d> missed = gaps.find(balls, stand_off, lowering.gap_tolerance, {}, {}, progress);
+      if (missed.empty()) break;
+      points.insert(points.end(), missed.begin(), missed.end());
+      samples = SampleIndex(points);
+      searchSwaps(samples, candidates, kRoom * stand_off, n, settings.swap_work, random(), balls, progress);
+      stand_off = refitAll(field, samples, balls, kRoom * stand_off, settings.refits, progress);
+    }
+    lowering.start = kKnown;
+  }
+
+  // Spheres left over start as copies, which the next step is free to send wherever one is missed most.
+  for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
+  lowering.seed = random();
+  Cover cover;
+  cover.stand_off = lowerStandOff(mesh, field, points, balls, lowering, progress);
+  for (const Ball& b : balls) cover.balls.push_back({b.centre, b.radius + cover.stand_off});
+  return cover;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "geometry/box_tree.h"
+
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace spheretree::builder {
+
+namespace {
+
+constexpr int kBins = 16;
+constexpr std::size_t kFew = 16;  // items, which are halved by count: choosing a plane costs more than searches gain by it
+constexpr int kSahDepth = 40;     // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
+
+double halfArea(const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return 0;
+  const Eigen::Vector3d s = box.sizes();
+  return s.x() * s.y() + s.y() * s.z() + s.z() * s.x();
+}
+
+struct Range {
+  std::size_t first = 0, last = 0;
+  Eigen::AlignedBox3d box;
+  std::size_t size() const { return last - first; }
+};
+
+}  // namespace
+
+BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : order_(boxes.size()) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (boxes.empty()) return;
+  const auto wanted = static_cast<std::size_t>(std::max(leaf_size, 1));
+  std::vector<Eigen::Vector3d> centre(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) centre[i] = 0.5 * (boxes[i].min() + boxes[i].max());
+
+  const auto boxOf = [&](std::size_t first, std::size_t last) {
+    Eigen::AlignedBox3d box;
+    for (std::size_t i = first; i < last; ++i) box.extend(boxes[order_[i]]);
+    return box;
+  };
+  const auto byCentre = [&](int axis) {
+    return [&centre, axis](std::uint32_t a, std::uint32_t b) {
+      const double ca = centre[a][axis], cb = centre[b][axis];
+      return ca != cb ? ca < cb : a < b;
+    };
+  };
+  const auto split = [&](const Range& range, int depth) -> std::array<Range, 2> {
+    Eigen::AlignedBox3d centres;
+    for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre[order_[i]]);
+    int best_axis = -1, best_bin = 0;
+    double best_cost = std::numeric_limits<double>::infinity();
+    if (range.size() > kFew && depth < kSahDepth) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const double low = centres.min()[axis], width = centres.max()[axis] - low;
+        if (!(width > 0)) continue;
+        std::array<Eigen::AlignedBox3d, kBins> bin_box;
+        std::array<std::size_t, kBins> bin_count{};
+        for (std::size_t i = range.first; i < range.last; ++i) {
+          const auto b = static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((centre[order_[i]][axis] - low) / width * kBins)));
+          bin_box[b].extend(boxes[order_[i]]);
+          ++bin_count[b];
+        }
+        std::array<double, kBins> right_cost{};
+        Eigen::AlignedBox3d right;
+        std::size_t right_count = 0;
+        for (std::size_t b = kBins; b-- > 1;) {
+          right.extend(bin_box[b]);
+          right_count += bin_count[b];
+          right_cost[b] = halfArea(right) * static_cast<double>(right_count);
+        }
+        Eigen::AlignedBox3d left;
+        std::size_t left_count = 0;
+        for (std::size_t b = 0; b + 1 < kBins; ++b) {
+          left.extend(bin_box[b]);
+          left_count += bin_count[b];
+          if (left_count == 0 || left_count == range.size()) continue;
+          const double cost = halfArea(left) * static_cast<double>(left_count) + right_cost[b + 1];
+          if (cost < best_cost) best_cost = cost, best_axis = axis, best_bin = static_cast<int>(b);
+        }
+      }
+    }
+    const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
+    const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
+    std::size_t middle = range.first + range.size() / 2;
+    if (best_axis >= 0) {
+      const double low = centres.min()[best_axis], width = centres.max()[best_axis] - low;
+      const auto at = std::stable_partition(begin, end, [&](std::uint32_t i) {
+        return std::min(kBins - 1, static_cast<int>((centre[i][best_axis] - low) / width * kBins)) <= best_bin;
+      });
+      middle = static_cast<std::size_t>(at - order_.begin());
+    } else {  // few; too deep, or all centres equal: halve, so that the depth stays bounded
+      int axis = 0;
+      centres.sizes().maxCoeff(&axis);
+      std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, byCentre(axis));
+    }
+    return {Range{range.first, middle, boxOf(range.first, middle)}, Range{middle, range.last, boxOf(middle, range.last)}};
+  };
+
+  const Range all{0, boxes.size(), boxOf(0, boxes.size())};
+  middle_ = all.box.center();
+  const double reach = 0.5 * all.box.sizes().maxCoeff();
+  to_local_ = reach > 1e-150 ? 1 / reach : 0;  // 0: all in one place
+  from_local2_ = kShrink * reach * reach;
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  struct Task {
+    Range range;
+    std::size_t node;
+    int depth;
+  };
+  std::vector<Task> tasks;
+  nodes_.emplace_back();
+  tasks.push_back({all, 0, 0});
+  while (!tasks.empty()) {
+    const Task task = tasks.back();
+    tasks.pop_back();
+    // Open the largest of the children until there are four.
+    std::vector<Range> children{task.range};
+    while (children.size() < 4) {
+      std::size_t pick = children.size();
+      double most = -1;
+      for (std::size_t i = 0; i < children.size(); ++i)
+        if (children[i].size() > wanted && halfArea(children[i].box) > most) most = halfArea(children[i].box), pick = i;
+      if (pick == children.size()) break;
+      const auto halves = split(children[pick], task.depth);
+      children[pick] = halves[0];
+      children.push_back(halves[1]);
+    }
+    Node node{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool used = k < children.size();
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        const auto column = static_cast<Eigen::Index>(k);
+        node.low[axis][column] = used ? static_cast<float>((children[k].box.min()[i] - middle_[i]) * to_local_ - kHair) : kFar;
+        node.high[axis][column] = used ? static_cast<float>((children[k].box.max()[i] - middle_[i]) * to_local_ + kHair) : kFar;
+      }
+      if (!used) continue;
+      if (children[k].size() <= wanted) {
+        node.child[k] = static_cast<std::int32_t>(children[k].first);
+        node.count[k] = static_cast<std::int32_t>(children[k].size());
+      } else {
+        node.child[k] = static_cast<std::int32_t>(nodes_.size());
+        node.count[k] = -1;
+        tasks.push_back({children[k], nodes_.size(), task.depth + 1});
+        nodes_.emplace_back();
+      }
+    }
+    nodes_[task.node] = node;
+  }
+}
+
+void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
+  using Eigen::Vector3d;
+  constexpr float kWide = 8 * kHair;
+  const auto local = [&](const Vector3d& p) -> Vector3d { return (p - middle_) * to_local_; };
+  // No longer than 1, rounded or not. Zero where there is no direction: such a slab or wall is everywhere.
+  const auto rounded = [](const Vector3d& direction) -> Eigen::Vector3f {
+    return (direction.stableNormalized() * (1 - kHair)).cast<float>();
+  };
+  struct Extent {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+  };
+  const auto extent = [&](const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
+    Extent out;
+    for (const std::array<Vector3d, 3>& triangle : all)
+      for (const Vector3d& corner : triangle) {
+        const double height = normal.cast<double>().dot(local(corner));
+        out.low = std::min(out.low, height), out.high = std::max(out.high, height);
+      }
+    return out;
+  };
+  const auto across = [&](std::span<const std::array<Vector3d, 3>> all) {  // their areas' sum
+    Vector3d area = Vector3d::Zero();
+    for (const auto& [a, b, c] : all) area += Vector3d((b - a) * to_local_).cross((c - a) * to_local_);
+    return area;
+  };
+  const auto put = [](std::array<Eigen::Array4f, 3>& normals, std::size_t k, const Eigen::Vector3f& normal) {
+    for (std::size_t axis = 0; axis < 3; ++axis) normals[axis][static_cast<Eigen::Index>(k)] = normal[static_cast<Eigen::Index>(axis)];
+  };
+  const auto putSlab = [&](Slabs& slabs, std::size_t k, const Eigen::Vector3f& normal, std::span<const std::array<Vector3d, 3>> all) {
+    const Extent heights = all.empty() ? Extent{0, 0} : extent(normal, all);
+    put(slabs.normal, k, normal);
+    slabs.low[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.low) - kWide;
+    slabs.high[static_cast<Eigen::Index>(k)] = static_cast<float>(heights.high) + kWide;
+  };
+
+  slabs_.resize(nodes_.size());
+  prism_of_.assign(triangles.size(), 0);
+  struct Slots {
+    std::size_t first, last;
+  };
+  std::vector<Slots> below(nodes_.size());
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
+    below[i] = {triangles.size(), 0};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Node& node = nodes_[i];
+      const auto child = static_cast<std::size_t>(node.child[k]);
+      Slots slots{0, 0};
+      if (node.count[k] > 0) slots = {child, child + static_cast<std::size_t>(node.count[k])};
+      if (node.count[k] < 0) slots = below[child];
+      const auto own = triangles.subspan(slots.first, slots.last - slots.first);
+      putSlab(slabs_[i], k, rounded(across(own)), own);
+      if (node.count[k] != 0) below[i] = {std::min(below[i].first, slots.first), std::max(below[i].last, slots.last)};
+      if (node.count[k] <= 0) continue;
+      if (own.size() > 4) throw std::invalid_argument("box tree: more than four triangles in a leaf");
+      prism_of_[slots.first] = static_cast<std::uint32_t>(prisms_.size());
+      Prisms& prisms = prisms_.emplace_back();
+      for (std::size_t t = 0; t < 4; ++t) {
+        const auto one = t < own.size() ? own.subspan(t, 1) : own.first(1);
+        const Eigen::Vector3f normal = rounded(across(one));
+        putSlab(prisms.slab, t, normal, one);
+        for (std::size_t side = 0; side < 3; ++side) {
+          const Eigen::Vector3f wall = rounded((one[0][(side + 1) % 3] - one[0][side]).cross(normal.cast<double>()) * to_local_);
+          put(prisms.wall[side], t, wall);
+          prisms.high[side][static_cast<Eigen::Index>(t)] = static_cast<float>(extent(wall, one).high) + kWide;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace spheretree::builder

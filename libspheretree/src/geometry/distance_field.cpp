@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "geometry/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  // Voronoi regions of the triangle's features (C. Ericson. Real-time collision detection, 2005, section 5.1.5).
+  NearestPoint out;
+  const auto finish = [&](const Vector3d& q, int feature) {
+    out.point = q;
+    out.distance = (p - q).norm();
+    out.feature = static_cast<std::uint8_t>(feature);
+    return out;
+  };
+  const Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return finish(a, 4);
+  const Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return finish(b, 5);
+  const Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return finish(c, 6);
+  // The tests below compare areas; in a thin triangle their signs are noise (distances were wrong by 1 % of its length).
+  const Vector3d normal = ab.cross(ac);
+  const double normal2 = normal.squaredNorm(), sides2 = ab.squaredNorm() * ac.squaredNorm();
+  if (!(normal2 > 1e-8 * sides2)) {
+    const std::array<Vector3d, 3> corner{a, b, c};
+    bool within = normal2 > 1e-15 * sides2;
+    for (std::size_t k = 0; k < 3; ++k) {  // the side opposite corner k
+      const Vector3d &u = corner[(k + 1) % 3], side = corner[(k + 2) % 3] - u;
+      const double length2 = side.squaredNorm(), t = length2 > 0 ? std::clamp((p - u).dot(side) / length2, 0.0, 1.0) : 0.0;
+      const Vector3d q = u + t * side;
+      if ((p - q).norm() < out.distance) finish(q, 1 + static_cast<int>(k));
+      within = within && normal.dot(side.cross(p - u)) >= 0;
+    }
+    if (!within) return out;
+    const Vector3d foot = p - (normal.dot(ap) / normal2) * normal;
+    return (p - foot).norm() < out.distance ? finish(foot, 0) : out;
+  }
+  // By the normal and not from the products of d1 to d6, which lose twice as many digits for a small triangle far away.
+  const double vc = normal.dot(ab.cross(ap));
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return finish(a + (d1 / (d1 - d3)) * ab, 3);
+  const double vb = normal.dot(ap.cross(ac));
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return finish(a + (d2 / (d2 - d6)) * ac, 2);
+  const double va = normal.dot((c - b).cross(bp));
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return finish(b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 1);
+  return finish(a + (vb / normal2) * ab + (vc / normal2) * ac, 0);
+}
+
+DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets)
+    : has_slack_(!slack.empty()), solid_(mesh.triangles.size()) {
+  if (solid_ == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
+  if (has_slack_ && slack.size() != solid_) throw std::invalid_argument("distance field: not one slack for each triangle");
+  const std::size_t n = solid_ + sheets.triangles.size();
+  const auto corner = [&](std::size_t t, int k) { return t < solid_ ? mesh.corner(t, k) : sheets.corner(t - solid_, k); };
+  std::vector<Eigen::AlignedBox3d> boxes(n);
+  for (std::size_t t = 0; t < n; ++t) {
+    for (int k = 0; k < 3; ++k) boxes[t].extend(corner(t, k));
+    box_.extend(boxes[t]);
+  }
+  diagonal_ = box_.diagonal().norm();
+  tree_ = BoxTree(boxes);
+
+  faces_.resize(n);
+  slot_.resize(n);
+  const Vector3d middle = box_.center();
+  for (std::size_t s = 0; s < n; ++s) {
+    const std::uint32_t t = tree_.order()[s];
+    slot_[t] = static_cast<std::uint32_t>(s);
+    Face& f = faces_[s];
+    f.a = corner(t, 0), f.b = corner(t, 1), f.c = corner(t, 2);
+    f.triangle = t;
+    if (has_slack_ && t < solid_) f.slack = slack[t];
+    const Vector3d cross = (f.b - f.a).cross(f.c - f.a);
+    const double length = cross.norm();
+    f.normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
+  }
+  std::vector<std::array<Vector3d, 3>> in_order;
+  in_order.reserve(n);
+  for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
+  tree_.addTriangles(in_order);
+  // Summed in the order of the input, so that they do not depend on the tree.
+  for (std::size_t t = 0; t < solid_; ++t) {
+    const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
+    area_ += 0.5 * (b - a).cross(c - a).norm();
+    volume_ += a.dot(b.cross(c)) / 6.0;
+  }
+
+  // Pseudonormals. Corners of equal position and edges between them belong together, whatever their indices.
+  std::vector<std::uint32_t> by_position(mesh.positions.size());
+  std::iota(by_position.begin(), by_position.end(), 0u);
+  const auto key = [&](std::uint32_t v) {
+    return std::array<double, 3>{mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z()};
+  };
+  std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint32_t> weld(mesh.positions.size());
+  for (std::size_t i = 0; i < by_position.size(); ++i)
+    weld[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? weld[by_position[i - 1]] : by_position[i];
+
+  std::vector<Vector3d> at_vertex(mesh.positions.size(), Vector3d::Zero());
+  struct HalfEdge {
+    std::uint32_t low, high, triangle;
+    std::uint8_t opposite;
+  };
+  std::vector<HalfEdge> edges;
+  edges.reserve(3 * solid_);
+  for (std::size_t t = 0; t < solid_; ++t) {
+    const Vector3d& normal_t = normal(static_cast<std::uint32_t>(t));
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = weld[mesh.triangles[t][static_cast<std::size_t>(k)]];
+      const std::uint32_t v1 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 1) % 3)]];
+      const std::uint32_t v2 = weld[mesh.triangles[t][static_cast<std::size_t>((k + 2) % 3)]];
+      const Vector3d e1 = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), e2 = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      at_vertex[v] += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * normal_t;
+      edges.push_back({std::min(v1, v2), std::max(v1, v2), static_cast<std::uint32_t>(t), static_cast<std::uint8_t>(k)});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::array<std::uint32_t, 4>{a.low, a.high, a.triangle, a.opposite} <
+           std::array<std::uint32_t, 4>{b.low, b.high, b.triangle, b.opposite};
+  });
+  pseudonormals_.resize(solid_);
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t j = i;
+    Vector3d sum = Vector3d::Zero();
+    for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high; ++j) sum += normal(edges[j].triangle);
+    for (; i < j; ++i) pseudonormals_[edges[i].triangle].at[edges[i].opposite] = sum.normalized();
+  }
+  for (std::size_t t = 0; t < solid_; ++t)
+    for (std::size_t k = 0; k < 3; ++k) pseudonormals_[t].at[3 + k] = at_vertex[weld[mesh.triangles[t][k]]].normalized();
+}
+
+template <bool with_slack, bool with_sheets>
+NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
+  NearestPoint best;
+  double limit2 = limit * limit;
+  const std::size_t met = tree_.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+    for (std::size_t s = first; s < first + count; ++s) {
+      const Face& f = faces_[s];
+      if (!with_sheets && f.triangle >= solid_) continue;
+      NearestPoint q = nearestOnTriangle(p, f.a, f.b, f.c);
+      if constexpr (with_slack) q.slack = f.slack, q.distance += f.slack;
+      if (!(q.distance < limit) && !(q.distance == best.distance && f.triangle < best.triangle)) continue;
+      if (q.distance > best.distance || (q.distance == best.distance && f.triangle >= best.triangle)) continue;
+      best = q;
+      best.triangle = f.triangle;
+      limit = best.distance;
+      // A hair above, so that a triangle at exactly this distance is still seen and ties do not depend on the order.
+      limit2 = best.distance * best.distance * (1 + 1e-15) + std::numeric_limits<double>::min();
+    }
+  });
+  best.tested = static_cast<std::uint32_t>(met);
+  return best;
+}
+
+NearestPoint DistanceField::nearest(const Vector3d& p, double limit) const {
+  return has_slack_ ? search<true, true>(p, limit) : search<false, true>(p, limit);
+}
+
+Vector3d DistanceField::pseudonormal(const NearestPoint& nearest) const {
+  const bool is_sheet = nearest.triangle >= solid_;
+  return is_sheet || nearest.feature == 0 ? normal(nearest.triangle) : pseudonormals_[nearest.triangle].at[nearest.feature - 1u];
+}
+
+bool DistanceField::isInside(const Vector3d& p, const NearestPoint& nearest) const {
+  const auto isBehind = [&](const NearestPoint& q) { return (p - q.point).dot(pseudonormal(q)) < 0; };
+  if (nearest.triangle >= solid_) return isBehind(search<false, false>(p, kInfinity));
+  return isBehind(has_slack_ ? search<false, false>(p, nearest.distance * (1 + 1e-9) + 1e-300) : nearest);
+}
+
+double DistanceField::signedDistance(const Vector3d& p, NearestPoint* nearest_out) const {
+  const NearestPoint q = nearest(p);
+  if (nearest_out) *nearest_out = q;
+  return isInside(p, q) ? -q.distance : q.distance;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/evaluate_tree.h"
+
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "measure/cover_limits.h"
+#include "measure/coverage.h"
+#include "measure/overhang.h"
+#include "measure/volumes.h"
+#include "mesh/surface_with_sheets.h"
+#include "spheretree/core/mesh_edit.h"
+
+namespace spheretree::builder {
+
+namespace {
+
+constexpr double kTolerance = 1e-5;  // of the diagonal
+constexpr double kVolumeLines = 512 * 512;
+
+bool encloses(const Sphere& outer, const Sphere& inner, double tolerance) {
+  const double dx = static_cast<double>(inner.x) - outer.x, dy = static_cast<double>(inner.y) - outer.y,
+               dz = static_cast<double>(inner.z) - outer.z;
+  return std::sqrt(dx * dx + dy * dy + dz * dz) + inner.radius <= outer.radius + tolerance;
+}
+
+HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) {
+  std::vector<std::uint32_t> parent(tree.nodeCount(), kNoParent);
+  for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)
+    for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) parent[tree.first_child[node] + k] = node;
+  HierarchyEvaluation out;
+  for (std::uint32_t leaf = 0; leaf < tree.nodeCount(); ++leaf) {
+    if (!tree.isLeaf(leaf)) continue;
+    ++out.leaves;
+    bool outside_bound = false, outside_cover = false;
+    for (std::uint32_t above = parent[leaf]; above != kNoParent; above = parent[above]) {
+      outside_bound |= !encloses(tree.bound[tree.bound_index[above]], tree.cover[leaf], tolerance);
+      outside_cover |= !encloses(tree.cover[above], tree.cover[leaf], tolerance);
+    }
+    out.leaves_outside_ancestor += outside_bound;
+    out.leaves_outside_ancestor_cover += outside_cover;
+  }
+  return out;
+}
+
+Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
+                    const TriangleMesh& cover_too) {
+  progress.stage("distance field");
+  const DistanceField field = surfaceWithSheets(mesh, cover_too).field;
+  const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
+  OverhangSettings outside;
+  outside.samples = share(outside.samples);
+  outside.least_a_ball = share(outside.least_a_ball);
+  outside.most_a_ball = share(outside.most_a_ball);
+  outside.most_patches = share(outside.most_patches);
+  Evaluation out;
+  out.diagonal = field.diagonal();
+  out.tolerance = kTolerance * field.diagonal();
+  out.hierarchy = evaluateHierarchy(tree, out.tolerance);
+  CoverageSettings gaps;
+  gaps.tolerance = out.tolerance;
+  gaps.samples = share(gaps.samples);
+  gaps.seed = settings.seed;
+  gaps.most_pieces = share(gaps.most_pieces);
+  const TriangleMesh to_cover = joined(mesh, cover_too);
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  for (int level = 0; level < tree.levelCount(); ++level) {
+    progress.stage("level " + std::to_string(level));
+    std::vector<Ball> balls;
+    for (const std::uint32_t node : levelSet(tree, level)) {
+      const Sphere& sphere = tree.cover[node];
+      balls.push_back({origin + Eigen::Vector3d(sphere.x, sphere.y, sphere.z), sphere.radius});
+    }
+    LevelEvaluation& result = out.levels.emplace_back();
+    result.level = level;
+    result.spheres = balls.size();
+    const SphereUnion set(balls);
+    result.overhang = measureOverhang(field, set, outside, progress);
+    progress.advance(0.7);
+    result.coverage = measureCoverage(to_cover, set, gaps, progress);
+    progress.advance(0.9);
+    const Volumes volumes = measureVolumes(mesh, set.balls(), share(kVolumeLines), progress);
+    if (volumes.mesh > 0) {
+      result.excess_volume_fraction = volumes.excess / volumes.mesh;
+      result.missing_volume_fraction = volumes.missing / volumes.mesh;
+    }
+    progress.advance(1);
+  }
+  if (settings.limits) {
+    progress.stage("limits");
+    out.limits = coverLimits(mesh, field, out.levels.back().spheres, {.seed = settings.seed}, progress);
+    progress.advance(1);
+  }
+  return out;
+}
+
+}  // namespace
+
+Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
+                        const TriangleMesh& cover_too) {
+  if (tree.nodeCount() == 0 || tree.levelCount() < 1) throw std::invalid_argument("evaluate: the tree has no nodes");
+  if (!(settings.effort > 0 && settings.effort <= 1)) throw std::invalid_argument("evaluate: effort must be above 0 and at most 1");
+  const int cores = tbb::info::default_concurrency();
+  tbb::task_arena arena(settings.threads > 0 ? std::min(settings.threads, cores) : cores);
+  return arena.execute([&] { return evaluate(mesh, tree, settings, progress, cover_too); });
+}
+
+}  // namespace spheretree::builder

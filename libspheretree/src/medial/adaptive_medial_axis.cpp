@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/adaptive_medial_axis.h"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_cell_base_with_info_3.h>
+#include <CGAL/Triangulation_vertex_base_with_info_3.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <queue>
+
+#include "medial/shrinking_balls.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
+using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+// Relative to `a`, so that small cells far from the origin keep their digits. Not finite for a flat cell.
+Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  const Vector3d u = b - a, v = c - a, w = d - a;
+  const Vector3d vw = v.cross(w), wu = w.cross(u), uv = u.cross(v);
+  const double denominator = 2 * u.dot(vw);
+  return a + (u.squaredNorm() * vw + v.squaredNorm() * wu + w.squaredNorm() * uv) / denominator;
+}
+
+Kernel::Point_3 toCgal(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+}  // namespace
+
+struct AdaptiveMedialAxis::Impl {
+  struct Cell {
+    Vector3d centre = Vector3d::Zero();
+    Vector3d touch = Vector3d::Zero();  // surface point nearest to the centre
+    double radius = 0, clearance = 0;
+    std::array<std::uint32_t, 4> site{};
+    std::uint32_t birth = 0;  // tells a reused slot from the cell that a queue entry means
+    bool inside = false;      // has a ball
+    Delaunay::Cell_handle handle;
+    double overhang() const { return radius - clearance; }
+  };
+  struct Entry {
+    double overhang;
+    std::uint32_t cell, birth;
+    bool operator<(const Entry& o) const { return overhang != o.overhang ? overhang < o.overhang : birth > o.birth; }
+  };
+
+  const DistanceField& field;
+  Delaunay delaunay;
+  std::vector<Vector3d> sites;
+  std::vector<std::uint32_t> balls_at;  // (sites) cells with a ball that touch the site
+  std::vector<Cell> cells;
+  std::vector<std::uint32_t> free_cells;
+  std::uint32_t births = 0;
+  std::size_t ball_count = 0;
+
+  explicit Impl(const DistanceField& distance_field) : field(distance_field) {}
+
+  // Cells are named in the order of their sorted sites, so that nothing depends on where CGAL keeps them.
+  std::vector<std::uint32_t> adopt(std::vector<Delaunay::Cell_handle> handles) {
+    struct Named {
+      std::array<std::uint32_t, 4> site;
+      Delaunay::Cell_handle handle;
+    };
+    std::vector<Named> named;
+    for (const Delaunay::Cell_handle handle : handles) {
+      handle->info() = kNone;
+      if (delaunay.is_infinite(handle)) continue;
+      Named n{{handle->vertex(0)->info(), handle->vertex(1)->info(), handle->vertex(2)->info(), handle->vertex(3)->info()}, handle};
+      std::sort(n.site.begin(), n.site.end());
+      named.push_back(n);
+    }
+    std::sort(named.begin(), named.end(), [](const Named& a, const Named& b) { return a.site < b.site; });
+    std::vector<std::uint32_t> made;
+    for (const Named& n : named) {
+      std::uint32_t id = static_cast<std::uint32_t>(cells.size());
+      if (free_cells.empty()) {
+        cells.emplace_back();
+      } else {
+        id = free_cells.back();
+        free_cells.pop_back();
+      }
+      n.handle->info() = id;
+      Cell& cell = cells[id];
+      cell = Cell{};
+      cell.site = n.site;
+      cell.birth = births++;
+      cell.handle = n.handle;
+      const Vector3d centre = circumcentre(sites[n.site[0]], sites[n.site[1]], sites[n.site[2]], sites[n.site[3]]);
+      if (!centre.allFinite() || !field.box().contains(centre)) continue;
+      NearestPoint touch;
+      const double depth = -field.signedDistance(centre, &touch);
+      if (!(depth > 1e-8 * field.diagonal())) continue;
+      double radius = 0;
+      for (const std::uint32_t s : n.site) radius = std::max(radius, (sites[s] - centre).norm());
+      cell.centre = centre;
+      cell.touch = touch.point;
+      cell.radius = std::max(radius, depth);
+      cell.clearance = depth;
+      cell.inside = true;
+      ++ball_count;
+      for (const std::uint32_t s : n.site) ++balls_at[s];
+      made.push_back(id);
+    }
+    return made;
+  }
+
+  template <class Died>
+  void forget(std::uint32_t id, Died&& died) {
+    Cell& cell = cells[id];
+    if (cell.inside) {
+      died(cell);
+      --ball_count;
+      for (const std::uint32_t s : cell.site) --balls_at[s];
+    }
+    cell.inside = false;
+    cell.birth = kNone;
+    free_cells.push_back(id);
+  }
+
+  // The new cells with balls; empty if the point is a site already.
+  template <class Died>
+  std::vector<std::uint32_t> insert(const Vector3d& p, Delaunay::Cell_handle near, Died&& died) {
+    Delaunay::Locate_type type;
+    int i = 0, j = 0;
+    const Delaunay::Cell_handle at = delaunay.locate(toCgal(p), type, i, j, near);
+    if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL) return {};
+    std::vector<Delaunay::Facet> facets;
+    std::vector<Delaunay::Cell_handle> conflict;
+    delaunay.find_conflicts(toCgal(p), at, std::back_inserter(facets), std::back_inserter(conflict));
+    if (facets.empty()) return {};
+    std::vector<std::uint32_t> ids;
+    for (const Delaunay::Cell_handle cell : conflict)
+      if (!delaunay.is_infinite(cell)) ids.push_back(cell->info());
+    // In the order of birth, so that slots are reused in an order of our own.
+    std::sort(ids.begin(), ids.end(), [&](std::uint32_t a, std::uint32_t b) { return cells[a].birth < cells[b].birth; });
+    for (const std::uint32_t id : ids) forget(id, died);
+    const Delaunay::Vertex_handle vertex =
+        delaunay.insert_in_hole(toCgal(p), conflict.begin(), conflict.end(), facets.front().first, facets.front().second);
+    vertex->info() = static_cast<std::uint32_t>(sites.size());
+    sites.push_back(p);
+    balls_at.push_back(0);
+    std::vector<Delaunay::Cell_handle> created;
+    delaunay.incident_cells(vertex, std::back_inserter(created));
+    return adopt(std::move(created));
+  }
+};
+
+AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<const Vector3d> sites) : impl_(std::make_unique<Impl>(field)) {
+  Impl& m = *impl_;
+  // One by one in the given order: numbers of vertices are then ours, and a repeated point keeps the first number.
+  Delaunay::Cell_handle hint;
+  for (const Vector3d& p : sites) {
+    const std::size_t before = m.delaunay.number_of_vertices();
+    const Delaunay::Vertex_handle vertex = m.delaunay.insert(toCgal(p), hint);
+    hint = vertex->cell();
+    if (m.delaunay.number_of_vertices() == before) continue;
+    vertex->info() = static_cast<std::uint32_t>(m.sites.size());
+    m.sites.push_back(p);
+  }
+  m.balls_at.assign(m.sites.size(), 0);
+  if (m.delaunay.dimension() < 3) return;  // fewer than four sites, or all on one plane: inner balls only
+  std::vector<Delaunay::Cell_handle> handles;
+  for (auto cell = m.delaunay.all_cells_begin(); cell != m.delaunay.all_cells_end(); ++cell) handles.push_back(cell);
+  m.adopt(std::move(handles));
+}
+
+AdaptiveMedialAxis::~AdaptiveMedialAxis() = default;
+
+std::size_t AdaptiveMedialAxis::siteCount() const { return impl_->sites.size(); }
+std::size_t AdaptiveMedialAxis::ballCount() const { return impl_->ball_count; }
+
+std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::function<std::uint32_t(const Vector3d&)>& region_of,
+                                                                std::span<const Target> regions, Progress& progress) {
+  Impl& m = *impl_;
+  std::vector<std::uint32_t> label;
+  for (const Vector3d& p : m.sites) label.push_back(region_of(p));
+  const auto eachRegion = [&](const Impl::Cell& cell, auto&& visit) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint32_t region = label[cell.site[k]];
+      bool first = region < regions.size();
+      for (std::size_t j = 0; j < k; ++j) first = first && label[cell.site[j]] != region;
+      if (first) visit(region);
+    }
+  };
+  std::vector<std::priority_queue<Impl::Entry>> queues(regions.size());
+  std::vector<std::size_t> count(regions.size(), 0);
+  const auto born = [&](std::uint32_t id) {
+    eachRegion(m.cells[id], [&](std::uint32_t region) {
+      ++count[region];
+      queues[region].push({m.cells[id].overhang(), id, m.cells[id].birth});
+    });
+  };
+  const auto died = [&](const Impl::Cell& cell) { eachRegion(cell, [&](std::uint32_t region) { --count[region]; }); };
+  for (std::uint32_t id = 0; id < m.cells.size(); ++id)
+    if (m.cells[id].inside) born(id);
+
+  const double smallest = 1e-7 * m.field.diagonal();  // a nearer site would only repeat those of the ball
+  for (std::uint32_t region = 0; region < regions.size(); ++region) {
+    progress.check();
+    const Target& target = regions[region];
+    for (std::size_t inserted = 0; inserted < target.most_sites && !queues[region].empty();) {
+      const Impl::Entry worst = queues[region].top();
+      if (worst.overhang <= smallest || (worst.overhang <= target.overhang && count[region] >= target.least_balls)) break;
+      queues[region].pop();
+      if (m.cells[worst.cell].birth != worst.birth) continue;
+      const Vector3d touch = m.cells[worst.cell].touch;
+      label.push_back(region_of(touch));  // the site has the next number if it is new
+      const std::vector<std::uint32_t> made = m.insert(touch, m.cells[worst.cell].handle, died);
+      if (m.sites.size() < label.size()) {
+        label.pop_back();
+        continue;
+      }
+      if (++inserted % 256 == 0) progress.check();
+      for (const std::uint32_t id : made) born(id);
+    }
+    queues[region] = {};
+  }
+
+  std::vector<std::vector<MedialBall>> balls(regions.size());
+  std::vector<std::uint32_t> living;
+  for (std::uint32_t id = 0; id < m.cells.size(); ++id)
+    if (m.cells[id].inside) living.push_back(id);
+  std::sort(living.begin(), living.end(), [&](std::uint32_t a, std::uint32_t b) { return m.cells[a].birth < m.cells[b].birth; });
+  // Cospherical sites give one centre many times, equal up to rounding: keep the first of each grid cell.
+  struct Key {
+    std::array<std::int64_t, 3> place;
+    std::uint32_t order;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::vector<Key> keys;
+  for (std::uint32_t i = 0; i < living.size(); ++i) {
+    const Vector3d q = (m.cells[living[i]].centre - m.field.box().min()) / smallest;
+    keys.push_back({{std::llround(q.x()), std::llround(q.y()), std::llround(q.z())}, i});
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint32_t> stands_for(living.size());
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    stands_for[keys[i].order] = i > 0 && keys[i].place == keys[i - 1].place ? stands_for[keys[i - 1].order] : keys[i].order;
+  std::vector<std::vector<std::uint32_t>> chosen(regions.size());
+  for (std::uint32_t i = 0; i < living.size(); ++i)
+    eachRegion(m.cells[living[i]], [&](std::uint32_t region) { chosen[region].push_back(stands_for[i]); });
+  for (std::size_t region = 0; region < regions.size(); ++region) {
+    std::sort(chosen[region].begin(), chosen[region].end());
+    chosen[region].erase(std::unique(chosen[region].begin(), chosen[region].end()), chosen[region].end());
+    for (const std::uint32_t i : chosen[region]) {
+      const Impl::Cell& cell = m.cells[living[i]];
+      balls[region].push_back({cell.centre, cell.radius, cell.clearance});
+    }
+  }
+  for (std::size_t site = 0; site < m.sites.size(); ++site) {
+    if (m.balls_at[site] > 0 || label[site] >= regions.size()) continue;
+    const Ball ball = shrinkingBall(m.field, m.sites[site], m.field.pseudonormal(m.field.nearest(m.sites[site])));
+    if (ball.radius > smallest) balls[label[site]].push_back({ball.centre, ball.radius, ball.radius});
+  }
+  return balls;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/refit_ball.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kMostNear = 12;  // surface points remembered
+constexpr std::size_t kMostFar = 48;   // patch points of the epsilon-subdifferential
+constexpr int kGilbertSteps = 24;
+constexpr double kFlat = 0.05;  // shortest subgradient that still counts as a slope
+
+double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
+  double most = 0;
+  for (const Vector3d& p : patch) most = std::max(most, (p - c).squaredNorm());
+  return std::sqrt(most);
+}
+
+// The first of those that reach least far in a direction.
+std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all) {
+  std::size_t at = 0;
+  double least = all[0].dot(direction);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double along = all[i].dot(direction);
+    if (along < least) least = along, at = i;
+  }
+  return at;
+}
+
+// About the shortest vector of conv(pull) - conv(push), by 2 % at most; where it is shorter than kFlat, one that is, too. Gilbert's method,
+// but towards the last corner of the difference as well as the present one: without it the steps go to and fro between two corners.
+// Paper: E. Gilbert. An iterative procedure for computing the minimum of a quadratic form on a convex set. SIAM J. Control 4(1), 1966.
+Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vector3d> push) {
+  Vector3d g = pull[0] - push[0], last = g;
+  for (int k = 0; k < kGilbertSteps; ++k) {
+    const Vector3d w = pull[leastAlong(g, pull)] - push[leastAlong(-g, push)];
+    const double gain = g.squaredNorm() - g.dot(w);
+    if (gain <= 0.02 * g.squaredNorm() || g.squaredNorm() < kFlat * kFlat) break;
+    if (k == 0)
+      g += std::min(1.0, gain / (g - w).squaredNorm()) * (w - g);
+    else
+      g = nearestOnTriangle(Vector3d::Zero(), g, last, w).point;
+    last = w;
+  }
+  return g;
+}
+
+// The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search come back with
+// nothing, as it can far from the origin of coordinates, it looks again without a bound.
+NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
+  const NearestPoint found = field.nearest(p, bound * (1 + 1e-9) + std::numeric_limits<double>::min());
+  return std::isfinite(found.distance) ? found : field.nearest(p);
+}
+
+}  // namespace
+
+Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
+                int most_steps, double enough) {
+  Refit best{start, clearance, farthest(patch, start) - clearance};
+  if (patch.empty()) return best;
+  double reach = best.stand_off + clearance;
+  std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
+  std::array<double, kMostNear> slack;   // of each
+  std::array<double, kMostNear> away;    // 1: the clearance grows away from it; -1: towards it, seen from outside
+  std::size_t near_count = 0, near_next = 0;
+  const auto remember = [&](const NearestPoint& s, bool inside) {
+    near[near_next] = s.point;
+    slack[near_next] = s.slack;
+    away[near_next] = inside ? 1 : -1;
+    near_next = (near_next + 1) % kMostNear;
+    near_count = std::min(near_count + 1, kMostNear);
+  };
+  if (best.stand_off <= enough) return best;
+  remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
+
+  std::array<Vector3d, kMostFar> pull;
+  std::array<Vector3d, kMostNear> push;
+  double step = first_step;
+  const double smallest = 1e-3 * first_step;
+  for (int i = 0; i < most_steps && step > smallest && best.stand_off > enough; ++i) {
+    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of active.
+    std::size_t pulls = 0, pushes = 0;
+    const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
+    for (const Vector3d& p : patch) {
+      const double d2 = (best.centre - p).squaredNorm();
+      if ((d2 >= active2 || reach <= 0.5 * step) && d2 > 0 && pulls < kMostFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
+    }
+    for (std::size_t k = 0; k < near_count; ++k) {
+      const double d = (best.centre - near[k]).norm();
+      if (d + slack[k] <= std::abs(best.clearance) + 0.5 * step && d > 0) push[pushes++] = away[k] * (best.centre - near[k]) / d;
+    }
+    if (pulls == 0 || pushes == 0) break;
+    const Vector3d g = shortestDifference({pull.data(), pulls}, {push.data(), pushes});
+    const double slope = g.norm();
+    if (slope < kFlat) {
+      step *= 0.35;
+      continue;
+    }
+    const Vector3d trial = best.centre - (step / slope) * g;
+    double limit = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm() + slack[k]);
+    const double trial_reach = farthest(patch, trial);
+    best.work += patch.size();
+    if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no need to ask
+      step *= 0.5;
+      continue;
+    }
+    const NearestPoint touch = nearestWithin(field, trial, limit);
+    const bool inside = field.isInside(trial, touch);
+    const double trial_clearance = inside ? touch.distance : -touch.distance;
+    remember(touch, inside);
+    best.work += touch.tested;
+    if (trial_reach - trial_clearance < best.stand_off) {
+      best = {trial, trial_clearance, trial_reach - trial_clearance, best.work};
+      reach = trial_reach;
+      step *= 1.3;
+    } else {
+      step *= 0.5;
+    }
+  }
+  return best;
+}
+
+}  // namespace spheretree::builder

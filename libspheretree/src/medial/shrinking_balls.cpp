@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/shrinking_balls.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kClose = 1e-3;  // a ball empty up to this share of its radius is good enough
+constexpr double kAbove = 1.2;   // of a guess: the ball shrinks from there
+constexpr int kMostRounds = 40;  // each round at least touches a new feature; ten are rare
+
+}  // namespace
+
+Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double guess, double stand_off) {
+  const Vector3d inward = -normal;
+  const double largest = 0.5 * field.diagonal();
+  double r = guess > 0 ? std::min(kAbove * guess, largest) : largest;
+  while (r < largest && !std::isfinite(field.nearest(point + r * inward, (r - stand_off) * (1 - kClose)).distance))
+    r = std::min(2 * r, largest);
+  const double vanishing = 1e-7 * field.diagonal();
+  Vector3d c = point + r * inward;
+  for (int round = 0; round < kMostRounds; ++round) {
+    NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));
+    if (!std::isfinite(touch.distance)) {
+      // Empty enough; but a solid thinner than that share of the radius may lie between the centre and the point.
+      const double depth = -field.signedDistance(c, &touch);
+      if (depth > 0) return {c, depth};
+    }
+    const Vector3d to = touch.point - point;
+    const double along = to.dot(inward);
+    if (!(along > stand_off)) break;  // rounding: the point lies in the tangent plane
+    const double smaller = (to.squaredNorm() - stand_off * stand_off) / (2 * (along - stand_off));
+    if (!(smaller < r) || smaller < vanishing) break;
+    r = smaller;
+    c = point + r * inward;
+  }
+  return {c, 0};
+}
+
+Ball touchingBall(const DistanceField& field, const Vector3d& p) {
+  const NearestPoint touch = field.nearest(p);
+  return shrinkingBall(field, touch.point, field.pseudonormal(touch));
+}
+
+std::vector<Ball> shrinkingBalls(std::span<const SurfaceSample> samples, const DistanceField& field) {
+  std::vector<Ball> all(samples.size());
+  tbb::parallel_for(std::size_t{0}, samples.size(),
+                    [&](std::size_t i) { all[i] = shrinkingBall(field, samples[i].point, samples[i].normal); });
+  std::vector<Ball> balls;
+  for (const Ball& b : all)
+    if (b.radius > 0) balls.push_back(b);
+  return balls;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/surface_regions.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "geometry/ball_index.h"
+#include "geometry/surface_samples.h"
+#include "medial/refit_ball.h"
+#include "medial/shrinking_balls.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kPointsAChunk = 512;
+constexpr std::size_t kLoadEvery = 4;  // points, one inner ball: a load may be that of a neighbour
+constexpr int kRefitSteps = 16;
+constexpr int kBalanceRounds = 40;
+constexpr std::size_t kFewBalls = 16;  // that are not worth an index
+
+// A hair larger, so that a point on a ball's surface is held in spite of rounding.
+BallIndex indexOf(std::span<const FittedBall> balls) {
+  std::vector<Ball> larger;
+  larger.reserve(balls.size());
+  for (const FittedBall& b : balls) larger.push_back({b.centre, b.radius * (1 + 1e-9)});
+  return BallIndex(larger);
+}
+
+// visit(ball, distance of the point from its centre)
+template <class Visit>
+void forHolders(const BallIndex& index, const Vector3d& p, Visit&& visit) {
+  index.tree.searchWithin(p, 0, [&](std::size_t first, std::size_t count) {
+    for (auto slot = static_cast<std::uint32_t>(first); slot < first + count; ++slot) {
+      const double distance = (p - index.balls[slot].centre).norm();
+      if (distance <= index.balls[slot].radius) visit(index.original(slot), distance);
+    }
+  });
+}
+
+template <class Work>
+void forChunks(std::size_t count, Work&& work) {
+  tbb::parallel_for(std::size_t{0}, (count + kPointsAChunk - 1) / kPointsAChunk, [&](std::size_t chunk) {
+    for (std::size_t i = chunk * kPointsAChunk; i < std::min(count, (chunk + 1) * kPointsAChunk); ++i) work(i);
+  });
+}
+
+double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
+  double most = 0;
+  for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
+  return std::sqrt(most);
+}
+
+// A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted: the inner ball
+// that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
+void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
+  const double reach = farthest(patch, ball.centre);
+  if (ball.clearance > 1e-2 * reach) return;
+  const Ball inner = touchingBall(field, ball.centre);
+  if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, inner.radius, 0};
+}
+
+}  // namespace
+
+SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
+                            std::uint64_t seed, bool wants_inner) {
+  SampleSettings settings;
+  settings.count = count;
+  settings.seed = seed;
+  const std::vector<SurfaceSample> samples = sampleSurface(mesh, settings);
+  SurfacePoints out;
+  out.inner.resize(samples.size());
+  std::vector<double> radius(samples.size(), 0);
+  const std::size_t every = wants_inner ? 1 : kLoadEvery;
+  forChunks(samples.size(), [&](std::size_t i) {  // neighbours on the surface follow each other
+    if (i % kPointsAChunk > 0) radius[i] = radius[i - 1];
+    if (samples[i].feature || i % kPointsAChunk % every > 0) return;
+    out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, radius[i]);
+    radius[i] = out.inner[i].radius;
+  });
+  std::vector<double> faces;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (!samples[i].feature) faces.push_back(radius[i]);
+  const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
+  // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side falls as h rises.
+  double low = 0, high = field.diagonal();
+  for (int i = 0; i < 50; ++i) {
+    const double h = 0.5 * (low + high);
+    double integral = 0;
+    for (const double r : faces) integral += share / (2 * r + h);
+    (2 * std::numbers::pi * static_cast<double>(spheres) * h < 1.2092 * integral ? low : high) = h;
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    out.points.push_back(samples[i].point);
+    out.load.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
+  }
+  if (mesh.positions.size() <= 2 * count) {
+    std::vector<char> used(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) used[v] = 1;
+    for (std::size_t v = 0; v < used.size(); ++v)
+      if (used[v]) out.points.push_back(mesh.positions[v]), out.load.push_back(0);
+  }
+  out.inner.resize(out.points.size());
+  return out;
+}
+
+std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
+  std::vector<std::uint32_t> owner(points.size(), kNoParent);
+  if (balls.size() <= kFewBalls) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      double least = std::numeric_limits<double>::infinity();
+      for (std::uint32_t b = 0; b < balls.size(); ++b) {
+        const double distance = (points[i] - balls[b].centre).norm(), gap = distance - balls[b].clearance;
+        if (distance <= balls[b].radius * (1 + 1e-9) && gap < least) least = gap, owner[i] = b;
+      }
+    }
+  } else {
+    const BallIndex index = indexOf(balls);
+    forChunks(points.size(), [&](std::size_t i) {
+      double least = std::numeric_limits<double>::infinity();
+      forHolders(index, points[i], [&](std::uint32_t b, double distance) {
+        const double gap = distance - balls[b].clearance;
+        if (gap < least || (gap == least && b < owner[i])) least = gap, owner[i] = b;
+      });
+    });
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (owner[i] != kNoParent) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t b = 0; b < balls.size(); ++b) {
+      const double growth = (points[i] - balls[b].centre).norm() - balls[b].radius;
+      if (growth < least) least = growth, owner[i] = b;
+    }
+    FittedBall& ball = balls[owner[i]];
+    ball.radius = std::max(ball.radius, (points[i] - ball.centre).norm() * (1 + 1e-12));
+  }
+  return owner;
+}
+
+void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball, double enough) {
+  if (!patch.empty()) moveInside(field, patch, ball);
+  if (ball.clearance > 0 && patch.size() > 1) {
+    const double overhang = std::max(0.0, ball.overhang());
+    const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
+    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, 0.2 * width, kRefitSteps, enough);
+    ball.centre = refit.centre;
+    ball.clearance = refit.clearance;
+  }
+  ball.radius = farthest(patch, ball.centre) * (1 + 1e-12);
+}
+
+std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t most) {
+  if (all.size() <= most) return {all.begin(), all.end()};
+  std::vector<double> distance2(all.size(), std::numeric_limits<double>::infinity());
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : all) mean += p / static_cast<double>(all.size());
+  std::size_t next = 0;
+  for (std::size_t i = 1; i < all.size(); ++i)
+    if ((all[i] - mean).squaredNorm() > (all[next] - mean).squaredNorm()) next = i;
+  std::vector<Vector3d> few;
+  for (std::size_t k = 0; k < most; ++k) {
+    const Vector3d p = all[next];
+    few.push_back(p);
+    next = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      distance2[i] = std::min(distance2[i], (all[i] - p).squaredNorm());
+      if (distance2[i] > distance2[next]) next = i;
+    }
+  }
+  return few;
+}
+
+std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
+                                      int rounds, const Progress& progress) {
+  std::vector<std::uint32_t> owner;
+  for (int round = 0; round <= rounds; ++round) {
+    progress.check();
+    owner = assignDeepest(points, balls);
+    std::vector<std::vector<Vector3d>> patch(balls.size());
+    for (std::size_t i = 0; i < points.size(); ++i) patch[owner[i]].push_back(points[i]);
+    tbb::parallel_for(std::size_t{0}, balls.size(), [&](std::size_t b) {
+      if (round < rounds)
+        refitToPatch(field, patch[b], balls[b]);
+      else
+        balls[b].radius = farthest(patch[b], balls[b].centre) * (1 + 1e-12);
+    });
+  }
+  return owner;
+}
+
+Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall> balls) {
+  const BallIndex index = indexOf(balls);
+  std::vector<std::vector<std::uint32_t>> chunk((points.size() + kPointsAChunk - 1) / kPointsAChunk);
+  Holders out;
+  out.begin.resize(points.size() + 1);
+  forChunks(points.size(), [&](std::size_t i) {
+    std::vector<std::uint32_t>& held = chunk[i / kPointsAChunk];
+    const auto before = static_cast<std::ptrdiff_t>(held.size());
+    forHolders(index, points[i], [&](std::uint32_t b, double) { held.push_back(b); });
+    std::sort(held.begin() + before, held.end());
+    out.begin[i + 1] = held.size() - static_cast<std::size_t>(before);
+  });
+  std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
+  out.ball.reserve(out.begin.back());
+  for (const auto& held : chunk) out.ball.insert(out.ball.end(), held.begin(), held.end());
+  return out;
+}
+
+std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
+                                 std::span<const char> fixed, std::span<const char> gone) {
+  const auto isGone = [&](std::uint32_t b) { return !gone.empty() && gone[b]; };
+  const std::size_t points = holders.begin.size() - 1;
+  std::vector<std::vector<std::uint32_t>> held(balls.size());
+  std::vector<std::uint32_t> times(points, 0);
+  for (std::uint32_t i = 0; i < points; ++i)
+    for (const std::uint32_t b : holders.of(i))
+      if (!isGone(b)) ++times[i], held[b].push_back(i);
+  std::vector<std::uint32_t> order, left;
+  for (std::uint32_t b = 0; b < balls.size(); ++b) {
+    if (isGone(b)) continue;
+    order.push_back(b);
+    if (group[b] >= left.size()) left.resize(group[b] + 1, 0);
+    ++left[group[b]];
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return balls[a].overhang() > balls[b].overhang(); });
+  std::vector<char> redundant(balls.size(), 0);
+  for (const std::uint32_t b : order) {
+    if ((!fixed.empty() && fixed[b]) || left[group[b]] < 2) continue;
+    if (std::any_of(held[b].begin(), held[b].end(), [&](std::uint32_t i) { return times[i] < 2; })) continue;
+    redundant[b] = 1;
+    --left[group[b]];
+    for (const std::uint32_t i : held[b]) --times[i];
+  }
+  return redundant;
+}
+
+std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const double> load,
+                                           std::span<const FittedBall> balls) {
+  const Holders holders = findHolders(points, balls);
+  std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
+  std::vector<double> fixed_load(balls.size(), 0);
+  double total = 0, scale = 0;
+  for (const FittedBall& b : balls) scale += b.radius * b.radius;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto of = holders.of(i);
+    total += load[i];
+    if (of.size() == 1) owner[i] = of[0], fixed_load[of[0]] += load[i];
+    if (of.size() > 1) shared.push_back(i);
+  }
+  if (shared.empty()) return owner;
+  scale /= static_cast<double>(balls.size());
+  const double wanted = total / static_cast<double>(balls.size());
+  std::vector<double> shift(balls.size(), 0);
+  double best = std::numeric_limits<double>::infinity();
+  std::vector<std::uint32_t> choice(shared.size());
+  for (int round = 0; round < kBalanceRounds; ++round) {
+    std::vector<double> sum = fixed_load;
+    for (std::size_t k = 0; k < shared.size(); ++k) {
+      const Vector3d& p = points[shared[k]];
+      double least = std::numeric_limits<double>::infinity();
+      for (const std::uint32_t b : holders.of(shared[k])) {
+        const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
+        if (power < least) least = power, choice[k] = b;
+      }
+      sum[choice[k]] += load[shared[k]];
+    }
+    double imbalance = 0;
+    for (const double s : sum) imbalance += s * s;
+    if (imbalance < best) {
+      best = imbalance;
+      for (std::size_t k = 0; k < shared.size(); ++k) owner[shared[k]] = choice[k];
+    }
+    if (!(wanted > 0)) break;
+    const double step = 0.2 * scale / (1 + 0.1 * round);
+    for (std::size_t b = 0; b < balls.size(); ++b) shift[b] += step * std::clamp(sum[b] / wanted - 1, -1.0, 1.0);
+  }
+  return owner;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/voronoi_balls.h"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel>;
+
+// Circumcentre relative to `a`. Not finite, or far off, for a flat tetrahedron: the caller sorts those out.
+Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  const Vector3d u = b - a, v = c - a, w = d - a;
+  const Vector3d vw = v.cross(w), wu = w.cross(u), uv = u.cross(v);
+  const double denominator = 2 * u.dot(vw);
+  return a + (u.squaredNorm() * vw + v.squaredNorm() * wu + w.squaredNorm() * uv) / denominator;
+}
+
+Vector3d toEigen(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
+
+}  // namespace
+
+std::vector<Ball> voronoiBalls(std::span<const Vector3d> points, const DistanceField& field) {
+  std::vector<Kernel::Point_3> input;
+  input.reserve(points.size());
+  for (const Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());
+  const Delaunay delaunay(input.begin(), input.end());
+  std::vector<Vector3d> centres;
+  if (delaunay.dimension() == 3) {
+    for (auto cell = delaunay.finite_cells_begin(); cell != delaunay.finite_cells_end(); ++cell) {
+      const Vector3d c = circumcentre(toEigen(cell->vertex(0)->point()), toEigen(cell->vertex(1)->point()),
+                                      toEigen(cell->vertex(2)->point()), toEigen(cell->vertex(3)->point()));
+      if (c.allFinite() && field.box().contains(c)) centres.push_back(c);
+    }
+  }
+  std::vector<Ball> balls(centres.size());
+  tbb::parallel_for(std::size_t{0}, centres.size(), [&](std::size_t i) { balls[i] = {centres[i], -field.signedDistance(centres[i])}; });
+  // Cospherical samples give one centre many times, equal up to rounding: keep the first of each grid cell.
+  const double cell_size = 1e-8 * field.diagonal();
+  struct Key {
+    std::array<std::int64_t, 3> cell;
+    std::size_t index;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::vector<Key> keys;
+  keys.reserve(balls.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    if (!(balls[i].radius > cell_size)) continue;
+    const Vector3d q = (balls[i].centre - field.box().min()) / cell_size;
+    keys.push_back({{std::llround(q.x()), std::llround(q.y()), std::llround(q.z())}, i});
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.cell == b.cell; }), keys.end());
+  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.index < b.index; });
+  std::vector<Ball> kept;
+  kept.reserve(keys.size());
+  for (const Key& key : keys) kept.push_back(balls[key.index]);
+  return kept;
+}
+
+}  // namespace spheretree::builder

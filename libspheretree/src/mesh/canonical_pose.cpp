@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/canonical_pose.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "mesh/canonical_order.h"
+
+namespace spheretree::builder {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kAlike = 1e-3;        // variances that differ by less, of their sum, do not tell axes apart
+constexpr double kSignificant = 1e-3;  // a skewness, or a share of aligned normals, below this is none
+constexpr double kTie = 1e-6;
+constexpr std::size_t kMostFaces = 64;  // whose normals are tried as an axis
+constexpr double kGrid = 0x1p-25;
+
+// Twice the area, along the normal.
+Vector3d areaVector(const TriangleMesh& mesh, std::size_t t) {
+  return (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
+}
+
+struct Moments {
+  double area = 0;
+  Vector3d mean = Vector3d::Zero();
+  Matrix3d covariance = Matrix3d::Zero();
+};
+
+// Of the surface, exact: the integral of a polynomial over a triangle is one of its corners.
+Moments momentsOf(const TriangleMesh& mesh) {
+  Moments m;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double area = 0.5 * areaVector(mesh, t).norm();
+    m.area += area;
+    m.mean +=
+        area / 3 * (mesh.corner(t, 0) - mesh.positions[0] + mesh.corner(t, 1) - mesh.positions[0] + mesh.corner(t, 2) - mesh.positions[0]);
+  }
+  m.mean = mesh.positions[0] + m.mean / m.area;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d a = mesh.corner(t, 0) - m.mean, b = mesh.corner(t, 1) - m.mean, c = mesh.corner(t, 2) - m.mean, sum = a + b + c;
+    m.covariance +=
+        0.5 * areaVector(mesh, t).norm() / 12 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
+  }
+  m.covariance /= m.area;
+  return m;
+}
+
+// Third moment along an axis over the cube of the standard deviation; 0 if there is none worth the name.
+double skewness(const TriangleMesh& mesh, const Moments& m, const Vector3d& axis, double variance) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double a = axis.dot(mesh.corner(t, 0) - m.mean), b = axis.dot(mesh.corner(t, 1) - m.mean),
+                 c = axis.dot(mesh.corner(t, 2) - m.mean);
+    const double all = a * a * a + b * b * b + c * c * c + a * a * (b + c) + b * b * (a + c) + c * c * (a + b) + a * b * c;
+    sum += 0.5 * areaVector(mesh, t).norm() / 10 * all;
+  }
+  const double skew = sum / (m.area * variance * std::sqrt(variance));
+  return std::abs(skew) > kSignificant ? skew : 0;  // not if the variance is 0 either
+}
+
+// The normal of a large face that most of the area is parallel or at right angles to.
+Vector3d commonestNormal(const TriangleMesh& mesh) {
+  std::vector<std::pair<double, std::size_t>> by_area;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) by_area.emplace_back(-areaVector(mesh, t).norm(), t);
+  const std::size_t tried = std::min(kMostFaces, by_area.size());
+  std::partial_sort(by_area.begin(), by_area.begin() + static_cast<std::ptrdiff_t>(tried), by_area.end());
+  Vector3d best = Vector3d::UnitZ();
+  double most = 0;
+  for (std::size_t i = 0; i < tried; ++i) {
+    const Vector3d n = areaVector(mesh, by_area[i].second).normalized();
+    double aligned = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vector3d v = areaVector(mesh, t);
+      const double area2 = v.squaredNorm(), along = v.dot(n);
+      if (area2 > 0) aligned += along * along * along * along / (area2 * std::sqrt(area2));
+    }
+    if (aligned > most * (1 + kTie)) most = aligned, best = n;
+  }
+  return best;
+}
+
+// Axes about one of them: the two others are those that the normals across it keep to, which the fourth harmonic of their angles tells.
+Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
+  int least = 0;
+  axis.cwiseAbs().minCoeff(&least);
+  const Vector3d u = (Vector3d::Unit(least) - axis[least] * axis).normalized(), v = axis.cross(u);
+  std::complex<double> harmonic = 0;
+  double across = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d n = areaVector(mesh, t);
+    const double area = n.norm();
+    if (!(area > 0)) continue;
+    const std::complex<double> in_plane(n.dot(u) / area, n.dot(v) / area), squared = in_plane * in_plane;
+    harmonic += area * squared * squared;
+    across += area * std::norm(squared);
+  }
+  const double angle = std::abs(harmonic) > kSignificant * across ? 0.25 * std::arg(harmonic) : 0;
+  Matrix3d axes;
+  axes.col(0) = axis;
+  axes.col(1) = std::cos(angle) * u + std::sin(angle) * v;
+  axes.col(2) = axis.cross(axes.col(1));
+  return axes;
+}
+
+// Of the turns of a symmetric object: the one in which its triangles come first in the order of their coordinates. Where two of them give
+// the same triangles it does not matter which.
+Pose firstOf(const std::vector<Matrix3d>& turns, const TriangleMesh& mesh, Pose pose) {
+  pose.turn = turns[0];
+  if (turns.size() == 1) return pose;
+  const auto less = [](const Vector3d& p, const Vector3d& q) { return std::tie(p.x(), p.y(), p.z()) < std::tie(q.x(), q.y(), q.z()); };
+  Pose trial = pose;
+  TriangleMesh first = inCanonicalOrder(inPose(mesh, pose)).mesh;
+  for (std::size_t i = 1; i < turns.size(); ++i) {
+    trial.turn = turns[i];
+    TriangleMesh other = inCanonicalOrder(inPose(mesh, trial)).mesh;
+    const auto [at, other_at] = std::mismatch(first.positions.begin(), first.positions.end(), other.positions.begin());
+    if (at == first.positions.end() ? other.triangles < first.triangles : less(*other_at, *at)) pose = trial, first = std::move(other);
+  }
+  return pose;
+}
+
+}  // namespace
+
+Pose canonicalPose(const TriangleMesh& mesh) {
+  const Moments m = momentsOf(mesh);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(m.covariance);
+  const double total = m.covariance.trace();
+  const auto alike = [&](double a, double b) { return std::abs(a - b) <= kAlike * total; };
+  const Vector3d& variances = solver.eigenvalues();  // ascending
+  const bool low_alike = alike(variances[0], variances[1]), high_alike = alike(variances[1], variances[2]);
+  Matrix3d axes = solver.eigenvectors();
+  if (low_alike && high_alike)
+    axes = axesAbout(commonestNormal(mesh), mesh);
+  else if (low_alike || high_alike)
+    axes = axesAbout(axes.col(low_alike ? 2 : 0), mesh);
+  Vector3d variance, skew;
+  for (int k = 0; k < 3; ++k) {
+    variance[k] = axes.col(k).dot(m.covariance * axes.col(k));
+    skew[k] = skewness(mesh, m, axes.col(k), variance[k]);
+  }
+
+  // Of the 24 right-handed ways to name them: the longest first, then the most skew.
+  std::vector<Matrix3d> turns;
+  double most_skew = -std::numeric_limits<double>::infinity();
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    if (variance[order[0]] < variance[order[1]] - kAlike * total || variance[order[1]] < variance[order[2]] - kAlike * total) continue;
+    for (int signs = 0; signs < 8; ++signs) {
+      Matrix3d turn;
+      double skews = 0;
+      for (int k = 0; k < 3; ++k) {
+        const double sign = signs >> k & 1 ? -1 : 1;
+        const int axis = order[static_cast<std::size_t>(k)];
+        turn.col(k) = sign * axes.col(axis);
+        skews += sign * skew[axis] * (4 >> k);  // weights, so that two ways are not the same
+      }
+      if (turn.determinant() < 0 || skews < most_skew - kTie) continue;
+      if (skews > most_skew + kTie) most_skew = skews, turns.clear();
+      turns.push_back(turn);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return firstOf(turns, mesh, {Matrix3d::Identity(), m.mean, std::sqrt(total)});
+}
+
+TriangleMesh inPose(const TriangleMesh& mesh, const Pose& pose) {
+  TriangleMesh out;
+  out.triangles = mesh.triangles;
+  out.positions.reserve(mesh.positions.size());
+  for (const Vector3d& p : mesh.positions) {
+    const Vector3d q = pose.turn.transpose() * (p - pose.centre) / (kGrid * pose.scale);
+    out.positions.push_back(kGrid * (q.array().round() + 0.0).matrix());
+  }
+  return out;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/crossing_triangles.h"
+
+#include <CGAL/Box_intersection_d/Box_with_info_d.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+#include <array>
+
+namespace spheretree::builder {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+
+Point pointOf(const TriangleMesh& mesh, std::uint32_t vertex) {
+  const Eigen::Vector3d& p = mesh.positions[vertex];
+  return {p.x(), p.y(), p.z()};
+}
+
+/// Whether two triangles that are not flat meet anywhere but in shared corners and edges.
+bool cross(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
+  const Triangle &a = mesh.triangles[t], &b = mesh.triangles[u];
+  std::array<int, 3> shared_a{}, shared_b{};
+  int shared = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      if (a[i] == b[j]) shared_a[i] = shared_b[j] = 1, ++shared;
+  const auto point = [&](const Triangle& triangle, std::size_t k) { return pointOf(mesh, triangle[k % 3]); };
+  if (shared == 3) return false;  // a duplicate
+  if (shared == 2) {
+    // They meet elsewhere only if they are folded flat onto each other.
+    const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 0) - shared_a.begin());
+    const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 0) - shared_b.begin());
+    return CGAL::coplanar(point(a, i + 1), point(a, i + 2), point(a, i), point(b, j)) &&
+           CGAL::coplanar_orientation(point(a, i + 1), point(a, i + 2), point(a, i), point(b, j)) == CGAL::POSITIVE;
+  }
+  const Kernel::Triangle_3 ta(point(a, 0), point(a, 1), point(a, 2)), tb(point(b, 0), point(b, 1), point(b, 2));
+  if (shared == 0) return CGAL::do_intersect(ta, tb);
+  // Two triangles that share one corner and meet elsewhere: the side opposite the corner of one of them meets the other.
+  const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 1) - shared_a.begin());
+  const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 1) - shared_b.begin());
+  return CGAL::do_intersect(ta, Kernel::Segment_3(point(b, j + 1), point(b, j + 2))) ||
+         CGAL::do_intersect(tb, Kernel::Segment_3(point(a, i + 1), point(a, i + 2)));
+}
+
+}  // namespace
+
+bool isFlat(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto [a, b, c] = mesh.triangles[triangle];
+  return a == b || b == c || c == a || CGAL::collinear(pointOf(mesh, a), pointOf(mesh, b), pointOf(mesh, c));
+}
+
+CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most) {
+  using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+  std::vector<Box> boxes;
+  boxes.reserve(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (isFlat(mesh, t)) continue;
+    const auto [a, b, c] = mesh.triangles[t];
+    boxes.emplace_back(pointOf(mesh, a).bbox() + pointOf(mesh, b).bbox() + pointOf(mesh, c).bbox(), t);
+  }
+  struct Enough {};
+  CrossingTriangles found;
+  try {
+    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+      if (!cross(mesh, a.info(), b.info())) return;
+      if (found.pairs.size() == most) throw Enough{};
+      found.pairs.push_back(std::minmax(a.info(), b.info()));
+    });
+  } catch (const Enough&) {
+    found.is_stopped = true;
+  }
+  std::sort(found.pairs.begin(), found.pairs.end());
+  return found;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/simplify_mesh.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kMostTurn = 0.5;        // cosine of the most that a triangle may turn in one collapse
+constexpr double kLeastShape = 0.05;     // twice the area over the square of the longest side: below it is a sliver
+constexpr double kRoundShare = 0.1;      // of the collapses possible, cheapest first, that a round may try
+constexpr double kLeastProgress = 0.01;  // of the triangles, in a round: below it nothing more is to be had
+constexpr std::size_t kGrain = 4096;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+using Connectivity = OpenMesh::TriMesh_ArrayKernelT<>;
+using Vertex = OpenMesh::VertexHandle;
+using Halfedge = OpenMesh::HalfedgeHandle;
+
+Vertex vertexOf(std::size_t i) { return Vertex(static_cast<int>(i)); }
+
+/// Sum over planes of area times squared distance: the symmetric matrix of the quadratic form (x, 1).
+using Quadric = Eigen::Matrix4d;
+
+Quadric planeOf(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d n = (b - a).cross(c - a);
+  const double length = n.norm();
+  if (!(length > 0)) return Quadric::Zero();
+  Eigen::Vector4d plane;
+  plane << n / length, -n.dot(a) / length;
+  return length * plane * plane.transpose();
+}
+
+double areaOf(const Quadric& q) { return q(0, 0) + q(1, 1) + q(2, 2); }
+
+/// Mean squared distance of p to the planes. The mean, since the sum would leave strongly bent places coarse: the largest distance counts
+/// here, not the volume between the surfaces.
+double errorAt(const Quadric& q, const Vector3d& p) {
+  const Eigen::Vector4d x = p.homogeneous();
+  return std::max(0.0, x.dot(q * x)) / areaOf(q);
+}
+
+class Simplifier {
+ public:
+  Simplifier(const TriangleMesh& mesh, Progress& progress) : mesh_(mesh), progress_(progress) {
+    connect();
+    // In a frame of size 1 about the middle: the constant terms of quadrics far out would drown their error.
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& p : mesh.positions) box.extend(p);
+    const double scale = box.diagonal().norm() > 0 ? box.diagonal().norm() : 1;
+    points_.reserve(mesh.positions.size());
+    for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale);
+    quadrics_.assign(points_.size(), Quadric::Zero());
+    for (const Triangle& t : mesh.triangles) {
+      const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
+      for (const std::uint32_t v : t) quadrics_[v] += q;
+    }
+    best_.resize(points_.size());
+    is_stale_.assign(points_.size(), 1);
+  }
+
+  TriangleMesh run(std::size_t wanted) {
+    std::size_t left = mesh_.triangles.size();
+    const double from = static_cast<double>(left);
+    while (left > wanted) {
+      progress_.advance(std::log(from / static_cast<double>(left)) /
+                        std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
+      const std::size_t removed = round(left - wanted);
+      left -= removed;
+      if (static_cast<double>(removed) < kLeastProgress * static_cast<double>(left)) break;
+    }
+    return collect();
+  }
+
+ private:
+  struct Collapse {
+    Halfedge halfedge;  // its start moves into its end
+    double cost = kInfinity;
+  };
+
+  void connect() {
+    connectivity_.reserve(mesh_.positions.size(), mesh_.triangles.size() * 3 / 2, mesh_.triangles.size());
+    for (std::size_t i = 0; i < mesh_.positions.size(); ++i) connectivity_.new_vertex();
+    omerr().disable();  // a refusal is ours to word
+    for (const Triangle& t : mesh_.triangles)
+      if (!connectivity_.add_face(vertexOf(t[0]), vertexOf(t[1]), vertexOf(t[2])).is_valid())
+        throw std::invalid_argument("simplify: the mesh is not manifold");
+    connectivity_.request_vertex_status();
+    connectivity_.request_edge_status();
+    connectivity_.request_halfedge_status();
+    connectivity_.request_face_status();
+  }
+
+  const Vector3d& at(Vertex v) const { return points_[static_cast<std::size_t>(v.idx())]; }
+
+  /// No triangle at the start of `h` turns over or becomes a sliver where it was none.
+  bool keepsShape(Halfedge h) const {
+    const Vertex from = connectivity_.from_vertex_handle(h), to = connectivity_.to_vertex_handle(h);
+    const Vector3d &p = at(from), &q = at(to);
+    for (const auto side : connectivity_.voh_range(from)) {
+      if (connectivity_.is_boundary(side)) continue;
+      const Vertex b = connectivity_.to_vertex_handle(side), c = connectivity_.to_vertex_handle(connectivity_.next_halfedge_handle(side));
+      if (b == to || c == to) continue;
+      const Vector3d bc = at(c) - at(b);
+      const Vector3d before = (at(b) - p).cross(at(c) - p), after = (at(b) - q).cross(at(c) - q);
+      const double n2 = before.squaredNorm(), m2 = after.squaredNorm(), dot = before.dot(after);
+      if (!(dot > 0) || dot * dot < kMostTurn * kMostTurn * n2 * m2) return false;
+      const double longest2 = std::max({bc.squaredNorm(), (at(b) - q).squaredNorm(), (at(c) - q).squaredNorm()});
+      const double longest2_before = std::max({bc.squaredNorm(), (at(b) - p).squaredNorm(), (at(c) - p).squaredNorm()});
+      if (m2 < kLeastShape * kLeastShape * longest2 * longest2 && m2 * longest2_before * longest2_before < n2 * longest2 * longest2)
+        return false;
+    }
+    return true;
+  }
+
+  Collapse cheapest(Vertex v) const {
+    Collapse best;
+    if (connectivity_.status(v).deleted() || connectivity_.is_isolated(v) || connectivity_.is_boundary(v)) return best;
+    for (const auto h : connectivity_.voh_range(v)) {
+      const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
+      const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
+      if ((cost < best.cost || (cost == best.cost && h.idx() < best.halfedge.idx())) && keepsShape(h)) best = {h, cost};
+    }
+    return best;
+  }
+
+  /// One round of collapses that do not touch each other; returns how many triangles went, at most about `most`.
+  std::size_t round(std::size_t most) {
+    progress_.check();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), kGrain), [&](const auto& range) {
+      for (std::size_t v = range.begin(); v < range.end(); ++v)
+        if (is_stale_[v]) best_[v] = cheapest(vertexOf(v)), is_stale_[v] = 0;
+    });
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t v = 0; v < best_.size(); ++v)
+      if (best_[v].cost < kInfinity) order.push_back(v);
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+      return best_[a].cost < best_[b].cost || (best_[a].cost == best_[b].cost && a < b);
+    };
+    const auto tried = static_cast<std::ptrdiff_t>(std::ceil(kRoundShare * static_cast<double>(order.size())));
+    std::nth_element(order.begin(), order.begin() + std::max<std::ptrdiff_t>(tried - 1, 0), order.end(), before);
+    order.resize(static_cast<std::size_t>(tried));
+    std::sort(order.begin(), order.end(), before);
+    std::size_t removed = 0;
+    for (const std::uint32_t v : order) {
+      if (removed >= most) break;
+      const Halfedge h = best_[v].halfedge;
+      if (is_stale_[v]) continue;
+      if (!connectivity_.is_collapse_ok(h)) {
+        best_[v].cost = kInfinity;  // until its surroundings change
+        continue;
+      }
+      const Vertex to = connectivity_.to_vertex_handle(h);
+      connectivity_.collapse(h);
+      removed += 2;
+      quadrics_[static_cast<std::size_t>(to.idx())] += quadrics_[v];
+      is_stale_[v] = is_stale_[static_cast<std::size_t>(to.idx())] = 1;
+      for (const auto near : connectivity_.vv_range(to)) is_stale_[static_cast<std::size_t>(near.idx())] = 1;
+    }
+    return removed;
+  }
+
+  TriangleMesh collect() {
+    TriangleMesh result;
+    std::vector<std::uint32_t> index(points_.size());
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      if (connectivity_.status(vertexOf(v)).deleted() || connectivity_.is_isolated(vertexOf(v))) continue;
+      index[v] = static_cast<std::uint32_t>(result.positions.size());
+      result.positions.push_back(mesh_.positions[v]);
+    }
+    for (const auto face : connectivity_.faces()) {
+      Triangle t;
+      std::size_t k = 0;
+      for (const auto v : connectivity_.fv_range(face)) t[k++] = index[static_cast<std::size_t>(v.idx())];
+      result.triangles.push_back(t);
+    }
+    return result;
+  }
+
+  const TriangleMesh& mesh_;
+  Progress& progress_;
+  Connectivity connectivity_;
+  std::vector<Vector3d> points_;
+  std::vector<Quadric> quadrics_;
+  std::vector<Collapse> best_;
+  std::vector<char> is_stale_;  // what stands in best_ holds no more
+};
+
+// --- the bound ---
+
+struct Corner {
+  Vector3d p;
+  double distance;
+  std::uint32_t nearest;  // triangle of the field
+};
+
+class PieceBound {
+ public:
+  PieceBound(const DistanceField& field, double allowed) : field_(field), allowed_(allowed) {}
+
+  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it.
+  double run(const std::array<Corner, 3>& triangle) {
+    double bound = 0;
+    std::size_t pieces = 1;
+    stack_.assign(1, triangle);
+    while (!stack_.empty()) {
+      const std::array<Corner, 3> piece = stack_.back();
+      stack_.pop_back();
+      const double here = boundOf(piece);
+      if (here <= allowed_ || pieces >= kMostPieces) {
+        bound = std::max(bound, here);
+        continue;
+      }
+      ++pieces;
+      std::size_t k = 0;  // opposite the longest side
+      for (std::size_t j = 1; j < 3; ++j)
+        if (side2(piece, j) > side2(piece, k)) k = j;
+      const Corner halfway = corner(0.5 * (piece[(k + 1) % 3].p + piece[(k + 2) % 3].p));
+      for (const std::size_t replaced : {1, 2}) {
+        stack_.push_back(piece);
+        stack_.back()[(k + replaced) % 3] = halfway;
+      }
+    }
+    return bound;
+  }
+
+  Corner corner(const Vector3d& p) const {
+    const NearestPoint nearest = field_.nearest(p);
+    return {p, nearest.distance, nearest.triangle};
+  }
+
+ private:
+  static constexpr std::size_t kMostPieces = 1024;
+  static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
+    return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
+  }
+  double boundOf(const std::array<Corner, 3>& piece) const {
+    const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
+    if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
+    double least = kInfinity;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
+      // No distance changes faster than its point moves.
+      least = std::min(least, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
+      if (face[k] != face[next]) least = std::min(least, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
+    }
+    return least;
+  }
+
+  /// The distance to one triangle is convex, and so largest at a corner. With corners nearest to two triangles: the points nearest to the
+  /// corners span a triangle that is no farther from the piece than its corners are. One of them, a, lies on one face, and b and c on the
+  /// other. A path on the two faces leads from a to b, and one to c, through any point that the faces share; the triangle a, b, c is no
+  /// farther from the faces than its sides ab and ac come to a point where those paths bend.
+  static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
+    std::array<Vector3d, 3> foot;
+    std::array<bool, 3> on_one{};
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const NearestPoint first = nearestOnTriangle(piece[k].p, one[0], one[1], one[2]);
+      const NearestPoint second = nearestOnTriangle(piece[k].p, two[0], two[1], two[2]);
+      on_one[k] = first.distance <= second.distance;
+      foot[k] = on_one[k] ? first.point : second.point;
+      most = std::max(most, std::min(first.distance, second.distance));
+    }
+    if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return most;
+    std::size_t alone = 0;
+    while (on_one[alone] == on_one[(alone + 1) % 3] || on_one[alone] == on_one[(alone + 2) % 3]) ++alone;
+    std::array<Vector3d, 3> shared;  // corners of both faces
+    std::size_t count = 0;
+    for (const Vector3d& p : one)
+      if (p == two[0] || p == two[1] || p == two[2]) shared[count++] = p;
+    if (count == 0) return kInfinity;
+    const Vector3d &a = foot[alone], &b = foot[(alone + 1) % 3], &c = foot[(alone + 2) % 3], &from = shared[0], &to = shared[count - 1];
+    return most + std::max(distanceOfSegments(a, b, from, to), distanceOfSegments(a, c, from, to));
+  }
+
+  /// Of two of their points; the nearest two unless the segments are nearly parallel.
+  static double distanceOfSegments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+    const Vector3d u = b - a, v = d - c, w = a - c;
+    const double uu = u.squaredNorm(), uv = u.dot(v), vv = v.squaredNorm(), uw = u.dot(w), vw = v.dot(w);
+    const auto share = [](double numerator, double denominator) {
+      return denominator > 0 ? std::clamp(numerator / denominator, 0.0, 1.0) : 0.0;
+    };
+    double s = share(uv * vw - vv * uw, uu * vv - uv * uv);
+    const double t = share(vw + s * uv, vv);
+    s = share(t * uv - uw, uu);
+    return (w + s * u - t * v).norm();
+  }
+
+  const DistanceField& field_;
+  double allowed_;
+  std::vector<std::array<Corner, 3>> stack_;
+};
+
+}  // namespace
+
+TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress) {
+  return Simplifier(mesh, progress).run(triangles);
+}
+
+double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress) {
+  const PieceBound any(field, 0);
+  std::vector<Corner> corners(mesh.positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
+    progress.check();
+    for (std::size_t v = range.begin(); v < range.end(); ++v) corners[v] = any.corner(mesh.positions[v]);
+  });
+  double largest = 0;
+  for (const Corner& c : corners) largest = std::max(largest, c.distance);
+  const double allowed = std::max(1.25 * largest, 1e-6 * field.diagonal());
+  std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
+  tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
+    progress.check();
+    PieceBound piece_bound(field, allowed);
+    for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
+      const Triangle& triangle = mesh.triangles[t];
+      bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));
+    }
+  });
+  // What double precision makes of a distance.
+  const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
+  return *std::max_element(bounds.begin(), bounds.end()) + rounding;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "published/build_by_regions.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "cover/lower_stand_off.h"
+#include "geometry/box_tree.h"
+#include "geometry/smallest_ball.h"
+#include "medial/adaptive_medial_axis.h"
+#include "medial/shrinking_balls.h"
+#include "medial/surface_regions.h"
+#include "published/split_and_drop.h"
+#include "tree/hierarchy.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the paper's initial set
+constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
+constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper
+constexpr int kRootRefits = 3;            // as in the paper
+constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
+constexpr std::size_t kLeastPoints = 1000;
+constexpr std::size_t kFirstSteps = 8;  // for a tolerance: halving ends within such a share of the fewest balls
+constexpr std::size_t kStepsDown = 25;  // ... and then they go down by such shares
+constexpr std::size_t kFewBalls = 64;   // have more points each: a level's squeeze may take the work of so many more
+
+struct Effort {
+  std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
+  int exchange_rounds;
+  double search_moves;  // a ball
+  double search_step;
+  int search_failures;
+  std::uint64_t search_work;  // a ball
+  double gap_tolerance;
+};
+
+Effort effortOf(Quality quality) {
+  switch (quality) {
+    case Quality::Quick:
+      return {8, 200'000, 120, 120, 4, 0.15, 0.06, 2, 2'000, 0.04};
+    case Quality::Standard:
+      break;
+    case Quality::Best:
+      return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 40'000, 0.01};
+  }
+  return {12, 400'000, 100, 150, 8, 0.6, 0.1, 2, 6'000, 0.04};
+}
+
+// At most `most` of a list, evenly picked.
+template <class T>
+std::vector<T> thinned(const std::vector<T>& all, std::size_t most) {
+  if (all.size() <= most) return all;
+  std::vector<T> few;
+  few.reserve(most);
+  for (std::size_t i = 0; i < most; ++i) few.push_back(all[i * all.size() / most]);
+  return few;
+}
+
+double worstOverhang(std::span<const FittedBall> balls) {
+  double worst = 0;
+  for (const FittedBall& b : balls) worst = std::max(worst, b.overhang());
+  return worst;
+}
+
+using Levels = std::vector<std::vector<FittedBall>>;
+
+// One method from the root down.
+class TopDownBuilder {
+ public:
+  TopDownBuilder(const TriangleMesh& mesh, const DistanceField& field, const SurfacePoints& surface, const Method& method,
+                 const PublishedSettings& settings, Progress& progress)
+      : mesh_(mesh),
+        field_(field),
+        surface_(surface),
+        method_(method),
+        settings_(settings),
+        effort_(effortOf(settings.quality)),
+        progress_(progress) {
+    if (method.uses_medial_axis) axis_.emplace(field, farthestFirst(thinned(surface_.points, 20 * kFirstSites), kFirstSites));
+  }
+
+  Levels run(double done, double share) {
+    Levels levels{{rootBall()}};
+    std::size_t most = 1;
+    for (int level = 1; level < settings_.levels; ++level) {
+      progress_.advance(done + share * (level - 1) / (settings_.levels - 1));
+      if (isGoodEnough(levels.back())) break;
+      most *= static_cast<std::size_t>(settings_.branching);
+      levels.push_back(reduceAll(levels.back()));
+      evenOut(levels.back(), most);
+    }
+    if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) takeFewest(levels);
+    return levels;
+  }
+
+ private:
+  bool isGoodEnough(const std::vector<FittedBall>& balls) const {
+    return worstOverhang(balls) <= std::max(settings_.tolerance_mm, kNegligible * field_.diagonal());
+  }
+
+  // The better of the smallest ball of all points and the best ball about a centre inside.
+  FittedBall rootBall() {
+    const Ball smallest = smallestBall(surface_.points);
+    std::vector<FittedBall> starts{{smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius}};
+    const std::vector<Vector3d> few = farthestFirst(thinned(surface_.points, kLeastPoints), 200);
+    FittedBall inner;
+    double least = kInfinity;
+    for (const Vector3d& p : few) {
+      const Ball ball = shrinkingBall(field_, p, field_.pseudonormal(field_.nearest(p)));
+      if (!(ball.radius > 0)) continue;
+      double reach = 0;
+      for (const Vector3d& q : few) reach = std::max(reach, (q - ball.centre).norm());
+      if (reach - ball.radius < least) least = reach - ball.radius, inner = {ball.centre, ball.radius, reach};
+    }
+    if (inner.clearance > 0) starts.push_back(inner);
+    FittedBall best;
+    least = kInfinity;
+    for (const FittedBall& start : starts) {
+      std::vector<FittedBall> one{start};
+      refitBalls(field_, surface_.points, one, kRootRefits, progress_);
+      if (one[0].overhang() < least) least = one[0].overhang(), best = one[0];
+    }
+    return best;
+  }
+
+  // The children of all nodes: each node's region by itself.
+  std::vector<FittedBall> reduceAll(const std::vector<FittedBall>& nodes) {
+    const std::vector<std::uint32_t> owner = divide(nodes);
+    std::vector<std::vector<Vector3d>> points(nodes.size());
+    std::vector<std::vector<MedialBall>> inner(nodes.size());
+    for (std::size_t i = 0; i < owner.size(); ++i) {
+      if (owner[i] == kNoParent) continue;
+      const Ball& ball = surface_.inner[i];
+      points[owner[i]].push_back(surface_.points[i]);
+      if (ball.radius > 0) inner[owner[i]].push_back({ball.centre, ball.radius, ball.radius});
+    }
+    std::vector<std::vector<MedialBall>> pools(nodes.size());
+    if (axis_) pools = refineAxis(nodes, owner);
+    // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls fill up.
+    for (std::size_t n = 0; axis_ && n < nodes.size(); ++n) {
+      pools[n] = thinned(pools[n], effort_.reducer_balls / 2);
+      inner[n] = thinned(inner[n], effort_.reducer_balls - pools[n].size());
+      pools[n].insert(pools[n].end(), inner[n].begin(), inner[n].end());
+    }
+    std::vector<std::vector<FittedBall>> children(nodes.size());
+    tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t n) {
+      progress_.check();
+      children[n] = reduceOne(points[n], pools[n], nodes[n]);
+    });
+    std::vector<FittedBall> all;
+    for (const auto& family : children) all.insert(all.end(), family.begin(), family.end());
+    return all;
+  }
+
+  std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<MedialBall>& pool, const FittedBall& own) {
+    if (points.size() < 2) return {own};
+    const std::vector<Vector3d> few = farthestFirst(thinned(points, 4 * effort_.reducer_points), effort_.reducer_points);
+    Region region{field_, few, pool};
+    region.most = static_cast<std::size_t>(settings_.branching);
+    region.enough = settings_.tolerance_mm;
+    region.seed = settings_.seed;
+    std::vector<FittedBall> balls = method_.reduce(region);
+    if (balls.empty()) return {own};
+    refitBalls(field_, few, balls, 1, progress_);
+    std::erase_if(balls, [](const FittedBall& b) { return !(b.radius > 0); });
+    return balls;
+  }
+
+  std::vector<std::vector<MedialBall>> refineAxis(const std::vector<FittedBall>& nodes, const std::vector<std::uint32_t>& owner) {
+    double mean = 0;
+    for (const FittedBall& node : nodes) mean += node.overhang() / static_cast<double>(nodes.size());
+    std::vector<AdaptiveMedialAxis::Target> targets;
+    for (const FittedBall& node : nodes)
+      targets.push_back({std::min(node.overhang(), mean) / kErrorFactor, kLeastBalls, effort_.reducer_balls});
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const Vector3d& p : surface_.points) boxes.emplace_back(p, p);
+    const BoxTree tree(boxes, 8);
+    const auto region_of = [&](const Vector3d& p) {
+      double limit2 = kInfinity;
+      std::uint32_t nearest = 0;
+      tree.searchNearest(p, limit2, [&](std::size_t first, std::size_t count) {
+        for (std::size_t slot = first; slot < first + count; ++slot) {
+          const std::uint32_t i = tree.order()[slot];
+          const double d2 = (surface_.points[i] - p).squaredNorm();
+          if (d2 < limit2) limit2 = d2, nearest = i;
+        }
+      });
+      return owner[nearest];
+    };
+    return axis_->refine(region_of, targets, progress_);
+  }
+
+  // The level as a whole, since a ball may serve its neighbours' regions too. Exchanges share the balls out; then a local search in
+  // continuous space lowers the stand-off of all and covers what lies between the points.
+  void evenOut(std::vector<FittedBall>& balls, std::size_t most) {
+    std::vector<Vector3d> points = levelPoints(most);
+    splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
+    std::vector<Ball> inscribed;
+    for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
+    // What the budget has left starts as copies, which the search is free to send wherever a ball is missed.
+    if (!isGoodEnough(balls))
+      for (std::size_t i = 0; inscribed.size() < most; ++i) inscribed.push_back(inscribed[i]);
+    StandOffSettings lowering;
+    lowering.step = effort_.search_step;
+    lowering.moves = 10 + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
+    lowering.work = effort_.search_work * (balls.size() + kFewBalls);
+    lowering.failures = effort_.search_failures;
+    lowering.gap_tolerance = effort_.gap_tolerance;
+    lowering.enough = settings_.tolerance_mm;
+    lowering.seed = settings_.seed;
+    const double stand_off = lowerStandOff(mesh_, field_, points, inscribed, lowering, progress_);
+    balls.resize(inscribed.size());
+    for (std::size_t i = 0; i < balls.size(); ++i) balls[i] = {inscribed[i].centre, inscribed[i].radius, inscribed[i].radius + stand_off};
+  }
+
+  // Few for few balls: the evenly spread ones thinned, and those at corners and on sharp edges.
+  std::vector<Vector3d> levelPoints(std::size_t balls) const {
+    std::vector<Vector3d> even, special;
+    for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.load[i] > 0 ? even : special).push_back(surface_.points[i]);
+    const std::size_t wanted = std::max(kLeastPoints, balls * effort_.points_a_ball);
+    even = thinned(even, wanted);
+    special = thinned(special, wanted);
+    even.insert(even.end(), special.begin(), special.end());
+    return even;
+  }
+
+  // All balls grow to the worst overhang of the level first: it leaves the division room to give equal parts, and nothing asks a child
+  // to stay within the cover ball of its parent.
+  std::vector<std::uint32_t> divide(const std::vector<FittedBall>& balls) const {
+    if (balls.size() == 1) return std::vector<std::uint32_t>(surface_.points.size(), 0);
+    std::vector<FittedBall> all = balls;
+    const double worst = worstOverhang(balls);
+    for (FittedBall& ball : all) ball.radius = std::max(ball.radius, ball.clearance + worst);
+    return assignToRegions(surface_.points, surface_.load, all);
+  }
+
+  // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as parents.
+  void takeFewest(Levels& levels) {
+    std::vector<FittedBall> leaves = levels.back();
+    const std::vector<FittedBall> above = levels.size() > 1 ? levels[levels.size() - 2] : leaves;
+    std::size_t low = levels.size() > 1 ? above.size() : 0;  // too few
+    // How many suffice depends on where they start: from more, which drop out, or from the fewer above, which split.
+    const auto suffice = [&](std::size_t count) {
+      for (std::vector<FittedBall> balls : {leaves, above}) {
+        evenOut(balls, count);
+        if (!isGoodEnough(balls)) continue;
+        leaves = std::move(balls);
+        return true;
+      }
+      return false;
+    };
+    while (leaves.size() > low + std::max<std::size_t>(1, leaves.size() / kFirstSteps)) {
+      const std::size_t middle = low + (leaves.size() - low) / 2;
+      if (!suffice(middle)) low = middle;
+    }
+    // The way down from balls that suffice leads farther than more halving does.
+    for (bool goes_on = true; goes_on;)
+      goes_on = leaves.size() > 1 && suffice(leaves.size() - std::max<std::size_t>(1, leaves.size() / kStepsDown));
+    const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings_.branching);
+    for (std::size_t level = 1; level + 1 < counts.size(); ++level)
+      if (levels[level].size() > counts[level]) evenOut(levels[level], counts[level]);
+    levels.resize(counts.size());
+    levels.back() = std::move(leaves);
+  }
+
+  const TriangleMesh& mesh_;
+  const DistanceField& field_;
+  const SurfacePoints& surface_;
+  const Method& method_;
+  const PublishedSettings& settings_;
+  Effort effort_;
+  Progress& progress_;
+  std::optional<AdaptiveMedialAxis> axis_;
+};
+
+std::size_t countAll(const Levels& levels) {
+  std::size_t count = 0;
+  for (const auto& level : levels) count += level.size();
+  return count;
+}
+
+// Within the tolerance the tree with the fewest balls, else level by level the one that reaches out least; the first of equals.
+Levels pickBest(const std::vector<Levels>& members, double tolerance) {
+  const Levels* smallest = nullptr;
+  for (const Levels& member : members)
+    if (tolerance > 0 && worstOverhang(member.back()) <= tolerance && (!smallest || countAll(member) < countAll(*smallest)))
+      smallest = &member;
+  if (smallest) return *smallest;
+  Levels best;
+  for (const Levels& member : members) best.resize(std::max(best.size(), member.size()));
+  for (std::size_t level = best.size(); level-- > 0;) {
+    const std::vector<FittedBall>* found = nullptr;
+    for (const Levels& member : members)
+      if (level < member.size() && (!found || worstOverhang(member[level]) < worstOverhang(*found))) found = &member[level];
+    best[level] = *found;
+  }
+  return best;
+}
+
+}  // namespace
+
+void checkSettings(const PublishedSettings& settings) {
+  if (settings.levels < kMinLevels || settings.levels > kMaxLevels)
+    throw std::invalid_argument("published builders: levels is " + std::to_string(settings.levels) + ", must be 2 to 6");
+  if (settings.branching < kMinBranching || settings.branching > kMaxBranching)
+    throw std::invalid_argument("published builders: branching is " + std::to_string(settings.branching) + ", must be 2 to 8");
+  if (!(settings.tolerance_mm >= 0) || !std::isfinite(settings.tolerance_mm))
+    throw std::invalid_argument("published builders: the tolerance must be a length of 0 mm or more");
+}
+
+LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
+                          const PublishedSettings& settings, Progress& progress) {
+  if (methods.empty()) throw std::invalid_argument("published builders: no method given");
+  checkSettings(settings);
+  std::size_t leaves = 1;
+  for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
+  const Effort effort = effortOf(settings.quality);
+  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kLeastPoints, effort.most_points);
+  const SurfacePoints surface =
+      sampleRegions(mesh, field, points, leaves, settings.seed, std::ranges::any_of(methods, &Method::uses_medial_axis));
+  std::vector<Levels> members;
+  const double share = 1.0 / static_cast<double>(methods.size());
+  for (const Method& method : methods)
+    members.push_back(
+        TopDownBuilder(mesh, field, surface, method, settings, progress).run(share * static_cast<double>(members.size()), share));
+  LevelBalls out;
+  for (const auto& level : pickBest(members, settings.tolerance_mm)) {
+    out.balls.emplace_back();
+    for (const FittedBall& b : level) out.balls.back().push_back({b.centre, std::max(b.radius, kNegligible * field.diagonal())});
+  }
+  return out;
+}
+
+}  // namespace spheretree::builder

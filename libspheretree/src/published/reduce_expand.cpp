@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "published/reduce_expand.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <queue>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kBisections = 10;
+
+// gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are together.
+// Float, as it only steers the choice; radii are computed in double.
+class Gaps {
+ public:
+  Gaps(std::span<const MedialBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
+    float* out = gap_.data();
+    for (const MedialBall& ball : pool)
+      for (const Vector3d& p : points) *out++ = static_cast<float>((p - ball.centre).norm() - ball.clearance);
+  }
+  std::size_t balls() const { return gap_.size() / points_; }
+  std::size_t points() const { return points_; }
+  const float* of(std::size_t ball) const { return gap_.data() + ball * points_; }
+
+ private:
+  std::size_t points_;
+  std::vector<float> gap_;
+};
+
+// Greedy set cover at one stand-off; empty if more than `most` balls would be needed. Counts are upper bounds that are made exact
+// only for the ball on top (they can but fall).
+std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t most) {
+  struct Gain {
+    std::uint32_t gain;
+    std::size_t ball;
+    bool operator<(const Gain& o) const { return gain != o.gain ? gain < o.gain : ball > o.ball; }
+  };
+  const std::size_t m = gaps.points();
+  std::vector<Gain> first(gaps.balls());
+  for (std::size_t b = 0; b < first.size(); ++b) {
+    const float* gap = gaps.of(b);
+    std::uint32_t gain = 0;
+    for (std::size_t i = 0; i < m; ++i) gain += gap[i] <= stand_off;
+    first[b] = {gain, b};
+  }
+  std::priority_queue<Gain> queue(std::less<Gain>(), std::move(first));
+  std::vector<std::uint8_t> open(m, 1);
+  std::size_t left = m;
+  std::vector<std::size_t> chosen;
+  while (left > 0) {
+    if (queue.empty() || chosen.size() == most) return {};
+    const Gain top = queue.top();
+    queue.pop();
+    // Even the best balls could not close what is left.
+    if (static_cast<std::size_t>(top.gain) * (most - chosen.size()) < left) return {};
+    const float* gap = gaps.of(top.ball);
+    std::uint32_t gain = 0;
+    for (std::size_t i = 0; i < m; ++i) gain += static_cast<std::uint32_t>((gap[i] <= stand_off) & open[i]);
+    if (gain < top.gain) {
+      if (gain > 0) queue.push({gain, top.ball});
+      continue;
+    }
+    for (std::size_t i = 0; i < m; ++i)
+      if (gap[i] <= stand_off && open[i]) open[i] = 0, --left;
+    chosen.push_back(top.ball);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<FittedBall> reduceExpand(const Region& region) {
+  if (region.pool.empty() || region.points.empty()) return {};
+  const Gaps gaps(region.pool, region.points);
+  // Below `low` some point is out of reach of every ball; at `high` one ball holds all.
+  std::vector<float> nearest(gaps.points(), std::numeric_limits<float>::infinity());
+  float low = 0, high = std::numeric_limits<float>::infinity();
+  std::size_t widest = 0;
+  for (std::size_t b = 0; b < gaps.balls(); ++b) {
+    const float* gap = gaps.of(b);
+    float most = 0;
+    for (std::size_t i = 0; i < gaps.points(); ++i) {
+      most = std::max(most, gap[i]);
+      nearest[i] = std::min(nearest[i], gap[i]);
+    }
+    if (most < high) high = most, widest = b;
+  }
+  for (const float gap : nearest) low = std::max(low, gap);
+
+  std::vector<std::size_t> cover{widest};
+  float stand_off = high;
+  const auto attempt = [&](float trial) {
+    std::vector<std::size_t> found = greedyCover(gaps, trial, region.most);
+    if (found.empty()) return false;
+    cover = std::move(found);
+    stand_off = high = trial;
+    return true;
+  };
+  const auto enough = static_cast<float>(region.enough);
+  bool done = enough >= high;
+  if (!done && enough > low) {
+    done = attempt(enough);
+    if (!done) low = enough;
+  }
+  for (int i = 0; i < kBisections && !done && low < high; ++i) {
+    const float middle = 0.5f * (low + high);
+    if (!attempt(middle)) low = middle;
+  }
+  std::vector<FittedBall> balls;
+  for (const std::size_t b : cover) {
+    const MedialBall& medial = region.pool[b];
+    balls.push_back({medial.centre, medial.clearance, medial.clearance + static_cast<double>(stand_off)});
+  }
+  return balls;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "published/reduce_hubbard.h"
+
+#include "geometry/smallest_ball.h"
+#include "published/initial_clusters.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+FittedBall ballOfPoints(const Region& region, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>& united) {
+  united = a.points;
+  united.insert(united.end(), b.points.begin(), b.points.end());
+  const Ball smallest = smallestBall(united);
+  return {smallest.centre, -region.field.signedDistance(smallest.centre), smallest.radius};
+}
+
+}  // namespace
+
+std::vector<FittedBall> reduceHubbard(const Region& region) { return mergeClusters(region, ballOfPoints); }
+
+}  // namespace spheretree::builder

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "published/reduce_merge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/smallest_ball.h"
+#include "published/initial_clusters.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+double farthest(const Vector3d& c, const std::vector<Vector3d>& points) {
+  double most = 0;
+  for (const Vector3d& p : points) most = std::max(most, (p - c).squaredNorm());
+  return std::sqrt(most);
+}
+
+FittedBall bestOfThree(const Region& region, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>& united) {
+  const FittedBall first{a.ball.centre, a.ball.clearance, std::max(a.ball.radius, farthest(a.ball.centre, b.points))};
+  const FittedBall second{b.ball.centre, b.ball.clearance, std::max(b.ball.radius, farthest(b.ball.centre, a.points))};
+  FittedBall best = second.overhang() < first.overhang() ? second : first;
+  united = a.points;
+  united.insert(united.end(), b.points.begin(), b.points.end());
+  const Ball smallest = smallestBall(united);
+  // The clearance changes no faster than the centre moves: most third candidates need no distance query.
+  const double most_clearance =
+      std::min(a.ball.clearance + (smallest.centre - a.ball.centre).norm(), b.ball.clearance + (smallest.centre - b.ball.centre).norm());
+  if (smallest.radius - most_clearance < best.overhang()) {
+    const FittedBall third{smallest.centre, -region.field.signedDistance(smallest.centre), smallest.radius};
+    if (third.overhang() < best.overhang()) best = third;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<FittedBall> reduceMerge(const Region& region) { return mergeClusters(region, bestOfThree); }
+
+}  // namespace spheretree::builder

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What every reducer takes and gives: a region of the surface and medial balls in, a few balls that cover the region out.
+// One signature for all, so that the frame (build_by_regions.h) can run any of them, or several on the same region.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/distance_field.h"
+#include "medial/adaptive_medial_axis.h"
+#include "medial/surface_regions.h"
+
+namespace spheretree::builder {
+
+struct Region {
+  const DistanceField& field;
+  std::span<const Eigen::Vector3d> points;  // to be covered, at least one [mm]
+  std::span<const MedialBall> pool;         // balls of the medial axis near the region; may be empty
+  std::size_t most = 8;                     // balls, >= 1
+  double enough = 0;                        // use fewer balls as long as the worst overhang stays within [mm]; >= 0
+  std::uint64_t seed = 1;                   // for methods that draw
+};
+
+/// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure: same region, same
+/// balls.
+using Reducer = std::vector<FittedBall> (*)(const Region& region);
+
+}  // namespace spheretree::builder

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "published/split_and_drop.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "geometry/sample_index.h"
+#include "geometry/smallest_ball.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
+constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
+constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
+constexpr double kAhead = 1.05,
+                 kStale = 1.4;         // points of a ball are listed for a stand-off so much larger, and anew once it is so much larger
+constexpr int kHalvesRounds = 2;       // of refits, after a split
+constexpr int kPatience = 5;           // rounds without gain
+constexpr std::size_t kMostParts = 8;  // of a ball whose halves are no better
+constexpr std::size_t kFew = 16;       // balls: a start of its own is tried
+
+double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
+
+double worstOf(std::span<const FittedBall> balls) {
+  double worst = 0;
+  for (const FittedBall& b : balls) worst = std::max(worst, b.overhang());
+  return worst;
+}
+
+class Level {
+ public:
+  Level(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls, const Progress& progress)
+      : field_(field), points_(points), balls_(balls), progress_(progress), first_(points.size()), second_(points.size()) {}
+
+  // Each point to the ball that it lies deepest in, and what the runner-up would have to reach. Balls shrink to their points.
+  void assign() {
+    progress_.check();
+    stand_off_ = std::max(worstOf(balls_), 1e-12 * field_.diagonal());
+    state_.resize(balls_.size());
+    tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) { findWithin(balls_[b], state_[b].within); });
+    std::fill(first_.begin(), first_.end(), Holder{});
+    std::fill(second_.begin(), second_.end(), Holder{});
+    for (std::uint32_t b = 0; b < balls_.size(); ++b)
+      for (const Within::Point& p : state_[b].within.points)
+        if (p.gap <= stand_off_) look(p.point, {b, p.gap});
+    std::vector<std::vector<std::uint32_t>> patch(balls_.size());
+    std::vector<double> reach(balls_.size(), 0);
+    for (State& s : state_) s.loss = 0;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (first_[i].ball == kNoParent)  // beyond the stand-off of all
+        for (std::uint32_t b = 0; b < balls_.size(); ++b) look(i, {b, gapOf(points_[i], balls_[b])});
+      const std::uint32_t b = first_[i].ball;
+      patch[b].push_back(i);
+      state_[b].loss = std::max(state_[b].loss, second_[i].gap);
+      reach[b] = std::max(reach[b], first_[i].gap);
+    }
+    for (std::size_t b = 0; b < balls_.size(); ++b) {
+      balls_[b].radius = patch[b].empty() ? 0 : (balls_[b].clearance + reach[b]) * (1 + 1e-12);
+      if (patch[b] != state_[b].patch) state_[b].settled = state_[b].firm = false;
+      state_[b].patch.swap(patch[b]);
+    }
+  }
+
+  void removeEmpty() {
+    const std::size_t before = balls_.size();
+    keep([&](std::size_t b) { return !state_[b].patch.empty(); });
+    if (balls_.size() < before) assign();
+  }
+
+  double worst() const { return worstOf(balls_); }
+  std::size_t count() const { return balls_.size(); }
+
+  // With few balls, none of which can be split alone, a start of its own may be better: all points broken up at once.
+  void startAgain(std::size_t most) {
+    std::vector<Vector3d> all;
+    for (std::uint32_t i = 0; i < points_.size(); ++i) all.push_back(points_[i]);
+    std::vector<FittedBall> parts = breakUp(all, worst(), most);
+    if (parts.empty()) return;
+    balls_ = std::move(parts);
+    state_.clear();
+    assign();
+    removeEmpty();
+  }
+
+  // Takes away balls until `most` are left, those that are missed least first; their neighbours take over.
+  void shrinkTo(std::size_t most) {
+    while (balls_.size() > most) {
+      begin();
+      std::size_t wanted = balls_.size() - most;
+      for (const std::uint32_t b : byLoss()) {
+        if (wanted == 0) break;
+        if (!touched_[b] && drop(b)) --wanted;
+      }
+      finish(kRelaxed);
+    }
+  }
+
+  // One round of exchanges; the other wide balls are refitted. False if there was no exchange.
+  bool exchange(std::size_t most, double relaxed) {
+    begin();
+    const double worst = this->worst();
+    std::size_t spare = most - balls_.size();
+    std::vector<std::uint32_t> wide;
+    for (std::uint32_t b = 0; b < balls_.size(); ++b)
+      if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].firm)) wide.push_back(b);
+    std::stable_sort(wide.begin(), wide.end(),
+                     [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
+    const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
+    if (wide.size() > batch) wide.resize(batch);
+    const std::vector<std::uint32_t> cheap = byLoss();
+    std::size_t next = 0;
+    std::vector<std::vector<FittedBall>> parts(wide.size());
+    tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) {
+      State& s = state_[wide[k]];
+      if (!s.firm) parts[k] = breakUp(wide[k], 2);
+      s.firm = parts[k].empty();
+    });
+    bool any = false;
+    for (std::size_t k = 0; k < wide.size(); ++k) {
+      const std::uint32_t b = wide[k];
+      if (touched_[b]) continue;
+      // Half a cube reaches out farther than the cube, an octant does not.
+      for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more)
+        parts[k] = breakUp(b, more);
+      if (parts[k].empty()) continue;
+      const std::size_t needed = parts[k].size() - 1;
+      touched_[b] = gone_[b] = 1;
+      if (needed > spare) {
+        for (; next < cheap.size(); ++next) {
+          const std::uint32_t d = cheap[next];
+          if (state_[d].loss >= worst * (1 - kWorthwhile)) next = cheap.size();
+          if (next == cheap.size() || (!touched_[d] && drop(d))) break;
+        }
+        if (next == cheap.size()) {
+          gone_[b] = 0;
+          break;
+        }
+        ++next, ++spare;
+      }
+      spare -= needed;
+      made_.insert(made_.end(), parts[k].begin(), parts[k].end());
+      any = true;
+    }
+    finish(relaxed);
+    return any;
+  }
+
+ private:
+  struct Holder {
+    std::uint32_t ball = kNoParent;
+    double gap = kInfinity;
+  };
+  // The points that a ball holds at a stand-off. A search for them is what a round costs, and most balls stay where they are.
+  struct Within {
+    struct Point {
+      std::uint32_t point;
+      double gap;
+    };
+    Vector3d centre = Vector3d::Zero();
+    double stand_off = -1;  // none yet
+    std::vector<Point> points;
+  };
+  struct State {
+    Within within;
+    std::vector<std::uint32_t> patch;  // points that lie deepest in the ball
+    double loss = 0;                   // what the others would have to reach out without it
+    bool settled = false;              // a refit to this patch gains nothing
+    bool firm = false;                 // halves of this patch are no better
+  };
+
+  void findWithin(const FittedBall& ball, Within& within) const {
+    if (within.centre == ball.centre && within.stand_off >= stand_off_ && within.stand_off <= kStale * stand_off_) return;
+    within = {ball.centre, kAhead * stand_off_, std::move(within.points)};
+    within.points.clear();
+    points_.within(ball.centre, ball.clearance + within.stand_off, [&](std::uint32_t i, double distance) {
+      within.points.push_back({i, distance - ball.clearance});
+    });
+  }
+
+  void look(std::uint32_t i, const Holder& h) {
+    Holder &first = first_[i], &second = second_[i];
+    if (h.gap < first.gap)
+      second = first, first = h;
+    else if (h.gap < second.gap)
+      second = h;
+  }
+
+  template <class Keep>
+  void keep(Keep is_kept) {
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < balls_.size(); ++b) {
+      if (!is_kept(b)) continue;
+      if (kept < b) balls_[kept] = balls_[b], state_[kept] = std::move(state_[b]);
+      ++kept;
+    }
+    balls_.resize(kept);
+    state_.resize(kept);
+  }
+
+  std::vector<Vector3d> pointsOf(const std::vector<std::uint32_t>& patch) const {
+    std::vector<Vector3d> out;
+    out.reserve(patch.size());
+    for (const std::uint32_t i : patch) out.push_back(points_[i]);
+    return out;
+  }
+
+  std::vector<std::uint32_t> byLoss() const {
+    std::vector<std::uint32_t> order(balls_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) { return state_[x].loss < state_[y].loss; });
+    return order;
+  }
+
+  void begin() {
+    touched_.assign(balls_.size(), 0);
+    gone_.assign(balls_.size(), 0);
+    inherits_.assign(balls_.size(), 0);
+    made_.clear();
+  }
+
+  // False if a ball that would have to take over is about to change itself.
+  bool drop(std::uint32_t b) {
+    for (const std::uint32_t i : state_[b].patch)
+      if (second_[i].ball != kNoParent && gone_[second_[i].ball]) return false;
+    touched_[b] = gone_[b] = 1;
+    for (const std::uint32_t i : state_[b].patch) {
+      const std::uint32_t heir = second_[i].ball;
+      if (heir == kNoParent) continue;  // beyond the stand-off of all: the next assignment grows one
+      touched_[heir] = inherits_[heir] = 1;
+      state_[heir].patch.push_back(i);
+      state_[heir].settled = false;
+    }
+    return true;
+  }
+
+  void finish(double relaxed) {
+    const double worst = this->worst();
+    tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) {
+      if (gone_[b] || state_[b].settled || !(inherits_[b] || balls_[b].overhang() > relaxed * worst)) return;
+      const double before = balls_[b].overhang();
+      refitToPatch(field_, pointsOf(state_[b].patch), balls_[b], relaxed * worst);
+      state_[b].settled = !inherits_[b] && balls_[b].overhang() > before * (1 - kWorthwhile);
+    });
+    keep([&](std::size_t b) { return !gone_[b]; });
+    balls_.insert(balls_.end(), made_.begin(), made_.end());
+    assign();
+  }
+
+  std::vector<FittedBall> breakUp(std::uint32_t b, std::size_t parts) const {
+    return breakUp(pointsOf(state_[b].patch), balls_[b].overhang(), parts);
+  }
+
+  // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they reach out as far.
+  std::vector<FittedBall> breakUp(std::span<const Vector3d> own, double overhang, std::size_t parts) const {
+    const std::vector<Vector3d> ends = farthestFirst(own, parts);
+    if (own.size() <= parts) return {};
+    std::vector<std::vector<Vector3d>> part(parts);
+    for (const Vector3d& p : own) {
+      std::size_t nearest = 0;
+      for (std::size_t k = 1; k < parts; ++k)
+        if ((p - ends[k]).squaredNorm() < (p - ends[nearest]).squaredNorm()) nearest = k;
+      part[nearest].push_back(p);
+    }
+    std::vector<FittedBall> halves;
+    for (const auto& points : part) {
+      if (points.empty()) continue;
+      const Ball smallest = smallestBall(points);
+      halves.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
+    }
+    refitBalls(field_, own, halves, kHalvesRounds, progress_);
+    if (worstOf(halves) >= overhang * (1 - kWorthwhile)) return {};
+    return halves;
+  }
+
+  const DistanceField& field_;
+  SampleIndex points_;
+  std::vector<FittedBall>& balls_;
+  const Progress& progress_;
+  double stand_off_ = 0;
+  std::vector<Holder> first_, second_;
+  std::vector<State> state_;                     // (balls)
+  std::vector<char> touched_, inherits_, gone_;  // (balls) in this round: part of an exchange; gets points; not kept
+  std::vector<FittedBall> made_;
+};
+
+}  // namespace
+
+void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
+                  const SplitAndDropSettings& settings, const Progress& progress) {
+  if (points.empty() || balls.empty()) throw std::invalid_argument("split and drop: no points or no balls");
+  Level level(field, points, balls, progress);
+  level.assign();
+  level.removeEmpty();
+  level.shrinkTo(settings.most);
+  if (settings.most > 1 && settings.most <= kFew && settings.rounds > 0 && level.worst() > settings.enough) level.startAgain(settings.most);
+  double before = level.worst();
+  for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough;) {
+    const std::size_t count = level.count();
+    const bool exchanged = level.exchange(settings.most, idle > 0 ? 0 : kRelaxed);  // stuck: all move, so that room spreads
+    const double now = level.worst();
+    const bool grown = level.count() > count;  // what is free is used up first
+    if (!grown) ++round;
+    idle = grown || now < before * (1 - kWorthwhile) ? 0 : idle + 1;
+    if (!exchanged && idle > 1) break;
+    before = std::min(before, now);
+  }
+  level.removeEmpty();
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "repair/fill_holes.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/utility.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+/// Simple loops that run against the triangles: what the triangles that fill them run along. In the boundary of triangles as many
+/// edges enter a vertex as leave it, so that a walk ends where it began; where it comes by a vertex twice, a loop is cut off.
+std::vector<std::vector<std::uint32_t>> findLoops(const TriangleMesh& mesh) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // used from the end
+  for (const OpenEdge& e : findOpenEdges(mesh))
+    for (int i = 0; i < e.times; ++i) next[e.to].push_back(e.from);
+  std::vector<std::vector<std::uint32_t>> loops;
+  std::map<std::uint32_t, std::size_t> place;  // on the path
+  for (auto& [start, unused] : next) {
+    while (!next[start].empty()) {
+      std::vector<std::uint32_t> path{start};
+      place.clear();
+      place[start] = 0;
+      while (!path.empty()) {
+        std::vector<std::uint32_t>& ways = next[path.back()];
+        if (ways.empty()) break;  // back at the start
+        const std::uint32_t v = ways.back();
+        ways.pop_back();
+        const auto at = place.find(v);
+        if (at == place.end()) {
+          place[v] = path.size();
+          path.push_back(v);
+          continue;
+        }
+        const auto from = path.begin() + static_cast<std::ptrdiff_t>(at->second);
+        loops.emplace_back(from, path.end());
+        for (auto i = from + 1; i != path.end(); ++i) place.erase(*i);
+        path.erase(from + 1, path.end());
+      }
+    }
+  }
+  return loops;
+}
+
+std::vector<Triangle> spanned(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop) {
+  std::vector<Triangle> result;
+  if (loop.size() == 3) return {{loop[0], loop[1], loop[2]}};
+  std::vector<Kernel::Point_3> points;
+  for (const std::uint32_t v : loop) points.emplace_back(mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z());
+  std::vector<CGAL::Triple<int, int, int>> faces;
+  try {
+    CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(faces),
+                                                             CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()));
+  } catch (
+      const CGAL::Failure_exception&) {  // where assertions are compiled in: a loop that is no polygon, such as one of coincident points
+    return {};
+  }
+  for (const auto& face : faces) {
+    std::array<int, 3> i{face.first, face.second, face.third};
+    std::sort(i.begin(), i.end());  // along the loop, and so wound as it runs
+    result.push_back({loop[static_cast<std::size_t>(i[0])], loop[static_cast<std::size_t>(i[1])], loop[static_cast<std::size_t>(i[2])]});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t most_edges) {
+  TriangleMesh& mesh = soup.mesh;
+  std::vector<FilledHole> holes;
+  for (const std::vector<std::uint32_t>& loop : findLoops(mesh)) {
+    FilledHole hole;
+    hole.edges = loop.size();
+    Eigen::AlignedBox3d box;
+    Vector3d middle = Vector3d::Zero();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vector3d &a = mesh.positions[loop[i]], &b = mesh.positions[loop[(i + 1) % loop.size()]];
+      box.extend(a);
+      hole.length += (b - a).norm();
+      middle += a / static_cast<double>(loop.size());
+    }
+    hole.across = box.diagonal().norm();
+    std::vector<Triangle> filling;
+    if (loop.size() <= most_edges) filling = spanned(mesh, loop);
+    if (filling.empty()) {
+      const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.push_back(middle);
+      for (std::size_t i = 0; i < loop.size(); ++i) filling.push_back({loop[i], loop[(i + 1) % loop.size()], hub});
+    }
+    for (const Triangle& triangle : filling) {
+      hole.triangles.push_back(static_cast<std::uint32_t>(mesh.triangles.size()));
+      mesh.triangles.push_back(triangle);
+      soup.source.push_back(kAddedTriangle);
+    }
+    holes.push_back(std::move(hole));
+  }
+  std::stable_sort(holes.begin(), holes.end(), [](const FilledHole& a, const FilledHole& b) { return a.length > b.length; });
+  return holes;
+}
+
+}  // namespace spheretree::builder

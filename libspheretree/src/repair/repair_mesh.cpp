@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/repair_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+#include <set>
+
+#include "geometry/distance_field.h"
+#include "geometry/farthest_point.h"
+#include "repair/fill_holes.h"
+#include "repair/repair_soup.h"
+#include "repair/resolve_overlaps.h"
+#include "repair/separate_fans.h"
+#include "repair/wrap_surface.h"
+#include "spheretree/core/mesh_edit.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// All as shares of the diagonal, but for areas.
+constexpr double kHole = 0.25;                         // borders whose box is smaller are holes, others openings
+constexpr double kEnough = 1e-6;                       // precision of bounds
+constexpr double kApart = 1e-6;                        // by which bodies that touch are drawn apart
+constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
+constexpr double kAlphasInArea = 1e-4;                 // alpha^2 over the area, at least: keeps a wrap to about 50,000 triangles
+constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
+constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
+constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
+constexpr int kRounds = 6;           // of cutting: rounding may leave crossings
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+std::vector<std::uint32_t> allTriangles(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return all;
+}
+
+/// A mesh that no step can do anything about.
+bool isHopeless(const MeshReport& report) {
+  return report.has(DefectKind::NoTriangles) || report.has(DefectKind::BadIndex) || report.has(DefectKind::NonFinite) ||
+         report.has(DefectKind::Scale) || !(report.area > 0);
+}
+
+double diagonalOf(const MeshReport& report) { return (report.high - report.low).norm(); }
+
+class Repair {
+ public:
+  Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress)
+      : input_(mesh), report_(report), progress_(progress), diagonal_(diagonalOf(report)), is_modified_(mesh.triangles.size(), 0) {}
+
+  /// The least that works, short of a wrap. Empty if it does not come to a sound mesh.
+  std::optional<RepairedMesh> repair() {
+    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
+    soup_.source = allTriangles(input_);
+    clean();
+    if (soup_.mesh.triangles.empty()) return {};
+    is_sheet_ = isOneSided(soup_.mesh);
+    closeBorders();
+    for (int round = 0; round < kRounds; ++round) {
+      progress_.check();
+      MeshReport state = checkMesh(soup_.mesh);
+      if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));
+      // After a cut the winding is right; where components cross, which lie in which is uncertain.
+      if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
+      if (state.clean()) return finish(state);
+      if (needsCuts(state) && !resolve()) return {};
+      separate();
+    }
+    return {};
+  }
+
+  /// Whether what is left to wrap is a sheet, which has no inside.
+  bool isSheet() const { return is_sheet_; }
+
+  /// `is_closed`: with its holes and openings spanned, since what is wider than the ball would let it in.
+  RepairedMesh wrap(bool is_closed) {
+    soup_.mesh = {input_.positions, input_.triangles, {}, {}};
+    soup_.source = allTriangles(input_);
+    if (is_closed) {
+      clean();
+      closeBorders();
+    } else {
+      note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
+    }
+    progress_.stage("wrap");
+    const double alpha = std::max(kAlpha * diagonal_, std::sqrt(kAlphasInArea * report_.area)), offset = kOffset * diagonal_;
+    RepairedMesh out;
+    out.mesh = wrapSurface(soup_.mesh, alpha, offset, progress_);
+    progress_.check();
+    out.result = checkMesh(out.mesh);
+    RepairStep step{RepairStepKind::Wrap, {}, out.mesh.triangles.size(), 0, {}};
+    if (out.result.clean()) {
+      const DistanceField surface(soup_.mesh);
+      step.change_mm = farthestFrom(surface, out.mesh, allTriangles(out.mesh), kEnough * diagonal_, progress_);
+      out.bound_mm = step.change_mm;
+      const std::vector<char> is_removed = removed();
+      std::vector<std::uint32_t> left;
+      for (std::uint32_t t = 0; t < is_removed.size(); ++t)
+        if (!is_removed[t]) left.push_back(t);
+      PartsNearSurface undeep = clipToDepth(DistanceField(out.mesh), input_, left, alpha, progress_);
+      out.to_cover = std::move(undeep.pieces);
+      out.partly = std::move(undeep.partly);
+      step.removed = std::move(undeep.gone);
+    }
+    step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " round the whole, at most " +
+                number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
+                " mm are bridged, cavities filled; what lies deeper than " + number(alpha) +
+                " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
+                std::to_string(out.partly.size()) + " in part.";
+    steps_.push_back(std::move(step));
+    out.steps = std::move(steps_);
+    return out;
+  }
+
+ private:
+  void note(RepairStepKind kind, std::vector<std::uint32_t> removed, const std::string& what) {
+    if (removed.empty()) return;
+    std::sort(removed.begin(), removed.end());
+    RepairStep step{kind, what + ": " + counted(removed.size(), "triangle", "triangles") + ".", removed.size(), 0, std::move(removed)};
+    steps_.push_back(std::move(step));
+  }
+
+  void clean() {
+    progress_.stage("repair");
+    note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
+    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are there before");
+    alignWinding(soup_);  // cracks and T-junctions show as open edges only where neighbours agree
+    const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    if (stitched.welded + stitched.split > 0) {
+      for (std::size_t t = 0; t < is_modified_.size(); ++t) is_modified_[t] |= stitched.is_modified[t];
+      steps_.push_back({RepairStepKind::StitchCracks,
+                        "cracks stitched: " + counted(stitched.welded, "vertex", "vertices") + " joined with others, " +
+                            std::to_string(stitched.split) + " put into an edge of a neighbour; moved by at most " +
+                            number(stitched.moved) + " mm.",
+                        stitched.welded + stitched.split,
+                        stitched.moved,
+                        {}});
+      dropFlat(soup_);  // modified, and so covered as they were
+      dropDuplicates(soup_);
+    }
+    dropFins();
+    alignWinding(soup_);
+    countTurned();
+  }
+
+  void dropFins() {
+    const RepairSoup whole = soup_;
+    std::vector<std::uint32_t> removed = builder::dropFins(soup_);
+    if (removed.empty()) return;
+    std::vector<std::uint32_t> gone;
+    for (std::uint32_t t = 0; t < whole.source.size(); ++t)
+      if (std::binary_search(removed.begin(), removed.end(), whole.source[t])) gone.push_back(t);
+    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, gone, kEnough * diagonal_, progress_);
+    steps_.push_back({RepairStepKind::DropFins,
+                      counted(removed.size(), "triangle", "triangles") + " of fins left out, that stand on an edge of the rest, up to " +
+                          number(height) + " mm high.",
+                      removed.size(), height, removed});
+  }
+
+  /// Of the triangles that are as they were, those that are turned.
+  void countTurned() {
+    std::size_t turned = 0;
+    for (std::size_t t = 0; t < soup_.source.size(); ++t) {
+      if (soup_.source[t] == kAddedTriangle) continue;
+      Triangle before = input_.triangles[soup_.source[t]];
+      const Triangle& after = soup_.mesh.triangles[t];
+      const auto at = std::ranges::find(before, after[0]);
+      if (at == before.end()) continue;
+      std::rotate(before.begin(), at, before.end());
+      turned += before[1] == after[2] && before[2] == after[1];
+    }
+    if (turned > 0)
+      steps_.push_back({RepairStepKind::AlignWinding,
+                        counted(turned, "triangle", "triangles") + " turned to agree with their neighbours.",
+                        turned,
+                        0,
+                        {}});
+  }
+
+  void closeBorders() {
+    const TriangleMesh before = soup_.mesh;
+    const std::vector<FilledHole> holes = fillHoles(soup_);
+    if (holes.empty()) return;
+    const DistanceField surface(before);
+    for (const RepairStepKind kind : {RepairStepKind::FillHoles, RepairStepKind::CapOpenings}) {
+      std::vector<std::uint32_t> added;
+      std::size_t count = 0;
+      double longest = 0;
+      for (const FilledHole& hole : holes) {
+        if ((hole.across >= kHole * diagonal_) != (kind == RepairStepKind::CapOpenings)) continue;
+        ++count;
+        longest = std::max(longest, hole.length);
+        added.insert(added.end(), hole.triangles.begin(), hole.triangles.end());
+      }
+      if (count == 0) continue;
+      const double far = farthestFrom(surface, soup_.mesh, added, kEnough * diagonal_, progress_);
+      const std::string what = kind == RepairStepKind::FillHoles ? counted(count, "hole", "holes") + " filled"
+                                                                 : counted(count, "opening", "openings") + " closed";
+      steps_.push_back({kind,
+                        what + " with " + counted(added.size(), "triangle", "triangles") + ", the longest border " + number(longest) +
+                            " mm; no point of a filling is farther than " + number(far) + " mm from the surface.",
+                        count,
+                        far,
+                        {}});
+    }
+  }
+
+  MeshReport turnOutward(const MeshReport& state) {
+    noteTurned(state.count(DefectKind::InsideOut));
+    soup_.mesh = orientOutward(std::move(soup_.mesh), state);
+    return checkMesh(soup_.mesh);
+  }
+
+  /// Where a check cannot tell what is inside out, since triangles cross: the sign of the volume does. Cut as they are, they would bound
+  /// nothing.
+  MeshReport turnCrossing(MeshReport state) {
+    const std::size_t count = turnInward(soup_, state.component_of);
+    if (count == 0) return state;
+    noteTurned(count);
+    return checkMesh(soup_.mesh);
+  }
+
+  void noteTurned(std::size_t count) {
+    steps_.push_back(
+        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
+  }
+
+  static bool needsCuts(const MeshReport& state) {
+    return std::ranges::any_of(state.defects, [](const Defect& d) { return d.kind != DefectKind::NonManifoldVertex; });
+  }
+
+  bool resolve() {
+    progress_.stage("overlaps");
+    const double may_be_lost = kLostArea * report_.area - lost_area_;
+    // What a sheet of one side winds round in which direction is chance.
+    const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, is_sheet_ ? report_.area : may_be_lost, progress_);
+    if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
+    lost_area_ += resolved.lost_area;
+    if (lost_area_ > kLostArea * report_.area) return false;
+    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still to be covered
+    RepairStep* step = find(RepairStepKind::ResolveOverlaps);
+    if (!step) {
+      steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
+      step = &steps_.back();
+    }
+    step->count = std::max(step->count, resolved.crossing_pairs);
+    step->removed.insert(step->removed.end(), resolved.within.begin(), resolved.within.end());
+    std::sort(step->removed.begin(), step->removed.end());
+    step->removed.erase(std::unique(step->removed.begin(), step->removed.end()), step->removed.end());
+    partly_.insert(resolved.partly_within.begin(), resolved.partly_within.end());
+    step->text = "overlaps resolved: " + counted(step->count, "pair", "pairs") + " of triangles that cross cut along each other; " +
+                 counted(step->removed.size(), "triangle", "triangles") + " wholly and " + std::to_string(partly_.size()) +
+                 " in part left out, that lie within solid matter.";
+    if (!lost_.empty())
+      step->text += " " + counted(lost_.size(), "triangle", "triangles") + " with nothing solid on either side, covered all the same.";
+    is_either_way_ |= resolved.is_either_way;
+    if (is_either_way_) step->text += " What the surface winds round backwards counts as solid, too.";
+    // Corners that were rounded may lie in one place or in line.
+    dropFlat(soup_);
+    Stitched stitched = stitchCracks(soup_, input_.triangles.size());
+    for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
+    step->change_mm = std::max(step->change_mm, stitched.moved);
+    dropFlat(soup_);
+    for (const std::uint32_t source : cancelOpposites(soup_)) is_modified_[source] = 1;
+    if (!findOpenEdges(soup_.mesh).empty()) fillHoles(soup_);
+    return true;
+  }
+
+  void separate() {
+    if (!findOpenEdges(soup_.mesh).empty()) return;
+    const SeparatedFans fans = separateFans(soup_, kApart * diagonal_);
+    if (fans.copies == 0) return;
+    for (std::size_t t = 0; t < fans.is_moved.size(); ++t)
+      if (fans.is_moved[t] && soup_.source[t] != kAddedTriangle) is_modified_[soup_.source[t]] = 1;
+    RepairStep* step = find(RepairStepKind::SeparateBodies);
+    if (!step) {
+      steps_.push_back({RepairStepKind::SeparateBodies, {}, 0, 0, {}});
+      step = &steps_.back();
+    }
+    step->count += fans.copies;
+    step->change_mm += fans.moved;
+    step->text = "bodies that touch drawn apart at " + counted(step->count, "vertex", "vertices") + ", by at most " +
+                 number(step->change_mm) + " mm.";
+  }
+
+  std::optional<RepairedMesh> finish(const MeshReport& state) {
+    if (find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) {  // closed upon itself
+      is_sheet_ = true;
+      return {};
+    }
+    RepairedMesh out;
+    if (const std::size_t buried = state.buriedComponents(); buried > 0) {
+      std::vector<std::uint32_t> removed;
+      for (std::size_t t = 0; t < soup_.source.size(); ++t)
+        if (state.components[state.component_of[t]].buried && soup_.source[t] != kAddedTriangle) removed.push_back(soup_.source[t]);
+      std::sort(removed.begin(), removed.end());
+      removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
+      steps_.push_back({RepairStepKind::DropBuried,
+                        "left out, since within solid matter they bound nothing: " + counted(buried, "component", "components") + ".",
+                        buried, 0, std::move(removed)});
+      soup_.mesh = withoutBuried(soup_.mesh, state);
+    }
+    dropUnusedVertices(soup_.mesh);
+    out.mesh = std::move(soup_.mesh);
+    out.result = checkMesh(out.mesh);
+    const std::vector<char> is_removed = removed();
+    std::vector<std::uint32_t> modified;
+    for (std::uint32_t t = 0; t < is_modified_.size(); ++t)
+      if (is_modified_[t] && !is_removed[t]) modified.push_back(t);
+    for (const RepairStep& step : steps_)
+      if (step.kind == RepairStepKind::StitchCracks || step.kind == RepairStepKind::SeparateBodies ||
+          step.kind == RepairStepKind::ResolveOverlaps)
+        out.bound_mm += step.change_mm;
+    if (!modified.empty()) {
+      PartsNearSurface undeep = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+      out.to_cover = std::move(undeep.pieces);
+      partly_.insert(undeep.gone.begin(), undeep.gone.end());
+      partly_.insert(undeep.partly.begin(), undeep.partly.end());
+    }
+    for (const std::uint32_t t : partly_)
+      if (!is_removed[t]) out.partly.push_back(t);
+    out.steps = std::move(steps_);
+    return out;
+  }
+
+  /// For each triangle of the input whether a step removed it.
+  std::vector<char> removed() const {
+    std::vector<char> is_removed(input_.triangles.size(), 0);
+    for (const RepairStep& step : steps_)
+      for (const std::uint32_t t : step.removed) is_removed[t] = 1;
+    return is_removed;
+  }
+
+  RepairStep* find(RepairStepKind kind) {
+    const auto at = std::ranges::find(steps_, kind, &RepairStep::kind);
+    return at == steps_.end() ? nullptr : &*at;
+  }
+
+  const TriangleMesh& input_;
+  const MeshReport& report_;
+  Progress& progress_;
+  double diagonal_;
+  RepairSoup soup_;
+  std::vector<char> is_modified_;  // for each triangle of the input: whether it is not exactly in the result, and yet to be covered
+  std::vector<RepairStep> steps_;
+  double lost_area_ = 0;
+  std::set<std::uint32_t> partly_;  // of the input, where they lie within solid matter left out
+  std::set<std::uint32_t> lost_;    // of the input: with nothing solid on either side, in part at least
+  bool is_either_way_ = false, is_sheet_ = false;
+};
+
+/// What a sound mesh may need, and what `off` does.
+RepairedMesh fixed(const TriangleMesh& mesh, const MeshReport& report) {
+  RepairedMesh out;
+  out.mesh = mesh;
+  if (const std::size_t count = report.count(DefectKind::InsideOut); count > 0) {
+    out.mesh = orientOutward(std::move(out.mesh), report);
+    out.steps.push_back(
+        {RepairStepKind::TurnOutward, "inside out and turned: " + counted(count, "component", "components") + ".", count, 0, {}});
+  }
+  if (const std::size_t buried = report.buriedComponents(); buried > 0) {
+    std::vector<std::uint32_t> removed;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      if (report.components[report.component_of[t]].buried) removed.push_back(t);
+    out.mesh = withoutBuried(out.mesh, report);
+    out.steps.push_back({RepairStepKind::DropBuried,
+                         "left out, since within solid matter they bound nothing: " + counted(buried, "component", "components") + ".",
+                         buried, 0, std::move(removed)});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view name(RepairStepKind kind) {
+  switch (kind) {
+    case RepairStepKind::DropFlat:
+      return "drop flat";
+    case RepairStepKind::DropDuplicates:
+      return "drop duplicates";
+    case RepairStepKind::StitchCracks:
+      return "stitch cracks";
+    case RepairStepKind::DropFins:
+      return "drop fins";
+    case RepairStepKind::AlignWinding:
+      return "align winding";
+    case RepairStepKind::FillHoles:
+      return "fill holes";
+    case RepairStepKind::CapOpenings:
+      return "cap openings";
+    case RepairStepKind::TurnOutward:
+      return "turn outward";
+    case RepairStepKind::ResolveOverlaps:
+      return "resolve overlaps";
+    case RepairStepKind::SeparateBodies:
+      return "separate bodies";
+    case RepairStepKind::DropBuried:
+      return "drop buried";
+    case RepairStepKind::Wrap:
+      break;
+  }
+  return "wrap";
+}
+
+RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& progress) {
+  const MeshReport report = checkMesh(mesh);
+  progress.check();
+  RepairedMesh out;
+  if (kind != RepairKind::Wrap && (report.clean() || (kind == RepairKind::Auto && report.fixable()))) {
+    out = fixed(mesh, report);
+  } else if (kind == RepairKind::Off || isHopeless(report)) {
+    out.mesh = mesh;
+    out.result = report;
+  } else {
+    std::optional<RepairedMesh> repaired;
+    bool is_solid = false;
+    if (kind == RepairKind::Auto) {
+      Repair repair(mesh, report, progress);
+      repaired = repair.repair();
+      is_solid = !repair.isSheet();
+    }
+    out = repaired ? std::move(*repaired) : Repair(mesh, report, progress).wrap(is_solid);
+  }
+  out.report = report;
+  return out;
+}
+
+}  // namespace spheretree::builder

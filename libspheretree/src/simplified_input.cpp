@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "simplified_input.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "mesh/canonical_order.h"
+#include "mesh/simplify_mesh.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/core/mesh_edit.h"
+
+namespace spheretree::builder {
+
+namespace {
+
+// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
+constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
+constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
+constexpr double kSliver = 16;            // roundings: triangles that are no higher may turn over by them, and lie across their neighbours
+
+bool hasSlivers(const TriangleMesh& posed) {
+  for (std::size_t t = 0; t < posed.triangles.size(); ++t) {
+    const Eigen::Vector3d ab = posed.corner(t, 1) - posed.corner(t, 0), ac = posed.corner(t, 2) - posed.corner(t, 0);
+    const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    const double least = kSliver * kPoseRounding;  // the height is twice the area over the longest side
+    if (!(ab.cross(ac).squaredNorm() > least * least * longest2)) return true;
+  }
+  return false;
+}
+
+// To fewer triangles, with the field of them; false if it was not to be.
+bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
+  std::size_t wanted = kTrianglesALeaf;
+  for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
+  wanted = std::max(wanted, kLeastTriangles);
+  if (!settings.simplify || search.mesh.triangles.size() <= 2 * wanted) return false;
+  progress.stage("simplify");
+  TriangleMesh few = simplifyMesh(search.mesh, wanted, progress);
+  if (!checkMesh(few).clean()) return false;
+  progress.check();
+  DistanceField field(few);
+  const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);
+  if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return false;
+  search.simplified_triangles = few.triangles.size();
+  search.distance_bound_mm = bound;
+  search.mesh = std::move(few);
+  search.field = sheets.triangles.empty() ? std::move(field) : DistanceField(search.mesh, {}, sheets);
+  return true;
+}
+
+}  // namespace
+
+SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& sheets, const TriangleMesh& cover_too,
+                              const BuildSettings& settings, Progress& progress) {
+  SimplifiedInput search;
+  search.pose = canonicalPose(mesh);
+  TriangleMesh posed = inPose(mesh, search.pose);
+  // What is inside must stay certain: one fold that rounding made can turn the sign of distances far outside.
+  if (hasSlivers(posed) && !checkMesh(posed).clean()) search.pose = {}, posed = mesh;
+  OrderedMesh ordered = inCanonicalOrder(posed);
+  search.mesh = std::move(ordered.mesh);
+  std::vector<double> slack;
+  if (!settings.tolerance_of_triangle_mm.empty())
+    for (const std::uint32_t t : ordered.triangle)
+      slack.push_back((settings.tolerance_of_triangle_mm[t] - settings.tolerance_mm) / search.pose.scale);
+  const auto posedToo = [&](const TriangleMesh& more) { return inCanonicalOrder(inPose(more, search.pose)).mesh; };
+  const TriangleMesh posed_sheets = posedToo(sheets);
+  if (!slack.empty() || !simplify(search, posed_sheets, settings, progress)) search.field = DistanceField(search.mesh, slack, posed_sheets);
+  search.mesh = joined(std::move(search.mesh), posedToo(cover_too));
+  return search;
+}
+
+LevelBalls inFrameOfMesh(LevelBalls balls, const Pose& pose) {
+  for (std::vector<Ball>& level : balls.balls)
+    for (Ball& b : level) b = {pose.toMesh(b.centre), pose.scale * b.radius};
+  return balls;
+}
+
+}  // namespace spheretree::builder

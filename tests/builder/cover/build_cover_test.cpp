@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cover/build_cover.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/dense_points.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+BuildSettings quick(int levels, int branching) {
+  BuildSettings settings;
+  settings.quality = Quality::Quick;
+  settings.levels = levels;
+  settings.branching = branching;
+  return settings;
+}
+
+LevelBalls build(const TriangleMesh& mesh, const BuildSettings& settings) {
+  Progress progress;
+  return buildCover(mesh, DistanceField(mesh), settings, progress);
+}
+
+// The stand-off that all balls of a level share.
+double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
+  double least = 1e9, most = 0;
+  for (const Ball& b : balls) {
+    const double h = b.radius - test::bruteDistance(mesh, b.centre);
+    least = std::min(least, h);
+    most = std::max(most, h);
+  }
+  EXPECT_NEAR(least, most, 1e-12 * most + 1e-13);
+  return most;
+}
+
+// A sheet 1e-5 as thick as it is wide: its medial balls are smaller than any spacing of samples, and centres may as well lie outside.
+TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
+  const double width = 10, thickness = 1e-4;
+  const LevelBalls levels = build(test::boxMesh({0, 0, 0}, {width, width, thickness}), quick(3, 8));
+  const double hexagonal = std::sqrt(2 / (3 * std::sqrt(3.0)) * width * width / 64);  // radius of 64 discs in the densest grid
+  for (const Ball& b : levels.balls[2]) EXPECT_LT(b.radius, 1.6 * hexagonal);
+}
+
+// What a ball stands out over a polyhedron round it is the depth of its faces, which more balls hardly lower.
+TEST(BuildCover, OfARoundObjectNoLevelIsWorseThanTheOneAbove) {
+  const TriangleMesh mesh = test::sphereMesh(10, 4);
+  const LevelBalls levels = build(mesh, quick(4, 8));
+  double above = 1e9;
+  for (const std::vector<Ball>& balls : levels.balls) {
+    const double h = standOff(mesh, balls);
+    EXPECT_LE(h, above * (1 + 1e-12));
+    above = h;
+  }
+}
+
+TEST(BuildCover, LevelsFillTheBudgetStandOffAlikeAndCover) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const LevelBalls levels = build(mesh, quick(4, 4));
+  EXPECT_TRUE(levels.parents.empty());
+  ASSERT_EQ(levels.balls.size(), 4u);
+  const std::vector<Eigen::Vector3d> points = test::densePoints(mesh, 60, 1);
+  double above = 1e9;
+  for (std::size_t level = 0, most = 1; level < 4; ++level, most *= 4) {
+    EXPECT_EQ(levels.balls[level].size(), most);
+    const double h = standOff(mesh, levels.balls[level]);
+    EXPECT_LT(h, above);
+    EXPECT_LE(test::largestGap(points, levels.balls[level]), 0.08 * h) << "twice the gap that `quick` leaves to the certificate";
+    above = h;
+  }
+}
+
+TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  BuildSettings settings = quick(4, 4);
+  const double whole = standOff(mesh, build(mesh, settings).balls.back());
+  settings.tolerance_mm = 2 * whole;
+  const LevelBalls few = build(mesh, settings);
+  EXPECT_LE(standOff(mesh, few.balls.back()), settings.tolerance_mm);
+  EXPECT_LT(few.balls.back().size(), 50u) << "the stand-off falls about as 1/n: half of 64, and some";
+  for (std::size_t level = 1; level < few.balls.size(); ++level) EXPECT_LE(few.balls[level - 1].size(), few.balls[level].size());
+  settings.tolerance_mm = 0.1 * whole;
+  EXPECT_EQ(build(mesh, settings).balls.back().size(), 64u) << "out of reach: the whole budget";
+}
+
+TEST(BuildCover, ASeedIsPartOfTheResult) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 16, 8);
+  BuildSettings settings = quick(2, 8);
+  const LevelBalls one = build(mesh, settings), again = build(mesh, settings);
+  settings.seed = 2;
+  const LevelBalls other = build(mesh, settings);
+  EXPECT_EQ(one.balls[1][0].centre, again.balls[1][0].centre);
+  EXPECT_NE(one.balls[1][0].centre, other.balls[1][0].centre);
+}
+
+TEST(BuildCover, TellsItsStagesAndStopsInEach) {
+  struct Stages : Progress {
+    std::vector<std::string> names;
+    std::string stop_at;
+    void stage(std::string_view name) override {
+      names.emplace_back(name);
+      if (name == stop_at) cancel();
+    }
+  };
+  const TriangleMesh mesh = test::torusMesh(5, 2, 16, 8);
+  const DistanceField field(mesh);
+  Stages all;
+  buildCover(mesh, field, quick(2, 4), all);
+  EXPECT_EQ(all.names, (std::vector<std::string>{"medial axis", "cover"}));
+  for (const std::string& name : all.names) {
+    Stages stopped;
+    stopped.stop_at = name;
+    EXPECT_THROW(buildCover(mesh, field, quick(2, 4), stopped), Cancelled) << name;
+  }
+}
+
+TEST(BuildCover, KeepsToANumberOfLeavesAndUsesIt) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  double above = 1e9;
+  for (const int leaves : {1, 7, 8, 50, 200}) {
+    BuildSettings settings = quick(4, 8);
+    settings.most_leaves = leaves;
+    const LevelBalls levels = build(mesh, settings);
+    ASSERT_EQ(levels.balls.back().size(), static_cast<std::size_t>(leaves));
+    for (std::size_t level = 1; level < levels.balls.size(); ++level)
+      EXPECT_LE(levels.balls[level].size(), 8 * levels.balls[level - 1].size());
+    const double h = standOff(mesh, levels.balls.back());
+    EXPECT_LT(h, above);
+    above = h;
+  }
+  BuildSettings more = quick(3, 8);  // than the levels allow
+  more.most_leaves = 100;
+  EXPECT_EQ(build(mesh, more).balls.back().size(), 64u);
+  more.tolerance_mm = 1e-6;  // that cannot be met: all of them, and no more
+  more.most_leaves = 20;
+  EXPECT_EQ(build(mesh, more).balls.back().size(), 20u);
+}
+
+}  // namespace
+}  // namespace spheretree::builder

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How far the cover's search is from the optimum: the discrete problem (at most n of the pool's balls, grown by one stand-off, cover all
+// samples) solved exactly by branch and bound on small instances. The builder moves centres too, and then can be better than that optimum.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bitset>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "cover/optimise_cover.h"
+#include "medial/shrinking_balls.h"
+#include "support/random.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostSamples = 512;
+using Held = std::bitset<kMostSamples>;
+
+// Exact: is there a choice of at most n sets that covers everything? Branches on the open sample that fewest sets hold.
+class SetCover {
+ public:
+  explicit SetCover(std::vector<Held> sets) : sets_(std::move(sets)) {
+    // A set within another is never needed.
+    std::vector<Held> kept;
+    std::stable_sort(sets_.begin(), sets_.end(), [](const Held& a, const Held& b) { return a.count() > b.count(); });
+    for (const Held& s : sets_)
+      if (std::none_of(kept.begin(), kept.end(), [&](const Held& k) { return (s & ~k).none(); })) kept.push_back(s);
+    sets_ = std::move(kept);
+  }
+  bool feasible(const Held& open, std::size_t n) {
+    if (open.none()) return true;
+    if (n == 0) return false;
+    std::size_t widest = 0;
+    for (const Held& s : sets_) widest = std::max(widest, (s & open).count());
+    if (widest * n < open.count()) return false;
+    std::size_t rarest = kMostSamples, holders = sets_.size() + 1;
+    for (std::size_t i = open._Find_first(); i < kMostSamples; i = open._Find_next(i)) {
+      std::size_t count = 0;
+      for (const Held& s : sets_) count += s[i];
+      if (count < holders) holders = count, rarest = i;
+    }
+    std::vector<std::size_t> branches;
+    for (std::size_t k = 0; k < sets_.size(); ++k)
+      if (sets_[k][rarest]) branches.push_back(k);
+    std::stable_sort(branches.begin(), branches.end(),
+                     [&](std::size_t a, std::size_t b) { return (sets_[a] & open).count() > (sets_[b] & open).count(); });
+    return std::any_of(branches.begin(), branches.end(), [&](std::size_t k) { return feasible(open & ~sets_[k], n - 1); });
+  }
+
+ private:
+  std::vector<Held> sets_;
+};
+
+// Least stand-off of the discrete problem: one of the gaps between a sample and a ball.
+double exactStandOff(const std::vector<Vector3d>& points, const std::vector<Ball>& pool, std::size_t n) {
+  std::vector<double> gaps;
+  for (const Ball& b : pool)
+    for (const Vector3d& p : points) gaps.push_back(std::max(0.0, (p - b.centre).norm() - b.radius));
+  std::sort(gaps.begin(), gaps.end());
+  Held all;
+  for (std::size_t i = 0; i < points.size(); ++i) all.set(i);
+  std::size_t low = 0, high = gaps.size() - 1;  // at the largest gap one ball holds all
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    std::vector<Held> sets;
+    for (const Ball& b : pool) {
+      Held held;
+      for (std::size_t i = 0; i < points.size(); ++i) held[i] = (points[i] - b.centre).norm() - b.radius <= gaps[middle];
+      sets.push_back(held);
+    }
+    if (SetCover(std::move(sets)).feasible(all, n))
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return gaps[low];
+}
+
+TEST(ExactCover, BranchAndBoundAgreesWithAllSubsets) {
+  test::Random random(5);
+  for (int trial = 0; trial < 40; ++trial) {
+    std::vector<Vector3d> points;
+    std::vector<Ball> pool;
+    for (int i = 0; i < 25; ++i) points.push_back(random.inCube(1));
+    for (int i = 0; i < 9; ++i) pool.push_back({random.inCube(1), 0.2 * random.unit()});
+    const std::size_t n = 2 + random.below(2);
+    double best = 1e9;
+    for (unsigned subset = 1; subset < 1u << pool.size(); ++subset) {
+      if (static_cast<std::size_t>(__builtin_popcount(subset)) > n) continue;
+      double worst = 0;
+      for (const Vector3d& p : points) {
+        double gap = 1e9;
+        for (std::size_t b = 0; b < pool.size(); ++b)
+          if (subset >> b & 1) gap = std::min(gap, std::max(0.0, (p - pool[b].centre).norm() - pool[b].radius));
+        worst = std::max(worst, gap);
+      }
+      best = std::min(best, worst);
+    }
+    EXPECT_DOUBLE_EQ(exactStandOff(points, pool, n), best) << trial;
+  }
+}
+
+TEST(ExactCover, TheSearchIsNearTheOptimum) {
+  const std::pair<const char*, TriangleMesh> meshes[] = {{"torus", test::torusMesh(5, 2, 24, 12)},
+                                                         {"box", test::boxMesh({0, 0, 0}, {6, 2, 1.5})},
+                                                         {"plate", test::boxMesh({0, 0, 0}, {4, 4, 0.2})}};
+  for (const auto& [name, mesh] : meshes) {
+    const DistanceField field(mesh);
+    SampleSettings sampling;
+    sampling.count = 120;
+    const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
+    ASSERT_LE(samples.size(), kMostSamples);
+    std::vector<Vector3d> points;
+    for (const SurfaceSample& s : samples) points.push_back(s.point);
+    sampling.count = 60;
+    sampling.seed = 9;
+    std::vector<Ball> pool = shrinkingBalls(sampleSurface(mesh, sampling), field);
+    for (const std::size_t n : {2, 3, 4}) {
+      const double exact = exactStandOff(points, pool, n);
+      CoverSettings settings;
+      settings.spheres = n;
+      settings.lowering.moves = 0;
+      settings.refits = 0;
+      Progress progress;
+      const double discrete = optimiseCover(mesh, field, samples, pool, settings, progress).stand_off;
+      settings = {};
+      settings.spheres = n;
+      const double whole = optimiseCover(mesh, field, samples, pool, settings, progress).stand_off;
+      std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n,
+                  pool.size(), points.size(), exact, discrete / exact, whole / exact);
+      // The search covers the surface between the samples as well, the optimum the samples alone.
+      EXPECT_LE(discrete, 1.2 * exact) << name << " " << n;
+      EXPECT_LE(whole, 1.05 * exact) << name << " " << n;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::builder

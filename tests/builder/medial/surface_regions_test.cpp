@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "medial/surface_regions.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "support/random.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Setting {
+  TriangleMesh mesh = test::boxMesh({-1, -2, -3}, {1, 2, 3});
+  DistanceField field{mesh};
+  SurfacePoints surface = sampleRegions(mesh, field, 2000, 64, 1);
+  std::vector<FittedBall> balls;
+
+  Setting() {
+    test::Random random(3);
+    while (balls.size() < 20) {
+      const Vector3d c = random.inBox({-1, -2, -3}, {1, 2, 3});
+      balls.push_back({c, -field.signedDistance(c), 2.5});
+    }
+  }
+};
+
+TEST(SurfaceRegions, SamplesHoldTheCornersAndLoadsGrowWhereTheSolidIsThin) {
+  // A thick block with a thin plate beside it: equal areas of the plate take more spheres.
+  const TriangleMesh mesh = test::joined(test::boxMesh({0, 0, 0}, {4, 4, 4}), test::boxMesh({10, 0, 0}, {14, 4, 0.1}));
+  const DistanceField field(mesh);
+  const SurfacePoints surface = sampleRegions(mesh, field, 4000, 64, 1);
+  ASSERT_EQ(surface.points.size(), surface.load.size());
+  ASSERT_EQ(surface.points.size(), surface.inner.size());
+  for (const Vector3d& corner : mesh.positions)
+    EXPECT_NE(std::find(surface.points.begin(), surface.points.end(), corner), surface.points.end());
+  double thick = 0, thin = 0;
+  std::size_t thick_count = 0, thin_count = 0;
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    EXPECT_LT(field.distance(surface.points[i]), 1e-9);
+    if (!(surface.load[i] > 0)) continue;
+    if (surface.points[i].x() > 5)
+      thin += surface.load[i], ++thin_count;
+    else
+      thick += surface.load[i], ++thick_count;
+  }
+  EXPECT_GT(thin / static_cast<double>(thin_count), 2 * thick / static_cast<double>(thick_count));
+}
+
+TEST(SurfaceRegions, AssignDeepestAgreesWithBruteForce) {
+  Setting s;
+  const std::vector<FittedBall> before = s.balls;
+  const std::vector<std::uint32_t> owner = assignDeepest(s.surface.points, s.balls);
+  for (std::size_t i = 0; i < owner.size(); ++i) {
+    const Vector3d& p = s.surface.points[i];
+    double least = std::numeric_limits<double>::infinity();
+    for (const FittedBall& b : before)
+      if ((p - b.centre).norm() <= b.radius) least = std::min(least, (p - b.centre).norm() - b.clearance);
+    const FittedBall& own = s.balls[owner[i]];
+    EXPECT_LE((p - own.centre).norm(), own.radius * (1 + 1e-8));
+    if (std::isfinite(least)) {
+      EXPECT_NEAR((p - own.centre).norm() - own.clearance, least, 1e-8);
+    }
+  }
+}
+
+TEST(SurfaceRegions, RefitKeepsThePointsCoveredAndNeverRaisesTheWorst) {
+  Setting s;
+  Progress progress;
+  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
+  double before = 0;
+  for (const FittedBall& b : s.balls) before = std::max(before, b.overhang());
+  for (int round = 0; round < 4; ++round) {
+    const std::vector<std::uint32_t> owner = refitBalls(s.field, s.surface.points, s.balls, 1, progress);
+    double worst = 0;
+    for (const FittedBall& b : s.balls) worst = std::max(worst, b.overhang());
+    EXPECT_LE(worst, before * (1 + 1e-9));
+    before = worst;
+    for (std::size_t i = 0; i < owner.size(); ++i)
+      EXPECT_LE((s.surface.points[i] - s.balls[owner[i]].centre).norm(), s.balls[owner[i]].radius * (1 + 1e-12));
+  }
+}
+
+TEST(SurfaceRegions, HoldersAreThoseOfBruteForce) {
+  Setting s;
+  const Holders holders = findHolders(s.surface.points, s.balls);
+  ASSERT_EQ(holders.begin.size(), s.surface.points.size() + 1);
+  for (std::size_t i = 0; i < s.surface.points.size(); ++i) {
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t b = 0; b < s.balls.size(); ++b)
+      if ((s.surface.points[i] - s.balls[b].centre).norm() <= s.balls[b].radius * (1 + 1e-9)) expected.push_back(b);
+    EXPECT_TRUE(std::ranges::equal(holders.of(i), expected)) << i;
+  }
+}
+
+TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
+  Setting s;
+  Progress progress;
+  refitBalls(s.field, s.surface.points, s.balls, 0, progress);
+  std::vector<FittedBall> balls = s.balls;
+  balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must go
+  const std::vector<std::uint32_t> group(balls.size(), 0);
+  const Holders holders = findHolders(s.surface.points, balls);
+  const std::vector<char> redundant = maybeRedundant(holders, balls, group, {}, {});
+  EXPECT_GE(std::accumulate(redundant.begin(), redundant.end(), 0), static_cast<int>(s.balls.size()));
+  for (const Vector3d& p : s.surface.points) {
+    bool held = false;
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      held = held || (!redundant[b] && (p - balls[b].centre).norm() <= balls[b].radius * (1 + 1e-9));
+    EXPECT_TRUE(held);
+  }
+  // Once one of each two is gone, the others drop no more than they do by themselves.
+  std::vector<char> gone(balls.size(), 0);
+  std::fill(gone.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), gone.end(), 1);
+  const std::vector<char> of_both = maybeRedundant(holders, balls, group, {}, gone);
+  const std::vector<char> of_first = maybeRedundant(findHolders(s.surface.points, s.balls), s.balls, group, {}, {});
+  EXPECT_TRUE(std::equal(of_first.begin(), of_first.end(), of_both.begin()));
+  EXPECT_EQ(std::count(of_both.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), of_both.end(), 1), 0);
+  std::vector<std::uint32_t> alone(balls.size());
+  std::iota(alone.begin(), alone.end(), 0u);
+  for (const char r : maybeRedundant(holders, balls, alone, {}, {})) EXPECT_FALSE(r) << "the last of its group";
+}
+
+// Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have half.
+TEST(SurfaceRegions, HandDownBalancesTheLoads) {
+  test::Random random(5);
+  std::vector<Vector3d> points;
+  std::vector<double> load;
+  for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), load.push_back(1);
+  const std::vector<FittedBall> balls{{{5, 0, 0}, 0, 20}, {{9, 0, 0}, 0, 20}};
+  const std::vector<std::uint32_t> owner = assignToRegions(points, load, balls);
+  double low = 0, first = 0, second_least = 10;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (owner[i] == 0) ++first, low = std::max(low, points[i].x());
+    if (owner[i] == 1) second_least = std::min(second_least, points[i].x());
+  }
+  EXPECT_NEAR(first / 4000, 0.5, 0.05);
+  EXPECT_LE(low, second_least + 1e-9);  // a plane across x
+}
+
+}  // namespace
+}  // namespace spheretree::builder

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/crossing_triangles.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "spheretree/core/mesh_edit.h"
+#include "support/random.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+using test::boxMesh;
+
+/// Whether a segment pierces a triangle, in general position.
+bool pierces(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const std::array<Eigen::Vector3d, 3>& t) {
+  const auto side = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
+    return (b - a).cross(c - a).dot(d - a) > 0;
+  };
+  if (side(t[0], t[1], t[2], p) == side(t[0], t[1], t[2], q)) return false;
+  const bool s = side(p, q, t[0], t[1]);
+  return side(p, q, t[1], t[2]) == s && side(p, q, t[2], t[0]) == s;
+}
+
+TEST(CrossingTriangles, AreThoseOfBruteForce) {
+  test::Random random(7);
+  std::size_t total = 0;
+  for (int round = 0; round < 20; ++round) {
+    TriangleMesh mesh;
+    for (std::uint32_t t = 0; t < 60; ++t) {
+      const Eigen::Vector3d at = random.inCube(3);
+      for (int k = 0; k < 3; ++k) mesh.positions.push_back(at + random.inCube(1));
+      mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    if (round % 2)  // with shared corners, too
+      for (std::uint32_t t = 3; t < 60; t += 3) mesh.triangles[t][0] = mesh.triangles[t - 3][0];
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+    for (std::uint32_t a = 0; a < 60; ++a) {
+      for (std::uint32_t b = a + 1; b < 60; ++b) {
+        const auto corners = [&](std::size_t t) { return std::array{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}; };
+        const auto meets = [&](std::size_t first, std::size_t second) {
+          for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = mesh.triangles[first][k], w = mesh.triangles[first][(k + 1) % 3];
+            const Triangle& other = mesh.triangles[second];
+            if (std::count(other.begin(), other.end(), v) + std::count(other.begin(), other.end(), w) > 0) continue;
+            if (pierces(mesh.positions[v], mesh.positions[w], corners(second))) return true;
+          }
+          return false;
+        };
+        if (meets(a, b) || meets(b, a)) expected.emplace_back(a, b);
+      }
+    }
+    EXPECT_EQ(findCrossingTriangles(mesh, 10000).pairs, expected) << round;
+    total += expected.size();
+  }
+  EXPECT_GT(total, 200u);
+}
+
+TEST(CrossingTriangles, TouchOrFoldOntoEachOther) {
+  const auto crossings = [](std::vector<Eigen::Vector3d> positions, std::vector<Triangle> triangles) {
+    TriangleMesh mesh;
+    mesh.positions = std::move(positions);
+    mesh.triangles = std::move(triangles);
+    return findCrossingTriangles(mesh, 100).pairs.size();
+  };
+  const Eigen::Vector3d o(0, 0, 0), x(4, 0, 0), y(0, 4, 0);
+  EXPECT_EQ(crossings({o, x, y, {3, 3, 0}}, {{0, 1, 2}, {1, 3, 2}}), 0u);                             // side by side
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}}, {{0, 1, 2}, {2, 1, 3}}), 1u);                             // folded flat
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}}, {{0, 1, 2}, {2, 1, 3}}), 0u);                        // almost
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 0}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 1u);       // a corner touches
+  EXPECT_EQ(crossings({o, x, y, {1, 1, 1e-300}, {1, 1, 5}, {9, 9, 5}}, {{0, 1, 2}, {3, 4, 5}}), 0u);  // almost
+  EXPECT_EQ(crossings({o, x, y, {2, 2, 1}, {2, 2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1u);                 // shares a corner and cuts through
+  EXPECT_EQ(crossings({o, x, y, {-2, -2, 1}, {-2, -2, -1}}, {{0, 1, 2}, {0, 3, 4}}), 0u);
+}
+
+TEST(CrossingTriangles, LeaveOutFlatOnesAndDuplicates) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {1, 1, -1}, {1, 1, 1}, {1, 1, 3}};
+  mesh.triangles = {{0, 1, 2}, {2, 1, 0}, {3, 4, 5}, {0, 0, 1}};  // again and turned; a line through it; no third corner
+  EXPECT_TRUE(isFlat(mesh, 2));
+  EXPECT_TRUE(isFlat(mesh, 3));
+  EXPECT_FALSE(isFlat(mesh, 0));
+  EXPECT_TRUE(findCrossingTriangles(mesh, 100).pairs.empty());
+  mesh.positions[5].x() = std::nextafter(1.0, 2.0);  // a sliver, and no longer in line
+  EXPECT_FALSE(isFlat(mesh, 2));
+  EXPECT_EQ(findCrossingTriangles(mesh, 100).pairs.size(), 2u);
+}
+
+TEST(CrossingTriangles, StopAtTheLimit) {
+  const TriangleMesh mesh = joined(boxMesh({0, 0, 0}, {2, 2, 2}), boxMesh({1, 1, 1}, {3, 3, 3}));
+  const CrossingTriangles all = findCrossingTriangles(mesh, 1000);
+  ASSERT_GT(all.pairs.size(), 5u);
+  EXPECT_FALSE(all.is_stopped);
+  EXPECT_FALSE(findCrossingTriangles(mesh, all.pairs.size()).is_stopped);
+  const CrossingTriangles few = findCrossingTriangles(mesh, 5);
+  EXPECT_TRUE(few.is_stopped);
+  EXPECT_EQ(few.pairs.size(), 5u);
+}
+
+}  // namespace
+}  // namespace spheretree::builder

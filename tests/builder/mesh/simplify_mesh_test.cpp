@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/simplify_mesh.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/provenance.h"
+#include "support/dense_points.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+TriangleMesh simplified(const TriangleMesh& mesh, std::size_t triangles) {
+  Progress progress;
+  return simplifyMesh(mesh, triangles, progress);
+}
+
+double boundTo(const TriangleMesh& mesh, const TriangleMesh& other) {
+  Progress progress;
+  return distanceBound(mesh, DistanceField(other), progress);
+}
+
+double largestDistance(const TriangleMesh& mesh, const TriangleMesh& other, int inner) {
+  const DistanceField field(other);
+  double most = 0;
+  for (const Vector3d& p : test::densePoints(mesh, inner, 5)) most = std::max(most, field.distance(p));
+  return most;
+}
+
+TEST(SimplifyMesh, TheResultIsSoundAndOfTheSizeAskedFor) {
+  for (const TriangleMesh& mesh : {test::sphereMesh(5, 5), test::torusMesh(10, 3, 80, 50)}) {
+    const std::size_t wanted = mesh.triangles.size() / 10;
+    const TriangleMesh few = simplified(mesh, wanted);
+    const MeshReport before = checkMesh(mesh), after = checkMesh(few);
+    EXPECT_TRUE(after.clean()) << after.summary();
+    EXPECT_LE(few.triangles.size(), wanted + 2);
+    EXPECT_NEAR(after.volume, before.volume, 0.03 * before.volume);
+    std::size_t v = 0;  // a subset of the vertices, in their order
+    for (const Vector3d& p : few.positions) {
+      while (v < mesh.positions.size() && mesh.positions[v] != p) ++v;
+      ASSERT_LT(v, mesh.positions.size());
+    }
+  }
+}
+
+TEST(SimplifyMesh, WhatIsFlatCostsNothing) {
+  TriangleMesh grid = test::boxMesh({-1, -2, -3}, {4, 5, 6});
+  for (int round = 0; round < 4; ++round) grid = test::quartered(grid);
+  const TriangleMesh few = simplified(grid, 100);
+  EXPECT_LE(few.triangles.size(), 100u);
+  EXPECT_LT(boundTo(grid, few), 2e-5) << "a box of 3072 triangles is a box of 100";
+  EXPECT_NEAR(checkMesh(few).volume, 5 * 7 * 9, 1e-9);
+}
+
+TEST(SimplifyMesh, TheBoundHoldsAndIsTight) {
+  for (const TriangleMesh& mesh : {test::sphereMesh(5, 5), test::torusMesh(10, 3, 80, 50)}) {
+    const TriangleMesh few = simplified(mesh, mesh.triangles.size() / 8);
+    const double found = largestDistance(mesh, few, 4), bound = boundTo(mesh, few);
+    EXPECT_GE(bound, found);
+    EXPECT_LE(bound, 1.3 * found);
+    EXPECT_LE(bound, 0.3) << "triangles are 1 mm wide here";
+  }
+}
+
+TEST(SimplifyMesh, TheBoundSeesWhatNoVertexTells) {
+  // The corners of the box lie on the sphere; the middles of its sides are far from it.
+  const double half = 5 / std::sqrt(3.0);
+  const TriangleMesh box = test::quartered(test::quartered(test::boxMesh(Vector3d::Constant(-half), Vector3d::Constant(half)))),
+                     ball = test::sphereMesh(5, 5);
+  EXPECT_GE(boundTo(box, ball), (5 - half) * 0.98);
+  EXPECT_LE(boundTo(box, ball), (5 - half) * 1.3);
+  EXPECT_NEAR(boundTo(test::sphereMesh(5.5, 5), ball), 0.5, 0.13) << "concentric";
+}
+
+TEST(SimplifyMesh, SameTrianglesForAnyNumberOfThreads) {
+  const TriangleMesh mesh = test::torusMesh(10, 3, 80, 50);
+  const TriangleMesh two = simplified(mesh, 900);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const TriangleMesh one = simplified(mesh, 900);
+  EXPECT_EQ(meshHash(one), meshHash(two));
+}
+
+TEST(SimplifyMesh, WhatIsNoManifoldIsRefusedAndCancellingEnds) {
+  TriangleMesh fin = test::boxMesh({0, 0, 0}, {1, 1, 1});
+  fin.triangles.push_back({0, 3, 6});
+  EXPECT_THROW(simplified(fin, 4), std::invalid_argument);
+  Progress progress;
+  progress.cancel();
+  EXPECT_THROW(simplifyMesh(test::sphereMesh(1, 3), 100, progress), Cancelled);
+}
+
+TEST(SimplifyMesh, ABuildOnFewerTrianglesIsProvenAgainstAll) {
+  const TriangleMesh mesh = test::torusMesh(10, 3, 210, 110);  // 46,200 triangles; the search takes 20,000
+  BuildSettings settings;
+  settings.quality = Quality::Quick;
+  settings.levels = 2;
+  settings.branching = 8;
+  Progress progress;
+  const BuildResult result = buildSphereTree(mesh, settings, progress);
+  const Simplification& simplification = result.statistics.simplification;
+  EXPECT_GT(simplification.triangles, 15'000u);
+  EXPECT_LE(simplification.triangles, 20'002u);
+  EXPECT_LT(simplification.distance_bound_mm, 0.02);
+  EXPECT_EQ(result.tree.provenance.triangle_count, mesh.triangles.size());
+  EXPECT_EQ(result.tree.provenance.mesh_hash, meshHash(mesh));
+
+  const DistanceField field(mesh);
+  const std::vector<Vector3d> points = test::densePoints(mesh, 2, 11);
+  test::Random random(3);
+  for (int level = 0; level < result.tree.levelCount(); ++level) {
+    std::vector<Sphere> spheres;
+    for (const std::uint32_t node : levelSet(result.tree, level)) spheres.push_back(result.tree.cover[node]);
+    const std::vector<Ball> balls = test::toBalls(spheres);
+    EXPECT_LE(test::largestGap(points, balls), 1e-14) << "level " << level;
+    for (const Ball& b : balls)
+      for (int i = 0; i < 200; ++i)
+        EXPECT_LE(field.signedDistance(b.centre + b.radius * random.direction()),
+                  result.statistics.levels[static_cast<std::size_t>(level)].overhang_bound_mm);
+  }
+
+  BuildSettings whole = settings;
+  whole.simplify = false;
+  const BuildResult exact = buildSphereTree(mesh, whole, progress);
+  EXPECT_EQ(exact.statistics.simplification.triangles, 0u);
+  EXPECT_NE(exact.tree.provenance.settings_hash, result.tree.provenance.settings_hash);
+  EXPECT_NEAR(result.statistics.levels.back().overhang_bound_mm, exact.statistics.levels.back().overhang_bound_mm,
+              0.1 * exact.statistics.levels.back().overhang_bound_mm);
+
+  settings.tolerance_mm = 10 * simplification.distance_bound_mm;
+  EXPECT_EQ(buildSphereTree(mesh, settings, progress).statistics.simplification.triangles, 0u) << "it would use up too much of it";
+  settings.tolerance_mm = 2 * result.statistics.levels.back().overhang_bound_mm;
+  const BuildResult within = buildSphereTree(mesh, settings, progress);
+  EXPECT_GT(within.statistics.simplification.triangles, 0u);
+  EXPECT_TRUE(within.statistics.tolerance_met);
+}
+
+}  // namespace
+}  // namespace spheretree::builder

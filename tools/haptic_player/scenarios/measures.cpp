@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scenarios/measures.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace spheretree::player {
+namespace {
+
+constexpr double kNear = 0.5;  // pairs up to this far apart are tested at every pose [mm]
+
+Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
+Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
+  return pose.orientation.conjugate() * (p - pose.position);
+}
+
+/// Applies `value(before, after)` to neighbours and returns the largest.
+template <class Value>
+double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) {
+  double most = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) most = std::max(most, value(rows[i - 1], rows[i]));
+  return most;
+}
+
+}  // namespace
+
+SpherePenetration::SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects)
+    : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
+  for (const Ball& b : tool_) reach_ = std::max(reach_, b.centre.norm());
+  for (const PlacedBody& object : objects) {
+    Object made{leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
+    for (const Ball& b : made.balls) made.around.centre += b.centre / static_cast<double>(made.balls.size());
+    for (const Ball& b : made.balls) made.around.radius = std::max(made.around.radius, (b.centre - made.around.centre).norm() + b.radius);
+    objects_.push_back(std::move(made));
+  }
+}
+
+std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTree& tree, const Configuration& pose) {
+  std::vector<Ball> leaves;
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  for (std::size_t n = 0; n < tree.nodeCount(); ++n)
+    if (tree.isLeaf(n)) {
+      const Sphere& s = tree.cover[n];
+      leaves.push_back({place(pose, Eigen::Vector3d(s.x, s.y, s.z) + origin), static_cast<double>(s.radius)});
+    }
+  return leaves;
+}
+
+void SpherePenetration::listNear(const Configuration& pose) {
+  near_.clear();
+  near_pose_ = pose;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Ball& t : tool_) centres.push_back(place(pose, t.centre));
+  for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+    const Ball& around = objects_[i].around;
+    for (std::uint32_t t = 0; t < tool_.size(); ++t) {
+      if ((centres[t] - around.centre).norm() > around.radius + tool_[t].radius + kNear) continue;
+      for (std::uint32_t o = 0; o < objects_[i].balls.size(); ++o) {
+        const Ball& ball = objects_[i].balls[o];
+        const double near = tool_[t].radius + ball.radius + kNear;
+        if ((centres[t] - ball.centre).squaredNorm() < near * near) near_.push_back({i, t, o});
+      }
+    }
+  }
+}
+
+double SpherePenetration::at(const Configuration& pose, int only) {
+  const auto farthest = [&](const Displacement& way) { return way.translation.norm() + reach_ * way.rotation.norm(); };
+  if (!near_pose_ || !(farthest(displacementBetween(*near_pose_, pose)) < kNear)) listNear(pose);
+  double deepest = 0;
+  for (const Pair& pair : near_) {
+    if (only >= 0 && pair.object != static_cast<std::uint32_t>(only)) continue;
+    const Ball &t = tool_[pair.tool_ball], &o = objects_[pair.object].balls[pair.object_ball];
+    const Eigen::Vector3d between = place(pose, t.centre) - o.centre;
+    const double touch = t.radius + o.radius - deepest;
+    if (touch > 0 && between.squaredNorm() < touch * touch) deepest = t.radius + o.radius - between.norm();
+  }
+  return deepest;
+}
+
+void SpherePenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
+  for (Ball& b : objects_[object].balls) b.centre += way;
+  objects_[object].around.centre += way;
+  near_pose_.reset();
+}
+
+std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing) {
+  std::vector<Eigen::Vector3d> points = mesh.positions;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Vector3d &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+    const int n = static_cast<int>(std::ceil(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) / spacing));
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; i + j <= n; ++j)
+        if (i != n && j != n && i + j != 0) points.push_back(a + (b - a) * (double(i) / n) + (c - a) * (double(j) / n));
+  }
+  return points;
+}
+
+MeshPenetration::MeshPenetration(const Body& tool, const Eigen::Vector3d& reference_point, std::vector<PlacedBody> objects, double spacing)
+    : tool_(tool), reference_point_(reference_point), objects_(std::move(objects)), tool_points_(surfacePoints(tool.mesh, spacing)) {
+  for (const PlacedBody& object : objects_) object_points_.push_back(surfacePoints(object.body->mesh, spacing));
+}
+
+double MeshPenetration::at(const Configuration& pose) const {
+  double deepest = 0;
+  const auto look = [&](const Body& body, const Eigen::Vector3d& p) {
+    // The box first: most points are far away. A point inside by more than the deepest so far is searched for.
+    const Eigen::AlignedBox3d& box = body.field.box();
+    if ((p - box.min()).minCoeff() <= deepest || (box.max() - p).minCoeff() <= deepest) return;
+    deepest = std::max(deepest, -body.field.signedDistance(p));
+  };
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const PlacedBody& object = objects_[i];
+    for (const Eigen::Vector3d& p : tool_points_) look(*object.body, placeBack(object.pose, place(pose, p - reference_point_)));
+    for (const Eigen::Vector3d& p : object_points_[i]) look(tool_, placeBack(pose, place(object.pose, p)) + reference_point_);
+  }
+  return deepest;
+}
+
+double largestLRatio(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const Displacement way = displacementBetween(a.haptic, b.haptic);
+    const double hand = std::sqrt(k.translation * way.translation.squaredNorm() + k.rotation * way.rotation.squaredNorm());
+    const double wrench = std::sqrt((b.wrench.force - a.wrench.force).squaredNorm() / k.translation +
+                                    (b.wrench.torque - a.wrench.torque).squaredNorm() / k.rotation);
+    return hand < 1e-9 ? 0.0 : wrench / hand;
+  });
+}
+
+double largestForceJump(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const double allowed = std::max(0.1, 0.07 * std::max(a.wrench.force.norm(), b.wrench.force.norm()));
+    const double hand = k.translation * (b.haptic.position - a.haptic.position).norm();
+    return ((b.wrench.force - a.wrench.force).norm() - hand) / allowed;
+  });
+}
+
+double largestTorqueJump(std::span<const RecordedStep> rows, const runtime::Coupling& k) {
+  return largestOverSteps(rows, [&](const RecordedStep& a, const RecordedStep& b) {
+    const double allowed = std::max(5.0, 0.13 * std::max(a.wrench.torque.norm(), b.wrench.torque.norm()));
+    const double hand = k.rotation * displacementBetween(a.haptic, b.haptic).rotation.norm();
+    return ((b.wrench.torque - a.wrench.torque).norm() - hand) / allowed;
+  });
+}
+
+Eigen::Vector3d offsetEdge(const Eigen::Vector3d& h, double r) {
+  const Eigen::Vector2d p(h.x(), h.z()), nearest = p.cwiseMin(0.0), way = p - nearest;
+  if (way.norm() >= r) return h;
+  if (p.x() > 0 && p.y() > 0) return {p.x() * r / p.norm(), h.y(), p.y() * r / p.norm()};
+  // Beside or inside the solid: the nearer face, unless the arc begins before.
+  if (p.y() >= p.x()) return {p.x(), h.y(), r};
+  return {r, h.y(), p.y()};
+}
+
+Eigen::Vector3d offsetGroove(const Eigen::Vector3d& h, double r, double half_angle) {
+  // Free: cos(a) |x| - sin(a) z <= -r, that is, both half planes of the walls moved in by r.
+  const double c = std::cos(half_angle), s = std::sin(half_angle), x = std::abs(h.x()), sign = h.x() < 0 ? -1 : 1;
+  const double bottom = r / s, depth = c * x - s * h.z() + r;
+  if (depth <= 0) return h;
+  const double px = x - depth * c, pz = h.z() + depth * s;  // on this wall
+  if (px >= 0) return {sign * px, h.y(), pz};
+  return {0, h.y(), bottom};
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "scenarios/scenario.h"
+#include "servo_loop.h"
+
+namespace spheretree::player {
+
+constexpr std::size_t kMostRows = 200'000;
+
+std::string text(double value, int digits) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+double leafOverhang(const Body& body) { return static_cast<double>(body.tree.statistics.back().overhang_bound); }
+
+Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options)
+    : tool_(tool), objects_(std::move(objects)), mode_(mode), options_(options), spheres_(tool.tree, options.reference_point, objects_) {
+  runtime::SceneDescription description;
+  description.tool = tool.tree;
+  description.reference_point = options.reference_point;
+  description.coupling = options.coupling;
+  for (const PlacedBody& object : objects_) {
+    description.objects.push_back({object.body->tree, object.pose});
+    description.bridges = description.bridges && object.body->bridges;
+  }
+  std::string fault;
+  if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
+  workspace_ = std::make_unique<runtime::Workspace>(scene_);
+  if (options.mesh_spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, options.reference_point, objects_, options.mesh_spacing);
+}
+
+runtime::StepResult Rig::to(const Configuration& haptic) {
+  runtime::StageTimes times;
+  const double start = threadTime();
+  const runtime::StepResult result = runtime::step(scene_, haptic, mode_, *workspace_, &times);
+  const double total = threadTime() - start;
+  times_.add(total);
+  work_.push_back(result.work);
+  last_ = recordedStep(tick_++, haptic, result, times, total);
+  double penetration = 0;
+  if (result.pairs > 0 || result.active > 0) {
+    penetration = spheres_.at(result.graphic);
+    sphere_penetration_ = std::max(sphere_penetration_, penetration);
+    if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
+  }
+  if (options_.keep_rows && rows_.size() < kMostRows) {
+    rows_.push_back(last_);
+    row_penetration_.push_back(static_cast<float>(penetration));
+  }
+  return result;
+}
+
+runtime::StepResult Rig::moveTo(const Eigen::Vector3d& position, double speed) {
+  const Configuration from = last_.haptic;
+  const Eigen::Vector3d way = position - from.position;
+  const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / (speed / 1000) - 1e-9)));
+  runtime::StepResult result;
+  for (int n = 1; n <= steps; ++n) result = to({from.position + way * (double(n) / steps), from.orientation});
+  return result;
+}
+
+void Rig::restart() { runtime::reset(*workspace_); }
+
+void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
+  scene_.objects[object].anchor += way;
+  spheres_.moveObject(object, way);
+  if (meshes_) meshes_->moveObject(object, way);
+}
+
+void Rig::finish(Outcome& outcome) {
+  outcome.recording = std::move(rows_);
+  outcome.penetration = std::move(row_penetration_);
+  outcome.tool = &tool_;
+  outcome.objects = objects_;
+  outcome.reference_point = options_.reference_point;
+}
+
+}  // namespace spheretree::player

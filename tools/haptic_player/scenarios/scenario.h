@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a stability scenario is: a tool, objects, a motion of the hand, and figures to be reached, in both modes of the runtime.
+// The scenarios and where their figures come from: docs/stability.md. Units: mm, N, N mm, s, rad.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "run_statistics.h"
+#include "scenarios/measures.h"
+#include "scenarios/scenario_shapes.h"
+#include "spheretree/runtime/step.h"
+
+namespace spheretree::player {
+
+/// One figure: what was measured and the largest value that passes.
+struct Figure {
+  std::string quantity, unit;
+  double pass;
+  double value;
+  bool informative = false;  // the model's own limit is reported, not judged
+};
+
+/// What a scenario gives in one mode.
+struct Outcome {
+  std::vector<Figure> figures;  // the same ones in both modes
+  std::string note;             // what physics or the model forbids, and by how much
+  std::vector<RecordedStep> recording;
+  std::vector<float> penetration;  // of leaf spheres, of each recorded step [mm]
+  const Body* tool = nullptr;
+  std::vector<PlacedBody> objects;
+  Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();
+
+  void add(std::string quantity, std::string unit, double value, double pass) {
+    figures.push_back({std::move(quantity), std::move(unit), pass, value});
+  }
+};
+
+/// How much to run: `share` of the repetitions that the table asks for.
+struct BenchSettings {
+  double share = 1;  // in (0, 1]
+};
+
+struct Bench {
+  BodyLibrary& bodies;
+  BenchSettings settings;
+  builder::Progress& progress;
+  /// `full` times the share, at least `least`.
+  int repetitions(int full, int least) const { return std::max(least, static_cast<int>(full * settings.share)); }
+};
+
+/// A tool among objects in one mode, driven step by step; keeps every step, measures on the way.
+class Rig {
+ public:
+  struct Options {
+    Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // mesh frame of the tool
+    runtime::Coupling coupling;
+    double mesh_spacing = 0;  // > 0: the meshes are compared too, at every 10th step in contact [mm]
+    bool keep_rows = true;
+  };
+  Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options);
+  Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode) : Rig(tool, std::move(objects), mode, Options{}) {}
+
+  /// One servo step.
+  runtime::StepResult to(const Configuration& haptic);
+  /// Straight from the last haptic pose at `speed` [mm/s], a step each ms; ends there exactly.
+  runtime::StepResult moveTo(const Eigen::Vector3d& position, double speed);
+  /// Forgets the contact; the next step starts at its pose.
+  void restart();
+  void moveObject(std::size_t object, const Eigen::Vector3d& way);
+
+  /// Of all steps, or as many as fit: the first 200,000.
+  const std::vector<RecordedStep>& rows() const { return rows_; }
+  std::size_t mark() const { return rows_.size(); }
+  std::span<const RecordedStep> since(std::size_t mark) const { return std::span(rows_).subspan(mark); }
+  const RecordedStep& last() const { return last_; }
+  const runtime::Scene& scene() const { return scene_; }
+  runtime::Workspace& workspace() { return *workspace_; }
+  SpherePenetration& spheres() { return spheres_; }
+  double spherePenetration() const { return sphere_penetration_; }  // deepest so far [mm]
+  double meshPenetration() const { return mesh_penetration_; }
+  const TimeHistogram& times() const { return times_; }  // processor time of the thread [us]
+  const std::vector<std::uint32_t>& work() const { return work_; }
+  /// Hands rows, tool and objects over to `outcome`.
+  void finish(Outcome& outcome);
+
+ private:
+  const Body& tool_;
+  std::vector<PlacedBody> objects_;
+  runtime::Mode mode_;
+  Options options_;
+  runtime::Scene scene_;
+  std::unique_ptr<runtime::Workspace> workspace_;
+  SpherePenetration spheres_;
+  std::unique_ptr<MeshPenetration> meshes_;
+  std::vector<RecordedStep> rows_;
+  std::vector<float> row_penetration_;
+  std::vector<std::uint32_t> work_;
+  RecordedStep last_;
+  TimeHistogram times_;
+  double sphere_penetration_ = 0, mesh_penetration_ = 0;
+  std::uint64_t tick_ = 0;
+};
+
+/// Own generator: the same numbers with every standard library.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+struct Scenario {
+  std::string id;     // "F1"
+  std::string alias;  // "deep"
+  std::string title;
+  std::function<Outcome(Bench&, runtime::Mode)> run;
+};
+
+/// All, in the order of the table.
+const std::vector<Scenario>& scenarios();
+
+std::vector<Scenario> contactScenarios();     // penetration, ripple, edges, jumps
+std::vector<Scenario> popThroughScenarios();  // thin objects
+std::vector<Scenario> numericScenarios();     // rotations, rows, units
+std::vector<Scenario> builderScenarios();     // hard meshes, leaves
+std::vector<Scenario> deviceScenarios();      // moving objects, safety
+std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
+
+/// For notes: three digits, or as many as asked for.
+std::string text(double value, int digits = 3);
+/// How far leaves reach out at most, as proven [mm].
+double leafOverhang(const Body& body);
+
+inline constexpr Eigen::Vector3d::Scalar kPenetrationPass = 0.01;  // of leaf spheres [mm]
+const Quaternion kUpright(1, 0, 0, 0);
+
+}  // namespace spheretree::player

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The bodies of the stability scenarios: meshes by formula, and their trees by our own builder.
+// Units: mm. All meshes are closed, oriented outward, manifold, without self-intersections.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/distance_field.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/core/sphere_tree.h"
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::player {
+
+/// Turns the profile (radius, z), bottom to top seen from outside, round the z axis. First and last point on the axis. `around` >= 3.
+TriangleMesh lathe(const std::vector<Eigen::Vector2d>& profile, std::uint32_t around);
+
+/// Draws the simple polygon of the x, z plane, counter-clockwise seen from -y, from y = -length / 2 to length / 2.
+TriangleMesh extrude(const std::vector<Eigen::Vector2d>& polygon, double length);
+
+/// Axis-aligned box between two corners.
+TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
+
+/// The same surface, cut until no edge is longer than `longest` says of its middle [mm] (or one that was cut later by less than half).
+TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest);
+
+/// A body with its tree and its exact distance.
+struct Body {
+  std::string name;
+  TriangleMesh mesh;
+  SphereTree tree;
+  builder::DistanceField field;
+  bool bridges = false;  // the runtime fills the pits between its leaves
+};
+
+/// Makes the bodies that scenarios ask for by name, and trees of any mesh; the same mesh and settings only once.
+class BodyLibrary {
+ public:
+  /// `cache`: a folder that keeps the trees for later runs; empty: none. It does not notice that the builder changed: empty it then.
+  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress, std::filesystem::path cache = {})
+      : quality_(quality), bridges_(bridges), progress_(progress), cache_(std::move(cache)) {}
+
+  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47,
+  /// lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works.
+  /// @throws std::invalid_argument, formats::FileError
+  const Body& get(const std::string& name);
+  /// The mesh alone, of any of these names.
+  static TriangleMesh mesh(const std::string& name);
+  builder::Quality quality() const { return quality_; }
+  /// A body of its own under a name that is not taken; the same name again is the same body.
+  const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings);
+  /// @throws builder::Cancelled, formats::FileError if the cache cannot be written
+  const SphereTree& tree(const TriangleMesh& mesh, const builder::BuildSettings& settings);
+  /// What is said to be going on again once a tree is built.
+  void setStage(std::string stage) { stage_ = std::move(stage); }
+
+ private:
+  builder::Quality quality_;
+  bool bridges_;
+  builder::Progress& progress_;
+  std::filesystem::path cache_;
+  std::string stage_;
+  std::map<std::string, std::unique_ptr<Body>> bodies_;
+  std::map<std::string, SphereTree> trees_;  // by hashes of mesh and settings
+};
+
+}  // namespace spheretree::player

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenarios of contact: depth, ripple, edges, jumps. Distances mm, speeds mm/s.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "scenarios/scenario.h"
+
+namespace spheretree::player {
+namespace {
+
+using runtime::Mode;
+constexpr double kDegree = std::numbers::pi / 180;
+const Eigen::Vector3d kProbeReference(0, 0, 60);  // the probe's reference point, 60 from its tip
+
+/// In which F2's paths cross the middle of the slab [rad].
+constexpr std::array kRippleHeadings{0.13, 0.13 + 45 * kDegree, 0.13 + 90 * kDegree, 0.13 + 135 * kDegree};
+
+void addPenetrations(Outcome& out, const Rig& rig) {
+  out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
+  out.add("penetration of meshes", "mm", rig.meshPenetration(), kPenetrationPass);
+}
+
+double median(std::vector<std::uint32_t> v) {
+  if (v.empty()) return 0;
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+// F1: a cube pressed 40 deep into a block and dragged. Far-side rows and growing lists are what it looks for.
+Outcome deep(Bench& bench, Mode mode) {
+  Outcome out;
+  Rig::Options options;
+  options.mesh_spacing = 2;
+  const Body &cube = bench.bodies.get("cube"), &block = bench.bodies.get("block");
+  Rig rig(cube, {{&block, {}}}, mode, options);
+  const double start = 14;
+  rig.to({{-20, 0, start}, kUpright});
+  rig.moveTo({-20, 0, 9}, 50);
+  const std::size_t shallow_begin = rig.work().size();
+  rig.moveTo({-20, 0, 8}, 50);
+  const std::size_t shallow_end = rig.work().size();
+  rig.moveTo({-20, 0, -29}, 50);
+  const std::size_t deep_begin = rig.work().size();
+  rig.moveTo({-20, 0, -30}, 50);
+  const std::size_t deep_end = rig.work().size();
+  for (int n = 0; n < 1000; ++n) rig.to(rig.last().haptic);
+  const std::size_t drag = rig.mark();
+  rig.moveTo({20, 0, -30}, 50);
+  const auto workOf = [&](std::size_t begin, std::size_t end) {
+    return median({rig.work().begin() + static_cast<std::ptrdiff_t>(begin), rig.work().begin() + static_cast<std::ptrdiff_t>(end)});
+  };
+  addPenetrations(out, rig);
+  out.add("L-ratio while pressed and dragged", "1", std::max(largestLRatio(rig.since(0), {}), largestLRatio(rig.since(drag), {})), 1.01);
+  out.add("work at 40 mm over work at 1 mm", "1", workOf(deep_begin, deep_end) / std::max(1.0, workOf(shallow_begin, shallow_end)), 1.5);
+  out.add("processor time of a step, p99.9", "us", rig.times().quantile(0.999), 500);
+  out.add("processor time of a step, max", "us", rig.times().largest(), 1000);
+  out.note = "The face is that of spheres with an overhang of at most " + text(leafOverhang(block)) + " mm.";
+  rig.finish(out);
+  return out;
+}
+
+struct Ripple {
+  double lateral = 0, normal = 0, tilt = 0;  // [mN/N], [mN], [degree]
+};
+
+// 1 N along the four paths over a slab, there and back.
+Ripple rippleOf(Rig& rig) {
+  const auto slide = [&](double heading, double z, double speed) {
+    const Eigen::Vector3d way(std::cos(heading), std::sin(heading), 0);
+    rig.restart();
+    rig.to({-30 * way + Eigen::Vector3d(0, 0, 12), kUpright});
+    rig.moveTo(-30 * way + Eigen::Vector3d(0, 0, z), 200);
+    for (int n = 0; n < 20; ++n) rig.to(rig.last().haptic);
+    const std::size_t mark = rig.mark();
+    rig.moveTo(30 * way + Eigen::Vector3d(0, 0, z), speed);
+    return mark;
+  };
+  const auto meanForce = [&](std::span<const RecordedStep> rows) {
+    double sum = 0;
+    for (const RecordedStep& row : rows) sum += row.wrench.force.z();
+    return sum / static_cast<double>(rows.size());
+  };
+  Ripple out;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const double heading = kRippleHeadings[k % 4] + (k < 4 ? 0 : std::numbers::pi), speed = std::array{10.0, 50.0, 100.0}[k % 3];
+    // The height at which the mean normal force is 1 N.
+    double z = 5;
+    z += meanForce(rig.since(slide(heading, z, 100))) - 1;
+    const auto rows = rig.since(slide(heading, z, speed));
+    const double mean = meanForce(rows);
+    double low = 1e9, high = -1e9;
+    for (const RecordedStep& row : rows) {
+      const double side = row.wrench.force.head<2>().norm();
+      out.lateral = std::max(out.lateral, 1000 * side / mean);
+      out.tilt = std::max(out.tilt, std::atan2(side, row.wrench.force.z()) / kDegree);
+      low = std::min(low, row.wrench.force.z());
+      high = std::max(high, row.wrench.force.z());
+    }
+    out.normal = std::max(out.normal, 1000 * (high - low));
+  }
+  return out;
+}
+
+// The same leaves spent in two ways: where the scenario works, as a scene's regions of work ask for; and evenly, as published. One is
+// judged, the other shows what that is worth.
+struct Detail {
+  const char *suffix, *label;
+  bool judged;
+};
+constexpr const char *kAtWork = ", detail where the tool goes", *kEven = ", even detail";
+
+void add(Outcome& out, const Detail& detail, const char* quantity, const char* unit, double value, double pass) {
+  out.add(std::string(quantity) + detail.label, unit, value, pass);
+  out.figures.back().informative = !detail.judged;
+}
+
+double workOverhang(const Body& body) { return static_cast<double>(body.tree.provenance.work_overhang_mm); }
+std::string leavesOf(const Body& body) { return std::to_string(body.tree.statistics.back().sphere_count) + " leaves"; }
+
+// F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly spent they are enough for a face that is flat.
+Outcome ripple(Bench& bench, Mode mode) {
+  Outcome out;
+  double deepest = 0;
+  for (const Detail& detail : {Detail{"", kEven, true}, Detail{"_work", kAtWork, false}}) {
+    const Body& slab = bench.bodies.get(std::string("slab") + detail.suffix);
+    Rig rig(bench.bodies.get("ball"), {{&slab, {}}}, mode);
+    const Ripple r = rippleOf(rig);
+    add(out, detail, "lateral ripple", "mN/N", r.lateral, 20);
+    add(out, detail, "normal ripple, peak to peak", "mN", r.normal, 20);
+    add(out, detail, "largest tilt of the force", "degree", r.tilt, 1.1);
+    deepest = std::max(deepest, rig.spherePenetration());
+    if (detail.judged) {
+      out.note = "100 x 100 mm. Even detail: " + leavesOf(slab) + " within " + text(leafOverhang(slab)) + " mm.";
+      rig.finish(out);
+    } else {
+      out.note += " Detail where the tool goes: " + leavesOf(slab) + " within " + text(workOverhang(slab)) + " mm there.";
+    }
+  }
+  out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
+  return out;
+}
+
+struct OverEdge {
+  double travel = 0, error = 0;  // extra way while the force turns; farthest from the exact answer [mm]
+};
+
+// A ball of radius 5 over the edge of a cube, which is on the y axis.
+OverEdge slideOverEdge(Rig& rig) {
+  // 2 N: along the surface that lies 2 below the exact offset surface.
+  const double depth = 2, radius = 5 - depth, speed = 10;
+  std::vector<Eigen::Vector3d> path;
+  const auto line = [&](Eigen::Vector3d a, const Eigen::Vector3d& b) {
+    const int n = static_cast<int>((b - a).norm() / (speed / 1000));
+    for (int i = 0; i < n; ++i) path.push_back(a + (b - a) * (double(i) / n));
+  };
+  line({-6, 0, 7}, {-6, 0, radius});
+  line({-6, 0, radius}, {0, 0, radius});
+  const int turn_steps = static_cast<int>(radius * std::numbers::pi / 2 / (speed / 1000));
+  for (int i = 0; i < turn_steps; ++i) {
+    const double a = std::numbers::pi / 2 * i / turn_steps;
+    path.emplace_back(radius * std::sin(a), 0, radius * std::cos(a));
+  }
+  line({radius, 0, 0}, {radius, 0, -6});
+  const auto turning = [](const Eigen::Vector3d& f) {
+    const double a = std::atan2(f.x(), f.z()) / kDegree;
+    return f.norm() > 0.1 && a > 10 && a < 80;
+  };
+  OverEdge out;
+  for (const Eigen::Vector3d& p : path) {
+    const runtime::StepResult r = rig.to({p, kUpright});
+    const Eigen::Vector3d exact = offsetEdge(p, 5);
+    out.error = std::max(out.error, (r.graphic.position - exact).norm());
+    out.travel += (turning(r.wrench.force) - turning(exact - p)) * speed / 1000;
+  }
+  out.travel = std::abs(out.travel);
+  return out;
+}
+
+// How far a ball of radius 1 that slides along the groove of 60 degrees under 2 N is from its place [mm].
+double slideInGroove(Rig& rig) {
+  double error = 0;
+  rig.to({{0, -5, 8}, kUpright});
+  rig.moveTo({0, -5, 0}, 50);  // 2 below its place
+  const std::size_t mark = rig.mark();
+  rig.moveTo({0, 5, 0}, 10);
+  for (const RecordedStep& row : rig.since(mark))
+    error = std::max(error, (row.graphic.position - offsetGroove(row.haptic.position, 1, 30 * kDegree)).norm());
+  return error;
+}
+
+// F3: how sharp an edge and a groove feel, against the exact answers for a ball.
+Outcome edges(Bench& bench, Mode mode) {
+  Outcome out;
+  double deepest = 0;
+  for (const Detail& detail : {Detail{"_work", kAtWork, true}, Detail{"", kEven, false}}) {
+    const Body &cube = bench.bodies.get(std::string("cube") + detail.suffix),
+               &groove = bench.bodies.get(std::string("groove") + detail.suffix);
+    const Configuration place{{-10, 0, -10}, kUpright};  // its edge on the y axis, solid where x < 0 and z < 0
+    Rig at_edge(bench.bodies.get("ball"), {{&cube, place}}, mode), in_groove(bench.bodies.get("small_ball"), {{&groove, {}}}, mode);
+    const OverEdge over = slideOverEdge(at_edge);
+    add(out, detail, "extra travel while the force turns from 10 to 80 degrees", "mm", over.travel, 0.5);
+    add(out, detail, "position error over a cube's edge", "mm", over.error, 0.1);
+    add(out, detail, "position error in a 60 degree groove", "mm", slideInGroove(in_groove), 0.1);
+    deepest = std::max({deepest, at_edge.spherePenetration(), in_groove.spherePenetration()});
+    if (detail.judged) {
+      out.note = "Detail where the tool goes: a cube of " + leavesOf(cube) + " and a groove of " + leavesOf(groove) + " within " +
+                 text(workOverhang(cube)) + " and " + text(workOverhang(groove)) +
+                 " mm there; a groove of half angle 30 degrees doubles it.";
+      in_groove.finish(out);
+    } else {
+      out.note += " Even detail: within " + text(leafOverhang(cube)) + " and " + text(leafOverhang(groove)) + " mm.";
+    }
+  }
+  out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
+  return out;
+}
+
+// F5: the probe swept over a ridge, over a box corner, and through a sulcus.
+Outcome jumps(Bench& bench, Mode mode) {
+  Outcome out;
+  const Body &probe = bench.bodies.get("probe"), &ridge = bench.bodies.get("ridge"), &cube = bench.bodies.get("cube");
+  Rig::Options options;
+  options.reference_point = kProbeReference;
+  const Eigen::Vector3d up = kProbeReference;
+  Rig over_ridge(probe, {{&ridge, {}}}, mode, options);
+  over_ridge.to({up + Eigen::Vector3d(-6, 0, 1), kUpright});
+  over_ridge.moveTo(up + Eigen::Vector3d(-6, 0, -6), 20);
+  over_ridge.moveTo(up + Eigen::Vector3d(-2, 0, -2), 20);
+  over_ridge.moveTo(up + Eigen::Vector3d(6, 0, -2), 20);
+  out.add("L-ratio over a convex ridge", "1", largestLRatio(over_ridge.since(0), {}), 1.01);
+  Rig over_corner(probe, {{&cube, {}}}, mode, options);
+  over_corner.to({up + Eigen::Vector3d(6, 6, 11.5), kUpright});
+  over_corner.moveTo(up + Eigen::Vector3d(6, 6, 9), 20);
+  over_corner.moveTo(up + Eigen::Vector3d(14, 14, 9), 20);
+  out.add("L-ratio over a box corner", "1", largestLRatio(over_corner.since(0), {}), 1.01);
+
+  const Body &fine = bench.bodies.get("fine_probe"), &sulcus = bench.bodies.get("sulcus");
+  options.reference_point = {0, 0, 24};
+  const Eigen::Vector3d at(0, 0, 24);
+  Rig in_sulcus(fine, {{&sulcus, {}}}, mode, options);
+  in_sulcus.to({at + Eigen::Vector3d(-3, 0, 1), kUpright});
+  in_sulcus.moveTo(at + Eigen::Vector3d(-3, 0, -1.5), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(0, 0, -1.5), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(0, 0, -4.5), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(1.5, 0, -4.5), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(-1.5, 0, -4.5), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(0, 3, -3), 20);
+  in_sulcus.moveTo(at + Eigen::Vector3d(0, 3, 2), 20);
+  out.add("force step in the sulcus over max(0.1 N, 7 %)", "1", largestForceJump(in_sulcus.since(0), {}), 1);
+  out.add("torque step in the sulcus over max(5 N mm, 13 %)", "1", largestTorqueJump(in_sulcus.since(0), {}), 1);
+  out.add("penetration of leaf spheres", "mm",
+          std::max({over_ridge.spherePenetration(), over_corner.spherePenetration(), in_sulcus.spherePenetration()}), kPenetrationPass);
+  out.note =
+      "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
+      "the probe there is 0.6 mm thick, and the walls stand off by up to " +
+      text(leafOverhang(sulcus)) + " mm.";
+  over_ridge.finish(out);
+  return out;
+}
+
+// F8: large turns in one cycle, the tip on a plane.
+Outcome turns(Bench& bench, Mode mode) {
+  Outcome out;
+  Rig::Options options;
+  options.reference_point = kProbeReference;
+  options.mesh_spacing = 1;
+  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
+  Rig rig(probe, {{&slab, {}}}, mode, options);
+  double slowest = 0;
+  const double top = leafOverhang(slab);
+  const Eigen::Vector3d rest(0, 0, 60 - 0.5);
+  const auto settle = [&] {  // steps until the graphic tool is within 0.01 mm and 0.01 degree of where it ends
+    std::vector<Configuration> poses;
+    const Configuration haptic = rig.last().haptic;
+    for (int n = 0; n < 60; ++n) poses.push_back(rig.to(haptic).graphic);
+    int needed = 0;
+    for (int n = 0; n < 60; ++n) {
+      const Displacement d = displacementBetween(poses[static_cast<std::size_t>(n)], poses.back());
+      if (d.translation.norm() > 0.01 || d.rotation.norm() > 0.01 * kDegree) needed = n + 2;
+    }
+    slowest = std::max(slowest, double(needed));
+  };
+  for (const double degrees : {0.5, 5.0, 30.0, 90.0})
+    for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.6, 0.8, 0), Eigen::Vector3d(0, 0, 1)}) {
+      rig.restart();
+      rig.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
+      rig.moveTo(rest, 100);
+      rig.to({rest, rotationOf(axis * (degrees * kDegree))});
+      settle();
+    }
+  for (const double rate : {2.0, 10.0, 30.0}) {
+    rig.restart();
+    rig.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
+    rig.moveTo(rest, 100);
+    for (double a = 0; a < std::numbers::pi / 2; a += rate / 1000) rig.to({rest, rotationOf({a, 0, 0})});
+    settle();
+  }
+  addPenetrations(out, rig);
+  out.add("cycles until the answer stands", "1", slowest, 10);
+  rig.finish(out);
+  return out;
+}
+
+// F13: contact that begins between two cycles.
+Outcome born(Bench& bench, Mode mode) {
+  Outcome out;
+  Rig::Options options;
+  options.mesh_spacing = 0.5;
+  const Body &ball = bench.bodies.get("ball"), &slab = bench.bodies.get("slab");
+  Rig rig(ball, {{&slab, {}}}, mode, options);
+  double first = 0;
+  Dice dice(13);
+  for (int run = 0; run < bench.repetitions(200, 20); ++run) {
+    const double tilt = run % 2 ? 85 * kDegree : 0, heading = dice.uniform(0, 6.28);
+    const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
+    rig.restart();
+    Eigen::Vector3d p = Eigen::Vector3d(dice.uniform(-10, 10), dice.uniform(-10, 10), 5) - way * dice.uniform(20, 21);
+    rig.to({p, kUpright});
+    for (int n = 0; n < 24; ++n) {
+      p += way;  // 1 m/s
+      const runtime::StepResult r = rig.to({p, kUpright});
+      if (r.active == 0) continue;
+      first = std::max(first, rig.spheres().at(r.graphic));
+      for (int k = 0; k < 5; ++k) rig.to({p, kUpright});
+      break;
+    }
+  }
+  out.add("penetration in the first cycle of contact", "mm", first, kPenetrationPass);
+  addPenetrations(out, rig);
+  rig.finish(out);
+  return out;
+}
+
+// F14: into concavities and out again.
+Outcome concave(Bench& bench, Mode mode) {
+  Outcome out;
+  const Body &ball = bench.bodies.get("ball"), &small = bench.bodies.get("small_ball");
+  double left = 0, deepest = 0;
+  const auto freedom = [&](Rig& rig, const Configuration& free) {  // how far the tools are apart five cycles after
+    for (int n = 0; n < 5; ++n) rig.to(free);
+    const Displacement d = displacementBetween(rig.last().haptic, rig.last().graphic);
+    left = std::max(left, d.translation.norm() + 31.6 * d.rotation.norm());
+    deepest = std::max(deepest, rig.spherePenetration());
+  };
+  const Body& corner = bench.bodies.get("corner");
+  for (const double angle : {-44.0, 0.0, 44.0}) {
+    Rig rig(ball, {{&corner, {}}}, mode);
+    const Eigen::Vector3d out_way(std::sin((45 + angle) * kDegree), 0, std::cos((45 + angle) * kDegree));
+    rig.to({{12, 0, 12}, kUpright});
+    rig.moveTo({3, 0, 3}, 50);
+    rig.moveTo(Eigen::Vector3d(3, 0, 3) + 12 * out_way, 50);
+    freedom(rig, {{14, 0, 14}, kUpright});
+  }
+  Rig::Options options;
+  options.reference_point = kProbeReference;
+  Rig hole(bench.bodies.get("probe"), {{&bench.bodies.get("blind_hole"), {}}}, mode, options);
+  hole.to({kProbeReference + Eigen::Vector3d(0, 0, 2), kUpright});
+  hole.moveTo(kProbeReference + Eigen::Vector3d(0, 0, -6), 20);
+  double lowest = 0;
+  for (const RecordedStep& row : hole.rows()) lowest = std::min(lowest, row.graphic.position.z() - 60);
+  hole.moveTo(kProbeReference + Eigen::Vector3d(0, 0, 3), 20);
+  freedom(hole, hole.last().haptic);
+  // Without friction, a circle on the bowl's floor gives back what it takes.
+  Rig bowl(small, {{&bench.bodies.get("bowl"), {}}}, mode);
+  const auto at = [](double turn) { return Eigen::Vector3d(4 * std::cos(turn), 4 * std::sin(turn), -7.5); };
+  bowl.to({{4, 0, 0}, kUpright});
+  bowl.moveTo(at(0), 20);
+  const auto circle = [&] {
+    for (int n = 1; n <= 1000; ++n) bowl.to({at(2 * std::numbers::pi * n / 1000), kUpright});
+  };
+  circle();
+  const std::size_t mark = bowl.mark();
+  circle();
+  double energy = 0, stored = 0;
+  const auto rows = bowl.since(mark - 1);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const Eigen::Vector3d force = 0.5 * (rows[i - 1].wrench.force + rows[i].wrench.force);  // trapezium: no leak of the sampling itself
+    energy -= force.dot(rows[i].haptic.position - rows[i - 1].haptic.position);
+    stored = std::max(stored, 0.5 * rows[i].wrench.force.squaredNorm());
+  }
+  deepest = std::max(deepest, bowl.spherePenetration());
+  out.add("distance of the tools after return to free space", "mm", left, 1e-6);
+  out.add("energy lost or gained in a circle over the stored", "1", std::abs(energy) / stored, 0.01);
+  out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
+  out.add("part of a blind hole 5 deep that is not reached", "mm", 5 + lowest, 0.5);
+  out.figures.back().informative = true;
+  out.note = "The hole has 0.2 mm of play; the leaves around it reach in by up to " + text(leafOverhang(bench.bodies.get("blind_hole"))) +
+             " mm, so that the model's hole is narrower.";
+  hole.finish(out);
+  return out;
+}
+
+// F17: what a row's linearisation gets wrong when it starts inside.
+Outcome insideRows(Bench& bench, Mode mode) {
+  Outcome out;
+  const Body& small = bench.bodies.get("small_ball");
+  Rig rig(small, {{&small, {}}}, mode);
+  const auto leaf = [&] {
+    for (std::size_t n = 0; n < small.tree.nodeCount(); ++n)
+      if (small.tree.isLeaf(n)) return small.tree.cover[n];
+    return small.tree.cover[0];
+  }();
+  const double touch = 2 * static_cast<double>(leaf.radius);
+  double error = 0;
+  for (int k = 0; k <= 19; ++k) {
+    const Configuration inside{{0.6 * 0.1 * k, 0, 0.8 * 0.1 * k}, kUpright};
+    runtime::resetTo(inside, rig.workspace());
+    runtime::StepResult r = rig.to(inside);
+    if (mode == Mode::Constrained)
+      for (int n = 0; n < 9; ++n) r = rig.to(inside);
+    if (!r.graphic.position.allFinite()) error = 1e9;
+    error = std::max(error, std::abs(r.graphic.position.norm() - touch));
+  }
+  out.add("distance from touching after the correction", "mm", error, 1e-6);
+  rig.finish(out);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Scenario> contactScenarios() {
+  return {{"F1", "deep", "Deep penetration", deep},
+          {"F2", "ripple", "Planar ripple", ripple},
+          {"F3", "edges", "Sharp edges rounded", edges},
+          {"F5", "jumps", "Force jumps at contact switches", jumps},
+          {"F8", "turns", "Linearisation of rotations", turns},
+          {"F13", "born", "Contact born between cycles", born},
+          {"F14", "concave", "Sticking in concavities", concave},
+          {"F17", "inside", "Squared-distance rows from inside", insideRows}};
+}
+
+}  // namespace spheretree::player

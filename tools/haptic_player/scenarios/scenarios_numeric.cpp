@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenarios of numbers: rotations, rows, units.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "scenarios/scenario.h"
+#include "servo_loop.h"
+#include "spheretree/runtime/qp6.h"
+
+namespace spheretree::player {
+namespace {
+
+using runtime::Mode;
+constexpr double kDegree = std::numbers::pi / 180;
+const Eigen::Vector3d kProbeReference(0, 0, 60);
+
+Quaternion randomRotation(Dice& dice) {
+  for (;;) {
+    const double w = dice.uniform(-1, 1), x = dice.uniform(-1, 1), y = dice.uniform(-1, 1), z = dice.uniform(-1, 1);
+    const Quaternion q(w, x, y, z);
+    if (q.squaredNorm() > 0.01 && q.squaredNorm() < 1) return q.normalized();
+  }
+}
+
+Quaternion fromEuler(double gamma, double beta, double alpha) {
+  return rotationOf({0, 0, alpha}) * rotationOf({0, beta, 0}) * rotationOf({gamma, 0, 0});
+}
+
+// F6: the pitch swept through 90 degrees, the probe's tip on a plane. The reference is the constrained answer in a world turned so that no
+// angle is singular: an answer that depends on the choice of axes differs.
+Outcome euler(Bench& bench, Mode mode) {
+  Outcome out;
+  Rig::Options options;
+  options.reference_point = kProbeReference;
+  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
+  const Quaternion turned = rotationOf({0.4, -0.9, 0.7});
+  double translation = 0, rotation = 0, torque = 0, most_work = 0;
+  for (const double spin : {0.0, 45.0, 170.0}) {
+    Rig rig(probe, {{&slab, {}}}, mode, options);
+    Rig reference(probe, {{&slab, {{0, 0, 0}, turned}}}, Mode::Constrained, options);
+    const auto both = [&](const Configuration& pose) {
+      const runtime::StepResult a = rig.to(pose);
+      const runtime::StepResult b = reference.to({turned * pose.position, (turned * pose.orientation).normalized()});
+      const Configuration back{turned.conjugate() * b.graphic.position, (turned.conjugate() * b.graphic.orientation).normalized()};
+      const Displacement d = displacementBetween(a.graphic, back);
+      translation = std::max(translation, d.translation.norm());
+      rotation = std::max(rotation, d.rotation.norm() / kDegree);
+      torque = std::max(torque, (a.wrench.torque - turned.conjugate() * b.wrench.torque).norm());
+      most_work = std::max(most_work, double(a.work));
+    };
+    // Pitch beta about y tips the probe's axis; its tip is pinned 0.3 below the plane's top by where the reference point stands.
+    const double depth = 0.3, from = 80 * kDegree, to = 100 * kDegree;
+    const auto pose = [&](double beta, double above) {
+      const Quaternion q = fromEuler(spin * kDegree, beta, spin * kDegree);
+      const Eigen::Vector3d tip = q * Eigen::Vector3d(0, 0, -59);  // middle of the tip's ball
+      // The lowest point of the probe: the tip or the far end, whichever is lower, stands at the wanted height.
+      const double low = std::min(tip.z(), (q * Eigen::Vector3d(0, 0, 39)).z()) - 1;
+      return Configuration{{0, 0, -low - depth + above}, q};
+    };
+    for (double above = 3; above > 0; above -= 0.05) both(pose(from, above));
+    for (double beta = from; beta < to; beta += 0.5e-3) both(pose(beta, 0));
+    if (spin == 45.0) rig.finish(out);
+  }
+  out.add("pose apart from the solver in turned axes", "mm", translation, 0.01);
+  out.add("orientation apart", "degree", rotation, 0.01);
+  out.add("torque apart", "N mm", torque, 0.1);
+  out.note = "Both solvers stop within 2e-5 mm of rest; 1e-4 degree of the probe is 0.002 N mm.";
+  return out;
+}
+
+// F7: two turns about each axis in free space.
+Outcome wrap(Bench& bench, Mode mode) {
+  Outcome out;
+  Rig::Options options;
+  options.reference_point = kProbeReference;
+  Rig rig(bench.bodies.get("probe"), {{&bench.bodies.get("block"), {{500, 0, 0}, kUpright}}}, mode, options);
+  double force = 0, torque = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    rig.restart();
+    for (int n = 0; n <= 720; ++n) {
+      const runtime::StepResult r = rig.to({{0, 0, 0}, rotationOf(Eigen::Vector3d::Unit(axis) * (n * kDegree))});
+      force = std::max(force, r.wrench.force.norm());
+      torque = std::max(torque, r.wrench.torque.norm());
+    }
+  }
+  out.add("force in free space", "N", force, 1e-9);
+  out.add("torque in free space", "N mm", torque, 1e-9);
+  rig.finish(out);
+  return out;
+}
+
+struct Leaf {
+  std::uint32_t slot;
+  Eigen::Vector3d centre;
+  double radius;
+};
+
+std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree) {
+  std::vector<Leaf> leaves;
+  for (std::uint32_t slot = 0; slot < tree.node.size(); ++slot)
+    if (tree.node[slot] != runtime::kNoNode && !tree.isInner(slot))
+      leaves.push_back({slot, {tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]}, double(tree.spheres[slot].radius)});
+  return leaves;
+}
+
+// F10: the tree's pairs against every leaf with every leaf.
+Outcome missedPairs(Bench& bench, Mode mode) {
+  Outcome out;
+  Dice dice(10);
+  int missed = 0, extra = 0;
+  double most_tests = 0;
+  const int poses = bench.repetitions(100'000, 500);
+  for (const auto& [tool_name, object_name] :
+       {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
+    Rig rig(bench.bodies.get(tool_name), {{&bench.bodies.get(object_name), {}}}, mode);
+    const runtime::Scene& scene = rig.scene();
+    const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.objects[0].tree);
+    const double reach = 0.5 * (scene.tool.reach + scene.objects[0].root_radius);
+    std::vector<std::uint32_t> exact, found;
+    for (int n = 0; n < poses; ++n) {
+      const Configuration pose{{dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(-reach, reach)},
+                               randomRotation(dice)};
+      const runtime::PairSet set = runtime::findPairs(scene, pose, 0, true, 1 << 30, rig.workspace());
+      if (set.coarse) continue;  // deep inside, where the list is full: upper levels stand in
+      exact.clear();
+      const Eigen::Vector3d offset = pose.position - scene.objects[0].anchor;
+      const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
+      for (const Leaf& t : tool) {
+        const Eigen::Vector3d c = rotation * t.centre + offset;
+        if (c.norm() > scene.objects[0].root_radius + t.radius + 1) continue;
+        for (const Leaf& o : object) {
+          const double touch = t.radius + o.radius;
+          // Within rounding of the touching distance either answer is right.
+          if ((c - o.centre).squaredNorm() <= touch * touch) exact.push_back(t.slot << 16 | o.slot);
+        }
+      }
+      found.assign(set.pairs.begin(), set.pairs.end());
+      std::sort(exact.begin(), exact.end());
+      std::sort(found.begin(), found.end());
+      std::vector<std::uint32_t> only;
+      std::set_difference(exact.begin(), exact.end(), found.begin(), found.end(), std::back_inserter(only));
+      missed += static_cast<int>(only.size());
+      only.clear();
+      std::set_difference(found.begin(), found.end(), exact.begin(), exact.end(), std::back_inserter(only));
+      extra += static_cast<int>(only.size());
+      // Of poses that touch a little: what a first contact costs.
+      if (!found.empty() && found.size() < 8)
+        most_tests = std::max(most_tests, 100.0 * 8 * set.work / (double(tool.size()) * double(object.size())));
+      if (n % 256 == 0) bench.progress.check();
+    }
+  }
+  out.add("pairs missed in " + std::to_string(3 * poses) + " poses", "1", missed, 0);
+  out.add("pairs too many", "1", extra, 0);
+  out.add("tests at a first contact, share of all pairs", "%", most_tests, 5);
+  return out;
+}
+
+// The reference for F11: the same projection by Hildreth's method (dual coordinate ascent) in double, to convergence.
+Eigen::Matrix<double, 6, 1> hildreth(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const Eigen::Matrix<double, 6, 1>& target) {
+  Eigen::VectorXd lambda = Eigen::VectorXd::Zero(b.size());
+  Eigen::Matrix<double, 6, 1> y = target;
+  for (int round = 0; round < 200'000; ++round) {
+    double change = 0;
+    for (Eigen::Index i = 0; i < b.size(); ++i) {
+      const double step = std::max(-lambda[i], b[i] - a.row(i).dot(y));
+      lambda[i] += step;
+      y += step * a.row(i).transpose();
+      change = std::max(change, std::abs(step));
+    }
+    if (change < 1e-12) break;
+  }
+  return y;
+}
+
+// F11: rows that depend on each other.
+Outcome redundantRows(Bench& bench, Mode mode) {
+  Outcome out;
+  Dice dice(11);
+  const Body &cube = bench.bodies.get("cube"), &block = bench.bodies.get("block");
+  Rig flat(cube, {{&block, {}}}, mode);
+  std::uint32_t iterations = 0;
+  std::uint32_t most_rows = 0;
+  const auto look = [&](const runtime::StepResult& r) {
+    iterations = std::max(iterations, r.qp_iterations / std::max(1u, r.linearisations));
+    most_rows = std::max(most_rows, r.rows);
+  };
+  flat.to({{0, 0, 13}, kUpright});
+  flat.moveTo({0, 0, 9.5}, 100);
+  for (int n = 0; n < bench.repetitions(1'000'000, 500); ++n) {
+    if (n % 256 == 0) bench.progress.check();
+    const Configuration pose{{1e-3 * dice.uniform(-1, 1), 1e-3 * dice.uniform(-1, 1), 9.5 + 1e-3 * dice.uniform(-1, 1)}, kUpright};
+    look(flat.to(pose));
+  }
+  const Body &cylinder = bench.bodies.get("cylinder"), &groove = bench.bodies.get("groove");
+  Rig lying(cylinder, {{&groove, {}}}, mode);
+  const Quaternion along_y = rotationOf({std::numbers::pi / 2, 0, 0});
+  lying.to({{0, 0, 16}, along_y});
+  lying.moveTo({0, 0, 8}, 100);
+  for (int n = 0; n < bench.repetitions(4'000, 200); ++n)
+    look(lying.to({{1e-3 * dice.uniform(-1, 1), 0, 8 + 1e-3 * dice.uniform(-1, 1)}, along_y}));
+  // 400 rows of rank 3, and the order of the rows: neither may change the answer.
+  double apart = 0, order = 0;
+  TimeHistogram times;  // of QPs of 200 rows, from a cold start
+  for (int n = 0; n < bench.repetitions(2000, 200); ++n) {
+    Eigen::Matrix<double, 3, 6> basis;
+    for (int i = 0; i < 18; ++i) basis(i / 6, i % 6) = dice.uniform(-1, 1);
+    constexpr std::uint32_t kRows = 400;
+    std::array<std::vector<float>, 7> columns;
+    for (auto& column : columns) column.assign(kRows, 0);
+    Eigen::MatrixXd a(kRows, 6);
+    Eigen::VectorXd b(kRows);
+    for (std::uint32_t i = 0; i < kRows; ++i) {
+      Eigen::Matrix<double, 6, 1> row = basis.transpose() * Eigen::Vector3d(dice.uniform(0, 1), dice.uniform(0, 1), dice.uniform(0, 1));
+      row.normalize();
+      for (std::size_t k = 0; k < 6; ++k) {
+        columns[k][i] = static_cast<float>(row[static_cast<Eigen::Index>(k)]);
+        a(i, static_cast<Eigen::Index>(k)) = columns[k][i];
+      }
+      columns[6][i] = static_cast<float>(dice.uniform(-1, 1));
+      b[i] = columns[6][i];
+    }
+    const auto solve = [&](std::uint32_t count) {
+      runtime::QpRows rows;
+      for (std::size_t k = 0; k < 6; ++k) rows.a[k] = columns[k].data();
+      rows.b = columns[6].data();
+      rows.count = count;
+      runtime::QpAnswer answer;
+      const double start = threadTime();
+      runtime::solveQp6(*flat.workspace().kernel, rows, runtime::Vector6::Zero(), answer);
+      if (count == 200) times.add(threadTime() - start);
+      iterations = std::max<std::uint32_t>(iterations, answer.iterations);
+      return answer;
+    };
+    solve(200);
+    if (n >= 20 && n % 10) continue;  // the reference is slow
+    const runtime::QpAnswer answer = solve(kRows);
+    // Rows of the reference have the length that float left them.
+    const Eigen::VectorXd lengths = a.rowwise().norm();
+    const Eigen::MatrixXd unit = lengths.cwiseInverse().asDiagonal() * a;
+    apart =
+        std::max(apart, (answer.y - hildreth(unit, lengths.cwiseInverse().cwiseProduct(b), Eigen::Matrix<double, 6, 1>::Zero())).norm());
+    for (auto& column : columns) std::reverse(column.begin(), column.end());
+    order = std::max(order, (solve(kRows).y - answer.y).norm());
+  }
+  out.add("QP iterations", "1", iterations, 60);
+  out.add("processor time of a QP of 200 rows, p99", "us", times.quantile(0.99), 200);
+  out.add("apart from an exact solver, 400 rows of rank 3", "mm", apart, 1e-6);
+  out.add("apart with the rows in reverse order", "mm", order, 1e-6);
+  out.note =
+      "QPs of 200 and 400 rows from a cold start. Steps of the cube and of the cylinder had up to " + std::to_string(most_rows) + " rows.";
+  flat.finish(out);
+  return out;
+}
+
+// F15: metres or millimetres in the file; and the stiffness felt at the end of a lever.
+Outcome units(Bench& bench, Mode mode) {
+  Outcome out;
+  const Body &ball = bench.bodies.get("ball"), &groove = bench.bodies.get("groove");
+  TriangleMesh in_metres = groove.mesh;
+  for (Eigen::Vector3d& p : in_metres.positions) p = 1000 * (p / 1000);  // as a file in metres is read
+  builder::BuildSettings settings;
+  settings.quality = builder::Quality::Quick;
+  const Body& from_metres = bench.bodies.make("groove_m", in_metres, settings);
+  const Body& from_millimetres = bench.bodies.make("groove_mm", groove.mesh, settings);
+  Rig a(ball, {{&from_millimetres, {}}}, mode), b(ball, {{&from_metres, {}}}, mode);
+  double pose = 0, wrench = 0;
+  for (int n = 0; n < 800; ++n) {
+    const Configuration haptic{{2 * std::sin(n * 0.01), 3 * std::sin(n * 0.007), 16 - 0.01 * n}, kUpright};
+    const runtime::StepResult ra = a.to(haptic), rb = b.to(haptic);
+    pose = std::max(pose, (ra.graphic.position - rb.graphic.position).norm() / 16);
+    wrench = std::max(wrench, (ra.wrench.force - rb.wrench.force).norm());
+  }
+  out.add("poses of a scene in metres and in mm, relative", "1", pose, 1e-9);
+  out.add("their forces", "N", wrench, 1e-9);
+  // A ball pushed by the side of the probe at distance L from the reference point feels 1 / (1/k_t + L^2/k_r).
+  double worst = 0;
+  const Body &probe = bench.bodies.get("probe"), &small = bench.bodies.get("small_ball");
+  for (const double arm : {0.0, 20.0, 50.0, 80.0}) {
+    Rig::Options options;
+    options.reference_point = {0, 0, 10 + arm};
+    Rig rig(probe, {{&small, {{0, 0, -arm}, kUpright}}}, mode, options);
+    rig.to({{3, 0, 0}, kUpright});
+    rig.moveTo({2, 0, 0}, 20);
+    double touching = 0, first_force = 0, stiffness = 0;
+    for (double x = 2.02; x > 1.2; x -= 0.002) {
+      const runtime::StepResult r = rig.to({{x, 0, 0}, kUpright});
+      const double force = r.wrench.force.x();
+      if (force > 0.02 && touching == 0) touching = x, first_force = force;
+      if (touching - x > 0.3 && touching > 0) {
+        stiffness = (force - first_force) / (touching - x);
+        break;
+      }
+    }
+    worst = std::max(worst, 100 * std::abs(stiffness * (1 + arm * arm / 1000) - 1));
+  }
+  out.add("stiffness at the end of a lever, off the formula", "%", worst, 1);
+  out.note = "A mesh in metres differs from one in millimetres in the last bit of its doubles; leaves are floats.";
+  a.finish(out);
+  return out;
+}
+
+// F18: torque at the gimbal.
+Outcome gimbal(Bench& bench, Mode mode) {
+  Outcome out;
+  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
+  double error = 0, omitted = 0;
+  for (const double arm : {60.0, 100.0}) {
+    Rig::Options options;
+    options.reference_point = {0, 0, 40};
+    Rig rig(probe, {{&slab, {}}}, mode, options);
+    const Quaternion tilted = rotationOf({0, 0.6, 0});
+    const auto at = [&](double height) {
+      return Configuration{Eigen::Vector3d(0, 0, height) + tilted * Eigen::Vector3d(0, 0, 40), tilted};
+    };
+    for (double z = 4; z > -1.2; z -= 0.02) rig.to(at(z));
+    for (int n = 0; n < 30; ++n) rig.to(at(-1.2));
+    const RecordedStep& row = rig.last();
+    const Eigen::Vector3d from = row.haptic.position, to = from + tilted * Eigen::Vector3d(0, 0, arm - 40);
+    const Wrench moved = wrenchAbout(row.wrench, from, to);
+    // The contact's moment, from where the graphic tool's tip touches: the force acts along its line there, whatever the reference point.
+    // Equilibrium of the graphic tool: torque about its own reference point is (contact - reference) x force.
+    const Eigen::Vector3d tip = row.graphic.position + row.graphic.orientation * Eigen::Vector3d(0, 0, 1 - 40);
+    const Eigen::Vector3d about_graphic = (tip - row.graphic.position).cross(row.wrench.force);
+    const Eigen::Vector3d direct = about_graphic + (row.graphic.position - to).cross(row.wrench.force);
+    const double newtons = std::max(0.1, row.wrench.force.norm());
+    error = std::max(error, (moved.torque - direct).norm() / newtons);
+    omitted = std::max(omitted, (row.wrench.torque - direct).norm() / newtons);
+    if (arm == 100) rig.finish(out);
+  }
+  out.add("torque at the gimbal, off the contact's moment, for 1 N", "N mm", error, 0.1);
+  out.add("the same without moving it from the reference point", "N mm", omitted, 0);
+  out.figures.back().informative = true;
+  return out;
+}
+
+}  // namespace
+
+std::vector<Scenario> numericScenarios() {
+  return {{"F6", "euler", "Euler singularity", euler},        {"F7", "wrap", "Angle wrap in free space", wrap},
+          {"F10", "pairs", "Missed leaf pairs", missedPairs}, {"F11", "rows", "Redundant and dependent rows", redundantRows},
+          {"F15", "units", "Units and levers", units},        {"F18", "gimbal", "Reference point of the wrench", gimbal}};
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The tool and the objects of a scene on their way to trees: read, looked up in the cache, built by all threads under one progress bar.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "batch/tree_job.h"
+#include "spheretree/builder/progress.h"
+#include "spheretree/formats/scene_file.h"
+
+namespace spheretree::tool {
+
+enum class ItemStatus { Waiting, Built, Cached, Failed, Skipped };
+
+/// The tool (first) or an object.
+struct Item {
+  const formats::SceneItem* source = nullptr;
+  bool is_tool = false;
+  TreeJob job;
+  std::string key;  // "": it came as a tree
+  ItemStatus status = ItemStatus::Waiting;
+  std::string error;  // why it failed
+  TreeResult result;  // once it is built or cached
+  bool hasTree() const { return status == ItemStatus::Built || status == ItemStatus::Cached; }
+};
+
+/// The I-th of N shares of what is to be built.
+struct Shard {
+  std::size_t index = 1, count = 1;
+};
+
+/// What builds items.
+struct Workshop {
+  const TreeCache& cache;
+  int threads;
+  builder::Progress& progress;
+};
+
+/// The items of `scene`, which must outlive them: their meshes, which `meshes` holds, or their trees. One that cannot be read has failed.
+/// @throws builder::Cancelled
+std::vector<Item> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
+                            builder::Progress& progress);
+
+/// The leaves that an item may have, if they are to be chosen for it: what the scene says of its levels, or the deepest tree there is.
+std::size_t mostLeaves(const formats::SceneFile& scene, const Item& item);
+
+/// At most so many leaves, in the shallowest tree that holds them.
+void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);
+
+/// Gives the objects what the scene says about where accuracy is needed; null if it says nothing.
+std::shared_ptr<WorkSite> giveSite(const formats::SceneFile& scene, std::vector<Item>& items);
+
+/// Every waiting item gets its key and its tree: from the cache, or built, the biggest first. Of several alike, one is built. Those that
+/// are not in this `shard` and not in the cache are skipped. `stage` is what the progress bar says. One bad item does not stop the others.
+/// @throws builder::Cancelled; formats::FileError if something is to be built and the cache cannot be written to.
+void buildItems(std::vector<Item>& items, WorkSite* site, const Workshop& workshop, const std::string& stage, const Shard& shard = {});
+
+}  // namespace spheretree::tool

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree build: mesh to sphere-tree.
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "commands/builder_names.h"
+#include "commands/command.h"
+#include "commands/common_options.h"
+#include "commands/part_choice.h"
+#include "commands/sound_mesh.h"
+#include "commands/tree_input.h"
+#include "json_text.h"
+#include "output_path.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+using builder::BuilderKind;
+using builder::Quality;
+using Json = nlohmann::ordered_json;
+
+struct BuildOptions {
+  std::filesystem::path input, output, report;
+  std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge";
+  std::vector<std::string> combine;
+  builder::BuildSettings settings;
+};
+
+void checkOptions(const BuildOptions& options) {
+  if (endingOf(options.output) != ".stree")
+    throw UsageError(options.output.string() + ": the output's name must end in .stree. For other forms, see spheretree convert.");
+  if (!options.combine.empty() && options.builder != "combined")
+    throw UsageError("--combine is for --builder combined. Leave one of them out.");
+  if (const std::string ending = endingOf(options.input); !options.unit.empty() && (ending == ".gltf" || ending == ".glb"))
+    throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
+  if (options.settings.most_leaves > 0 && options.builder != "cover")
+    throw UsageError("--leaves is for --builder cover. Leave one of them out.");
+  checkOutput(options.output, {options.input});
+  if (!options.report.empty()) checkOutput(options.report, {options.input});
+}
+
+Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
+              const std::vector<std::string>& notes) {
+  const builder::BuildSettings& s = options.settings;
+  const builder::BuildStatistics& statistics = result.statistics;
+  const TriangleMesh& mesh = repaired.mesh;
+  Json settings;
+  settings["builder"] = name(s.builder);
+  settings["combine"] = options.combine;
+  settings["levels"] = s.levels;
+  settings["branching"] = s.branching;
+  settings["leaves"] = s.most_leaves > 0 ? Json(s.most_leaves) : Json(nullptr);
+  settings["quality"] = name(s.quality);
+  settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
+  settings["unit_mm"] = s.unit_mm;
+  settings["parts"] = options.parts;
+  settings["repair"] = options.repair;
+  settings["simplify"] = s.simplify;
+  settings["seed"] = s.seed;
+  settings["threads"] = s.threads;
+
+  Json out;
+  out["schema"] = "spheretree.build/1";
+  out["generator"] = kGenerator;
+  out["input"] = options.input.string();
+  out["output"] = options.output.string();
+  out["settings"] = settings;
+  out["settings_hash"] = toHex(builder::settingsHash(s));
+  out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
+                 {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
+                 {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
+  out["repair"] = repairJson(repaired);
+  out["notes"] = notes;
+  out["nodes"] = result.tree.nodeCount();
+  out["inner_nodes"] = result.tree.bound.size();
+  out["levels"] = Json::array();
+  for (std::size_t level = 0; level < statistics.levels.size(); ++level) {
+    const builder::LevelBuildStatistics& l = statistics.levels[level];
+    out["levels"].push_back(
+        {{"level", level}, {"spheres", l.spheres}, {"overhang_bound_mm", l.overhang_bound_mm}, {"largest_growth_mm", l.largest_growth_mm}});
+  }
+  const builder::Simplification& simplification = statistics.simplification;
+  out["simplification"] = simplification.triangles == 0
+                              ? Json(nullptr)
+                              : Json{{"triangles", simplification.triangles}, {"distance_bound_mm", simplification.distance_bound_mm}};
+  out["certified_pieces"] = statistics.certified_pieces;
+  out["tolerance_met"] = s.tolerance_mm > 0 ? Json(statistics.tolerance_met) : Json(nullptr);
+  double total = 0;
+  out["stages"] = Json::array();
+  for (const builder::BuildStatistics::Stage& stage : statistics.stages) {
+    out["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}});
+    total += stage.seconds;
+  }
+  out["seconds"] = total;
+  return out;
+}
+
+void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
+  const std::size_t nodes = result.tree.nodeCount();
+  std::printf("%s: %zu node%s, every level covers the surface\n", options.output.c_str(), nodes, nodes == 1 ? "" : "s");
+  std::printf("level  spheres  overhang bound [mm]\n");
+  for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
+    const builder::LevelBuildStatistics& l = result.statistics.levels[level];
+    std::printf("%5zu  %7zu  %19.6g\n", level, l.spheres, l.overhang_bound_mm);
+  }
+}
+
+int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
+  checkOptions(options);
+  options.settings.builder = byName(kBuilders, options.builder);
+  options.settings.quality = byName(kQualities, options.quality);
+  if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
+  for (const std::string& member : options.combine) options.settings.combine.push_back(byName(kMembers, member));
+
+  progress.stage("read");
+  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
+  options.settings.unit_mm = file.unit_mm;
+  const TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
+  std::vector<std::string> notes = std::move(file.notes);
+  progress.check();
+  progress.stage("check");
+  const builder::RepairedMesh repaired = soundMesh(mesh, options.input.string(), repairKind(options.repair), notes, progress);
+  if (!quiet)
+    for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
+  progress.check();
+
+  const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
+  progress.check();
+  formats::writeSphereTree(options.output, result.tree);
+  if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
+  printSummary(options, result);
+  if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
+    std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
+              << " mm is not met; the best result was written. Allow more --levels or a larger --tolerance.\n";
+    return kExitTargetMissed;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void addBuildCommand(Program& program) {
+  const auto options = std::make_shared<BuildOptions>();
+  CLI::App* app = addVerb(program, "build", "Build a certified sphere-tree of a closed triangle mesh",
+                          "spheretree build tooth.obj -o tooth.stree --tolerance 0.1",
+                          [options, &program](builder::Progress& progress) { return runBuild(*options, program.quiet, progress); });
+  app->add_option("INPUT", options->input, "Mesh to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("-o,--output", options->output, "Tree to write (.stree)")->required()->type_name("FILE");
+  app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(namesOf(kBuilders)));
+  app->add_option("--combine", options->combine,
+                  "Members of --builder combined, by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->allow_extra_args(false)  // else it would take INPUT for a member
+      ->check(CLI::IsMember(namesOf(kMembers)));
+  addTreeSize(*app, options->settings.levels, options->settings.branching);
+  app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(namesOf(kQualities)));
+  app->add_option("--tolerance", options->settings.tolerance_mm,
+                  "Fewest spheres whose worst leaf overhang stays within this length in mm, above 0; default: none, all levels are filled")
+      ->type_name("MM")
+      ->check([](const std::string& text) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool fits = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+        return fits ? std::string() : text + " is not a length above 0";
+      });
+  app->add_option("--leaves", options->settings.most_leaves,
+                  "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
+      ->type_name("N")
+      ->check(CLI::Range(1, 32768));
+  addUnit(*app, options->unit);
+  app->add_option("--repair", options->repair,
+                  "What happens to a defective mesh: auto repairs it, as little as works; off refuses it; wrap puts a closed surface round "
+                  "any mesh; default auto")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "off", "wrap"}));
+  addParts(*app, options->parts);
+  app->add_flag(
+      "!--no-simplify", options->settings.simplify,
+      "Search on every triangle. Default: where a mesh has more than 400 triangles for each leaf that the tree can have (and more than "
+      "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
+  addSeed(*app, options->settings.seed, "all random choices");
+  addThreads(*app, options->settings.threads);
+  app->add_option("--report", options->report, "Also write settings, hashes, figures of each level and seconds as JSON")->type_name("FILE");
+}
+
+}  // namespace spheretree::tool

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree check: what is wrong with a mesh, where, and what a build would do about it. Kinds of defects: docs/mesh_input.md
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "commands/command.h"
+#include "commands/common_options.h"
+#include "commands/part_choice.h"
+#include "commands/sound_mesh.h"
+#include "commands/tree_input.h"
+#include "json_text.h"
+#include "output_path.h"
+#include "spheretree/builder/mesh_checks.h"
+#include "spheretree/builder/mesh_survey.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/marked_glb.h"
+#include "spheretree/formats/mesh_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct CheckOptions {
+  std::filesystem::path input, output;
+  std::string parts = "merge", unit;
+  bool json = false, list_parts = false;
+};
+
+/// One line of --list-parts: a named part or a connected component by itself.
+struct PartLine {
+  std::string name;  // as --parts takes it
+  std::size_t triangles;
+  double volume_mm3;
+  Eigen::Vector3d size_mm;
+  const char* state;  // by itself: sound, inside out, defective
+};
+
+const char* buildOf(const builder::RepairedMesh& repaired) {
+  return !repaired.isSound() ? "refuse" : repaired.steps.empty() ? "accept" : "fix";
+}
+
+std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshReport& report, builder::Progress& progress) {
+  std::vector<PartLine> lines;
+  const auto add = [&](const std::string& name, const TriangleMesh& part) {
+    progress.check();
+    const builder::MeshReport own = builder::checkMesh(part);
+    lines.push_back({name, own.triangles, own.volume, own.high - own.low,
+                     own.clean()     ? "sound"
+                     : own.fixable() ? "inside out"
+                                     : "defective"});
+  };
+  for (const std::string& name : mesh.part_names) add(name, formats::selectPart(mesh, name));
+  TriangleMesh by_component = mesh;
+  by_component.part = report.component_of;
+  by_component.part_names.clear();
+  for (std::size_t c = 0; c < report.components.size(); ++c) by_component.part_names.push_back("#" + std::to_string(c));
+  constexpr std::size_t kMostComponents = 1000;  // each is checked by itself
+  for (std::size_t c = 0; c < std::min(kMostComponents, report.components.size()); ++c)
+    add(by_component.part_names[c], formats::selectPart(by_component, by_component.part_names[c]));
+  return lines;
+}
+
+Json pointJson(const Eigen::Vector3d& p) {
+  Json point = Json::array();
+  for (const double x : p) point.push_back(std::isfinite(x) ? Json(x) : Json(nullptr));
+  return point;
+}
+
+Json placeJson(const builder::Place& place) {
+  return {{"triangles", place.triangles}, {"vertices", place.vertices}, {"at_mm", pointJson(place.point)}};
+}
+
+Json surveyJson(const builder::MeshSurvey& survey) {
+  Json out;
+  out["borders"] = Json::array();
+  for (const builder::BorderShape& b : survey.borders)
+    out["borders"].push_back({{"edges", b.edges},
+                              {"length_mm", b.length},
+                              {"loop", b.is_loop},
+                              {"off_plane_mm", b.is_loop ? Json(b.off_plane) : Json(nullptr)},
+                              {"roundness", b.is_loop ? Json(b.roundness) : Json(nullptr)},
+                              {"centre_mm", pointJson(b.centre)},
+                              {"vertices", b.vertices}});
+  const auto seams = [](const std::vector<builder::Seam>& all, const char* other) {
+    Json list = Json::array();
+    for (const builder::Seam& s : all)
+      list.push_back({{"vertex", s.vertex}, {other, s.other}, {"gap_mm", s.gap}, {"at_mm", pointJson(s.point)}});
+    return list;
+  };
+  out["cracks"] = seams(survey.cracks, "other_vertex");
+  out["t_junctions"] = seams(survey.t_junctions, "triangle");
+  out["turned_triangles"] = survey.turned;
+  out["one_sided_components"] = survey.one_sided;
+  out["tiny_components"] = survey.tiny;
+  out["unit_hint"] = survey.unit_hint.empty() ? Json(nullptr) : Json(survey.unit_hint);
+  out["thickness_mm"] = nullptr;
+  out["leaf_estimates"] = Json::array();
+  if (!survey.has_inside) return out;
+  const builder::Thickness& t = survey.thickness;
+  out["thickness_mm"] = {{"min", t.least}, {"p05", t.fifth_percentile}, {"median", t.median}, {"max", t.most}};
+  for (const builder::LeafEstimate& e : survey.leaf_estimates)
+    out["leaf_estimates"].push_back({{"overhang_mm", e.overhang}, {"leaves", e.leaves}});
+  return out;
+}
+
+std::string partOf(const TriangleMesh& mesh, std::uint32_t triangle) {
+  return mesh.part.empty() ? std::string() : mesh.part_names[mesh.part[triangle]];
+}
+
+Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const builder::MeshReport& report,
+            const builder::RepairedMesh& repaired, const builder::MeshSurvey& survey) {
+  Json out;
+  out["schema"] = "spheretree.check/1";
+  out["format"] = file.format;
+  out["unit_mm"] = file.unit_mm;
+  out["clean"] = report.clean();
+  out["build"] = buildOf(repaired);
+  out["repair"] = repairJson(repaired);
+  out["triangles"] = report.triangles;
+  out["vertices"] = report.vertices;
+  out["box_mm"] = {{"low", pointJson(report.low)}, {"high", pointJson(report.high)}};
+  out["area_mm2"] = report.area;
+  out["volume_mm3"] = report.volume;
+  out["parts"] = file.mesh.part_names;
+  out["defects"] = Json::array();
+  for (const builder::Defect& defect : report.defects) {
+    std::string key(name(defect.kind));
+    for (char& c : key)
+      if (c == ' ' || c == '-') c = '_';
+    Json line;
+    line["kind"] = key;
+    line["count"] = defect.count;
+    if (defect.is_lower_bound) line["more"] = true;
+    line["first"] = Json::array();
+    line["places"] = Json::array();
+    for (const builder::Place& place : defect.first) {
+      if (line["first"].size() < builder::kPlacesListed) line["first"].push_back(placeJson(place));
+      line["places"].push_back(placeJson(place));
+    }
+    out["defects"].push_back(std::move(line));
+  }
+  out["holes"] = Json::array();
+  for (const builder::Hole& hole : report.holes)
+    out["holes"].push_back({{"edges", hole.edges}, {"length_mm", hole.length}, {"first", placeJson(hole.first)}});
+  out["components"] = Json::array();
+  for (const builder::Component& c : report.components)
+    out["components"].push_back({{"triangles", c.triangles},
+                                 {"first_triangle", c.first_triangle},
+                                 {"part", partOf(mesh, c.first_triangle)},
+                                 {"volume_mm3", c.volume},
+                                 {"inside_out", c.inside_out},
+                                 {"buried", c.buried},
+                                 {"cavity", c.cavity}});
+  out["survey"] = surveyJson(survey);
+  out["not_checked"] = report.not_checked;
+  out["notes"] = file.notes;
+  return out;
+}
+
+void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh, const builder::RepairedMesh& repaired,
+               const builder::MeshSurvey& survey) {
+  const builder::MeshReport& report = repaired.report;
+  const Eigen::Vector3d size = report.high - report.low;
+  std::printf("%s: %s, %zu triangles, %zu vertices", options.input.c_str(), file.format.c_str(), report.triangles, report.vertices);
+  if (!report.components.empty()) std::printf(", %zu component%s", report.components.size(), report.components.size() == 1 ? "" : "s");
+  std::printf("\nbox %.6g x %.6g x %.6g mm, area %.6g mm2, volume %.6g mm3\n", size.x(), size.y(), size.z(), report.area, report.volume);
+  for (const std::string& note : file.notes) std::printf("note: %s\n", note.c_str());
+  for (const builder::Component& c : report.components) {
+    if (!c.buried && !c.cavity) continue;
+    const std::string part = partOf(mesh, c.first_triangle);
+    std::printf("note: the component of %zu triangles from triangle %u on%s %s\n", c.triangles, c.first_triangle,
+                part.empty() ? "" : (" (part \"" + part + "\")").c_str(),
+                c.buried ? "lies wholly within solid matter: a build leaves it out." : "is a cavity.");
+  }
+  std::printf("%s%s", report.summary().c_str(), summaryOf(survey, report).c_str());
+  if (survey.has_inside) {
+    const builder::Thickness& t = survey.thickness;
+    std::printf("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, least %.4g mm\nleaves for an overhang of", t.median,
+                t.fifth_percentile, t.least);
+    const char* separator = " ";
+    for (const builder::LeafEstimate& e : survey.leaf_estimates) {
+      std::printf("%s%.3g mm: %zu", separator, e.overhang, e.leaves);
+      separator = ", ";
+    }
+    std::printf(" (a formula; builds need 0.7 to 1.2 times as many)\n");
+  }
+  if (report.clean())
+    std::printf("no defects: a build takes this mesh.\n");
+  else
+    std::printf(repaired.isSound() ? "a build repairs this mesh, and says so:\n" : "a build refuses this mesh.\n");
+  if (!report.clean())
+    for (const builder::RepairStep& step : repaired.steps) std::printf("  %s\n", step.text.c_str());
+}
+
+/// A colour for each kind, in the order of the report; then the findings of the survey.
+std::vector<formats::Marks> marksOf(const builder::MeshReport& report, const builder::MeshSurvey& survey) {
+  constexpr std::array<std::array<double, 3>, 6> kColours{
+      {{0.84, 0.15, 0.16}, {0.12, 0.47, 0.71}, {1.0, 0.6, 0.0}, {0.58, 0.30, 0.74}, {0.17, 0.63, 0.17}, {0.89, 0.30, 0.66}}};
+  std::vector<formats::Marks> marks;
+  const auto begin = [&](std::string_view name) -> formats::Marks& {
+    marks.push_back({std::string(name), kColours[marks.size() % kColours.size()], {}, {}});
+    return marks.back();
+  };
+  for (const builder::Defect& defect : report.defects) {
+    formats::Marks& mark = begin(name(defect.kind));
+    for (const builder::Place& place : defect.first) {
+      mark.triangles.insert(mark.triangles.end(), place.triangles.begin(), place.triangles.end());
+      const bool is_small = defect.kind != builder::DefectKind::SelfIntersection && defect.kind != builder::DefectKind::DuplicateFace;
+      if (is_small) mark.points.push_back(place.point);
+    }
+  }
+  const auto seams = [&](std::string_view name, const std::vector<builder::Seam>& all) {
+    if (all.empty()) return;
+    formats::Marks& mark = begin(name);
+    for (const builder::Seam& seam : all) mark.points.push_back(seam.point);
+  };
+  seams("crack", survey.cracks);
+  seams("T-junction", survey.t_junctions);
+  if (!survey.turned.empty()) begin("turned triangle").triangles = survey.turned;
+  formats::Marks& tiny = begin("tiny component");
+  for (std::uint32_t t = 0; t < report.component_of.size(); ++t)
+    if (std::binary_search(survey.tiny.begin(), survey.tiny.end(), report.component_of[t])) tiny.triangles.push_back(t);
+  return marks;
+}
+
+Json partsJson(const std::vector<PartLine>& parts) {
+  Json list = Json::array();
+  for (const PartLine& p : parts)
+    list.push_back({{"name", p.name},
+                    {"triangles", p.triangles},
+                    {"size_mm", pointJson(p.size_mm)},
+                    {"volume_mm3", p.volume_mm3},
+                    {"state", p.state}});
+  return list;
+}
+
+void printParts(const std::vector<PartLine>& parts) {
+  std::printf("triangles    volume [mm3]  state       part\n");
+  for (const PartLine& p : parts) std::printf("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, p.name.c_str());
+}
+
+int runCheck(const CheckOptions& options, builder::Progress& progress) {
+  if (!options.output.empty()) {
+    if (endingOf(options.output) != ".glb") throw UsageError(options.output.string() + ": the name of the marked mesh must end in .glb.");
+    checkOutput(options.output, {options.input});
+  }
+  progress.stage("read");
+  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
+  progress.check();
+  progress.stage("check");
+  const TriangleMesh mesh = choosePart(file.mesh, options.parts);
+  const bool needs_all = options.json || !options.output.empty();
+  const builder::RepairedMesh repaired = builder::repairMesh(mesh, builder::RepairKind::Auto, progress);
+  const builder::MeshReport report = needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max()) : repaired.report;
+  progress.check();
+  progress.stage("survey");
+  const builder::MeshSurvey survey = builder::surveyMesh(mesh, report, progress);
+  const std::vector<PartLine> parts = options.list_parts ? partsOf(mesh, report, progress) : std::vector<PartLine>();
+  progress.check();
+  if (!options.output.empty()) formats::writeWhole(options.output, formats::encodeMarkedGlb(mesh, marksOf(report, survey)));
+  if (options.json) {
+    Json out = toJson(file, mesh, report, repaired, survey);
+    if (options.list_parts) out["part_list"] = partsJson(parts);
+    std::cout << jsonText(out, 2) << '\n';
+  } else {
+    printText(options, file, mesh, repaired, survey);
+    if (options.list_parts) printParts(parts);
+  }
+  return report.clean() ? kExitOk : kExitRefused;
+}
+
+}  // namespace
+
+void addCheckCommand(Program& program) {
+  const auto options = std::make_shared<CheckOptions>();
+  CLI::App* app =
+      addVerb(program, "check", "Tell what is wrong with a mesh, where, and what a build would do about it; exit code 4 if anything is",
+              "spheretree check tooth.obj --json", [options](builder::Progress& progress) { return runCheck(*options, progress); });
+  app->add_option("INPUT", options->input, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("-o,--output", options->output, "Also write the mesh with the places coloured (.glb); default: none")->type_name("FILE");
+  app->add_flag("--list-parts", options->list_parts,
+                "Also list the named parts and the connected components, each checked by itself; default off");
+  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1");
+  addUnit(*app, options->unit);
+  addParts(*app, options->parts);
+}
+
+}  // namespace spheretree::tool

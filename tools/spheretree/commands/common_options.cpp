@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "commands/common_options.h"
+
+#include <charconv>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::tool {
+
+void addUnit(CLI::App& app, std::string& unit) {
+  app.add_option("--unit", unit, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+}
+
+void addParts(CLI::App& app, std::string& parts) {
+  app.add_option("--parts", parts,
+                 "merge: all parts as one object; or the name of one part; or #N, the connected component N as `check --list-parts` counts "
+                 "them, from 0; default merge")
+      ->type_name("NAME");
+}
+
+void addTreeSize(CLI::App& app, int& levels, int& branching) {
+  app.add_option("--levels", levels, "Levels of a tree with the root, 2 to 6; default 4")
+      ->type_name("N")
+      ->check(CLI::Range(kMinLevels, kMaxLevels));
+  app.add_option("--branching", branching, "Most children of a node, 2 to 8; default 8")
+      ->type_name("N")
+      ->check(CLI::Range(kMinBranching, kMaxBranching));
+}
+
+void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of) {
+  app.add_option("--seed", seed, "Seed of " + of + ", 0 to 2^64 - 1; default 1")
+      ->type_name("N")
+      ->check([](const std::string& text) {  // CLI11 would turn -1 into 2^64 - 1
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        return error == std::errc() && end == text.data() + text.size() ? std::string()
+                                                                        : text + " is not a whole number from 0 to 2^64 - 1";
+      });
+}
+
+void addThreads(CLI::App& app, int& threads) {
+  app.add_option("--threads", threads, "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+}
+
+}  // namespace spheretree::tool

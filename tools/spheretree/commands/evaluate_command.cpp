@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree evaluate: how well a tree stands for a mesh. What the figures mean: docs/measures.md
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "commands/command.h"
+#include "commands/common_options.h"
+#include "commands/evaluation_json.h"
+#include "commands/part_choice.h"
+#include "commands/sound_mesh.h"
+#include "commands/tree_input.h"
+#include "json_text.h"
+#include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/mesh_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+struct EvaluateOptions {
+  std::filesystem::path mesh, tree;
+  std::string parts = "merge", repair = "auto", unit;
+  bool json = false, no_limits = false;
+  builder::EvaluateSettings settings;
+};
+
+void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
+  const double percent = 100 / evaluation.diagonal;
+  std::printf("%s against %s: %zu triangles, diagonal D = %.6g mm\n\n", options.tree.c_str(), options.mesh.c_str(), triangles,
+              evaluation.diagonal);
+  std::printf("               overhang [mm]                                overhang [%% of D]\n");
+  std::printf("level  spheres        max      bound        p99       mean       max    bound      p99     mean\n");
+  for (const builder::LevelEvaluation& level : evaluation.levels) {
+    const builder::Overhang& o = level.overhang;
+    std::printf("%5d  %7zu  %9.5g  %9.5g  %9.5g  %9.5g  %8.4f %8.4f %8.4f %8.4f\n", level.level, level.spheres, o.max, o.bound, o.p99,
+                o.mean, o.max * percent, o.bound * percent, o.p99 * percent, o.mean * percent);
+  }
+  std::printf("\nlevel  uncovered [%%]  max gap [mm]  max gap [%% of D]  excess volume [%%]  missing volume [%%]\n");
+  for (const builder::LevelEvaluation& level : evaluation.levels)
+    std::printf("%5d  %13.4f  %12.5g  %16.4f  %17.4f  %18.4f\n", level.level, 100 * level.coverage.uncovered_fraction,
+                level.coverage.max_gap, level.coverage.max_gap * percent, 100 * level.excess_volume_fraction,
+                100 * level.missing_volume_fraction);
+  const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
+  std::printf("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
+              hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
+  if (!evaluation.limits) return;
+  const builder::CoverLimits& limits = *evaluation.limits;
+  const builder::LevelEvaluation& leaves = evaluation.levels.back();
+  const auto line = [&](const char* name, double limit, const char* note) {
+    std::printf("%s = %.5g mm (%.4f %% of D)%s", name, limit, limit * percent, note);
+    if (limit > 0) std::printf("; overhang max is %.2f times that", leaves.overhang.max / limit);
+    std::printf("\n");
+  };
+  std::printf("limits for %zu spheres that cover the surface:\n", leaves.spheres);
+  line("  h_fin", limits.h_fin, "");
+  line("  h_low", limits.h_low, limits.h_low_in_range ? "" : " (end of the range)");
+}
+
+int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
+  progress.stage("read");
+  SphereTree tree = readTree(options.tree);
+  formats::MeshFile file = formats::readMesh(options.mesh, formats::unitInMm(options.unit));
+  TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
+  progress.check();
+  // The same solid that a build takes.
+  const builder::RepairedMesh repaired = builder::repairMesh(mesh, repairKind(options.repair), progress);
+  if (!program.quiet) {
+    for (const builder::RepairStep& step : repaired.steps) std::cerr << options.mesh.string() << ": " << step.text << '\n';
+    if (!repaired.isSound())
+      std::cerr << "spheretree: warning: " << options.mesh.string()
+                << " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.\n";
+  }
+  mesh = repaired.mesh;
+  progress.check();
+  const Hash128& made_of = tree.provenance.mesh_hash;
+  if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
+    std::cerr << "spheretree: warning: " << options.tree.string() << " was built from another mesh than " << options.mesh.string()
+              << " (or with another --unit, --parts or --repair). The figures compare the two as they are.\n";
+  options.settings.limits = !options.no_limits;
+  builder::Evaluation evaluation;
+  try {
+    evaluation = builder::evaluateTree(mesh, tree, options.settings, progress, repaired.to_cover);
+  } catch (const std::invalid_argument& error) {  // a mesh without area: what the readers let pass, but nothing can be measured on
+    throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
+  }
+  if (options.json)
+    std::cout << jsonText(evaluationJson(evaluation), 2) << '\n';
+  else
+    printText(options, mesh.triangles.size(), evaluation);
+  return kExitOk;
+}
+
+}  // namespace
+
+void addEvaluateCommand(Program& program) {
+  const auto options = std::make_shared<EvaluateOptions>();
+  CLI::App* app = addVerb(program, "evaluate", "Measure how well every level of a tree stands for a mesh",
+                          "spheretree evaluate tooth.obj tooth.stree --json",
+                          [options, &program](builder::Progress& progress) { return runEvaluate(*options, program, progress); });
+  app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("TREE", options->tree, "Tree: .stree, .sph or .json")->required()->type_name("FILE");
+  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
+  app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
+  addUnit(*app, options->unit);
+  addParts(*app, options->parts);
+  app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "off", "wrap"}));
+  addSeed(*app, options->settings.seed, "the surface points");
+  addThreads(*app, options->settings.threads);
+}
+
+}  // namespace spheretree::tool

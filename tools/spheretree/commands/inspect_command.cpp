@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree inspect: what a tree file says of itself, and whether it is sound.
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
+
+#include "commands/command.h"
+#include "json_text.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InspectOptions {
+  std::filesystem::path tree;
+  bool json = false;
+};
+
+/// How much larger the bounding spheres of a level's inner nodes are than the smallest possible ones, and than the cover spheres.
+struct Tightness {
+  std::size_t inner_nodes = 0;
+  double worst_over_smallest = 1;  // largest ratio of radii; 1: as small as can be
+  double mean_over_cover = 1, worst_over_cover = 1;
+};
+
+std::vector<Tightness> measureTightness(const SphereTree& tree) {
+  SphereTree smallest = tree;
+  encloseDescendants(smallest);
+  std::vector<Tightness> levels(static_cast<std::size_t>(tree.levelCount()));
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    Tightness& t = levels[level];
+    double sum = 0;
+    for (std::uint32_t i = tree.level_begin[level]; i < tree.level_begin[level + 1]; ++i) {
+      if (tree.isLeaf(i)) continue;
+      const double bound = tree.bound[tree.bound_index[i]].radius, cover = tree.cover[i].radius;
+      t.worst_over_smallest = std::max(t.worst_over_smallest, bound / smallest.bound[tree.bound_index[i]].radius);
+      t.worst_over_cover = std::max(t.worst_over_cover, bound / cover);
+      sum += bound / cover;
+      ++t.inner_nodes;
+    }
+    if (t.inner_nodes > 0) t.mean_over_cover = sum / static_cast<double>(t.inner_nodes);
+  }
+  return levels;
+}
+
+/// Of the file as it stands, which may be of a newer minor version than this program writes.
+struct FileFacts {
+  std::size_t bytes = 0;
+  std::string version;
+};
+
+FileFacts factsOf(std::span<const std::byte> bytes) {
+  std::uint16_t version[2];
+  std::memcpy(version, bytes.data() + 8, sizeof version);
+  return {bytes.size(), std::to_string(version[0]) + "." + std::to_string(version[1])};
+}
+
+Json toJson(const SphereTree& tree, const FileFacts& file) {
+  const Provenance& p = tree.provenance;
+  Json out;
+  out["schema"] = "spheretree.inspection/1";
+  out["valid"] = true;
+  out["bytes"] = file.bytes;
+  out["format"] = file.version;
+  out["nodes"] = tree.nodeCount();
+  out["inner_nodes"] = tree.bound.size();
+  out["branching"] = tree.branching;
+  out["origin_mm"] = tree.origin_mm;
+  out["builder"] = p.builder;
+  out["quality"] = p.quality;
+  out["generator"] = p.generator;
+  out["unit_mm"] = p.unit_mm;
+  out["tolerance_mm"] = p.tolerance_mm;
+  if (p.work_overhang_mm > 0) out["work_overhang_mm"] = p.work_overhang_mm;
+  out["seed"] = p.seed;
+  out["mesh"] = {{"triangles", p.triangle_count},
+                 {"diagonal_mm", p.diagonal_mm},
+                 {"area_mm2", p.area_mm2},
+                 {"volume_mm3", p.volume_mm3},
+                 {"hash", toHex(p.mesh_hash)}};
+  out["settings_hash"] = toHex(p.settings_hash);
+  out["levels"] = Json::array();
+  const std::vector<Tightness> tightness = measureTightness(tree);
+  for (std::size_t level = 0; level < tightness.size(); ++level) {
+    const LevelStatistics& s = tree.statistics[level];
+    const Tightness& t = tightness[level];
+    Json line;
+    line["level"] = level;
+    line["nodes"] = tree.level_begin[level + 1] - tree.level_begin[level];
+    line["inner_nodes"] = t.inner_nodes;
+    line["spheres"] = s.sphere_count;
+    line["overhang_bound_mm"] = s.overhang_bound == kUnproven ? Json(nullptr) : Json(s.overhang_bound);
+    line["smallest_radius_mm"] = s.smallest_radius;
+    line["largest_radius_mm"] = s.largest_radius;
+    if (t.inner_nodes > 0)
+      line["bounding_radius"] = {
+          {"worst_over_smallest", t.worst_over_smallest}, {"mean_over_cover", t.mean_over_cover}, {"worst_over_cover", t.worst_over_cover}};
+    out["levels"].push_back(line);
+  }
+  return out;
+}
+
+void printText(const SphereTree& tree, const InspectOptions& options, const FileFacts& file) {
+  const Provenance& p = tree.provenance;
+  std::printf("%s: sound, %zu bytes, format %s\n", options.tree.c_str(), file.bytes, file.version.c_str());
+  std::printf("made by     %s, builder %s, quality %s, seed %ju\n", p.generator.empty() ? "?" : p.generator.c_str(),
+              p.builder.empty() ? "?" : p.builder.c_str(), p.quality.empty() ? "?" : p.quality.c_str(),
+              static_cast<std::uintmax_t>(p.seed));
+  if (p.tolerance_mm > 0) std::printf("tolerance   %g mm\n", p.tolerance_mm);
+  if (p.work_overhang_mm > 0)
+    std::printf("at work     leaves reach out at most %g mm, and farther only where their own tolerance allows it\n",
+                static_cast<double>(p.work_overhang_mm));
+  std::printf("mesh        %ju triangles, diagonal %g mm, area %g mm^2, volume %g mm^3, unit %g mm\n",
+              static_cast<std::uintmax_t>(p.triangle_count), p.diagonal_mm, p.area_mm2, p.volume_mm3, p.unit_mm);
+  std::printf("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
+  std::printf("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  std::printf("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
+  std::printf("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
+  const std::vector<Tightness> tightness = measureTightness(tree);
+  for (std::size_t level = 0; level < tightness.size(); ++level) {
+    const LevelStatistics& s = tree.statistics[level];
+    const Tightness& t = tightness[level];
+    char overhang[32] = "not proven", over_smallest[32] = "-", over_cover[32] = "-";
+    if (s.overhang_bound != kUnproven) std::snprintf(overhang, sizeof overhang, "%g", static_cast<double>(s.overhang_bound));
+    if (t.inner_nodes > 0) {
+      std::snprintf(over_smallest, sizeof over_smallest, "%.5f", t.worst_over_smallest);
+      std::snprintf(over_cover, sizeof over_cover, "%.3f to %.3f", t.mean_over_cover, t.worst_over_cover);
+    }
+    char radii[64];
+    std::snprintf(radii, sizeof radii, "%g to %g", static_cast<double>(s.smallest_radius), static_cast<double>(s.largest_radius));
+    std::printf("%5zu  %7u  %19s  %-23s  %29s  %s\n", level, s.sphere_count, overhang, radii, over_smallest, over_cover);
+  }
+}
+
+int runInspect(const InspectOptions& options) {
+  constexpr std::uint64_t kMostBytes = 16 << 20;
+  const std::vector<std::byte> bytes = formats::readFile(options.tree, kMostBytes);
+  SphereTree tree;
+  try {
+    tree = formats::parseSphereTree(bytes, options.tree.string());
+  } catch (const formats::FormatError& error) {
+    if (options.json) std::cout << jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) << '\n';
+    throw;
+  }
+  if (options.json)
+    std::cout << jsonText(toJson(tree, factsOf(bytes)), 2) << '\n';
+  else
+    printText(tree, options, factsOf(bytes));
+  return kExitOk;
+}
+
+}  // namespace
+
+void addInspectCommand(Program& program) {
+  const auto options = std::make_shared<InspectOptions>();
+  CLI::App* app = addVerb(program, "inspect", "Show what a .stree file holds and prove that it is sound",
+                          "spheretree inspect tooth.stree --json", [options](builder::Progress&) { return runInspect(*options); });
+  app->add_option("TREE", options->tree, "Tree to inspect (.stree)")->required()->type_name("FILE");
+  app->add_flag("--json", options->json, "Print JSON on stdout; a damaged file gives valid: false and the reason");
+}
+
+}  // namespace spheretree::tool

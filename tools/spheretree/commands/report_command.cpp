@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree report: one page from a comparison, a batch, a recording or the stability scenarios.
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "commands/command.h"
+#include "comparison/comparison_page.h"
+#include "json_text.h"
+#include "output_path.h"
+#include "page/chart.h"
+#include "page/report_page.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportOptions {
+  fs::path input, output, scene, recording;
+  bool json = false;
+};
+
+constexpr std::size_t kMostComparisonBytes = 2'000'000, kMostBytes = 5'000'000;
+
+Report makeReport(const ReportOptions& options, builder::Progress& progress) {
+  const fs::path& in = options.input;
+  const auto given = [](const fs::path& path) { return path.empty() ? std::optional<fs::path>() : std::optional<fs::path>(path); };
+  if (!fs::is_directory(in)) {
+    if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
+    return recordingReport(in, given(options.scene), kMostBytes, progress);
+  }
+  if (!options.scene.empty()) throw UsageError("--scene is for a recording: a folder brings its own. Leave it out.");
+  if (fs::exists(in / "report.json")) return batchReport(in, given(options.recording), kMostBytes, progress);
+  if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
+  if (fs::exists(in / "compare.json")) {
+    Report report;
+    report.figures = readJson(in / "compare.json", "spheretree.comparison/1");
+    report.html = comparisonPage(report.figures, in, kMostComparisonBytes, progress);
+    return report;
+  }
+  if (fs::exists(in / "stability.json")) return stabilityReport(in, kMostBytes, progress);
+  throw formats::FileError(in.string() +
+                           ": neither report.json (batch) nor compare.json nor stability.json is in this folder. Name the folder that one "
+                           "of these programs wrote.");
+}
+
+int runReport(const ReportOptions& options, builder::Progress& progress) {
+  checkOutput(options.output, {options.input, options.scene, options.recording});
+  Report report;
+  try {
+    report = makeReport(options, progress);
+  } catch (const nlohmann::json::exception& error) {  // a file of another version, or changed by hand
+    throw formats::FormatError(options.input.string() + ": its JSON lacks what a report needs (" + error.what() +
+                               "). Make it again with this version.");
+  }
+  progress.check();
+  formats::writeWhole(options.output, report.html);
+  if (options.json)
+    std::cout << jsonText(report.figures, 1) << '\n';
+  else
+    std::printf("%s: %zu bytes; open this page in a browser\n", options.output.c_str(), report.html.size());
+  return kExitOk;
+}
+
+}  // namespace
+
+Json readJson(const fs::path& path, const std::string& schema) {
+  const std::vector<std::byte> bytes = formats::readFile(path);
+  const char* text = reinterpret_cast<const char*>(bytes.data());
+  Json out = Json::parse(text, text + bytes.size(), nullptr, false);
+  if (out.is_discarded()) throw formats::FormatError(path.string() + ": not JSON. Make it again.");
+  if (!out.is_object() || out.value("schema", Json()) != schema)
+    throw formats::FormatError(path.string() + ": its schema is not " + schema + ". Make it again with this version.");
+  return out;
+}
+
+std::string viewSection(bool has_replay, const std::string& note) {
+  return "<p>Drag or use the arrow keys to turn, wheel or + and \u2212 to come nearer, shift and drag to move. " + escaped(note) + "</p>" +
+         (has_replay ? "<div class=\"time\"></div>" : "") + "<div class=\"view\"></div>";
+}
+
+std::string figureBoxes(const std::vector<std::pair<std::string, std::string>>& boxes) {
+  std::string out = "<div class=\"figure\">";
+  for (const auto& [name, value] : boxes) out += "<div><b>" + escaped(value) + "</b>" + escaped(name) + "</div>";
+  return out + "</div>\n";
+}
+
+void addReportCommand(Program& program) {
+  const auto options = std::make_shared<ReportOptions>();
+  CLI::App* app = addVerb(program, "report", "One self-contained page from a batch, a comparison, a recording or the stability scenarios",
+                          "spheretree report mouth -o mouth.html --recording probing.csv",
+                          [options](builder::Progress& progress) { return runReport(*options, progress); });
+  app->add_option("INPUT", options->input, "Folder of batch, compare or haptic-player --scenario; or a recording (.csv) of haptic-player")
+      ->required()
+      ->type_name("DIR|FILE");
+  app->add_option("-o,--output", options->output, "Page to write (.html)")->required()->type_name("FILE");
+  app->add_option("--scene", options->scene,
+                  "The compiled scene (scene.json of batch) of a recording, to replay it in 3D; default: charts only")
+      ->type_name("FILE");
+  app->add_option("--recording", options->recording, "A recording in the scene of a batch, to replay it there; default: none")
+      ->type_name("FILE");
+  app->add_flag("--json", options->json, "Print the figures of the page as JSON on stdout");
+}
+
+}  // namespace spheretree::tool

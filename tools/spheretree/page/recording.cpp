@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "page/recording.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "spheretree/core/rigid.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::tool {
+namespace {
+
+constexpr std::array kColumns{"t_s",   "hx_mm", "hy_mm",  "hz_mm",  "hqw",    "hqx",   "hqy",    "hqz",
+                              "gx_mm", "gy_mm", "gz_mm",  "gqw",    "gqx",    "gqy",   "gqz",    "fx_n",
+                              "fy_n",  "fz_n",  "tx_nmm", "ty_nmm", "tz_nmm", "pairs", "faults", "total_us"};
+
+constexpr double kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
+
+std::vector<std::string_view> fieldsOf(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    fields.push_back(line.substr(begin, end - begin));
+    if (end == line.size()) return fields;
+    begin = end + 1;
+  }
+}
+
+template <std::size_t N>
+Trace traceOf(const std::string& name, const std::vector<std::array<float, N>>& rows, std::size_t column) {
+  Trace trace{name, {}};
+  for (const auto& row : rows) trace.y.push_back(row[column]);
+  return trace;
+}
+
+/// In place; the size is a power of two.
+void fourier(std::vector<std::complex<double>>& values) {
+  const std::size_t n = values.size();
+  for (std::size_t i = 1, j = 0; i < n; ++i) {
+    std::size_t bit = n >> 1;
+    for (; j & bit; bit >>= 1) j ^= bit;
+    j |= bit;
+    if (i < j) std::swap(values[i], values[j]);
+  }
+  for (std::size_t length = 2; length <= n; length *= 2)
+    for (std::size_t first = 0; first < n; first += length)
+      for (std::size_t k = 0; k < length / 2; ++k) {
+        const std::complex<double> turn = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(length));
+        const std::complex<double> a = values[first + k], b = values[first + k + length / 2] * turn;
+        values[first + k] = a + b;
+        values[first + k + length / 2] = a - b;
+      }
+}
+
+std::vector<float> distances(const Recording& r) {
+  std::vector<float> out;
+  for (std::size_t i = 0; i < r.steps(); ++i)
+    out.push_back(std::hypot(r.hand[i][0] - r.tool[i][0], r.hand[i][1] - r.tool[i][1], r.hand[i][2] - r.tool[i][2]));
+  return out;
+}
+
+double rateOf(const Recording& r) {
+  return r.steps() > 1 ? static_cast<double>(r.steps() - 1) / std::max(1e-9, static_cast<double>(r.time.back()) - r.time.front()) : 1000;
+}
+
+double quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+}  // namespace
+
+Recording readRecording(const std::filesystem::path& path) {
+  const std::vector<std::byte> bytes = formats::readFile(path);
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  std::size_t line_number = 0;
+  const auto nextLine = [&] {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    ++line_number;
+    return line;
+  };
+  const std::vector<std::string_view> heads = fieldsOf(nextLine());
+  std::array<std::size_t, kColumns.size()> at{};
+  for (std::size_t c = 0; c < kColumns.size(); ++c) {
+    const auto found = std::find(heads.begin(), heads.end(), kColumns[c]);
+    if (found == heads.end())
+      throw formats::FormatError(path.string() + ": the first line has no column '" + kColumns[c] +
+                                 "'. Give a recording of haptic-player --record.");
+    at[c] = static_cast<std::size_t>(found - heads.begin());
+  }
+  const auto depth = static_cast<std::size_t>(std::find(heads.begin(), heads.end(), "penetration_mm") - heads.begin());
+  Recording out;
+  while (!text.empty()) {
+    const std::vector<std::string_view> fields = fieldsOf(nextLine());
+    const auto refuse = [&](const std::string& what) {
+      throw formats::FormatError(path.string() + ": line " + std::to_string(line_number) + ": " + what + ". Record the run again.");
+    };
+    if (fields.size() != heads.size()) refuse(std::to_string(fields.size()) + " fields, not " + std::to_string(heads.size()));
+    const auto number = [&](std::size_t column) {
+      const std::string_view field = fields[column];
+      double value = 0;
+      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+      if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value) || std::abs(value) > 1e30)
+        refuse("column " + std::string(heads[column]) + ": '" + std::string(field.substr(0, 40)) + "' is not a number");
+      return value;
+    };
+    std::array<double, kColumns.size()> v{};
+    for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = number(at[c]);
+    if (depth < heads.size()) out.penetration.push_back(static_cast<float>(number(depth)));
+    const auto f = [&](std::size_t c) { return static_cast<float>(v[c]); };
+    if (!out.time.empty() && !(f(0) >= out.time.back())) refuse("column t_s: the time runs backwards");
+    out.time.push_back(f(0));
+    out.hand.push_back({f(1), f(2), f(3), f(4), f(5), f(6), f(7)});
+    out.tool.push_back({f(8), f(9), f(10), f(11), f(12), f(13), f(14)});
+    out.wrench.push_back({f(15), f(16), f(17), f(18), f(19), f(20)});
+    out.pairs.push_back(f(21));
+    out.faults.push_back(v[22] > 0 && v[22] < 4e9 ? static_cast<std::uint32_t>(v[22]) : 0);
+    out.total_us.push_back(f(23));
+  }
+  if (out.steps() == 0) throw formats::FormatError(path.string() + ": no step was recorded. Record the run again.");
+  return out;
+}
+
+std::vector<float> energyTaken(const Recording& r) {
+  const auto poseOf = [](const std::array<float, 7>& p) {
+    return Configuration{{p[0], p[1], p[2]}, Quaternion(p[3], p[4], p[5], p[6]).normalized()};
+  };
+  std::vector<float> out(r.steps(), 0);
+  double energy = 0;
+  for (std::size_t i = 1; i < r.steps(); ++i) {
+    const Displacement way = displacementBetween(poseOf(r.hand[i - 1]), poseOf(r.hand[i]));
+    const std::array<float, 6>& w = r.wrench[i - 1];
+    if (way.translation.norm() <= kJump)
+      energy -= Eigen::Vector3d(w[0], w[1], w[2]).dot(way.translation) + Eigen::Vector3d(w[3], w[4], w[5]).dot(way.rotation);
+    out[i] = static_cast<float>(energy);
+  }
+  return out;
+}
+
+Spectrum spectrumOf(const std::vector<float>& values, double rate) {
+  Spectrum out;
+  if (values.size() < 16) return out;
+  const std::size_t n = std::min<std::size_t>(1024, std::bit_floor(values.size()));
+  std::vector<double> power(n / 2 + 1, 0);
+  std::size_t windows = 0;
+  for (std::size_t first = 0; first + n <= values.size(); first += n / 2, ++windows) {
+    double mean = 0;
+    for (std::size_t i = 0; i < n; ++i) mean += values[first + i] / static_cast<double>(n);
+    std::vector<std::complex<double>> window(n);
+    for (std::size_t i = 0; i < n; ++i)
+      window[i] = (values[first + i] - mean) * 0.5 * (1 - std::cos(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n)));
+    fourier(window);
+    for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(window[k]);
+  }
+  for (std::size_t k = 1; k < power.size(); ++k) {
+    out.hertz.push_back(static_cast<float>(static_cast<double>(k) * rate / static_cast<double>(n)));
+    // A sine of amplitude 1 gives n / 4: half of it at the negative frequency, half taken by the window.
+    out.amplitude.push_back(static_cast<float>(std::sqrt(power[k] / static_cast<double>(windows)) * 4 / static_cast<double>(n)));
+  }
+  return out;
+}
+
+std::vector<float> forceLength(const Recording& r) {
+  std::vector<float> out;
+  for (const auto& w : r.wrench) out.push_back(std::hypot(w[0], w[1], w[2]));
+  return out;
+}
+
+Json recordingFigures(const Recording& r) {
+  const std::vector<float> force = forceLength(r), energy = energyTaken(r), away = distances(r);
+  double torque = 0, step = 0;
+  std::size_t faulty = 0;
+  for (std::size_t i = 0; i < r.steps(); ++i) {
+    const auto& w = r.wrench[i];
+    torque = std::max<double>(torque, std::hypot(w[3], w[4], w[5]));
+    if (i > 0) step = std::max<double>(step, std::hypot(w[0] - r.wrench[i - 1][0], w[1] - r.wrench[i - 1][1], w[2] - r.wrench[i - 1][2]));
+    faulty += r.faults[i] != 0;
+  }
+  return {{"steps", r.steps()},
+          {"seconds", r.time.back() - r.time.front()},
+          {"largest_force_n", *std::max_element(force.begin(), force.end())},
+          {"largest_torque_n_mm", torque},
+          {"largest_force_step_n", step},
+          {"largest_hand_to_tool_mm", *std::max_element(away.begin(), away.end())},
+          {"energy_mj", {{"smallest", *std::min_element(energy.begin(), energy.end())}, {"final", energy.back()}}},
+          {"total_us", {{"median", quantile(r.total_us, 0.5)}, {"p99", quantile(r.total_us, 0.99)}, {"max", quantile(r.total_us, 1)}}},
+          {"steps_with_faults", faulty}};
+}
+
+std::string recordingCharts(const Recording& r) {
+  const std::string seconds = "Time [s]";
+  std::string out = "<div class=\"charts wide\">";
+  out += traceSvg({"Force on the hand",
+                   seconds,
+                   "Force [N]",
+                   r.time,
+                   {traceOf("x", r.wrench, 0), traceOf("y", r.wrench, 1), traceOf("z", r.wrench, 2), {"length", forceLength(r)}},
+                   false,
+                   {}});
+  out += traceSvg({"Torque on the hand",
+                   seconds,
+                   "Torque [N mm]",
+                   r.time,
+                   {traceOf("x", r.wrench, 3), traceOf("y", r.wrench, 4), traceOf("z", r.wrench, 5)},
+                   false,
+                   {}});
+  out += traceSvg({"How far the hand has gone beyond the tool that is shown",
+                   seconds,
+                   "Distance [mm]",
+                   r.time,
+                   {{"distance", distances(r)}},
+                   false,
+                   {}});
+  out += traceSvg({"Energy taken from the hand; below 0 the renderer has given energy",
+                   seconds,
+                   "Energy [mJ]",
+                   r.time,
+                   {{"energy", energyTaken(r)}},
+                   false,
+                   ScatterChart::Line{0, ""}});
+  const Spectrum spectrum = spectrumOf(forceLength(r), rateOf(r));
+  if (!spectrum.hertz.empty())
+    out +=
+        traceSvg({"Spectrum of the force", "Frequency [Hz]", "Amplitude [N]", spectrum.hertz, {{"force", spectrum.amplitude}}, true, {}});
+  out += traceSvg({"Time of a servo step", seconds, "Time [us]", r.time, {{"step", r.total_us}}, false, {}});
+  out += traceSvg({"Pairs of leaves in contact", seconds, "Pairs", r.time, {{"pairs", r.pairs}}, false, {}});
+  return out + "</div>\n";
+}
+
+Json packRecording(PageData& data, const std::string& name, const Recording& r) {
+  const std::size_t stride = std::max<std::size_t>(1, (r.steps() + 1999) / 2000);
+  std::vector<float> time, poses, wrench;
+  for (std::size_t i = 0; i < r.steps(); i += stride) {
+    time.push_back(r.time[i]);
+    poses.insert(poses.end(), r.hand[i].begin(), r.hand[i].end());
+    poses.insert(poses.end(), r.tool[i].begin(), r.tool[i].end());
+    wrench.insert(wrench.end(), r.wrench[i].begin(), r.wrench[i].end());
+  }
+  return {{"name", name},
+          {"time", data.add(std::span<const float>(time))},
+          {"poses", data.add(std::span<const float>(poses))},
+          {"wrench", data.add(std::span<const float>(wrench))}};
+}
+
+}  // namespace spheretree::tool
