@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "spheretree/core/search_tree.h"
+#include "spheretree/core/skin.h"
 #include "spheretree/core/sphere.h"
 
 namespace spheretree {
@@ -68,6 +70,8 @@ struct SphereTree {
   std::vector<std::uint32_t> level_begin;   // (level_count + 1) first node of each level, then node_count
   std::vector<LevelStatistics> statistics;  // (level_count)
   Provenance provenance;
+  SearchTree search;  // over the leaves, levelSet() of the deepest level, for traversals that go down to them; empty: none is known
+  Skin skin;          // the surface that a tool is to rest on; empty: none is known, and the leaves take its place
 
   std::size_t nodeCount() const { return cover.size(); }
   int levelCount() const { return static_cast<int>(level_begin.size()) - 1; }
