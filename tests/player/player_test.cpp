@@ -49,19 +49,25 @@ std::string slurp(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// All columns but the last four, the times.
+/// All columns but those in us, the times.
 std::string withoutTimes(const std::string& csv) {
   std::istringstream in(csv);
   std::string line, out;
+  std::vector<bool> keep;
   while (std::getline(in, line)) {
-    for (int k = 0; k < 4; ++k) line.resize(line.rfind(','));
-    out += line + '\n';
+    std::vector<std::string> fields(1);
+    for (const char c : line) c == ',' ? fields.emplace_back() : fields.back() += c;
+    if (keep.empty())
+      for (const std::string& head : fields) keep.push_back(!head.ends_with("_us"));
+    for (std::size_t k = 0; k < fields.size(); ++k)
+      if (keep.at(k)) out += fields[k] + ',';
+    out += '\n';
   }
   return out;
 }
 
 std::string recordReplay(const runtime::Scene& scene, const std::vector<Configuration>& poses, const std::filesystem::path& path) {
-  RecordingWriter recording(path, 64);  // a small ring: the loop waits for the writer and loses nothing
+  RecordingWriter recording(path, {}, 64);  // a small ring: the loop waits for the writer and loses nothing
   ServoLoop::Options options;
   options.wait = true;
   ServoLoop loop(scene, &recording, options);
@@ -113,13 +119,75 @@ TEST(ServoLoop, AllocatesNothingInTheMouth) {
   EXPECT_GT(force, 0.1);
 }
 
+/// What a view sees is what was rendered, step by step, and it costs the loop no memory.
+TEST(ServoLoop, ShowsEveryStep) {
+  const runtime::Scene scene = ballOnPlate();
+  view::LiveStreams live;
+  ServoLoop loop(scene, nullptr, {}, &live);
+  const std::vector<Configuration> poses = pathOverPlate(1500);
+  runtime::Workspace workspace(scene);
+  device::DeviceState state;
+  EXPECT_FALSE(live.state.refresh());
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    state.tool = poses[n];
+    EXPECT_EQ(test::allocationsIn([&] { loop.render(state); }), 0);
+    const runtime::StepResult expected = runtime::step(scene, poses[n], runtime::Mode::Constrained, workspace);
+    ASSERT_TRUE(live.state.refresh());
+    const RecordedStep& shown = live.state.front().step;
+    ASSERT_EQ(shown.tick, n);
+    ASSERT_EQ(shown.haptic.position, poses[n].position);
+    ASSERT_EQ(shown.graphic.position, expected.graphic.position);
+    ASSERT_EQ(shown.wrench.force, expected.wrench.force);
+    ASSERT_EQ(shown.penetration, expected.penetration);
+    ASSERT_FALSE(live.state.refresh());
+  }
+  std::uint64_t next = 0;
+  EXPECT_EQ(live.steps.drain([&](const RecordedStep& row) { EXPECT_EQ(row.tick, next++); }), poses.size());
+  EXPECT_EQ(live.steps.lost(), 0u);
+}
+
+/// A recording that begins and ends while the loop runs holds the steps between, each once, and the next one goes on from there.
+TEST(ServoLoop, RecordsFromAnyStepOn) {
+  const test::ScratchFolder folder;
+  const runtime::Scene scene = ballOnPlate();
+  view::LiveStreams live;
+  ServoLoop loop(scene, nullptr, {}, &live);
+  device::ReplayDevice replay(pathOverPlate(3000));
+  replay.start(loop, {}, device::Clock::Real);
+  const auto waitFor = [&](std::uint64_t tick) {
+    while (!live.state.refresh() || live.state.front().step.tick < tick) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  std::vector<std::filesystem::path> files;
+  for (const std::uint64_t begin : {100u, 400u}) {
+    waitFor(begin);
+    RecordingWriter recording(folder.path() / ("from_" + std::to_string(begin) + ".csv"));
+    EXPECT_TRUE(loop.record(&recording));
+    waitFor(begin + 150);
+    EXPECT_TRUE(loop.record(nullptr));
+    recording.finish();
+    EXPECT_EQ(recording.lost(), 0u);
+    files.push_back(recording.path());
+  }
+  replay.stop();
+  const std::vector<Configuration> poses = pathOverPlate(3000);
+  for (const std::filesystem::path& file : files) {
+    const std::vector<Configuration> recorded = formats::readTrajectory(file);  // refuses a row that is left out or stands twice
+    ASSERT_GE(recorded.size(), 100u);
+    const auto first = std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.position == recorded[0].position; });
+    ASSERT_NE(first, poses.end());
+    for (std::size_t n = 0; n < recorded.size(); ++n)
+      ASSERT_EQ(recorded[n].position, poses[static_cast<std::size_t>(first - poses.begin()) + n].position);
+  }
+}
+
 TEST(Recording, ReplaysToTheSameBytes) {
   const test::ScratchFolder folder;
   const runtime::Scene scene = ballOnPlate();
   const auto poses = pathOverPlate(1500);
   const std::string first = recordReplay(scene, poses, folder.path() / "a.csv");
   EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1501);
-  EXPECT_EQ(first.substr(0, first.find('\n') + 1), recordingHeader());
+  EXPECT_EQ(first.substr(0, first.find('\n') + 1),
+            std::string(recordingHeader()).replace(recordingHeader().size() - 1, 1, ",scene,settings\n"));
   const auto again = formats::readTrajectory(folder.path() / "a.csv");
   ASSERT_EQ(again.size(), poses.size());
   EXPECT_EQ(withoutTimes(recordReplay(scene, again, folder.path() / "b.csv")), withoutTimes(first));
@@ -135,9 +203,43 @@ TEST(Recording, IsNotThereUntilItIsWhole) {
   EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such.csv"), formats::FileError);
 }
 
+TEST(Recording, NamesItsSceneInItsFirstRow) {
+  const test::ScratchFolder folder;
+  const std::string scene = "a b/\"c\",100%\n.json", settings = "mode=paper bridges=off";
+  RecordingWriter recording(folder.path() / "run.csv", {scene, settings});
+  RecordedStep row;
+  recording.push(row);
+  row.tick = 1;
+  row.time = 0.001;
+  recording.push(row);
+  recording.finish();
+  std::istringstream text(slurp(folder.path() / "run.csv"));
+  std::string header, first, second;
+  ASSERT_TRUE(std::getline(text, header) && std::getline(text, first) && std::getline(text, second));
+  const auto columns = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
+  EXPECT_EQ(columns(first), columns(header));
+  EXPECT_EQ(columns(second), columns(header));
+  const std::size_t last = first.rfind(','), before = first.rfind(',', last - 1);
+  EXPECT_EQ(decodedField(first.substr(before + 1, last - before - 1)), scene);
+  EXPECT_EQ(decodedField(first.substr(last + 1)), settings);
+  EXPECT_TRUE(second.ends_with(",0,,"));
+  EXPECT_EQ(formats::readTrajectory(folder.path() / "run.csv").size(), 2u);
+}
+
+TEST(Recording, FieldsComeBackAsTheyWere) {
+  std::string all;
+  for (int c = 1; c < 256; ++c) all += static_cast<char>(c);
+  const std::string field = encodedField(all);
+  EXPECT_EQ(field.find_first_of(",\"\n\r\t "), std::string::npos);
+  EXPECT_EQ(decodedField(field), all);
+  EXPECT_EQ(decodedField("100%"), "100%");  // what no encodedField() writes stays as it is
+  EXPECT_EQ(decodedField("%2"), "%2");
+  EXPECT_EQ(decodedField("%zz"), "%zz");
+}
+
 TEST(Recording, CountsRowsThatTheRingCannotHold) {
   const test::ScratchFolder folder;
-  RecordingWriter recording(folder.path() / "run.csv", 2);
+  RecordingWriter recording(folder.path() / "run.csv", {}, 2);
   std::uint64_t pushed = 0;
   for (int n = 0; n < 100'000; ++n) pushed += recording.push({});
   recording.finish();

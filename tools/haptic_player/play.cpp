@@ -124,6 +124,17 @@ void runDevice(device::Device& device, const PlaySettings& settings, const Servo
   if (settings.status_line) std::fprintf(stderr, "\r%79s\r", "");
 }
 
+const char* modeName(runtime::Mode mode) { return mode == runtime::Mode::Paper ? "paper" : "constrained"; }
+
+/// Of a run that is recorded there.
+RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording) {
+  RunIdentity identity{kSampleScene, std::string("mode=") + modeName(settings.mode) + " bridges=" + (settings.bridges ? "on" : "off")};
+  if (settings.scene.empty()) return identity;
+  identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
+  if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
+  return identity;
+}
+
 const char* endName(PlayEnd end) {
   return end == PlayEnd::Complete ? "complete" : end == PlayEnd::Interrupted ? "interrupted" : "device failed";
 }
@@ -183,7 +194,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const runtime::Scene scene = loadScene(settings.scene, settings.bridges, progress);
   if (!device) device = openInput(settings, scene);
   std::unique_ptr<RecordingWriter> recording;
-  if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record);
+  if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
   ServoLoop::Options options;
   options.mode = settings.mode;
   options.wait = !real;
@@ -206,7 +217,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
                       : status.phase == device::Phase::Failed ? PlayEnd::DeviceFailed
                                                               : PlayEnd::Complete;
   summary = {{"schema", "spheretree.run/1"},       {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
-             {"device", device->info().model},     {"mode", settings.mode == runtime::Mode::Paper ? "paper" : "constrained"},
+             {"device", device->info().model},     {"mode", modeName(settings.mode)},
              {"clock", real ? "real" : "stepped"}, {"end", endName(end)}};
   summary.update(loop.statistics().toJson());
   summary["missed_deadlines"] = status.late_ticks;

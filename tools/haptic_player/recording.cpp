@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "recording.h"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 
@@ -24,7 +25,7 @@ void appendPose(std::string& text, const Configuration& pose) {
 
 std::string_view recordingHeader() {
   return "tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,fz_n,tx_nmm,ty_nmm,tz_nmm,pairs,rows,"
-         "active,qp_iterations,faults,find_us,rows_us,qp_us,total_us\n";
+         "active,qp_iterations,faults,find_us,rows_us,qp_us,total_us,penetration_mm\n";
 }
 
 void appendRow(std::string& text, const RecordedStep& row) {
@@ -35,31 +36,51 @@ void appendRow(std::string& text, const RecordedStep& row) {
   for (int k = 0; k < 3; ++k) appendNumber(text, row.wrench.force[k]);
   for (int k = 0; k < 3; ++k) appendNumber(text, row.wrench.torque[k]);
   for (const std::uint32_t count : {row.pairs, row.rows, row.active, row.qp_iterations, row.faults}) appendNumber(text, count);
-  for (const double us : {row.find_us, row.rows_us, row.qp_us, row.total_us}) appendNumber(text, us);
+  for (const double us : {row.find_us, row.rows_us, row.qp_us, row.total_us, row.penetration}) appendNumber(text, us);
   text.back() = '\n';
 }
 
-RecordingWriter::RecordingWriter(const std::filesystem::path& path, std::size_t capacity) : ring_(capacity), file_(path) {
-  file_.append(recordingHeader());
+std::string encodedField(std::string_view text) {
+  std::string field;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte > ' ' && byte != 0x7f && c != ',' && c != '"' && c != '%') {
+      field += c;
+      continue;
+    }
+    constexpr const char* kDigits = "0123456789ABCDEF";
+    field += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
+  }
+  return field;
+}
+
+std::string decodedField(std::string_view field) {
+  std::string text;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    unsigned byte = 0;
+    const char* end = field.data() + std::min(i + 3, field.size());
+    if (field[i] == '%' && i + 2 < field.size() && std::from_chars(field.data() + i + 1, end, byte, 16).ptr == end) {
+      text += static_cast<char>(byte);
+      i += 2;
+    } else {
+      text += field[i];
+    }
+  }
+  return text;
+}
+
+RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity identity, std::size_t capacity)
+    : ring_(capacity), path_(path), identity_(std::move(identity)), file_(path) {
+  std::string header(recordingHeader());
+  header.insert(header.size() - 1, ",scene,settings");
+  file_.append(header);
   thread_ = std::thread([this] { drain(); });
 }
 
 RecordingWriter::~RecordingWriter() { stop(); }
 
-bool RecordingWriter::push(const RecordedStep& row) noexcept {
-  const std::uint64_t at = written_.load(std::memory_order_relaxed);
-  if (at - read_.load(std::memory_order_acquire) == ring_.size()) {
-    ++lost_;
-    return false;
-  }
-  ring_[at & (ring_.size() - 1)] = row;
-  written_.store(at + 1, std::memory_order_release);
-  return true;
-}
-
 void RecordingWriter::pushWaiting(const RecordedStep& row) noexcept {
-  const std::uint64_t at = written_.load(std::memory_order_relaxed);
-  while (at - read_.load(std::memory_order_acquire) == ring_.size() && !failed_.load(std::memory_order_relaxed)) std::this_thread::yield();
+  while (ring_.full() && !failed_.load(std::memory_order_relaxed)) std::this_thread::yield();
   push(row);
 }
 
@@ -68,17 +89,19 @@ void RecordingWriter::drain() {
     std::string text;
     for (;;) {
       const bool last = stop_.load(std::memory_order_acquire);  // before the look at the ring: rows pushed before stop are in it
-      const std::uint64_t end = written_.load(std::memory_order_acquire);
-      std::uint64_t at = read_.load(std::memory_order_relaxed);
-      if (at == end) {
-        if (last) return;
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      text.clear();
+      const std::size_t rows = ring_.drain([&](const RecordedStep& row) {
+        appendRow(text, row);
+        text.insert(text.size() - 1, identity_written_ ? "," : "," + encodedField(identity_.scene));
+        text.insert(text.size() - 1, identity_written_ ? "," : "," + encodedField(identity_.settings));
+        identity_written_ = true;
+      });
+      if (rows > 0) {
+        file_.append(text);
         continue;
       }
-      text.clear();
-      for (; at != end; ++at) appendRow(text, ring_[at & (ring_.size() - 1)]);
-      read_.store(at, std::memory_order_release);
-      file_.append(text);
+      if (last) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
   } catch (...) {
     error_ = std::current_exception();

@@ -50,7 +50,7 @@ void PassivityObserver::add(const Configuration& pose, const Wrench& wrench) noe
   started_ = true;
 }
 
-void RunStatistics::add(const RecordedStep& row, double penetration, double processor_us) noexcept {
+void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   find_.add(row.find_us);
   rows_.add(row.rows_us);
   qp_.add(row.qp_us);
@@ -65,7 +65,7 @@ void RunStatistics::add(const RecordedStep& row, double penetration, double proc
   }
   last_wrench_ = row.wrench;
   largest_force_ = std::max(largest_force_, row.wrench.force.norm());
-  penetration_ = std::max(penetration_, penetration);
+  penetration_ = std::max(penetration_, row.penetration);
   for (std::size_t k = 0; k < faults_.size(); ++k) faults_[k] += row.faults >> k & 1;
   ++steps_;
 }

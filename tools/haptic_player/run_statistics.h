@@ -48,7 +48,7 @@ class PassivityObserver {
 class RunStatistics {
  public:
   /// `processor_us`: that the step's thread had the processor; the rest of row.total_us went to other programs.
-  void add(const RecordedStep& row, double penetration, double processor_us) noexcept;
+  void add(const RecordedStep& row, double processor_us) noexcept;
 
   std::uint64_t steps() const { return steps_; }
   double largestPenetration() const { return penetration_; }

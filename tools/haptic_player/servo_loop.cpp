@@ -6,11 +6,12 @@
 #include <time.h>
 
 #include <chrono>
+#include <thread>
 
 namespace spheretree::player {
 
-ServoLoop::ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options)
-    : scene_(scene), recording_(recording), options_(options), workspace_(scene) {}
+ServoLoop::ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live)
+    : scene_(scene), recording_(recording), options_(options), live_(live), workspace_(scene) {}
 
 device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   using Clock = std::chrono::steady_clock;
@@ -19,18 +20,38 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     priority.sched_priority = 80;  // above ordinary programs, below the kernel's own threads
     priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
   }
+  begun_.fetch_add(1);
   runtime::StageTimes times;
   const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
   const runtime::StepResult result = runtime::step(scene_, state.tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   const RecordedStep row = recordedStep(ticks_++, state.tool, result, times, total_us);
-  statistics_.add(row, result.penetration, threadTime() - processor_start);
+  statistics_.add(row, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
   time_.store(total_us, std::memory_order_relaxed);
-  if (recording_ && options_.wait) recording_->pushWaiting(row);
-  if (recording_ && !options_.wait) recording_->push(row);
+  RecordingWriter* const recording = recording_.load();
+  if (recording && options_.wait) recording->pushWaiting(row);
+  if (recording && !options_.wait) recording->push(row);
+  if (live_) publish(row);
+  ended_.fetch_add(1);
   return {result.wrench, 0, (result.faults & runtime::kBadInput) != 0};
+}
+
+bool ServoLoop::record(RecordingWriter* recording) noexcept {
+  recording_.store(recording);
+  // A step that begins from here on sees the new writer: these operations have one order for all threads.
+  const std::uint64_t begun = begun_.load();
+  for (int n = 0; n < 1000 && ended_.load() < begun; ++n) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return ended_.load() >= begun;
+}
+
+void ServoLoop::publish(const RecordedStep& row) noexcept {
+  live_->steps.push(row);
+  view::LiveState& state = live_->state.back();
+  state.step = row;
+  state.contact_count = 0;
+  live_->state.publish();
 }
 
 double threadTime() noexcept {
@@ -55,7 +76,8 @@ RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const
           us(times.find),
           us(times.rows),
           us(times.qp),
-          total_us};
+          total_us,
+          result.penetration};
 }
 
 }  // namespace spheretree::player

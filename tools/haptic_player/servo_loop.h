@@ -8,6 +8,7 @@
 #include "run_statistics.h"
 #include "spheretree/device/device.h"
 #include "spheretree/runtime/step.h"
+#include "streams/live_streams.h"
 
 namespace spheretree::player {
 
@@ -18,11 +19,15 @@ class ServoLoop final : public device::Renderer {
     bool wait = false;              // a full ring of the recording holds up the loop instead of losing rows
     bool real_time_thread = false;  // the first step asks for a real-time priority for its thread
   };
-  /// `scene` and `recording` (may be null) must outlive it.
-  ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options);
+  /// `scene`, `recording` and `live` (both may be null) must outlive it.
+  ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);
 
   /// The step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (`wait` aside).
   device::Rendered render(const device::DeviceState& state) noexcept override;
+
+  /// Where the rows of later steps go; null: nowhere. From one thread, not that of the steps. Returns once the step that was under way
+  /// has ended, so that the former writer may be finished; false if it has not ended within a second.
+  bool record(RecordingWriter* recording) noexcept;
 
   // After the last step.
   const RunStatistics& statistics() const { return statistics_; }
@@ -32,12 +37,16 @@ class ServoLoop final : public device::Renderer {
   int priorityError() const { return priority_error_.load(std::memory_order_relaxed); }  // errno of the request; 0: granted, -1: not asked
 
  private:
+  void publish(const RecordedStep& row) noexcept;
+
   const runtime::Scene& scene_;
-  RecordingWriter* recording_;
+  std::atomic<RecordingWriter*> recording_;
   Options options_;
+  view::LiveStreams* live_;
   runtime::Workspace workspace_;
   RunStatistics statistics_;
   std::uint64_t ticks_ = 0;
+  std::atomic<std::uint64_t> begun_{0}, ended_{0};  // steps
   std::atomic<double> force_{0}, time_{0};
   std::atomic<int> priority_error_{-1};
 };

@@ -58,15 +58,13 @@ std::string offText(const TriangleMesh& mesh) {
   return text;
 }
 
-/// As the player records, and how deep leaf spheres were in each other.
+/// As the player records, with the depth as measured from outside the runtime.
 std::string recordingText(const Outcome& outcome) {
   std::string text(recordingHeader());
-  text.insert(text.size() - 1, ",penetration_mm");
-  char value[32];
   for (std::size_t i = 0; i < outcome.recording.size(); ++i) {
-    appendRow(text, outcome.recording[i]);
-    std::snprintf(value, sizeof value, ",%.4g", static_cast<double>(outcome.penetration[i]));
-    text.insert(text.size() - 1, value);
+    RecordedStep row = outcome.recording[i];
+    row.penetration = static_cast<double>(outcome.penetration[i]);
+    appendRow(text, row);
   }
   return text;
 }

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The three streams between the servo loop and a view: the latest state and every step one way, where the hand means to be the other way.
+// Units: mm, N, N mm, s; world axes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "streams/recorded_step.h"
+#include "streams/step_ring.h"
+#include "streams/triple_buffer.h"
+
+namespace spheretree::view {
+
+/// A place where the tool touches something.
+struct ShownContact {
+  Eigen::Vector3f point, normal;  // world; the normal points from the object to the tool
+  float gap = 0, force = 0;       // [mm], negative inside; [N]
+  std::uint32_t object = 0;       // index in the scene
+};
+inline constexpr std::size_t kMostContacts = 64;
+
+/// All that a picture shows of one servo step.
+struct LiveState {
+  player::RecordedStep step;
+  std::uint32_t contact_count = 0;
+  std::array<ShownContact, kMostContacts> contacts{};
+};
+
+/// Where the hand means to be, as a mouse or another input says.
+struct HandTarget {
+  Configuration pose;
+  bool is_set = false;  // false: nobody has said anything yet
+};
+
+/// Rows that wait for the view: 32 s of steps. A window that answers later than that (a driver that hangs) loses rows, and says how many.
+inline constexpr std::size_t kStepRing = 1 << 15;
+
+struct LiveStreams {
+  TripleBuffer<LiveState> state;
+  StepRing<player::RecordedStep> steps{kStepRing};
+  TripleBuffer<HandTarget> hand;
+};
+
+}  // namespace spheretree::view

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is kept of a servo step: a row of a recording, a point of the plots. Units: mm, N, N mm, s; times of stages in us.
+#pragma once
+
+#include <cstdint>
+
+#include "spheretree/core/rigid.h"
+
+namespace spheretree::player {
+
+struct RecordedStep {
+  std::uint64_t tick = 0;
+  double time = 0;        // of the tick [s]
+  Configuration haptic;   // of the reference point, world
+  Configuration graphic;  // "
+  Wrench wrench;          // on the hand about the reference point, before the device's own limits
+  std::uint32_t pairs = 0, rows = 0, active = 0, qp_iterations = 0, faults = 0;
+  double find_us = 0, rows_us = 0, qp_us = 0, total_us = 0;
+  double penetration = 0;  // of the graphic tool's leaves, as the runtime says [mm]
+};
+
+}  // namespace spheretree::player
