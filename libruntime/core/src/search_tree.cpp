@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/core/search_tree.h"
 
+#include "search_tree_spheres.h"
+
 namespace spheretree {
 
 std::string findTopologyFault(const SearchTree& tree, std::size_t items) {
@@ -11,8 +13,12 @@ std::string findTopologyFault(const SearchTree& tree, std::size_t items) {
            std::to_string(kMaxSearchNodes) + " and " + std::to_string(kMaxSearchItems);
   if (tree.inner_children.size() != inner || tree.item_children.size() != inner)
     return "the search tree has " + std::to_string(inner) + " inner nodes, but other numbers of child counts";
-  std::size_t next_inner = 1, next_item = 0;
-  for (std::size_t i = 0; i < inner; ++i) {
+  std::size_t next_inner = 1, next_item = 0, levels = 0;
+  for (std::size_t i = 0, level_end = 0; i < inner; ++i) {
+    if (i == level_end) {
+      level_end = next_inner;
+      if (++levels > kMaxSearchLevels) return "the search tree has more than " + std::to_string(kMaxSearchLevels) + " levels";
+    }
     const std::size_t children = std::size_t{tree.inner_children[i]} + tree.item_children[i];
     if (children < 1 || children > kSearchBranching)
       return "node " + std::to_string(i) + " of the search tree has " + std::to_string(children) + " children, not 1 to 8";
@@ -32,6 +38,12 @@ std::string findTopologyFault(const SearchTree& tree, std::size_t items) {
     taken[item] = true;
   }
   return {};
+}
+
+std::string describeSphereFault(std::size_t node, std::size_t item) {
+  const std::string sphere = "sphere " + std::to_string(node) + " of the search tree";
+  return item == kNoItem ? sphere + " is not finite, or its radius is not above 0"
+                         : sphere + " does not enclose item " + std::to_string(item);
 }
 
 }  // namespace spheretree

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "search_tree_spheres.h"
+
 namespace spheretree {
 namespace {
 
@@ -58,24 +60,38 @@ std::string findElementFault(const Skin& skin) {
   return {};
 }
 
-// That every sphere of the search tree holds its children's, and those of triangles the patches: children come after parents.
-std::string findSphereFault(const Skin& skin) {
-  const SearchTree& tree = skin.search;
-  const auto holds = [](const Sphere& outer, const Sphere& inner) {
-    const Vector3d d(double{outer.x} - inner.x, double{outer.y} - inner.y, double{outer.z} - inner.z);
-    return d.norm() + inner.radius <= outer.radius;
-  };
-  std::size_t next_inner = 1, triangle = 0;
-  for (std::size_t i = 0; i < tree.inner.size(); ++i) {
-    const Sphere& s = tree.inner[i];
-    if (!(std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.radius) && s.radius > 0))
-      return at("sphere", i) + "it is not finite, or its radius is not above 0";
-    for (std::size_t k = 0; k < tree.inner_children[i]; ++k)
-      if (!holds(s, tree.inner[next_inner++])) return at("sphere", i) + "it does not enclose one of its children";
-    for (std::size_t k = 0; k < tree.item_children[i]; ++k, ++triangle)
-      if (!holds(s, enclose(patchOf(skin, triangle)))) return at("sphere", i) + "it does not enclose triangle " + std::to_string(triangle);
+// Positions of the nodes of a patch.
+std::array<Vector3f, 6> positionsOf(const Skin& skin, std::size_t triangle) {
+  const SkinTriangle& t = skin.triangles[triangle];
+  std::array<Vector3f, 6> position;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      position[k][static_cast<Eigen::Index>(axis)] =
+          skin.low[axis] + skin.step * static_cast<float>(skin.vertices[t.vertex[k]].position[axis]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::array<std::int8_t, 3>& e = skin.edges[t.edge[k]].offset;
+    const Vector3f offset(static_cast<float>(e[0]), static_cast<float>(e[1]), static_cast<float>(e[2]));
+    position[3 + k] = 0.5f * (position[k] + position[(k + 1) % 3]) + skin.offset_step * offset;
   }
-  return {};
+  return position;
+}
+
+// Whether `sphere` encloses the corners of a patch and the control points of its sides, whose hull holds the patch and the flat triangle.
+// The square of a float is exact in double.
+bool encloses(const Sphere& sphere, const Skin& skin, std::size_t triangle) {
+  const std::array<Vector3f, 6> position = positionsOf(skin, triangle);
+  const Vector3d centre(double{sphere.x}, double{sphere.y}, double{sphere.z});
+  const double square = double{sphere.radius} * double{sphere.radius};
+  const auto holds = [&](const Vector3d& p) {
+    const double dx = p.x() - centre.x(), dy = p.y() - centre.y(), dz = p.z() - centre.z();
+    return dx * dx + dy * dy + dz * dz <= square;
+  };
+  bool all = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3d a = position[k].cast<double>(), b = position[(k + 1) % 3].cast<double>(), m = position[3 + k].cast<double>();
+    all = holds(a) & holds(2 * m - 0.5 * (a + b)) & all;
+  }
+  return all;
 }
 
 }  // namespace
@@ -116,16 +132,10 @@ Vector3f unpackNormal(const PackedNormal& packed) {
 SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
   const SkinTriangle& t = skin.triangles[triangle];
   SkinPatch patch;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const SkinVertex& v = skin.vertices[t.vertex[k]];
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      patch.position[k][static_cast<Eigen::Index>(axis)] = skin.low[axis] + skin.step * static_cast<float>(v.position[axis]);
-    patch.normal[k] = unpackNormal(v.normal);
-  }
+  patch.position = positionsOf(skin, triangle);
   for (std::size_t k = 0; k < 3; ++k) {
     const SkinEdge& e = skin.edges[t.edge[k]];
-    const Vector3f offset(static_cast<float>(e.offset[0]), static_cast<float>(e.offset[1]), static_cast<float>(e.offset[2]));
-    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + skin.offset_step * offset;
+    patch.normal[k] = unpackNormal(skin.vertices[t.vertex[k]].normal);
     patch.normal[3 + k] = unpackNormal(e.normal);
     patch.is_sharp[k] = e.is_sharp != 0;
   }
@@ -166,7 +176,8 @@ std::string findFault(const Skin& skin) {
   if (std::string fault = findElementFault(skin); !fault.empty()) return fault;
   if (!skin.search.item.empty()) return "the triangles of a skin stand in the order of its search tree, which needs no list of items";
   if (std::string fault = findTopologyFault(skin.search, skin.triangles.size()); !fault.empty()) return "skin: " + fault;
-  return findSphereFault(skin);
+  const std::string fault = findSphereFault(skin.search, [&](const Sphere& s, std::size_t t) { return encloses(s, skin, t); });
+  return fault.empty() ? fault : "skin: " + fault;
 }
 
 }  // namespace spheretree

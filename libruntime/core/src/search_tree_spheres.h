@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks that the inner spheres of a search tree enclose the items below them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "sphere_checks.h"
+#include "spheretree/core/search_tree.h"
+
+namespace spheretree {
+
+inline constexpr std::size_t kNoItem = std::numeric_limits<std::size_t>::max();
+
+/// The sentence about inner sphere `node`, which misses `item`, or is not finite itself (kNoItem).
+std::string describeSphereFault(std::size_t node, std::size_t item);
+
+/// First inner sphere that is not finite, whose radius is not above 0 or that misses an item below it, as a sentence; "" if there is none.
+/// `encloses(sphere, item)` says whether a sphere encloses an item. The topology must be sound (findTopologyFault).
+/// Cost: usually 2 to 3 calls of `encloses` for each item, at most one for each item and each level above it.
+template <class Encloses>
+std::string findSphereFault(const SearchTree& tree, const Encloses& encloses) {
+  // A child sphere that lies this far inside stands for everything below it, which is checked against the child itself: the rounding
+  // errors of both checks (8 roundings to 2^-53 of the radius) cannot add up to more.
+  constexpr double kInside = 1 - 0x1p-48;
+  const std::size_t inner = tree.inner.size();
+  std::vector<std::uint32_t> first_inner(inner), first_item(inner);
+  for (std::uint32_t i = 0, next_inner = 1, next_item = 0; i < inner; ++i) {
+    if (!isFinite(tree.inner[i])) return describeSphereFault(i, kNoItem);
+    first_inner[i] = next_inner, first_item[i] = next_item;
+    next_inner += tree.inner_children[i], next_item += tree.item_children[i];
+  }
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < inner; ++i) {
+    const Sphere& sphere = tree.inner[i];
+    open.assign(1, i);
+    while (!open.empty()) {
+      const std::size_t node = open.back();
+      open.pop_back();
+      for (std::size_t k = first_item[node]; k < first_item[node] + tree.item_children[node]; ++k)
+        if (const std::size_t item = tree.item.empty() ? k : tree.item[k]; !encloses(sphere, item)) return describeSphereFault(i, item);
+      for (std::size_t k = first_inner[node]; k < first_inner[node] + tree.inner_children[node]; ++k)
+        if (!(reach(sphere, tree.inner[k]) <= static_cast<double>(sphere.radius) * kInside)) open.push_back(k);
+    }
+  }
+  return {};
+}
+
+}  // namespace spheretree
