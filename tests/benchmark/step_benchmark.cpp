@@ -75,7 +75,7 @@ std::vector<Configuration> posesWith(const Scene& scene, std::uint32_t wanted, i
   std::vector<Configuration> poses;
   test::Random random(wanted);
   double phase[6];
-  for (double& p : phase) p = random.uniform(0, 6.28);
+  for (double& p : phase) p = random.between(0, 6.28);
   for (int n = 0; n < count; ++n) {
     const double t = 0.001 * (n % 500) + n / 500;
     const int tooth = 3 + n / 500 % 8;

@@ -17,7 +17,7 @@ TEST(Rigid, ExpAndLogAreInverse) {
   Random random(1);
   for (int n = 0; n < 20000; ++n) {
     // All sizes from 1e-12 rad to just below half a turn.
-    const double angle = std::min(std::pow(10, random.uniform(-12, 0.5)), M_PI - 1e-6);
+    const double angle = std::min(std::pow(10, random.between(-12, 0.5)), M_PI - 1e-6);
     const Eigen::Vector3d v = angle * (test::randomRotation(random) * Eigen::Vector3d::UnitX());
     const Quaternion q = rotationOf(v);
     EXPECT_NEAR(q.norm(), 1, 1e-14);

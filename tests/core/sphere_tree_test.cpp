@@ -29,7 +29,7 @@ std::vector<std::uint32_t> family(const SphereTree& tree, std::uint32_t node) {
 TEST(TaggedRadius, IsTheNextFloatUpThatCarriesTheTag) {
   test::Random random(1);
   for (int i = 0; i < 20000; ++i) {
-    const double radius = std::exp(random.uniform(-80, 80));
+    const double radius = std::exp(random.between(-80, 80));
     const auto tag = static_cast<std::uint8_t>(random.next());
     const float tagged = taggedRadius(radius, tag);
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(tagged);

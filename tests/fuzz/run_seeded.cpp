@@ -10,7 +10,7 @@
 #include <iterator>
 
 #include "fuzz/fuzz_target.h"
-#include "support/sample_trees.h"
+#include "support/random.h"
 
 namespace {
 

@@ -16,7 +16,7 @@ std::vector<double> sine(double amplitude, double hertz, int steps, double noise
   test::Random random(1);
   std::vector<double> out;
   for (int n = 0; n < steps; ++n)
-    out.push_back(3 + amplitude * std::sin(2 * std::numbers::pi * hertz * n / 1000) + noise * random.uniform(-1, 1));
+    out.push_back(3 + amplitude * std::sin(2 * std::numbers::pi * hertz * n / 1000) + noise * random.between(-1, 1));
   return out;
 }
 

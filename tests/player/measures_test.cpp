@@ -52,7 +52,7 @@ TEST(Measures, OffsetAnswersAreTheNearestFreePoints) {
   };
   const auto groove = [&](const Eigen::Vector3d& p) { return s * p.z() - c * std::abs(p.x()); };
   for (int n = 0; n < 60; ++n) {
-    const Eigen::Vector3d h(random.uniform(-3, 3), random.uniform(-5, 5), random.uniform(-3, 3));
+    const Eigen::Vector3d h(random.between(-3, 3), random.between(-5, 5), random.between(-3, 3));
     const auto agree = [&](const Eigen::Vector3d& answer, const Eigen::Vector3d& searched, const char* what) {
       EXPECT_NEAR((answer - h).norm(), (searched - h).norm(), 5e-3) << what << " at " << h.transpose();
     };

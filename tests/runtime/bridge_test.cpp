@@ -46,8 +46,8 @@ SceneDescription roughBall(std::uint64_t seed) {
   std::vector<Sphere> balls;
   constexpr int kCount = 300;
   for (int i = 0; i < kCount; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kCount, rim = std::sqrt(1 - z * z), angle = 2.399963229728653 * i, far = random.uniform(5.8, 6.2);
-    balls.push_back(test::ball(far * rim * std::cos(angle), far * rim * std::sin(angle), far * z, random.uniform(1.1, 1.3)));
+    const double z = 1 - (2 * i + 1.0) / kCount, rim = std::sqrt(1 - z * z), angle = 2.399963229728653 * i, far = random.between(5.8, 6.2);
+    balls.push_back(test::ball(far * rim * std::cos(angle), far * rim * std::sin(angle), far * z, random.between(1.1, 1.3)));
   }
   SceneDescription d = sceneOf(test::rodTree(12, 20, 0.7), balls, 0.35);
   d.objects[0].pose = {{1, 2, -3}, rotationOf({0.3, -0.7, 1.1})};
@@ -137,7 +137,7 @@ TEST(Bridge, LeavesOfUnevenHeightBecomeFlat) {
   // Most lie low, so that those on top are apart from each other.
   Random random(5);
   std::vector<Sphere> balls = sheetOfBalls();
-  for (Sphere& s : balls) s.z -= static_cast<float>(random.uniform(0, 0.3));
+  for (Sphere& s : balls) s.z -= static_cast<float>(random.between(0, 0.3));
   double penetration = 0;
   EXPECT_GT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 1, false)), penetration), 0.3);
   EXPECT_LT(ripple(compiled(sceneOf(test::oneBallTree(1), balls, 1)), penetration), 0.03);
@@ -148,7 +148,7 @@ TEST(Bridge, FarBelowAFlatFaceNothingLeaps) {
   // their angle. Over a flat face the force changes by no more than the hand moves.
   Random random(8);
   std::vector<Sphere> balls = sheetOfBalls();
-  for (Sphere& s : balls) s.z -= static_cast<float>(random.uniform(0, 0.04));
+  for (Sphere& s : balls) s.z -= static_cast<float>(random.between(0, 0.04));
   const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, 1));
   Workspace workspace(scene);
   for (double y = -6; y <= 6; y += 2) {
@@ -169,7 +169,7 @@ TEST(Bridge, LeavesThatStandOutFarArePassedOver) {
   Random random(6);
   std::vector<Sphere> balls = sheetOfBalls();
   for (Sphere& s : balls)
-    s.z += static_cast<float>(std::abs(s.x) > 9 || std::abs(s.y) > 9 ? random.uniform(2, 4) : random.uniform(-0.3, 0));
+    s.z += static_cast<float>(std::abs(s.x) > 9 || std::abs(s.y) > 9 ? random.between(2, 4) : random.between(-0.3, 0));
   SceneDescription d = sceneOf(test::oneBallTree(1), balls, 5);
   d.objects[0].tree.provenance.work_overhang_mm = 1;
   double penetration = 0;
@@ -254,7 +254,7 @@ TEST(Bridge, FacetsTouchWhatShows) {
   constexpr double kStated = 0.3;
   for (int row = 0; row < 16; ++row)
     for (int i = 0; i < 20; ++i) {
-      const double r = random.uniform(0.5, 1.6), angle = 2 * M_PI * (i + 0.5 * (row % 2)) / 20, far = 2 + r - random.uniform(0, 0.3);
+      const double r = random.between(0.5, 1.6), angle = 2 * M_PI * (i + 0.5 * (row % 2)) / 20, far = 2 + r - random.between(0, 0.3);
       balls.push_back(test::ball(far * std::cos(angle), far * std::sin(angle), 0.5 * row, r));
     }
   const Scene scene = compiled(sceneOf(test::oneBallTree(1), balls, kStated));
@@ -334,7 +334,7 @@ TEST(Bridge, RowsAreThoseOfTheHull) {
   const Eigen::Vector3d anchor = scene.objects[0].anchor;
   Workspace workspace(scene);
   for (int n = 0; n < 600; ++n) {
-    const Configuration pose{anchor + test::randomPoint(random, 1).normalized() * random.uniform(7.5, 8.1), test::randomRotation(random)};
+    const Configuration pose{anchor + test::randomPoint(random, 1).normalized() * random.between(7.5, 8.1), test::randomRotation(random)};
     const PairSet none = findPairs(scene, pose, 0, false, 0, workspace);
     const PairSet near = findNearBridges(scene, pose, 0.3, 1u << 30, workspace);
     RowSet rows = makeRows(scene, PairSet{{}, none.runs}, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace);
@@ -386,7 +386,7 @@ TEST(Bridge, NoneIsMissedWithinTheMargin) {
   for (int n = 0; n < 300; ++n) {
     const Eigen::Vector3d out = test::randomPoint(random, 1).normalized();
     const Quaternion q = test::randomRotation(random);
-    const Configuration pose{d.objects[0].pose.position + 7.6 * out - q * Eigen::Vector3d(0, 0, random.uniform(0, 12)), q};
+    const Configuration pose{d.objects[0].pose.position + 7.6 * out - q * Eigen::Vector3d(0, 0, random.between(0, 12)), q};
     const double margin = std::array{0.01, 0.1, 0.5}[static_cast<std::size_t>(n) % 3];
     const PairSet near = findNearBridges(scene, pose, margin, 1u << 30, workspace);
     ASSERT_FALSE(near.coarse);

@@ -15,7 +15,7 @@ std::vector<Sphere> randomSpheres(std::size_t count, std::uint64_t seed) {
   test::Random random(seed);
   std::vector<Sphere> spheres;
   for (std::size_t i = 0; i < count; ++i)
-    spheres.push_back(test::ball(random.uniform(-10, 10), random.uniform(-10, 10), random.uniform(-10, 10), random.uniform(0.1, 1)));
+    spheres.push_back(test::ball(random.between(-10, 10), random.between(-10, 10), random.between(-10, 10), random.between(0.1, 1)));
   return spheres;
 }
 
@@ -29,8 +29,8 @@ TEST(SphereGroups, VisitsWhatTouchesTheBall) {
     EXPECT_EQ(all.size(), count);
     test::Random random(2);
     for (int n = 0; n < 50; ++n) {
-      const Eigen::Vector3d p(random.uniform(-12, 12), random.uniform(-12, 12), random.uniform(-12, 12));
-      const double radius = random.uniform(0, 4);
+      const Eigen::Vector3d p(random.between(-12, 12), random.between(-12, 12), random.between(-12, 12));
+      const double radius = random.between(0, 4);
       std::set<std::uint32_t> expected, found;
       for (std::uint32_t i = 0; i < count; ++i)
         if (distance(spheres[i], p) <= radius + static_cast<double>(spheres[i].radius)) expected.insert(i);

@@ -71,12 +71,12 @@ SceneDescription randomScene(std::uint64_t seed) {
   Random random(seed);
   SceneDescription d;
   d.tool = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
-  d.tool.origin_mm = {random.uniform(-50, 50), random.uniform(-50, 50), random.uniform(-50, 50)};
+  d.tool.origin_mm = {random.between(-50, 50), random.between(-50, 50), random.between(-50, 50)};
   d.reference_point = Eigen::Vector3d(d.tool.origin_mm[0], d.tool.origin_mm[1], d.tool.origin_mm[2]) + test::randomPoint(random, 5);
   for (int i = 0; i < 3; ++i) {
     SceneObject object;
     object.tree = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
-    object.tree.origin_mm = {random.uniform(-1000, 1000), 0, 30};
+    object.tree.origin_mm = {random.between(-1000, 1000), 0, 30};
     object.pose = {test::randomPoint(random, 12) - Eigen::Vector3d(object.tree.origin_mm[0], 0, 30), Quaternion(1, 0, 0, 0)};
     if (i > 0) object.pose.orientation = test::randomRotation(random);
     if (i > 0)
@@ -96,7 +96,7 @@ TEST(Collide, FindsExactlyThePairsOfBruteForce) {
     Random random(1000 + seed);
     for (int n = 0; n < 20; ++n) {
       const Configuration pose{test::randomPoint(random, 15), test::randomRotation(random)};
-      const double margin = n % 3 == 0 ? 0 : random.uniform(0, 2);
+      const double margin = n % 3 == 0 ? 0 : random.between(0, 2);
       const PairSet set = findPairs(scene, pose, margin, true, 1u << 30, workspace);
       ASSERT_FALSE(set.coarse);
       const auto expected = bruteForce(d, pose, margin);
@@ -171,7 +171,7 @@ TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
         Configuration pose{{}, test::randomRotation(random)};
         const LeafList::Leaf &a = unmoved.leaves[random.below(unmoved.leaves.size())],
                              &b = object.leaves[random.below(object.leaves.size())];
-        const Eigen::Vector3d apart = test::randomRotation(random) * Eigen::Vector3d((a.r + b.r) * random.uniform(0.2, 1.3), 0, 0);
+        const Eigen::Vector3d apart = test::randomRotation(random) * Eigen::Vector3d((a.r + b.r) * random.between(0.2, 1.3), 0, 0);
         pose.position = Eigen::Vector3d(b.x, b.y, b.z) + apart - pose.orientation * Eigen::Vector3d(a.x, a.y, a.z);
         const PairSet set = findPairs(scene, pose, 0, true, 1u << 30, workspace);
         ASSERT_FALSE(set.coarse);

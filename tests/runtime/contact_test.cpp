@@ -96,7 +96,7 @@ TEST(Contact, SquaredRowsAreThePapersTaylorFormula) {
   Random random(3);
   std::uint32_t checked = 0;
   for (int n = 0; n < 20; ++n) {
-    const double gamma = random.uniform(-3, 3), beta = random.uniform(-1.4, 1.4), alpha = random.uniform(-3, 3);
+    const double gamma = random.between(-3, 3), beta = random.between(-1.4, 1.4), alpha = random.between(-3, 3);
     const auto poseAt = [](const Eigen::Vector3d& x, double g, double b, double a) {
       return Configuration{x, rotationOf({0, 0, a}) * rotationOf({0, b, 0}) * rotationOf({g, 0, 0})};
     };

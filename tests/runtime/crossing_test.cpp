@@ -57,10 +57,10 @@ Eigen::Vector3d downwards(double tilt, double heading) {
 constexpr std::array kSpeeds{0.05, 0.5, 1.0, 2.0, 50.0};  // [mm] a step: 0.05 to 2 m/s, and one jump
 
 Way wayOntoPlate(Random& random, int run) {
-  const double tilt = random.uniform(0, 80) * M_PI / 180, speed = kSpeeds[static_cast<std::size_t>(run) % kSpeeds.size()];
+  const double tilt = random.between(0, 80) * M_PI / 180, speed = kSpeeds[static_cast<std::size_t>(run) % kSpeeds.size()];
   Way way;
-  way.target = {random.uniform(-3, 3), random.uniform(-3, 3), 0};
-  way.direction = downwards(tilt, random.uniform(0, 6.28));
+  way.target = {random.between(-3, 3), random.between(-3, 3), 0};
+  way.direction = downwards(tilt, random.between(0, 6.28));
   way.orientation = {1, 0, 0, 0};
   way.before = 7 / std::cos(tilt);
   way.after = std::min(30.0, 13 / std::max(std::sin(tilt), 1e-3));  // the path stays over the plate
@@ -89,8 +89,8 @@ TEST(Crossing, NoneOfAWire) {
   Random random(5);
   int crossings = 0;
   for (int run = 0; run < runCount() / 5; ++run) {
-    Way way{{random.uniform(-2, 2), random.uniform(-2, 2), 0},
-            downwards(random.uniform(0, 0.15), random.uniform(0, 6.28)),
+    Way way{{random.between(-2, 2), random.between(-2, 2), 0},
+            downwards(random.between(0, 0.15), random.between(0, 6.28)),
             {1, 0, 0, 0},
             16,
             30,

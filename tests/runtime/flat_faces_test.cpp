@@ -27,11 +27,11 @@ std::vector<Sphere> noisyCube() {
     for (const double side : {-1.0, 1.0})
       for (int i = -4; i <= 4; ++i)
         for (int j = -4; j <= 4; ++j) {
-          const double r = random.uniform(1, 1.5), room = 10 - kNoise - r;
+          const double r = random.between(1, 1.5), room = 10 - kNoise - r;
           Vector3d c;
-          c[axis] = side * (10 - r - random.uniform(0, kNoise));
-          c[(axis + 1) % 3] = std::clamp(2.2 * i + random.uniform(-0.2, 0.2), -room, room);
-          c[(axis + 2) % 3] = std::clamp(2.2 * j + random.uniform(-0.2, 0.2), -room, room);
+          c[axis] = side * (10 - r - random.between(0, kNoise));
+          c[(axis + 1) % 3] = std::clamp(2.2 * i + random.between(-0.2, 0.2), -room, room);
+          c[(axis + 2) % 3] = std::clamp(2.2 * j + random.between(-0.2, 0.2), -room, room);
           balls.push_back(test::ball(c.x(), c.y(), c.z(), r));
         }
   return balls;
@@ -78,7 +78,7 @@ TEST(FlatFaces, ABallBetweenTwoFacesGrows) {
   Random random(3);
   std::vector<Sphere> balls;
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) balls.push_back(test::ball(2 * i, 2 * j, random.uniform(0, kNoise), 2 - random.uniform(0, kNoise)));
+    for (int j = 0; j < 6; ++j) balls.push_back(test::ball(2 * i, 2 * j, random.between(0, kNoise), 2 - random.between(0, kNoise)));
   const std::vector<Plane> planes{planeOn(balls, Vector3d::UnitZ()), planeOn(balls, -Vector3d::UnitZ())};
   const std::vector<Sphere> flat = levelled(balls, planes, kTolerance);
   ASSERT_EQ(flat.size(), balls.size());

@@ -19,8 +19,8 @@ std::vector<Sphere> cloud(std::uint64_t seed, int count) {
   Random random(seed);
   std::vector<Sphere> leaves;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d c = test::randomPoint(random, 1).normalized() * random.uniform(3, 5);
-    leaves.push_back(test::ball(c.x(), c.y(), c.z(), random.uniform(0.8, 1.6)));
+    const Eigen::Vector3d c = test::randomPoint(random, 1).normalized() * random.between(3, 5);
+    leaves.push_back(test::ball(c.x(), c.y(), c.z(), random.between(0.8, 1.6)));
   }
   return leaves;
 }

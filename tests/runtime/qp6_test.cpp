@@ -11,7 +11,7 @@
 
 #include "kernel.h"
 #include "support/quadprog_peer.h"
-#include "support/sample_trees.h"
+#include "support/random.h"
 
 namespace spheretree::runtime {
 namespace {
@@ -116,7 +116,7 @@ std::optional<Vec> byEnumeration(const Problem& p) {
 
 Vec randomVec(Random& random, double half = 1) {
   Vec v;
-  for (int k = 0; k < 6; ++k) v[k] = random.uniform(-half, half);
+  for (int k = 0; k < 6; ++k) v[k] = random.between(-half, half);
   return v;
 }
 
@@ -129,7 +129,7 @@ TEST(Qp6, AgreesWithAnEnumerationOfAllActiveSets) {
     const std::uint64_t n = 1 + random.below(11);
     for (std::uint64_t i = 0; i < n; ++i) {
       normals.push_back(i > 2 && random.below(4) == 0 ? Vec(-normals[random.below(i)]) : randomVec(random));
-      bounds.push_back(random.uniform(-1.5, 0.7));
+      bounds.push_back(random.between(-1.5, 0.7));
     }
     Problem p(normals, bounds);
     p.target = randomVec(random, 5);
@@ -150,13 +150,13 @@ TEST(Qp6, AgreesWithAnEnumerationOfAllActiveSets) {
 // Rows as a tool makes them: unit force directions with lever arms, gaps from a feasible pose.
 void contactRows(Random& random, std::size_t n, double least_gap, std::vector<Vec>& normals, std::vector<double>& bounds) {
   for (std::size_t i = 0; i < n; ++i) {
-    Eigen::Vector3d normal(random.uniform(-1, 1), random.uniform(-0.3, 0.3), random.uniform(0.2, 1));
+    Eigen::Vector3d normal(random.between(-1, 1), random.between(-0.3, 0.3), random.between(0.2, 1));
     normal.normalize();
-    const Eigen::Vector3d arm(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-60, 60));
+    const Eigen::Vector3d arm(random.between(-5, 5), random.between(-5, 5), random.between(-60, 60));
     Vec row;
     row << normal, arm.cross(normal) / 31.6;
     normals.push_back(row);
-    bounds.push_back(-random.uniform(least_gap, 1));
+    bounds.push_back(-random.between(least_gap, 1));
   }
 }
 
@@ -278,12 +278,12 @@ TEST(Qp6, AgreesWithAnIndependentSolver) {
     const double side = n % 4 ? 1 : 0;
     for (std::size_t i = 0; i < count; ++i) {
       Vec normal;
-      for (int k = 0; k < 6; ++k) normal[k] = random.uniform(-1, 1) + (k == 2 ? side : 0);
+      for (int k = 0; k < 6; ++k) normal[k] = random.between(-1, 1) + (k == 2 ? side : 0);
       normals.push_back(normal);
-      bounds.push_back(random.uniform(-1, 0.3));
+      bounds.push_back(random.between(-1, 0.3));
     }
     Problem p(normals, bounds);
-    for (int k = 0; k < 6; ++k) p.target[k] = random.uniform(-2, 2);
+    for (int k = 0; k < 6; ++k) p.target[k] = random.between(-2, 2);
     std::vector<double> a(6 * count), b(count);
     for (std::uint32_t i = 0; i < count; ++i) {
       Eigen::Map<Vec>(a.data() + 6 * i) = p.normal(i);

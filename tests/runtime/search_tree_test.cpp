@@ -19,10 +19,10 @@ std::vector<Sphere> scattered(std::size_t count, std::uint64_t seed) {
   test::Random random(seed);
   std::vector<Sphere> leaves;
   for (std::size_t i = 0; i < count; ++i) {
-    Eigen::Vector3d c(random.uniform(-20, 20), random.uniform(-5, 5), random.uniform(-2, 2));
+    Eigen::Vector3d c(random.between(-20, 20), random.between(-5, 5), random.between(-2, 2));
     c[static_cast<Eigen::Index>(random.below(3))] = 0;
     leaves.push_back({static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()),
-                      static_cast<float>(random.uniform(0.2, 1) * std::sqrt(200 / static_cast<double>(count)))});
+                      static_cast<float>(random.between(0.2, 1) * std::sqrt(200 / static_cast<double>(count)))});
   }
   return leaves;
 }

@@ -92,7 +92,7 @@ TEST(Step, ABallOnABallIsTheExactProjection) {
   Random random(1);
   for (int n = 0; n < 200; ++n) {
     const Eigen::Vector3d u = (test::randomRotation(random) * Eigen::Vector3d::UnitX()).normalized();
-    const double depth = random.uniform(0.01, 2.5);
+    const double depth = random.between(0.01, 2.5);
     rig.to({6 * u, kUpright});
     reset(*rig.workspace);
     rig.to({6 * u, kUpright});
@@ -141,9 +141,9 @@ TEST(Step, NeverPassesThroughAPlate) {
     for (int run = 0; run < 24; ++run) {
       Rig& rig = run % 2 ? ball : probe;
       const double speed = std::array{0.05, 0.5, 2.0, 50.0}[static_cast<std::size_t>(run) / 2 % 4],
-                   tilt = random.uniform(0, 80) * M_PI / 180, heading = random.uniform(0, 6.28);
+                   tilt = random.between(0, 80) * M_PI / 180, heading = random.between(0, 6.28);
       const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
-      const Eigen::Vector3d target(random.uniform(-2, 2), random.uniform(-2, 2), 0);
+      const Eigen::Vector3d target(random.between(-2, 2), random.between(-2, 2), 0);
       reset(*rig.workspace);
       const double before = 5 / std::cos(tilt), after = std::min(4.0 / std::max(std::sin(tilt), 0.2), 30.0);
       for (double s = -before; s <= after; s += speed) {

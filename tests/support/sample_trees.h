@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small sound trees to test with, and seeded random numbers that are the same everywhere.
+// Small sound trees to test with.
 #pragma once
 
 #include <cstdint>
@@ -7,26 +7,9 @@
 #include <vector>
 
 #include "spheretree/core/sphere_tree.h"
+#include "support/random.h"
 
 namespace spheretree::test {
-
-/// SplitMix64: the distributions of the standard library differ between implementations.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  std::uint64_t below(std::uint64_t limit) { return next() % limit; }
-  /// [low, high)
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53; }
-
- private:
-  std::uint64_t state_;
-};
 
 /// A tree with these child counts (breadth first) and random cover spheres. Sound.
 inline SphereTree treeOf(std::vector<std::uint8_t> child_count, std::uint64_t seed = 1) {
@@ -34,10 +17,10 @@ inline SphereTree treeOf(std::vector<std::uint8_t> child_count, std::uint64_t se
   SphereTree tree;
   for (std::size_t i = 0; i < child_count.size(); ++i) {
     Sphere s{};
-    s.x = static_cast<float>(random.uniform(-10, 10));
-    s.y = static_cast<float>(random.uniform(-10, 10));
-    s.z = static_cast<float>(random.uniform(-10, 10));
-    s.radius = static_cast<float>(random.uniform(0.1, 5));
+    s.x = static_cast<float>(random.between(-10, 10));
+    s.y = static_cast<float>(random.between(-10, 10));
+    s.z = static_cast<float>(random.between(-10, 10));
+    s.radius = static_cast<float>(random.between(0.1, 5));
     tree.cover.push_back(s);
   }
   tree.child_count = std::move(child_count);

@@ -131,14 +131,14 @@ inline SphereTree ellipsoidTree(const Eigen::Vector3d& half, int count, double g
 inline SphereTree oneBallTree(double radius) { return treeOfBalls({ball(0, 0, 0, radius)}); }
 
 inline Quaternion randomRotation(Random& random) {
-  const double w = random.uniform(-1, 1), x = random.uniform(-1, 1), y = random.uniform(-1, 1), z = random.uniform(-1, 1);
+  const double w = random.between(-1, 1), x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1);
   const Quaternion q(w, x, y, z);
   if (q.squaredNorm() < 1e-3) return {1, 0, 0, 0};
   return q.normalized();
 }
 
 inline Eigen::Vector3d randomPoint(Random& random, double half) {
-  const double x = random.uniform(-half, half), y = random.uniform(-half, half), z = random.uniform(-half, half);
+  const double x = random.between(-half, half), y = random.between(-half, half), z = random.between(-half, half);
   return {x, y, z};
 }
 
