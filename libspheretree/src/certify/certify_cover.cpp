@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/rounding.h"
 #include "certify/power_cells.h"
 
 namespace spheretree::builder {
@@ -147,11 +148,6 @@ double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
   double most = origin.cwiseAbs().maxCoeff();
   for (const Vector3d& p : mesh.positions) most = std::max(most, p.cwiseAbs().maxCoeff());
   return 1e-13 * most;
-}
-
-float roundUp(double x) {
-  auto f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
 }
 
 // The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the lower number.

@@ -10,8 +10,9 @@ namespace spheretree::builder {
 namespace {
 
 constexpr int kBins = 16;
-constexpr std::size_t kFew = 16;  // items, which are halved by count: choosing a plane costs more than searches gain by it
-constexpr int kSahDepth = 40;     // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
+constexpr std::size_t kFew = 16;        // items, which are halved by count: choosing a plane costs more than searches gain by it
+constexpr double kLeastReach = 1e-150;  // half the largest side of all boxes, below which its square would vanish
+constexpr int kSahDepth = 40;           // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
 
 double halfArea(const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return 0;
@@ -27,127 +28,157 @@ struct Range {
 
 }  // namespace
 
-BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : order_(boxes.size()) {
-  std::iota(order_.begin(), order_.end(), 0u);
-  if (boxes.empty()) return;
-  const auto wanted = static_cast<std::size_t>(std::max(leaf_size, 1));
-  std::vector<Eigen::Vector3d> centre(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) centre[i] = 0.5 * (boxes[i].min() + boxes[i].max());
+// Splits ranges of items until they fit into leaves, and makes the nodes.
+class BoxTree::Builder {
+ public:
+  Builder(BoxTree& tree, std::span<const Eigen::AlignedBox3d> boxes, std::size_t leaf_size)
+      : tree_(tree), order_(tree.order_), boxes_(boxes), leaf_size_(leaf_size) {
+    for (const Eigen::AlignedBox3d& box : boxes) centre_.emplace_back(0.5 * (box.min() + box.max()));
+  }
 
-  const auto boxOf = [&](std::size_t first, std::size_t last) {
-    Eigen::AlignedBox3d box;
-    for (std::size_t i = first; i < last; ++i) box.extend(boxes[order_[i]]);
-    return box;
-  };
-  const auto byCentre = [&](int axis) {
-    return [&centre, axis](std::uint32_t a, std::uint32_t b) {
-      const double ca = centre[a][axis], cb = centre[b][axis];
-      return ca != cb ? ca < cb : a < b;
-    };
-  };
-  const auto split = [&](const Range& range, int depth) -> std::array<Range, 2> {
-    Eigen::AlignedBox3d centres;
-    for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre[order_[i]]);
-    int best_axis = -1, best_bin = 0;
-    double best_cost = std::numeric_limits<double>::infinity();
-    if (range.size() > kFew && depth < kSahDepth) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const double low = centres.min()[axis], width = centres.max()[axis] - low;
-        if (!(width > 0)) continue;
-        std::array<Eigen::AlignedBox3d, kBins> bin_box;
-        std::array<std::size_t, kBins> bin_count{};
-        for (std::size_t i = range.first; i < range.last; ++i) {
-          const auto b = static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((centre[order_[i]][axis] - low) / width * kBins)));
-          bin_box[b].extend(boxes[order_[i]]);
-          ++bin_count[b];
-        }
-        std::array<double, kBins> right_cost{};
-        Eigen::AlignedBox3d right;
-        std::size_t right_count = 0;
-        for (std::size_t b = kBins; b-- > 1;) {
-          right.extend(bin_box[b]);
-          right_count += bin_count[b];
-          right_cost[b] = halfArea(right) * static_cast<double>(right_count);
-        }
-        Eigen::AlignedBox3d left;
-        std::size_t left_count = 0;
-        for (std::size_t b = 0; b + 1 < kBins; ++b) {
-          left.extend(bin_box[b]);
-          left_count += bin_count[b];
-          if (left_count == 0 || left_count == range.size()) continue;
-          const double cost = halfArea(left) * static_cast<double>(left_count) + right_cost[b + 1];
-          if (cost < best_cost) best_cost = cost, best_axis = axis, best_bin = static_cast<int>(b);
-        }
-      }
+  void run() {
+    const Range all = rangeOf(0, boxes_.size());
+    tree_.middle_ = all.box.center();
+    const double reach = 0.5 * all.box.sizes().maxCoeff();
+    tree_.to_local_ = reach > kLeastReach ? 1 / reach : 0;  // 0: all in one place
+    tree_.from_local2_ = kShrink * reach * reach;
+    tree_.nodes_.emplace_back();
+    tasks_.push_back({all, 0, 0});
+    while (!tasks_.empty()) {
+      const Task task = tasks_.back();
+      tasks_.pop_back();
+      makeNode(task);
     }
-    const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
-    const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
-    std::size_t middle = range.first + range.size() / 2;
-    if (best_axis >= 0) {
-      const double low = centres.min()[best_axis], width = centres.max()[best_axis] - low;
-      const auto at = std::stable_partition(begin, end, [&](std::uint32_t i) {
-        return std::min(kBins - 1, static_cast<int>((centre[i][best_axis] - low) / width * kBins)) <= best_bin;
-      });
-      middle = static_cast<std::size_t>(at - order_.begin());
-    } else {  // few; too deep, or all centres equal: halve, so that the depth stays bounded
-      int axis = 0;
-      centres.sizes().maxCoeff(&axis);
-      std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, byCentre(axis));
-    }
-    return {Range{range.first, middle, boxOf(range.first, middle)}, Range{middle, range.last, boxOf(middle, range.last)}};
-  };
+  }
 
-  const Range all{0, boxes.size(), boxOf(0, boxes.size())};
-  middle_ = all.box.center();
-  const double reach = 0.5 * all.box.sizes().maxCoeff();
-  to_local_ = reach > 1e-150 ? 1 / reach : 0;  // 0: all in one place
-  from_local2_ = kShrink * reach * reach;
-  constexpr float kFar = std::numeric_limits<float>::infinity();
+ private:
   struct Task {
     Range range;
     std::size_t node;
     int depth;
   };
-  std::vector<Task> tasks;
-  nodes_.emplace_back();
-  tasks.push_back({all, 0, 0});
-  while (!tasks.empty()) {
-    const Task task = tasks.back();
-    tasks.pop_back();
-    // Open the largest of the children until there are four.
+  struct Cut {  // items whose centre lies in bin `bin` or below it along `axis` go left
+    int axis = -1, bin = 0;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  Range rangeOf(std::size_t first, std::size_t last) const {
+    Range range{first, last, {}};
+    for (std::size_t i = first; i < last; ++i) range.box.extend(boxes_[order_[i]]);
+    return range;
+  }
+
+  static int binOf(double at, double low, double width) { return std::min(kBins - 1, static_cast<int>((at - low) / width * kBins)); }
+
+  // Improves `best` by the cuts between the bins along one axis, at the cost of the surface-area heuristic.
+  void cutAlong(int axis, const Range& range, const Eigen::AlignedBox3d& centres, Cut& best) const {
+    const double low = centres.min()[axis], width = centres.max()[axis] - low;
+    if (!(width > 0)) return;
+    std::array<Eigen::AlignedBox3d, kBins> bin_box;
+    std::array<std::size_t, kBins> bin_count{};
+    for (std::size_t i = range.first; i < range.last; ++i) {
+      const auto b = static_cast<std::size_t>(binOf(centre_[order_[i]][axis], low, width));
+      bin_box[b].extend(boxes_[order_[i]]);
+      ++bin_count[b];
+    }
+    std::array<double, kBins> right_cost{};
+    Eigen::AlignedBox3d right;
+    std::size_t right_count = 0;
+    for (std::size_t b = kBins; b-- > 1;) {
+      right.extend(bin_box[b]);
+      right_count += bin_count[b];
+      right_cost[b] = halfArea(right) * static_cast<double>(right_count);
+    }
+    Eigen::AlignedBox3d left;
+    std::size_t left_count = 0;
+    for (std::size_t b = 0; b + 1 < kBins; ++b) {
+      left.extend(bin_box[b]);
+      left_count += bin_count[b];
+      if (left_count == 0 || left_count == range.size()) continue;
+      const double cost = halfArea(left) * static_cast<double>(left_count) + right_cost[b + 1];
+      if (cost < best.cost) best = {axis, static_cast<int>(b), cost};
+    }
+  }
+
+  std::array<Range, 2> split(const Range& range, int depth) {
+    Eigen::AlignedBox3d centres;
+    for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre_[order_[i]]);
+    Cut cut;
+    if (range.size() > kFew && depth < kSahDepth)
+      for (int axis = 0; axis < 3; ++axis) cutAlong(axis, range, centres, cut);
+    const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
+    const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
+    std::size_t middle = range.first + range.size() / 2;
+    if (cut.axis >= 0) {
+      const double low = centres.min()[cut.axis], width = centres.max()[cut.axis] - low;
+      const auto at =
+          std::stable_partition(begin, end, [&](std::uint32_t i) { return binOf(centre_[i][cut.axis], low, width) <= cut.bin; });
+      middle = static_cast<std::size_t>(at - order_.begin());
+    } else {  // few; too deep, or all centres equal: halve, so that the depth stays bounded
+      int axis = 0;
+      centres.sizes().maxCoeff(&axis);
+      std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, [&](std::uint32_t a, std::uint32_t b) {
+        const double ca = centre_[a][axis], cb = centre_[b][axis];
+        return ca != cb ? ca < cb : a < b;
+      });
+    }
+    return {rangeOf(range.first, middle), rangeOf(middle, range.last)};
+  }
+
+  // Up to four ranges: the largest that is no leaf is split until there are four.
+  std::vector<Range> childrenOf(const Task& task) {
     std::vector<Range> children{task.range};
     while (children.size() < 4) {
       std::size_t pick = children.size();
       double most = -1;
       for (std::size_t i = 0; i < children.size(); ++i)
-        if (children[i].size() > wanted && halfArea(children[i].box) > most) most = halfArea(children[i].box), pick = i;
+        if (children[i].size() > leaf_size_ && halfArea(children[i].box) > most) most = halfArea(children[i].box), pick = i;
       if (pick == children.size()) break;
       const auto halves = split(children[pick], task.depth);
       children[pick] = halves[0];
       children.push_back(halves[1]);
     }
+    return children;
+  }
+
+  void makeNode(const Task& task) {
+    constexpr float kFarAway = std::numeric_limits<float>::infinity();
+    const std::vector<Range> children = childrenOf(task);
     Node node{};
     for (std::size_t k = 0; k < 4; ++k) {
       const bool used = k < children.size();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<Eigen::Index>(axis);
         const auto column = static_cast<Eigen::Index>(k);
-        node.low[axis][column] = used ? static_cast<float>((children[k].box.min()[i] - middle_[i]) * to_local_ - kHair) : kFar;
-        node.high[axis][column] = used ? static_cast<float>((children[k].box.max()[i] - middle_[i]) * to_local_ + kHair) : kFar;
+        const auto local = [&](const Eigen::Vector3d& p) { return (p[i] - tree_.middle_[i]) * tree_.to_local_; };
+        node.low[axis][column] = used ? static_cast<float>(local(children[k].box.min()) - kHair) : kFarAway;
+        node.high[axis][column] = used ? static_cast<float>(local(children[k].box.max()) + kHair) : kFarAway;
       }
       if (!used) continue;
-      if (children[k].size() <= wanted) {
+      if (children[k].size() <= leaf_size_) {
         node.child[k] = static_cast<std::int32_t>(children[k].first);
         node.count[k] = static_cast<std::int32_t>(children[k].size());
       } else {
-        node.child[k] = static_cast<std::int32_t>(nodes_.size());
+        node.child[k] = static_cast<std::int32_t>(tree_.nodes_.size());
         node.count[k] = -1;
-        tasks.push_back({children[k], nodes_.size(), task.depth + 1});
-        nodes_.emplace_back();
+        tasks_.push_back({children[k], tree_.nodes_.size(), task.depth + 1});
+        tree_.nodes_.emplace_back();
       }
     }
-    nodes_[task.node] = node;
+    tree_.nodes_[task.node] = node;
   }
+
+  BoxTree& tree_;
+  std::vector<std::uint32_t>& order_;
+  std::span<const Eigen::AlignedBox3d> boxes_;
+  std::size_t leaf_size_;
+  std::vector<Eigen::Vector3d> centre_;  // of each box
+  std::vector<Task> tasks_;
+};
+
+BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : order_(boxes.size()) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (!boxes.empty()) Builder(*this, boxes, static_cast<std::size_t>(std::max(leaf_size, 1))).run();
 }
 
 void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {

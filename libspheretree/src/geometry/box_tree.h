@@ -102,6 +102,7 @@ class BoxTree {
   }
 
  private:
+  class Builder;
   static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), three entries a level
   struct Node {
     std::array<Eigen::Array4f, 3> low, high;  // [axis](child), a hair outside the boxes; an empty child is infinitely far

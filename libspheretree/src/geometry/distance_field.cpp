@@ -14,6 +14,19 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// For each vertex the first, in the order of sorting, with the same position: corners of equal position and edges between them belong
+// together, whatever their indices.
+std::vector<std::uint32_t> firstOfEqualPositions(const std::vector<Vector3d>& positions) {
+  std::vector<std::uint32_t> by_position(positions.size());
+  std::iota(by_position.begin(), by_position.end(), 0u);
+  const auto key = [&](std::uint32_t v) { return std::array<double, 3>{positions[v].x(), positions[v].y(), positions[v].z()}; };
+  std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint32_t> first(positions.size());
+  for (std::size_t i = 0; i < by_position.size(); ++i)
+    first[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? first[by_position[i - 1]] : by_position[i];
+  return first;
+}
+
 }  // namespace
 
 NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -65,6 +78,18 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
     : has_slack_(!slack.empty()), solid_(mesh.triangles.size()) {
   if (solid_ == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
   if (has_slack_ && slack.size() != solid_) throw std::invalid_argument("distance field: not one slack for each triangle");
+  placeFaces(mesh, slack, sheets);
+  // Summed in the order of the input, so that they do not depend on the tree.
+  const Vector3d middle = box_.center();
+  for (std::size_t t = 0; t < solid_; ++t) {
+    const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
+    area_ += 0.5 * (b - a).cross(c - a).norm();
+    volume_ += a.dot(b.cross(c)) / 6.0;
+  }
+  findPseudonormals(mesh);
+}
+
+void DistanceField::placeFaces(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets) {
   const std::size_t n = solid_ + sheets.triangles.size();
   const auto corner = [&](std::size_t t, int k) { return t < solid_ ? mesh.corner(t, k) : sheets.corner(t - solid_, k); };
   std::vector<Eigen::AlignedBox3d> boxes(n);
@@ -77,7 +102,6 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
 
   faces_.resize(n);
   slot_.resize(n);
-  const Vector3d middle = box_.center();
   for (std::size_t s = 0; s < n; ++s) {
     const std::uint32_t t = tree_.order()[s];
     slot_[t] = static_cast<std::uint32_t>(s);
@@ -93,24 +117,10 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
   in_order.reserve(n);
   for (const Face& f : faces_) in_order.push_back({f.a, f.b, f.c});
   tree_.addTriangles(in_order);
-  // Summed in the order of the input, so that they do not depend on the tree.
-  for (std::size_t t = 0; t < solid_; ++t) {
-    const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;
-    area_ += 0.5 * (b - a).cross(c - a).norm();
-    volume_ += a.dot(b.cross(c)) / 6.0;
-  }
+}
 
-  // Pseudonormals. Corners of equal position and edges between them belong together, whatever their indices.
-  std::vector<std::uint32_t> by_position(mesh.positions.size());
-  std::iota(by_position.begin(), by_position.end(), 0u);
-  const auto key = [&](std::uint32_t v) {
-    return std::array<double, 3>{mesh.positions[v].x(), mesh.positions[v].y(), mesh.positions[v].z()};
-  };
-  std::sort(by_position.begin(), by_position.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::vector<std::uint32_t> weld(mesh.positions.size());
-  for (std::size_t i = 0; i < by_position.size(); ++i)
-    weld[by_position[i]] = i > 0 && key(by_position[i]) == key(by_position[i - 1]) ? weld[by_position[i - 1]] : by_position[i];
-
+void DistanceField::findPseudonormals(const TriangleMesh& mesh) {
+  const std::vector<std::uint32_t> weld = firstOfEqualPositions(mesh.positions);
   std::vector<Vector3d> at_vertex(mesh.positions.size(), Vector3d::Zero());
   struct HalfEdge {
     std::uint32_t low, high, triangle;

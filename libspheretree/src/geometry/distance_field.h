@@ -70,6 +70,8 @@ class DistanceField {
     std::uint32_t triangle;
     double slack = 0;
   };
+  void placeFaces(const TriangleMesh& mesh, std::span<const double> slack, const TriangleMesh& sheets);
+  void findPseudonormals(const TriangleMesh& mesh);
   template <bool with_slack, bool with_sheets>
   NearestPoint search(const Eigen::Vector3d& p, double limit) const;
   struct Pseudonormals {

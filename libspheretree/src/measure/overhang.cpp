@@ -17,7 +17,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kGrain = 64;
+constexpr std::size_t kGrain = 64;         // items of a task of a parallel loop
+constexpr std::size_t kFirstClimbs = 192;  // from the highest samples
+constexpr std::size_t kClimbsARound = 16;  // from the middles of patches that the proof is not done with ...
+constexpr double kWorthAClimb = 0.97;      // ... where these are as high, as a share of the highest place
 constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
 template <class Body>
@@ -279,6 +282,104 @@ std::array<Patch, 4> cut(const Patch& patch) {
   return out;
 }
 
+/// The highest place of the boundary, searched by climbing, and a proven bound of it, by branch and bound over patches of all balls.
+class HighestSearch {
+ public:
+  HighestSearch(const Overhangs& overhangs, const OverhangSettings& settings, Progress& progress)
+      : overhangs_(overhangs), settings_(settings), progress_(progress) {}
+
+  const Place& highest() const { return highest_; }
+
+  /// Climbs from the highest `most` of the places, and keeps the highest place reached.
+  void climbFrom(std::vector<Place>& starts, std::size_t most) {
+    std::stable_sort(starts.begin(), starts.end(), [](const Place& a, const Place& b) { return a.overhang > b.overhang; });
+    if (starts.size() > most) starts.resize(most);
+    tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
+      if (!progress_.cancelled()) climb(overhangs_, starts[i]);
+    });
+    progress_.check();
+    for (const Place& place : starts)
+      if (place.overhang > highest_.overhang) highest_ = place;
+  }
+
+  /// A bound of the overhang of all balls. Breadth first and in rounds, so that the result does not depend on the threads.
+  double prove() {
+    std::vector<Patch> patches = octants();
+    double proven = 0;  // of all patches that are done
+    double spacing = 0.5;
+    std::size_t judged = 0;
+    std::vector<Verdict> verdicts;
+    while (!patches.empty()) {
+      const double limit = threshold();
+      judged += patches.size();
+      if (judged > settings_.most_patches) {
+        for (const Patch& patch : patches) proven = std::max(proven, patch.bound);
+        break;
+      }
+      verdicts.assign(patches.size(), {});
+      forEachIndex(patches.size(), progress_, [&](std::size_t i) { verdicts[i] = judge(overhangs_, patches[i], limit); });
+      patches = cutUndecided(patches, verdicts, spacing, proven);
+      spacing *= 0.5;
+    }
+    return proven;
+  }
+
+ private:
+  /// Overhang up to which a patch needs no further proof [mm].
+  double threshold() const {
+    return std::max(highest_.overhang * (1 + settings_.relative_gap),
+                    highest_.overhang + settings_.absolute_gap * overhangs_.field().diagonal());
+  }
+
+  std::vector<Patch> octants() const {
+    std::vector<Patch> patches;
+    for (std::size_t i = 0; i < overhangs_.balls().size(); ++i) {
+      if (overhangs_.balls().isHidden(i) || overhangs_.reach(i) <= 0) continue;
+      for (const double x : {1.0, -1.0})
+        for (const double y : {1.0, -1.0})
+          for (const double z : {1.0, -1.0})
+            patches.push_back({{x * Vector3d::UnitX(), y * Vector3d::UnitY(), z * Vector3d::UnitZ()},
+                               static_cast<std::uint32_t>(i),
+                               kNoTriangle,
+                               overhangs_.reach(i)});
+    }
+    return patches;
+  }
+
+  /// Quarters of the patches that are not done, after climbs from the high ones; raises `proven` by the bounds of those that are.
+  std::vector<Patch> cutUndecided(const std::vector<Patch>& patches, const std::vector<Verdict>& verdicts, double spacing, double& proven) {
+    std::vector<Patch> next;
+    std::vector<Place> starts;
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      const Verdict& verdict = verdicts[i];
+      if (verdict.done) {
+        proven = std::max(proven, verdict.bound);
+        continue;
+      }
+      if (verdict.middle > kWorthAClimb * highest_.overhang) {
+        const auto& corner = patches[i].corner;
+        const Place place{patches[i].ball, (corner[0] + corner[1] + corner[2]).normalized(), verdict.middle, spacing};
+        if (starts.empty() || starts.back().ball != place.ball)
+          starts.push_back(place);
+        else if (place.overhang > starts.back().overhang)  // one start a ball is enough
+          starts.back() = place;
+      }
+      for (Patch& part : cut(patches[i])) {
+        part.triangle = verdict.triangle;
+        part.bound = verdict.bound;
+        next.push_back(part);
+      }
+    }
+    climbFrom(starts, kClimbsARound);
+    return next;
+  }
+
+  const Overhangs& overhangs_;
+  const OverhangSettings& settings_;
+  Progress& progress_;
+  Place highest_;
+};
+
 }  // namespace
 
 Overhang measureOverhang(const DistanceField& field, const SphereUnion& balls, const OverhangSettings& settings, Progress& progress) {
@@ -291,75 +392,10 @@ Overhang measureOverhang(const DistanceField& field, const SphereUnion& balls, c
   Sampled sampled = sampleBoundary(overhangs, settings, progress);
   summarise(sampled, out);
 
-  // Climbs from the given places, and keeps the highest.
-  Place highest;
-  const auto climbFrom = [&](std::vector<Place>& starts, std::size_t most) {
-    std::stable_sort(starts.begin(), starts.end(), [](const Place& a, const Place& b) { return a.overhang > b.overhang; });
-    if (starts.size() > most) starts.resize(most);
-    tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
-      if (!progress.cancelled()) climb(overhangs, starts[i]);
-    });
-    progress.check();
-    for (const Place& place : starts)
-      if (place.overhang > highest.overhang) highest = place;
-  };
-  climbFrom(sampled.best, 192);
-
-  // Branch and bound, breadth first and in rounds, so that the result does not depend on the threads.
-  std::vector<Patch> patches;
-  for (std::size_t i = 0; i < balls.size(); ++i) {
-    if (balls.isHidden(i) || overhangs.reach(i) <= 0) continue;
-    for (const double x : {1.0, -1.0})
-      for (const double y : {1.0, -1.0})
-        for (const double z : {1.0, -1.0})
-          patches.push_back({{x * Vector3d::UnitX(), y * Vector3d::UnitY(), z * Vector3d::UnitZ()},
-                             static_cast<std::uint32_t>(i),
-                             kNoTriangle,
-                             overhangs.reach(i)});
-  }
-  double proven = 0;  // of all patches that are done
-  double spacing = 0.5;
-  std::vector<Place> starts;
-  std::size_t judged = 0;
-  std::vector<Verdict> verdicts;
-  while (!patches.empty()) {
-    const double threshold =
-        std::max(highest.overhang * (1 + settings.relative_gap), highest.overhang + settings.absolute_gap * field.diagonal());
-    judged += patches.size();
-    if (judged > settings.most_patches) {
-      for (const Patch& patch : patches) proven = std::max(proven, patch.bound);
-      break;
-    }
-    verdicts.assign(patches.size(), {});
-    forEachIndex(patches.size(), progress, [&](std::size_t i) { verdicts[i] = judge(overhangs, patches[i], threshold); });
-    std::vector<Patch> next;
-    starts.clear();
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      const Verdict& verdict = verdicts[i];
-      if (verdict.done) {
-        proven = std::max(proven, verdict.bound);
-        continue;
-      }
-      if (verdict.middle > 0.97 * highest.overhang) {
-        const auto& corner = patches[i].corner;
-        const Place place{patches[i].ball, (corner[0] + corner[1] + corner[2]).normalized(), verdict.middle, spacing};
-        if (!starts.empty() && starts.back().ball == place.ball) {  // one start a ball is enough
-          if (place.overhang > starts.back().overhang) starts.back() = place;
-        } else {
-          starts.push_back(place);
-        }
-      }
-      for (Patch& part : cut(patches[i])) {
-        part.triangle = verdict.triangle;
-        part.bound = verdict.bound;
-        next.push_back(part);
-      }
-    }
-    climbFrom(starts, 16);
-    patches.swap(next);
-    spacing *= 0.5;
-  }
-
+  HighestSearch search(overhangs, settings, progress);
+  search.climbFrom(sampled.best, kFirstClimbs);
+  const double proven = search.prove();
+  const Place& highest = search.highest();
   out.max = highest.overhang;
   out.bound = std::max(proven, out.max);
   if (out.max > 0) out.worst_ball = highest.ball, out.worst_point = overhangs.point(highest.ball, highest.direction);

@@ -117,11 +117,15 @@ struct Lengths {
   }
 };
 
-}  // namespace
+// Mesh and balls in a pose with no simple relation to the axes, so that lines meet no edge along its length; about the middle of the mesh,
+// so that no digits are lost far out.
+struct Turned {
+  std::vector<Vector3d> positions;
+  std::vector<Ball> balls;
+  Eigen::AlignedBox3d box;
+};
 
-Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, std::size_t lines, Progress& progress) {
-  if (lines == 0) throw std::invalid_argument("volumes: at least one line");
-  // Rows of a rotation with no simple relation to the axes; about the middle of the mesh, so that no digits are lost far out.
+Turned turned(const TriangleMesh& mesh, std::span<const Ball> balls) {
   const Vector3d up = Vector3d(0.3271, 0.5449, 0.7721).normalized();
   const Vector3d side = up.cross(Vector3d(0.2113, -0.9101, 0.3571)).normalized(), back = up.cross(side);
   Eigen::AlignedBox3d mesh_box;
@@ -131,31 +135,62 @@ Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, st
     const Vector3d q = p - middle;
     return {side.dot(q), back.dot(q), up.dot(q)};
   };
-  std::vector<Vector3d> positions;
-  positions.reserve(mesh.positions.size());
-  Eigen::AlignedBox3d box;
+  Turned out;
+  out.positions.reserve(mesh.positions.size());
   for (const Vector3d& p : mesh.positions) {
-    positions.push_back(turn(p));
-    box.extend(positions.back());
+    out.positions.push_back(turn(p));
+    out.box.extend(out.positions.back());
   }
-  std::vector<Ball> turned(balls.begin(), balls.end());
-  for (Ball& ball : turned) {
+  out.balls.assign(balls.begin(), balls.end());
+  for (Ball& ball : out.balls) {
     ball.centre = turn(ball.centre);
-    box.extend(ball.centre - Vector3d::Constant(ball.radius));
-    box.extend(ball.centre + Vector3d::Constant(ball.radius));
+    out.box.extend(ball.centre - Vector3d::Constant(ball.radius));
+    out.box.extend(ball.centre + Vector3d::Constant(ball.radius));
   }
+  return out;
+}
+
+Lengths sumOfRows(const TriangleMesh& mesh, const Turned& posed, const Grid& grid, int first_row, int end_row) {
+  std::vector<std::array<Vector3d, 3>> triangles;  // that reach into the rows
+  for (const Triangle& t : mesh.triangles) {
+    const Vector3d &p = posed.positions[t[0]], &q = posed.positions[t[1]], &r = posed.positions[t[2]];
+    const auto [low, high] = std::minmax({p.y(), q.y(), r.y()});
+    if (low <= grid.y(end_row) && high >= grid.y(first_row - 1)) triangles.push_back({p, q, r});
+  }
+  std::vector<std::vector<Crossing>> crossings(static_cast<std::size_t>(grid.columns));
+  std::vector<std::vector<Interval>> covered(static_cast<std::size_t>(grid.columns));
+  Lengths sum;
+  for (int row = first_row; row < end_row; ++row) {
+    const double y = grid.y(row);
+    for (auto& list : crossings) list.clear();
+    for (auto& list : covered) list.clear();
+    for (const auto& t : triangles) {
+      const auto [low, high] = std::minmax({t[0].y(), t[1].y(), t[2].y()});
+      if (low <= y && high >= y) crossTriangle(grid, row, t, crossings);
+    }
+    for (const Ball& ball : posed.balls) crossBall(grid, row, ball, covered);
+    for (std::size_t column = 0; column < crossings.size(); ++column) sum.add(crossings[column], covered[column]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, std::size_t lines, Progress& progress) {
+  if (lines == 0) throw std::invalid_argument("volumes: at least one line");
+  const Turned posed = turned(mesh, balls);
   Volumes out;
-  if (box.isEmpty()) return out;
+  if (posed.box.isEmpty()) return out;
 
   Grid grid;
-  const Vector3d size = box.sizes();
+  const Vector3d size = posed.box.sizes();
   grid.step = std::sqrt(std::max(size.x() * size.y(), 1e-12 * size.squaredNorm()) / static_cast<double>(lines));
   if (!(grid.step > 0)) return out;
   const double most = static_cast<double>(4 * lines + 16);
   grid.columns = static_cast<int>(std::min(std::ceil(size.x() / grid.step) + 1, most));
   grid.rows = static_cast<int>(std::min(std::ceil(size.y() / grid.step) + 1, most));
-  grid.low_x = box.min().x() - 0.5 * grid.step;
-  grid.low_y = box.min().y() - 0.5 * grid.step;
+  grid.low_x = posed.box.min().x() - 0.5 * grid.step;
+  grid.low_y = posed.box.min().y() - 0.5 * grid.step;
 
   constexpr int kBands = 64;  // fixed, so that the order of the sums does not depend on the threads
   std::array<Lengths, kBands> bands{};
@@ -163,26 +198,7 @@ Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, st
     if (progress.cancelled()) return;
     const int first_row = static_cast<int>(static_cast<long long>(grid.rows) * band / kBands);
     const int end_row = static_cast<int>(static_cast<long long>(grid.rows) * (band + 1) / kBands);
-    std::vector<std::array<Vector3d, 3>> triangles;  // that reach into the band
-    for (const Triangle& t : mesh.triangles) {
-      const Vector3d &p = positions[t[0]], &q = positions[t[1]], &r = positions[t[2]];
-      const auto [low, high] = std::minmax({p.y(), q.y(), r.y()});
-      if (low <= grid.y(end_row) && high >= grid.y(first_row - 1)) triangles.push_back({p, q, r});
-    }
-    std::vector<std::vector<Crossing>> crossings(static_cast<std::size_t>(grid.columns));
-    std::vector<std::vector<Interval>> covered(static_cast<std::size_t>(grid.columns));
-    Lengths& sum = bands[static_cast<std::size_t>(band)];
-    for (int row = first_row; row < end_row; ++row) {
-      const double y = grid.y(row);
-      for (auto& list : crossings) list.clear();
-      for (auto& list : covered) list.clear();
-      for (const auto& t : triangles) {
-        const auto [low, high] = std::minmax({t[0].y(), t[1].y(), t[2].y()});
-        if (low <= y && high >= y) crossTriangle(grid, row, t, crossings);
-      }
-      for (const Ball& ball : turned) crossBall(grid, row, ball, covered);
-      for (std::size_t column = 0; column < crossings.size(); ++column) sum.add(crossings[column], covered[column]);
-    }
+    bands[static_cast<std::size_t>(band)] = sumOfRows(mesh, posed, grid, first_row, end_row);
   });
   progress.check();
   Lengths sum;

@@ -27,6 +27,7 @@ using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel
 using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr double kNearestSites = 1e-7;  // share of the diagonal: a site nearer to others would only repeat those of its ball
 
 // Relative to `a`, so that small cells far from the origin keep their digits. Not finite for a flat cell.
 Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
@@ -156,6 +157,13 @@ struct AdaptiveMedialAxis::Impl {
     delaunay.incident_cells(vertex, std::back_inserter(created));
     return adopt(std::move(created));
   }
+
+  void refineRegions(const std::function<std::uint32_t(const Vector3d&)>& region_of, std::span<const Target> regions, double smallest,
+                     std::vector<std::uint32_t>& label, Progress& progress);
+  struct Living {
+    std::vector<std::uint32_t> cell, first_equal;
+  };
+  Living livingCells(double smallest) const;
 };
 
 AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<const Vector3d> sites) : impl_(std::make_unique<Impl>(field)) {
@@ -182,44 +190,51 @@ AdaptiveMedialAxis::~AdaptiveMedialAxis() = default;
 std::size_t AdaptiveMedialAxis::siteCount() const { return impl_->sites.size(); }
 std::size_t AdaptiveMedialAxis::ballCount() const { return impl_->ball_count; }
 
-std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::function<std::uint32_t(const Vector3d&)>& region_of,
-                                                                std::span<const Target> regions, Progress& progress) {
-  Impl& m = *impl_;
-  std::vector<std::uint32_t> label;
-  for (const Vector3d& p : m.sites) label.push_back(region_of(p));
-  const auto eachRegion = [&](const Impl::Cell& cell, auto&& visit) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::uint32_t region = label[cell.site[k]];
-      bool first = region < regions.size();
-      for (std::size_t j = 0; j < k; ++j) first = first && label[cell.site[j]] != region;
-      if (first) visit(region);
-    }
-  };
-  std::vector<std::priority_queue<Impl::Entry>> queues(regions.size());
+namespace {
+
+// Calls visit(region) once for each region below `regions` that one of the four sites is labelled with.
+template <class Visit>
+void forEachRegion(const std::array<std::uint32_t, 4>& site, const std::vector<std::uint32_t>& label, std::size_t regions, Visit&& visit) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::uint32_t region = label[site[k]];
+    bool is_first = region < regions;
+    for (std::size_t j = 0; j < k; ++j) is_first = is_first && label[site[j]] != region;
+    if (is_first) visit(region);
+  }
+}
+
+}  // namespace
+
+// Inserts, region by region, sites where the ball that reaches out farthest is nearest to the surface, until each target is met. `label`:
+// the region of each site; grows with the sites. Balls whose sites are nearer than `smallest` are not refined further.
+void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(const Vector3d&)>& region_of,
+                                             std::span<const Target> regions, double smallest, std::vector<std::uint32_t>& label,
+                                             Progress& progress) {
+  std::vector<std::priority_queue<Entry>> queues(regions.size());
   std::vector<std::size_t> count(regions.size(), 0);
   const auto born = [&](std::uint32_t id) {
-    eachRegion(m.cells[id], [&](std::uint32_t region) {
+    forEachRegion(cells[id].site, label, regions.size(), [&](std::uint32_t region) {
       ++count[region];
-      queues[region].push({m.cells[id].overhang(), id, m.cells[id].birth});
+      queues[region].push({cells[id].overhang(), id, cells[id].birth});
     });
   };
-  const auto died = [&](const Impl::Cell& cell) { eachRegion(cell, [&](std::uint32_t region) { --count[region]; }); };
-  for (std::uint32_t id = 0; id < m.cells.size(); ++id)
-    if (m.cells[id].inside) born(id);
-
-  const double smallest = 1e-7 * m.field.diagonal();  // a nearer site would only repeat those of the ball
+  const auto died = [&](const Cell& cell) {
+    forEachRegion(cell.site, label, regions.size(), [&](std::uint32_t region) { --count[region]; });
+  };
+  for (std::uint32_t id = 0; id < cells.size(); ++id)
+    if (cells[id].inside) born(id);
   for (std::uint32_t region = 0; region < regions.size(); ++region) {
     progress.check();
     const Target& target = regions[region];
     for (std::size_t inserted = 0; inserted < target.most_sites && !queues[region].empty();) {
-      const Impl::Entry worst = queues[region].top();
+      const Entry worst = queues[region].top();
       if (worst.overhang <= smallest || (worst.overhang <= target.overhang && count[region] >= target.least_balls)) break;
       queues[region].pop();
-      if (m.cells[worst.cell].birth != worst.birth) continue;
-      const Vector3d touch = m.cells[worst.cell].touch;
+      if (cells[worst.cell].birth != worst.birth) continue;
+      const Vector3d touch = cells[worst.cell].touch;
       label.push_back(region_of(touch));  // the site has the next number if it is new
-      const std::vector<std::uint32_t> made = m.insert(touch, m.cells[worst.cell].handle, died);
-      if (m.sites.size() < label.size()) {
+      const std::vector<std::uint32_t> made = insert(touch, cells[worst.cell].handle, died);
+      if (sites.size() < label.size()) {
         label.pop_back();
         continue;
       }
@@ -228,35 +243,51 @@ std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::funct
     }
     queues[region] = {};
   }
+}
 
-  std::vector<std::vector<MedialBall>> balls(regions.size());
-  std::vector<std::uint32_t> living;
-  for (std::uint32_t id = 0; id < m.cells.size(); ++id)
-    if (m.cells[id].inside) living.push_back(id);
-  std::sort(living.begin(), living.end(), [&](std::uint32_t a, std::uint32_t b) { return m.cells[a].birth < m.cells[b].birth; });
-  // Cospherical sites give one centre many times, equal up to rounding: keep the first of each grid cell.
+// Cells with a ball, the oldest first, and for each of them the first cell with the same centre: cospherical sites give one centre many
+// times, equal up to rounding, so that centres in one grid cell of side `smallest` count as equal.
+AdaptiveMedialAxis::Impl::Living AdaptiveMedialAxis::Impl::livingCells(double smallest) const {
+  Living out;
+  for (std::uint32_t id = 0; id < cells.size(); ++id)
+    if (cells[id].inside) out.cell.push_back(id);
+  std::sort(out.cell.begin(), out.cell.end(), [&](std::uint32_t a, std::uint32_t b) { return cells[a].birth < cells[b].birth; });
   struct Key {
     std::array<std::int64_t, 3> place;
     std::uint32_t order;
     auto operator<=>(const Key&) const = default;
   };
   std::vector<Key> keys;
-  for (std::uint32_t i = 0; i < living.size(); ++i) {
-    const Vector3d q = (m.cells[living[i]].centre - m.field.box().min()) / smallest;
+  for (std::uint32_t i = 0; i < out.cell.size(); ++i) {
+    const Vector3d q = (cells[out.cell[i]].centre - field.box().min()) / smallest;
     keys.push_back({{std::llround(q.x()), std::llround(q.y()), std::llround(q.z())}, i});
   }
   std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> stands_for(living.size());
+  out.first_equal.resize(out.cell.size());
   for (std::size_t i = 0; i < keys.size(); ++i)
-    stands_for[keys[i].order] = i > 0 && keys[i].place == keys[i - 1].place ? stands_for[keys[i - 1].order] : keys[i].order;
+    out.first_equal[keys[i].order] = i > 0 && keys[i].place == keys[i - 1].place ? out.first_equal[keys[i - 1].order] : keys[i].order;
+  return out;
+}
+
+std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::function<std::uint32_t(const Vector3d&)>& region_of,
+                                                                std::span<const Target> regions, Progress& progress) {
+  Impl& m = *impl_;
+  std::vector<std::uint32_t> label;
+  for (const Vector3d& p : m.sites) label.push_back(region_of(p));
+  const double smallest = kNearestSites * m.field.diagonal();
+  m.refineRegions(region_of, regions, smallest, label, progress);
+
+  std::vector<std::vector<MedialBall>> balls(regions.size());
+  const Impl::Living living = m.livingCells(smallest);
   std::vector<std::vector<std::uint32_t>> chosen(regions.size());
-  for (std::uint32_t i = 0; i < living.size(); ++i)
-    eachRegion(m.cells[living[i]], [&](std::uint32_t region) { chosen[region].push_back(stands_for[i]); });
+  for (std::uint32_t i = 0; i < living.cell.size(); ++i)
+    forEachRegion(m.cells[living.cell[i]].site, label, regions.size(),
+                  [&](std::uint32_t region) { chosen[region].push_back(living.first_equal[i]); });
   for (std::size_t region = 0; region < regions.size(); ++region) {
     std::sort(chosen[region].begin(), chosen[region].end());
     chosen[region].erase(std::unique(chosen[region].begin(), chosen[region].end()), chosen[region].end());
     for (const std::uint32_t i : chosen[region]) {
-      const Impl::Cell& cell = m.cells[living[i]];
+      const Impl::Cell& cell = m.cells[living.cell[i]];
       balls[region].push_back({cell.centre, cell.radius, cell.clearance});
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sphere sets level by level -> one tree, grouped so that the bounding spheres are small.
+// Groups the spheres of each level under the spheres of the level above, so that the bounding spheres are small.
 #pragma once
 
 #include <span>
@@ -31,11 +31,5 @@ std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphe
 /// Spheres of each level of the shallowest tree with `leaves` (>= 1) leaves: level 0 first, the leaves last. A parent has three quarters of
 /// the children that it may have where the level above has room for that, since full groups are wide ones.
 std::vector<std::size_t> levelCounts(std::size_t leaves, int branching);
-
-/// The tree of the levels and parents: breadth first, bounding spheres, sphere counts. The spheres of a level without children end
-/// early, and so does one whose only descendants repeat it. Overhang bounds and provenance are left to the caller. @throws
-/// std::invalid_argument for parents that make no tree.
-SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents,
-                        int branching);
 
 }  // namespace spheretree::builder

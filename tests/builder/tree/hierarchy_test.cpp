@@ -10,34 +10,19 @@
 #include <tuple>
 
 #include "base/ball.h"
-#include "support/random.h"
+#include "support/random_levels.h"
+#include "tree/assemble_tree.h"
 
 namespace spheretree::builder {
 namespace {
 
 using Eigen::Vector3d;
-using Levels = std::vector<std::vector<Sphere>>;
+using test::Levels;
+using test::randomLevels;
+using test::sphere;
 using Parents = std::vector<std::vector<std::uint32_t>>;
 
-Sphere sphere(const Vector3d& c, double radius) {
-  return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(radius)};
-}
-
 Vector3d centre(const Sphere& s) { return {s.x, s.y, s.z}; }
-
-// Spheres scattered over a flat box, smaller the deeper.
-Levels randomLevels(const std::vector<std::size_t>& sizes, std::uint64_t seed) {
-  test::Random random(seed);
-  Levels levels;
-  for (const std::size_t size : sizes) {
-    levels.emplace_back();
-    for (std::size_t i = 0; i < size; ++i) {
-      const Vector3d c = random.inBox({-10, -7, -1}, {10, 7, 1});
-      levels.back().push_back(sphere(c, random.between(0.8, 1.2) * 12 / std::sqrt(static_cast<double>(size))));
-    }
-  }
-  return levels;
-}
 
 // What the grouping lowers: children times the cube root of the bounding radius, over the inner nodes.
 double traversalCost(const SphereTree& tree) {
@@ -201,15 +186,6 @@ TEST(Hierarchy, RoomMakesNodesWhereTheLeavesAre) {
   EXPECT_LT(nodesTested(roomy), 0.9 * nodesTested(plain));
 }
 
-TEST(Hierarchy, NodesMayEndEarlyAndStandBehindTheirInnerSiblings) {
-  const Levels levels = randomLevels({1, 3, 2}, 4);
-  const SphereTree tree = assembleTree(levels, {{}, {0, 0, 0}, {2, 2}}, 3);  // only sphere 2 has children
-  EXPECT_EQ(findFault(tree), "");
-  EXPECT_EQ(tree.cover[1], levels[1][2]);
-  EXPECT_EQ(tree.child_count, (std::vector<std::uint8_t>{3, 2, 0, 0, 0, 0}));
-  EXPECT_EQ(levelSet(tree, 2).size(), 4u) << "two leaves of level 1 stand for their part";
-}
-
 TEST(Hierarchy, ALevelTooSmallForItsChildrenGetsFurtherNodes) {
   Levels levels = randomLevels({1, 2, 9, 33}, 5);
   const auto parents = groupLevels(levels, 4);
@@ -219,27 +195,10 @@ TEST(Hierarchy, ALevelTooSmallForItsChildrenGetsFurtherNodes) {
   EXPECT_EQ(findFault(assembleTree(levels, parents, 4)), "");
 }
 
-TEST(Hierarchy, AnOnlyChildThatRepeatsItsParentIsLeftOut) {
-  Levels levels = randomLevels({1, 2, 3, 4}, 6);
-  levels[2][0] = levels[3][0] = levels[1][0];  // a chain of one sphere
-  const SphereTree tree = assembleTree(levels, {{}, {0, 0}, {0, 1, 1}, {0, 1, 1, 2}}, 3);
-  EXPECT_EQ(findFault(tree), "");
-  EXPECT_EQ(tree.nodeCount(), 8u) << "of 10";
-  EXPECT_EQ(std::count(tree.cover.begin(), tree.cover.end(), levels[1][0]), 1);
-  EXPECT_EQ(levelSet(tree, 3).size(), 4u);
-}
-
-TEST(Hierarchy, RefusesWhatMakesNoTree) {
+TEST(Hierarchy, RefusesMoreSpheresThanTheParentsMayHave) {
   Levels too_many = randomLevels({1, 2, 17}, 1);
   EXPECT_THROW(groupLevels(too_many, 4), std::invalid_argument);
   EXPECT_THROW(groupLevels(too_many, 4, SpareParents::Fill), std::invalid_argument);
-  const Levels levels = randomLevels({1, 2, 3}, 1);
-  EXPECT_THROW(assembleTree({}, {}, 4), std::invalid_argument);
-  EXPECT_THROW(assembleTree(randomLevels({2, 2}, 1), {{}, {0, 1}}, 4), std::invalid_argument);
-  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}}, 4), std::invalid_argument) << "a level without parents";
-  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 1}}, 4), std::invalid_argument) << "a sphere without a parent";
-  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 1, 2}}, 4), std::invalid_argument) << "a parent out of range";
-  EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 0, 0}}, 2), std::invalid_argument) << "too many children";
 }
 
 // On lattices many groupings cost the same.

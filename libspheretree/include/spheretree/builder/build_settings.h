@@ -32,6 +32,9 @@ struct BuildSettings {
   int threads = 0;         // 0: as many as the machine has; the result does not depend on it
 };
 
+/// @throws std::invalid_argument, with the setting and its range, for settings out of range.
+void validate(const BuildSettings& settings);
+
 /// The mesh was refused, or no tree can be built for it.
 struct BuildError : std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "spheretree/builder/build_settings.h"
+
+#include <cmath>
+#include <string>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::builder {
+
+std::string_view name(BuilderKind kind) {
+  switch (kind) {
+    case BuilderKind::Cover:
+      return "cover";
+    case BuilderKind::Combined:
+      return "combined";
+    case BuilderKind::Merge:
+      return "merge";
+    case BuilderKind::Burst:
+      return "burst";
+    case BuilderKind::Expand:
+      return "expand";
+    case BuilderKind::Spawn:
+      return "spawn";
+    case BuilderKind::Grid:
+      return "grid";
+    case BuilderKind::Hubbard:
+      return "hubbard";
+    case BuilderKind::Octree:
+      return "octree";
+  }
+  return "";
+}
+
+std::string_view name(Quality quality) {
+  switch (quality) {
+    case Quality::Quick:
+      return "quick";
+    case Quality::Standard:
+      return "standard";
+    case Quality::Best:
+      return "best";
+  }
+  return "";
+}
+
+void validate(const BuildSettings& settings) {
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) throw std::invalid_argument(std::string("build: ") + what);
+  };
+  const BuildSettings& s = settings;
+  require(s.levels >= kMinLevels && s.levels <= kMaxLevels, "levels must be 2 to 6");
+  require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
+  require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
+  require(s.threads >= 0, "threads must not be negative");
+  require(s.most_leaves >= 0, "the number of leaves must not be negative");
+  require(s.most_leaves == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a number of leaves");
+  for (const double t : s.tolerance_of_triangle_mm)
+    require(std::isfinite(t) && s.tolerance_mm > 0 && t >= s.tolerance_mm,
+            "the tolerance of a triangle must be finite and not below the tolerance");
+  require(s.tolerance_of_triangle_mm.empty() || s.builder == BuilderKind::Cover, "only the builder cover takes tolerances of triangles");
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "level_search.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::builder {
+
+namespace {
+
+constexpr int kMaxAttempts = 4;         // builds for a smaller tolerance, where certification pushes spheres beyond it
+constexpr double kUndershoot = 0.99;    // each of them aims this share below what the last overshoot asks for
+constexpr std::size_t kSmallTree = 21;  // nodes: 1 + 4 + 16; trees this small are searched exhaustively
+constexpr double kOutOfReach = 1.05;    // times the tolerance: a full tree this far out is not followed by one with fewer leaves
+
+// Levels are built for the tolerance over this factor, since certification makes spheres grow to close the gaps that a search leaves.
+double certificationAllowance(const BuildSettings& settings) {
+  if (settings.builder == BuilderKind::Octree) return 1;  // leaves no gaps
+  if (settings.builder == BuilderKind::Cover) return 1.02;
+  return settings.quality == Quality::Best ? 1.015 : 1.045;
+}
+
+class LevelSearch {
+ public:
+  LevelSearch(const BuildSettings& settings, double search_tolerance, const BuildCertified& build)
+      : settings_(settings), search_tolerance_(search_tolerance), build_(build) {}
+
+  CertifiedLevels run() {
+    const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // an octree joins its cells instead
+    if (tries_full) tryFull(2);
+    if (isKept(best_)) {
+      offer(full(1, kMinBranching));
+      return std::move(best_);
+    }
+    double aim = search_tolerance_ / certificationAllowance(settings_);
+    best_ = forTolerance(aim);
+    // If the levels kept the tolerance before certification, certification has pushed them beyond it: aim lower by as much.
+    for (int attempt = 0; attempt < kMaxAttempts && best_.uncertified_overhang <= settings_.tolerance_mm && !isKept(best_); ++attempt) {
+      aim *= kUndershoot * settings_.tolerance_mm / best_.overhang_bound;
+      best_ = forTolerance(aim);
+    }
+    // Certification may also add less than the allowance, and one leaf more is a large share of a small tree.
+    if (aim < search_tolerance_ && isKept(best_) && best_.count() <= kSmallTree) offer(forTolerance(search_tolerance_));
+    if (tries_full && settings_.levels > 2) tryFull(3);
+    return std::move(best_);
+  }
+
+ private:
+  bool isKept(const CertifiedLevels& levels) const { return levels.overhang_bound <= settings_.tolerance_mm; }
+  void offer(CertifiedLevels other) {
+    if (isKept(other) && (!isKept(best_) || other.count() < best_.count())) best_ = std::move(other);
+  }
+
+  // Builds every small full tree of `depth` levels, the largest branching first, down to the first that is out of reach.
+  void tryFull(int depth) {
+    for (int branching = settings_.branching; branching >= kMinBranching; --branching) {
+      std::size_t nodes = 1;
+      for (int level = 1, width = 1; level < depth; ++level) nodes += static_cast<std::size_t>(width *= branching);
+      if (nodes > kSmallTree || (isKept(best_) && nodes >= best_.count())) continue;
+      CertifiedLevels tree = full(depth, branching);
+      const bool is_out_of_reach = tree.overhang_bound > kOutOfReach * settings_.tolerance_mm;
+      offer(std::move(tree));
+      if (is_out_of_reach) return;
+    }
+  }
+
+  CertifiedLevels full(int depth, int branching) const {
+    BuildSettings settings = settings_;
+    settings.levels = std::max(depth, kMinLevels);
+    settings.branching = branching;
+    settings.tolerance_mm = 0;
+    return build_(settings, static_cast<std::size_t>(depth));
+  }
+  CertifiedLevels forTolerance(double tolerance) const {
+    BuildSettings settings = settings_;
+    settings.tolerance_mm = tolerance;
+    return build_(settings, kMaxLevels);
+  }
+
+  const BuildSettings& settings_;
+  double search_tolerance_;
+  const BuildCertified& build_;
+  CertifiedLevels best_;  // found so far
+};
+
+}  // namespace
+
+CertifiedLevels searchLevels(const BuildSettings& settings, double search_tolerance_mm, const BuildCertified& build) {
+  return LevelSearch(settings, search_tolerance_mm, build).run();
+}
+
+}  // namespace spheretree::builder

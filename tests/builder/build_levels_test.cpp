@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "build_levels.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+LevelBalls build(BuilderKind kind, const std::vector<BuilderKind>& combine = {}) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 16, 8);
+  const DistanceField field(mesh);
+  BuildSettings settings;
+  settings.builder = kind;
+  settings.combine = combine;
+  settings.quality = Quality::Quick;
+  settings.levels = 3;
+  settings.branching = 4;
+  Progress progress;
+  return buildLevels(mesh, field, settings, progress);
+}
+
+bool areEqual(const LevelBalls& a, const LevelBalls& b) {
+  if (a.parents != b.parents || a.balls.size() != b.balls.size()) return false;
+  for (std::size_t level = 0; level < a.balls.size(); ++level) {
+    if (a.balls[level].size() != b.balls[level].size()) return false;
+    for (std::size_t i = 0; i < a.balls[level].size(); ++i)
+      if (a.balls[level][i].centre != b.balls[level][i].centre || a.balls[level][i].radius != b.balls[level][i].radius) return false;
+  }
+  return true;
+}
+
+TEST(BuildLevels, EveryBuilderFitsTheBudget) {
+  for (int kind = 0; kind <= static_cast<int>(BuilderKind::Octree); ++kind) {
+    SCOPED_TRACE(name(static_cast<BuilderKind>(kind)));
+    const LevelBalls levels = build(static_cast<BuilderKind>(kind));
+    ASSERT_EQ(levels.balls.size(), 3u);
+    for (std::size_t level = 0, most = 1; level < 3; ++level, most *= 4) {
+      EXPECT_GE(levels.balls[level].size(), 1u);
+      EXPECT_LE(levels.balls[level].size(), most);
+      if (levels.parents.empty()) continue;
+      ASSERT_EQ(levels.parents[level].size(), levels.balls[level].size());
+      for (const std::uint32_t parent : levels.parents[level]) EXPECT_EQ(parent == kNoParent, level == 0);
+    }
+    EXPECT_EQ(levels.parents.empty(), static_cast<BuilderKind>(kind) != BuilderKind::Octree) << "other levels are grouped at the end";
+  }
+}
+
+TEST(BuildLevels, ACombinationOfOneIsThatOneAndTheUsualMembersAreThree) {
+  EXPECT_TRUE(areEqual(build(BuilderKind::Combined, {BuilderKind::Grid}), build(BuilderKind::Grid)));
+  EXPECT_TRUE(
+      areEqual(build(BuilderKind::Combined), build(BuilderKind::Combined, {BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst})));
+  EXPECT_FALSE(areEqual(build(BuilderKind::Merge), build(BuilderKind::Grid)));
+}
+
+TEST(BuildLevels, OnlyMethodsThatBuildByRegionsCombine) {
+  for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Octree, BuilderKind::Combined})
+    EXPECT_THROW(build(BuilderKind::Combined, {BuilderKind::Merge, kind}), std::invalid_argument) << name(kind);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
