@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "commands/builder_names.h"
+#include "pipeline/builder_names.h"
 
 #include <gtest/gtest.h>
 
 #include "spheretree/formats/scene_file.h"
 
-namespace spheretree::tool {
+namespace spheretree::pipeline {
 namespace {
 
 formats::TreeSettings settingsOf(const std::string& key, const std::string& name) {
@@ -28,4 +28,4 @@ TEST(BuilderNames, NameWhatTheyCameFrom) {
 }
 
 }  // namespace
-}  // namespace spheretree::tool
+}  // namespace spheretree::pipeline

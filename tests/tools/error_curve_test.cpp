@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "batch/error_curve.h"
+#include "pipeline/batch/error_curve.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-namespace spheretree::tool {
+namespace spheretree::pipeline {
 namespace {
 
 ErrorCurve powerLaw(double factor, double power) {
@@ -73,4 +73,4 @@ TEST(ShareLeaves, WhatHasNoRoomDoesNotHoldUpTheOthers) {
 }
 
 }  // namespace
-}  // namespace spheretree::tool
+}  // namespace spheretree::pipeline

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "json_text.h"
+#include "mistyped.h"
 #include "output_path.h"
 #include "play.h"
 #include "program_end.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "program_end.h"
 
-#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -11,7 +10,6 @@
 
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/formats/errors.h"
-#include "spheretree/formats/nearest_word.h"
 
 namespace spheretree::tool {
 namespace {
@@ -69,18 +67,6 @@ int runAndExplain(const std::string& program, const std::function<int()>& run) {
     message.append(error.what()).append(". Please report this with the command and its input.");
     return explain(program, kExitInternal, message);
   }
-}
-
-std::string unknownOption(const CLI::App& app, const std::string& of, const std::string& command) {
-  std::vector<std::string> known;
-  for (const CLI::Option* option : app.get_options())
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  const std::vector<std::string> left = app.remaining();
-  const auto word = std::find_if(left.begin(), left.end(), [](const std::string& w) { return w.size() >= 2 && w[0] == '-'; });
-  if (word == left.end()) return {};
-  const std::string name = word->substr(0, word->find('='));
-  return "unknown option '" + name + "'" + of + "; the nearest is '" + std::string(formats::nearestWord(name, known)) + "'. See " +
-         command + " --help.";
 }
 
 }  // namespace spheretree::tool

@@ -2,11 +2,11 @@
 // How a program ends: exit codes, and every failure as one line on stderr that names the program.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <stdexcept>
 #include <string>
 
+#include "generator.h"
 #include "spheretree/builder/progress.h"
 
 namespace spheretree::tool {
@@ -27,9 +27,6 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What is built from this source tree calls itself so, in files too.
-inline const std::string kGenerator = "spheretree " SPHERETREE_VERSION;
-
 /// Says `message` on stderr and returns `code`.
 int explain(const std::string& program, int code, const std::string& message);
 
@@ -44,10 +41,5 @@ class InterruptGuard {
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 };
-
-/// CLI11 names the first rule that is broken, often a missing argument, where the user mistyped an option: the sentence for the first
-/// word among `app`'s leftovers that looks like one, with the nearest that there is; empty if there is none. `of`: " of VERB" or empty;
-/// `command`: what to ask for help.
-std::string unknownOption(const CLI::App& app, const std::string& of, const std::string& command);
 
 }  // namespace spheretree::tool

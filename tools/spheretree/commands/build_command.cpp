@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "commands/builder_names.h"
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/part_choice.h"
-#include "commands/sound_mesh.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
 #include "output_path.h"
+#include "pipeline/builder_names.h"
+#include "pipeline/part_choice.h"
+#include "pipeline/sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
@@ -80,7 +80,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   out["mesh"] = {{"triangles", mesh.triangles.size()},          {"vertices", mesh.positions.size()},
                  {"hash", toHex(builder::meshHash(mesh))},      {"diagonal_mm", result.tree.provenance.diagonal_mm},
                  {"area_mm2", result.tree.provenance.area_mm2}, {"volume_mm3", result.tree.provenance.volume_mm3}};
-  out["repair"] = repairJson(repaired);
+  out["repair"] = pipeline::repairJson(repaired);
   out["notes"] = notes;
   out["nodes"] = result.tree.nodeCount();
   out["inner_nodes"] = result.tree.bound.size();
@@ -118,19 +118,20 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
 
 int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   checkOptions(options);
-  options.settings.builder = byName(kBuilders, options.builder);
-  options.settings.quality = byName(kQualities, options.quality);
+  options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
+  options.settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
-  for (const std::string& member : options.combine) options.settings.combine.push_back(byName(kMembers, member));
+  for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
 
   progress.stage("read");
   formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
   options.settings.unit_mm = file.unit_mm;
-  const TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
+  const TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   std::vector<std::string> notes = std::move(file.notes);
   progress.check();
   progress.stage("check");
-  const builder::RepairedMesh repaired = soundMesh(mesh, options.input.string(), repairKind(options.repair), notes, progress);
+  const builder::RepairedMesh repaired =
+      pipeline::soundMesh(mesh, options.input.string(), pipeline::repairKind(options.repair), notes, progress);
   if (!quiet)
     for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
   progress.check();
@@ -159,17 +160,17 @@ void addBuildCommand(Program& program) {
   app->add_option("-o,--output", options->output, "Tree to write (.stree)")->required()->type_name("FILE");
   app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
       ->type_name("NAME")
-      ->check(CLI::IsMember(namesOf(kBuilders)));
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
   app->add_option("--combine", options->combine,
                   "Members of --builder combined, by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)  // else it would take INPUT for a member
-      ->check(CLI::IsMember(namesOf(kMembers)));
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
   addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")
       ->type_name("NAME")
-      ->check(CLI::IsMember(namesOf(kQualities)));
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
   app->add_option("--tolerance", options->settings.tolerance_mm,
                   "Fewest spheres whose worst leaf overhang stays within this length in mm, above 0; default: none, all levels are filled")
       ->type_name("MM")

@@ -13,11 +13,11 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/part_choice.h"
-#include "commands/sound_mesh.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
 #include "output_path.h"
+#include "pipeline/part_choice.h"
+#include "pipeline/sound_mesh.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/mesh_survey.h"
 #include "spheretree/formats/file_io.h"
@@ -124,7 +124,7 @@ Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const build
   out["unit_mm"] = file.unit_mm;
   out["clean"] = report.clean();
   out["build"] = buildOf(repaired);
-  out["repair"] = repairJson(repaired);
+  out["repair"] = pipeline::repairJson(repaired);
   out["triangles"] = report.triangles;
   out["vertices"] = report.vertices;
   out["box_mm"] = {{"low", pointJson(report.low)}, {"high", pointJson(report.high)}};
@@ -257,7 +257,7 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
   progress.check();
   progress.stage("check");
-  const TriangleMesh mesh = choosePart(file.mesh, options.parts);
+  const TriangleMesh mesh = pipeline::choosePart(file.mesh, options.parts);
   const bool needs_all = options.json || !options.output.empty();
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, builder::RepairKind::Auto, progress);
   const builder::MeshReport report = needs_all ? builder::checkMesh(mesh, std::numeric_limits<std::size_t>::max()) : repaired.report;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands/command.h"
 
+#include "mistyped.h"
 #include "progress_bar.h"
 #include "spheretree/formats/nearest_word.h"
 

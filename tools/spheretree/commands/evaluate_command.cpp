@@ -9,11 +9,11 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/evaluation_json.h"
-#include "commands/part_choice.h"
-#include "commands/sound_mesh.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
+#include "pipeline/evaluation_json.h"
+#include "pipeline/part_choice.h"
+#include "pipeline/sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
@@ -65,10 +65,10 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
   formats::MeshFile file = formats::readMesh(options.mesh, formats::unitInMm(options.unit));
-  TriangleMesh mesh = choosePart(std::move(file.mesh), options.parts);
+  TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
   // The same solid that a build takes.
-  const builder::RepairedMesh repaired = builder::repairMesh(mesh, repairKind(options.repair), progress);
+  const builder::RepairedMesh repaired = builder::repairMesh(mesh, pipeline::repairKind(options.repair), progress);
   if (!program.quiet) {
     for (const builder::RepairStep& step : repaired.steps) std::cerr << options.mesh.string() << ": " << step.text << '\n';
     if (!repaired.isSound())
@@ -89,7 +89,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }
   if (options.json)
-    std::cout << jsonText(evaluationJson(evaluation), 2) << '\n';
+    std::cout << jsonText(pipeline::evaluationJson(evaluation), 2) << '\n';
   else
     printText(options, mesh.triangles.size(), evaluation);
   return kExitOk;

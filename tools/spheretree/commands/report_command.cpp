@@ -5,11 +5,12 @@
 #include <memory>
 
 #include "commands/command.h"
-#include "comparison/comparison_page.h"
 #include "json_text.h"
 #include "output_path.h"
 #include "page/chart.h"
+#include "page/comparison_page.h"
 #include "page/report_page.h"
+#include "pipeline/comparison/comparison_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -37,8 +38,9 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
   if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
   if (fs::exists(in / "compare.json")) {
     Report report;
-    report.figures = readJson(in / "compare.json", "spheretree.comparison/1");
-    report.html = comparisonPage(report.figures, in, kMostComparisonBytes, progress);
+    const pipeline::Comparison comparison = pipeline::readComparison(in / "compare.json");
+    report.figures = toJson(comparison);
+    report.html = comparisonPage(comparison, in, kMostComparisonBytes, progress);
     return report;
   }
   if (fs::exists(in / "stability.json")) return stabilityReport(in, kMostBytes, progress);
@@ -66,16 +68,6 @@ int runReport(const ReportOptions& options, builder::Progress& progress) {
 }
 
 }  // namespace
-
-Json readJson(const fs::path& path, const std::string& schema) {
-  const std::vector<std::byte> bytes = formats::readFile(path);
-  const char* text = reinterpret_cast<const char*>(bytes.data());
-  Json out = Json::parse(text, text + bytes.size(), nullptr, false);
-  if (out.is_discarded()) throw formats::FormatError(path.string() + ": not JSON. Make it again.");
-  if (!out.is_object() || out.value("schema", Json()) != schema)
-    throw formats::FormatError(path.string() + ": its schema is not " + schema + ". Make it again with this version.");
-  return out;
-}
 
 std::string viewSection(bool has_replay, const std::string& note) {
   return "<p>Drag or use the arrow keys to turn, wheel or + and \u2212 to come nearer, shift and drag to move. " + escaped(note) + "</p>" +

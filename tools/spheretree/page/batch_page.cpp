@@ -2,11 +2,14 @@
 // The page of a batch: the verdict, the objects, the scene in 3D.
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "page/embedded.h"
 #include "page/recording.h"
 #include "page/report_page.h"
 #include "page/scene_view.h"
+#include "pipeline/batch/batch_result.h"
+#include "pipeline/evaluation_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/scene_file.h"
@@ -15,111 +18,120 @@ namespace spheretree::tool {
 namespace {
 
 namespace fs = std::filesystem;
+using pipeline::BatchResult;
+using pipeline::ItemStatus;
+using pipeline::ObjectResult;
+using pipeline::SpeedRow;
 
-std::string numberOf(const Json& entry, const char* key) {
-  return entry.contains(key) && entry.at(key).is_number() ? shortNumber(entry.at(key).get<double>()) : "\u2013";
-}
+constexpr const char* kDash = "\u2013";
 
-Json leafOverhang(const Json& object, const char* which) {
-  if (!object.contains("levels") || object.at("levels").empty()) return nullptr;
-  const Json& overhang = object.at("levels").back().at("overhang_mm");
-  return overhang.contains(which) ? overhang.at(which) : Json();
-}
+std::string numberOrDash(const std::optional<double>& value) { return value ? shortNumber(*value) : kDash; }
 
 std::string count(std::size_t n, const std::string& thing) { return std::to_string(n) + " " + thing + (n == 1 ? "" : "s"); }
 
-std::string leadOf(const Json& report) {
-  const Json& totals = report.at("totals");
-  const std::size_t objects = totals.at("objects").get<std::size_t>(), failed = totals.at("failed").get<std::size_t>();
-  std::size_t missed = 0;
-  for (const Json& o : report.at("objects")) missed += o.contains("tolerance_met") && o.at("tolerance_met") == false;
+bool missed(const ObjectResult& object) { return object.hasTree() && !object.figures.tolerance_met.value_or(true); }
+
+std::string leadOf(const BatchResult& result) {
+  const pipeline::BatchTotals totals = totalsOf(result);
+  const std::size_t objects = result.objects.size();
+  const auto missing = static_cast<std::size_t>(std::count_if(result.objects.begin(), result.objects.end(), missed));
   std::string out = "<p>";
-  if (failed == 0)
+  if (totals.failed == 0)
     out += "<span class=\"good\">All " + count(objects, "tree") + " are whole and certified</span>";
   else
-    out += "<span class=\"bad\">" + count(failed, "object") + " of " + std::to_string(objects) + " failed</span>; the others are certified";
-  out += ": " + totals.at("leaves").dump() + " leaves stand for " + totals.at("triangles").dump() +
-         " triangles, and none reaches farther than <b>" + shortNumber(totals.at("overhang_bound_mm").get<double>()) +
-         " mm</b> out of its object.</p>\n";
-  if (missed > 0) out += "<p class=\"bad\">" + count(missed, "object") + " missed the tolerance asked for.</p>\n";
-  out += "<p class=\"note\">" + totals.at("built").dump() + " built and " + totals.at("cached").dump() + " unchanged, in " +
-         shortNumber(totals.at("seconds").get<double>()) + " s; " + shortNumber(totals.at("bytes").get<double>() / 1e6) +
-         " MB of trees; scene " + escaped(report.at("scene").get<std::string>()) + ".</p>";
+    out += "<span class=\"bad\">" + count(totals.failed, "object") + " of " + std::to_string(objects) +
+           " failed</span>; the others are certified";
+  out += ": " + std::to_string(totals.leaves) + " leaves stand for " + std::to_string(totals.triangles) +
+         " triangles, and none reaches farther than <b>" + shortNumber(totals.overhang_bound_mm) + " mm</b> out of its object.</p>\n";
+  if (missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
+  out += "<p class=\"note\">" + std::to_string(totals.built) + " built and " + std::to_string(totals.cached) + " unchanged, in " +
+         shortNumber(result.seconds) + " s; " + shortNumber(static_cast<double>(totals.bytes) / 1e6) + " MB of trees; scene " +
+         escaped(result.scene.string()) + ".</p>";
   return out;
 }
 
 /// `index` of an object is its place among the placed objects of the scene, for its button.
-std::string objectTable(const Json& report, const std::map<std::string, std::size_t>& index) {
+std::string objectTable(const BatchResult& result, const std::map<std::string, std::size_t>& index) {
   HtmlTable table{"Objects; overhang of the leaves: how far they reach out of the object",
                   {"Object", "State", "Triangles", "Leaves", "Overhang, proven [mm]", "99th percentile [mm]", "Tolerance [mm]",
                    "Diagonal [mm]", "Build [s]"},
                   {}};
-  for (const Json& o : report.at("objects")) {
-    const std::string name = o.at("name").get<std::string>();
-    const auto at = index.find(name);
+  for (const ObjectResult& o : result.objects) {
+    const auto at = index.find(o.name);
     const std::string head =
-        at == index.end() ? escaped(name)
+        at == index.end() ? escaped(o.name)
                           : "<button type=\"button\" data-object=\"" + std::to_string(at->second) + "\" title=\"Show its worst spot\">" +
-                                escaped(name) + "</button> <button type=\"button\" data-eye=\"" + std::to_string(at->second) +
-                                "\" aria-pressed=\"false\" aria-label=\"Hide " + escaped(name) + " in the view\">hide</button>";
-    const std::string status = o.at("status").get<std::string>();
-    if (status == "failed") {
-      table.rows.push_back({head, "<span class=\"bad\">failed: " + escaped(o.value("error", "")) + "</span>"});
+                                escaped(o.name) + "</button> <button type=\"button\" data-eye=\"" + std::to_string(at->second) +
+                                "\" aria-pressed=\"false\" aria-label=\"Hide " + escaped(o.name) + " in the view\">hide</button>";
+    if (!o.hasTree()) {
+      table.rows.push_back({head, "<span class=\"bad\">failed: " + escaped(o.error) + "</span>"});
       continue;
     }
-    const Json bound = leafOverhang(o, "bound"), p99 = leafOverhang(o, "p99");
-    const bool missed = o.contains("tolerance_met") && o.at("tolerance_met") == false;
-    table.rows.push_back({head, (o.value("role", "") == "tool" ? "tool, " : "") + status, numberOf(o, "triangles"), numberOf(o, "leaves"),
-                          bound.is_number() ? shortNumber(bound.get<double>()) : "\u2013",
-                          p99.is_number() ? shortNumber(p99.get<double>()) : "\u2013",
-                          missed ? "<span class=\"bad\">" + numberOf(o, "tolerance_mm") + " missed</span>" : numberOf(o, "tolerance_mm"),
-                          numberOf(o, "diagonal_mm"), numberOf(o, "seconds")});
+    const pipeline::TreeFigures& f = o.figures;
+    const pipeline::LevelFigures& leaves = f.levels.back();
+    const std::string tolerance = numberOrDash(f.tolerance_mm);
+    table.rows.push_back({head, std::string(o.is_tool ? "tool, " : "") + (o.status == ItemStatus::Built ? "built" : "cached"),
+                          std::to_string(f.triangles), std::to_string(f.leaves), numberOrDash(leaves.overhang_bound_mm),
+                          leaves.measured ? shortNumber(leaves.measured->overhang.p99) : kDash,
+                          missed(o) ? "<span class=\"bad\">" + tolerance + " missed</span>" : tolerance, shortNumber(f.diagonal_mm),
+                          shortNumber(o.seconds)});
   }
   return table.html();
 }
 
-/// Rows of `pareto` that stand for the whole scene, or else the objects themselves.
-std::string charts(const Json& report) {
+/// Of the whole scene.
+std::string speedCharts(const std::vector<SpeedRow>& rows) {
   ScatterChart leaves{"Leaves against overhang", "Leaves", "Overhang, proven [mm]", {}, {}},
       step{"Time of a servo step against overhang", "Step, 99th percentile [us]", "Overhang, proven [mm]", {}, {}};
-  for (const Json& row : report.value("pareto", Json::array())) {
-    if (!row.at("object").is_null()) continue;
+  for (const SpeedRow& row : rows) {
+    if (row.object) continue;
     ChartPoint p;
-    p.x = row.at("leaves").get<double>();
-    p.y = row.at("overhang_bound_mm").get<double>();
-    p.chosen = row.value("chosen", false);
+    p.x = static_cast<double>(row.leaves);
+    p.y = row.overhang_bound_mm;
+    p.chosen = row.chosen;
     p.series = p.chosen ? "chosen" : "";
     p.title = shortNumber(p.x) + " leaves, " + shortNumber(p.y) + " mm";
     leaves.points.push_back(p);
-    if (!row.contains("step_us_p99") || !row.at("step_us_p99").is_number()) continue;
-    p.x = row.at("step_us_p99").get<double>();
+    if (!row.cost) continue;
+    p.x = row.cost->time_us_p99;
     p.title = shortNumber(p.x) + " us, " + shortNumber(p.y) + " mm";
     step.points.push_back(p);
   }
-  if (!leaves.points.empty())
-    return "<p>Lower left is better; the ring marks what was chosen.</p><div class=\"charts\">" + scatterSvg(leaves) +
-           (step.points.empty() ? "" : scatterSvg(step)) + "</div>\n";
-  std::vector<std::pair<double, const Json*>> objects;
-  for (const Json& o : report.at("objects"))
-    if (leafOverhang(o, "bound").is_number() && o.contains("leaves")) objects.emplace_back(leafOverhang(o, "bound").get<double>(), &o);
-  std::stable_sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  ScatterChart size{"Size against overhang", "Diagonal [mm]", "Overhang, proven [mm]", {}, {}};
-  leaves.title = "Leaves against overhang, object by object";
+  return "<p>Lower left is better; the ring marks what was chosen.</p><div class=\"charts\">" + scatterSvg(leaves) +
+         (step.points.empty() ? "" : scatterSvg(step)) + "</div>\n";
+}
+
+/// A dot for each object.
+std::string objectCharts(const BatchResult& result) {
+  std::vector<const ObjectResult*> objects;
+  for (const ObjectResult& o : result.objects)
+    if (o.hasTree() && o.figures.levels.back().overhang_bound_mm) objects.push_back(&o);
+  std::stable_sort(objects.begin(), objects.end(),
+                   [](const ObjectResult* a, const ObjectResult* b) { return a->figures.leafBound() > b->figures.leafBound(); });
+  ScatterChart leaves{"Leaves against overhang, object by object", "Leaves", "Overhang, proven [mm]", {}, {}},
+      size{"Size against overhang", "Diagonal [mm]", "Overhang, proven [mm]", {}, {}};
   leaves.front = size.front = false;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const Json& o = *objects[i].second;
-    ChartPoint p{o.at("leaves").get<double>(),
-                 objects[i].first,
-                 i < 6 ? o.at("name").get<std::string>() : "",
-                 o.at("name").get<std::string>(),
-                 1,
-                 false};
+    const ObjectResult& o = *objects[i];
+    ChartPoint p{static_cast<double>(o.figures.leaves), o.figures.leafBound(), i < 6 ? o.name : "", o.name, 1, false};
     leaves.points.push_back(p);
-    p.x = o.at("diagonal_mm").get<double>();
+    p.x = o.figures.diagonal_mm;
     size.points.push_back(p);
   }
   return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" + scatterSvg(leaves) +
          scatterSvg(size) + "</div>\n";
+}
+
+std::string charts(const BatchResult& result) {
+  const bool has_rows =
+      result.speed && std::any_of(result.speed->begin(), result.speed->end(), [](const SpeedRow& r) { return !r.object; });
+  return has_rows ? speedCharts(*result.speed) : objectCharts(result);
+}
+
+Json levelsOf(const pipeline::TreeFigures& figures) {
+  Json out = Json::array();
+  for (const pipeline::LevelFigures& level : figures.levels) out.push_back(pipeline::levelJson(*level.measured));
+  return out;
 }
 
 }  // namespace
@@ -127,8 +139,8 @@ std::string charts(const Json& report) {
 Report batchReport(const fs::path& folder, const std::optional<fs::path>& recording_file, std::size_t most_bytes,
                    builder::Progress& progress) {
   Report out;
-  out.figures = readJson(folder / "report.json", "spheretree.batch/1");
-  const Json& report = out.figures;
+  const BatchResult result = pipeline::readBatchResult(folder / "report.json");
+  out.figures = toJson(result);
   std::optional<Recording> recording;
   if (recording_file) recording = readRecording(*recording_file);
   const fs::path scene_file = folder / "scene.json";
@@ -138,13 +150,13 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
     scene = formats::readScene(scene_file);
     progress.stage("meshes");
     // As it was given to batch: from the folder where batch ran, which is often the one beside its results.
-    const fs::path source = report.at("scene").get<std::string>();
+    const fs::path& source = result.scene;
     meshes = meshesOf(fs::exists(source) || source.is_absolute() ? source : fs::absolute(folder).parent_path() / source, progress);
   }
   for (const std::size_t triangles : {1500, 600, 200}) {
     progress.check();
     progress.stage("page");
-    Page page("Batch " + folder.filename().string(), leadOf(report));
+    Page page("Batch " + folder.filename().string(), leadOf(result));
     std::map<std::string, std::size_t> index;
     std::string view = "<p class=\"bad\">No scene was written: the tool or every object failed.</p>";
     if (scene) {
@@ -153,9 +165,9 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
       Json shown = sceneForView(*scene, scene_file, meshes, models);
       for (Json& object : shown["objects"]) {
         index.emplace(object.at("name").get<std::string>(), index.size());
-        for (const Json& entry : report.at("objects"))
-          if (entry.at("name") == object.at("name") && entry.contains("levels") && leafOverhang(entry, "max").is_number())
-            object["levels"] = entry.at("levels");
+        for (const ObjectResult& entry : result.objects)
+          if (entry.name == object.at("name") && entry.hasTree() && entry.figures.levels.back().measured)
+            object["levels"] = levelsOf(entry.figures);
       }
       if (recording) shown["replays"].push_back(packRecording(page.data, recording_file->stem().string(), *recording));
       page.data.root["scenes"].push_back(shown);
@@ -163,8 +175,8 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
                          std::string("A name in the table above shows the object's worst spot; a double click hides what is in front.") +
                              (meshes.empty() ? " The meshes were not found: spheres without colours of overhang." : ""));
     }
-    page.addSection("charts", "Size against accuracy", charts(report));
-    page.addSection("objects", "Objects", objectTable(report, index));
+    page.addSection("charts", "Size against accuracy", charts(result));
+    page.addSection("objects", "Objects", objectTable(result, index));
     page.addSection("view", "In 3D", view);
     if (recording) page.addSection("run", "The recorded run", recordingBoxes(recordingFigures(*recording)) + recordingCharts(*recording));
     out.html = scene ? page.html(std::array{embedded::viewScript(), embedded::reportScript()}) : page.html({});

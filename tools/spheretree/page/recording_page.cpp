@@ -7,6 +7,7 @@
 #include "page/recording.h"
 #include "page/report_page.h"
 #include "page/scene_view.h"
+#include "pipeline/json_file.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
@@ -220,7 +221,7 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
 
 Report stabilityReport(const fs::path& folder, std::size_t most_bytes, builder::Progress& progress) {
   Report report;
-  report.figures = readJson(folder / "stability.json", "spheretree.stability/1");
+  report.figures = pipeline::readJson(folder / "stability.json", "spheretree.stability/1");
   for (const std::size_t triangles : kTriangles) {
     report.html =
         stabilityPage(report.figures, folder, triangles, progress).html(std::array{embedded::viewScript(), embedded::reportScript()});

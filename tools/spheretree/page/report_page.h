@@ -27,9 +27,6 @@ Report recordingReport(const std::filesystem::path& recording, const std::option
 /// Of a folder with the stability.json of haptic-player --scenario.
 Report stabilityReport(const std::filesystem::path& folder, std::size_t most_bytes, builder::Progress& progress);
 
-/// A JSON file. @throws formats::FileError, formats::FormatError if it is none or of another schema.
-Json readJson(const std::filesystem::path& path, const std::string& schema);
-
 /// The 3D section: view, and the row of the time slider if something can be replayed.
 std::string viewSection(bool has_replay, const std::string& note);
 

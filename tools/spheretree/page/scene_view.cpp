@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "page/scene_view.h"
 
-#include "batch/tree_job.h"
-#include "commands/sound_mesh.h"
 #include "page/model.h"
+#include "pipeline/batch/mesh_store.h"
+#include "pipeline/sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/mesh_file.h"
@@ -28,7 +28,7 @@ void ModelStore::add(const std::string& name, const std::filesystem::path& tree_
 
 std::map<std::string, ShownMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress) {
   std::map<std::string, ShownMesh> out;
-  MeshStore files;
+  pipeline::MeshStore files;
   try {
     const formats::SceneFile scene = formats::readScene(source_scene);
     const auto read = [&](const formats::SceneItem& item) {
@@ -39,7 +39,8 @@ std::map<std::string, ShownMesh> meshesOf(const std::filesystem::path& source_sc
         std::vector<std::string> notes;
         const formats::TreeSettings settings = formats::mergedSettings(item.settings, scene.defaults);
         const TriangleMesh mesh = item.part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, item.part);
-        builder::RepairedMesh repaired = soundMesh(mesh, path.string(), repairKind(settings.repair.value_or("auto")), notes, progress);
+        builder::RepairedMesh repaired =
+            pipeline::soundMesh(mesh, path.string(), pipeline::repairKind(settings.repair.value_or("auto")), notes, progress);
         out[item.name] = {std::move(repaired.mesh), std::move(repaired.to_cover)};
       } catch (const formats::FileError&) {  // gone since: shown without it
       } catch (const formats::FormatError&) {

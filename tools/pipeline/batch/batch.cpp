@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/batch.h"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "generator.h"
+#include "json_text.h"
+#include "output_path.h"
+#include "pipeline/batch/budget_search.h"
+#include "pipeline/batch/speed_rows.h"
+#include "program_end.h"
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::pipeline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void check(const BatchSettings& settings) {
+  using tool::UsageError;
+  if (settings.shard.count > 1 && settings.budget) throw UsageError("--budget needs all objects at once. Leave --shard out.");
+  if (settings.shard.count > 1 && settings.speed)
+    throw UsageError("--chart belongs to the run that writes the results. Leave out --shard or --chart.");
+  if (!settings.paths.empty() && !settings.speed && !(settings.budget && settings.budget->is_time))
+    throw UsageError("--trajectory is for --chart and for a --budget in us. Leave it out, or add one of them.");
+}
+
+/// The scene that the player loads: trees in place of meshes, without the objects that failed.
+formats::SceneFile compiledScene(const formats::SceneFile& scene, const std::vector<BatchItem>& items) {
+  formats::SceneFile out = scene;
+  out.unit = "mm";
+  out.defaults = {};
+  out.objects.clear();
+  for (const BatchItem& item : items) {
+    if (item.status == ItemStatus::Failed) continue;
+    formats::SceneItem compiled = *item.source;
+    compiled.mesh.clear();
+    compiled.part.clear();
+    compiled.settings = {};
+    compiled.tree = compiled.name + ".stree";
+    if (item.is_tool)
+      out.tool = std::move(compiled);
+    else
+      out.objects.push_back(std::move(compiled));
+  }
+  return out;
+}
+
+/// The leaves that levels and branching allow but a tolerance made unnecessary.
+std::size_t savedLeaves(const BatchItem& item) {
+  const builder::BuildSettings& settings = item.job.settings;
+  if (item.key.empty() || settings.most_leaves > 0 || !(settings.tolerance_mm > 0)) return 0;
+  std::size_t allowed = 1;
+  for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
+  return allowed - std::min(allowed, item.result.figures.leaves);
+}
+
+ObjectResult resultOf(BatchItem& item) {
+  ObjectResult out;
+  out.name = item.source->name;
+  out.is_tool = item.is_tool;
+  out.status = item.status;
+  out.error = item.error;
+  if (!item.hasTree()) return out;
+  out.saved = savedLeaves(item);
+  out.seconds = item.result.seconds;
+  out.tree = item.source->name + ".stree";
+  out.figures = std::move(item.result.figures);
+  return out;
+}
+
+void writeResults(const BatchSettings& settings, const formats::SceneFile& scene, const std::vector<BatchItem>& items,
+                  BatchResult& result) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!items[i].hasTree()) continue;
+    const std::vector<std::byte> bytes = encodeSphereTree(items[i].result.tree);
+    result.objects[i].bytes = bytes.size();
+    formats::writeWhole(settings.folder / result.objects[i].tree, bytes);
+  }
+  const formats::SceneFile compiled = compiledScene(scene, items);
+  // Without a tool or any object there is no scene to load, and an older one would pass for this one.
+  if (!items[0].hasTree() || compiled.objects.empty())
+    std::filesystem::remove(settings.folder / "scene.json");
+  else
+    formats::writeWhole(settings.folder / "scene.json", formats::sceneText(compiled));
+  formats::writeWhole(settings.folder / "report.json", tool::jsonText(toJson(result), 1) + "\n");
+}
+
+}  // namespace
+
+BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress) {
+  const auto begun = Clock::now();
+  check(settings);
+  const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  const formats::SceneFile scene = formats::readScene(settings.scene);
+  formats::makeFolder(settings.folder);
+  tool::checkOutput(settings.folder / "scene.json", {settings.scene});
+  tool::checkOutput(settings.folder / "report.json", {settings.scene});
+
+  progress.stage("read");
+  const ToolPaths paths = readToolPaths(settings.paths);
+  MeshStore meshes;
+  const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
+  std::vector<BatchItem> items = loadItems(scene, settings.scene, meshes, threads, progress);
+  const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
+  const std::vector<BatchItem> source = items;
+  BatchResult result;
+  result.generator = tool::kGenerator;
+  result.scene = settings.scene;
+  if (settings.budget)
+    result.budget = buildWithin(*settings.budget, items, paths, context);
+  else
+    buildItems(items, context, "build " + std::to_string(items.size()) + " trees", settings.shard);
+  if (settings.speed) result.speed = speedRows(source, items, paths, context);
+  for (BatchItem& item : items) result.objects.push_back(resultOf(item));
+  result.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
+  if (settings.shard.count == 1) writeResults(settings, scene, items, result);
+  return result;
+}
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/batch_items.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <condition_variable>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::pipeline {
+namespace {
+
+void fail(BatchItem& item, const std::string& why) {
+  item.status = ItemStatus::Failed;
+  item.error = why;
+}
+
+/// Runs `work` and turns what one bad object throws into its message. Cancelled goes on up.
+template <class Work>
+void guarded(BatchItem& item, Work&& work) {
+  try {
+    work();
+  } catch (const builder::Cancelled&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    fail(item, "not enough memory. Use fewer --threads or a smaller mesh.");
+  } catch (const std::exception& error) {
+    fail(item, error.what());
+  }
+}
+
+/// Reads the item's mesh and finds its key; or reads its tree, and it is done.
+void load(BatchItem& item, const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes) {
+  const formats::SceneItem& source = *item.source;
+  if (!source.tree.empty()) {
+    item.result.tree = formats::readSphereTree(formats::scenePath(scene_path, source.tree));
+    item.result.figures = figuresOf(item.result.tree);
+    item.status = ItemStatus::Cached;
+    return;
+  }
+  const formats::TreeSettings settings = formats::mergedSettings(source.settings, scene.defaults);
+  TreeJob& job = item.job;
+  job.path = formats::scenePath(scene_path, source.mesh);
+  job.file = meshes.read(job.path, formats::unitInMm(scene.unit));
+  job.part = source.part;
+  job.repair = settings.repair.value_or("auto");
+  job.settings = buildSettings(settings);
+  job.pose = source.pose;
+  const std::vector<std::string>& parts = job.file->mesh.mesh.part_names;
+  if (!job.part.empty() && std::find(parts.begin(), parts.end(), job.part) == parts.end())
+    (void)formats::selectPart(job.file->mesh.mesh, job.part);  // says which parts there are
+}
+
+/// About how long the build takes, in no particular unit.
+double effortOf(const TreeJob& job) {
+  const TriangleMesh& mesh = job.file->mesh.mesh;
+  std::size_t triangles = mesh.triangles.size(), leaves = 1;
+  if (!job.part.empty()) {
+    const auto index =
+        static_cast<std::uint32_t>(std::find(mesh.part_names.begin(), mesh.part_names.end(), job.part) - mesh.part_names.begin());
+    triangles = static_cast<std::size_t>(std::count(mesh.part.begin(), mesh.part.end(), index));
+  }
+  for (int level = 1; level < job.settings.levels; ++level) leaves *= static_cast<std::size_t>(job.settings.branching);
+  if (job.settings.most_leaves > 0) leaves = std::min(leaves, static_cast<std::size_t>(job.settings.most_leaves));
+  return (4000 + static_cast<double>(triangles)) * (50 + static_cast<double>(leaves));
+}
+
+/// Objects that come as trees or cannot be read are left out: they shut nothing off.
+void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, builder::Progress& progress) {
+  progress.stage("reach");
+  std::vector<TriangleMesh> solids(items.size());
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+      if (items[i].is_tool || !items[i].job.file || items[i].status == ItemStatus::Failed) return;
+      try {
+        std::vector<std::string> ignored;
+        solids[i] = inWorld(items[i].job.solid(ignored, progress).mesh, items[i].source->pose);
+      } catch (const builder::BuildError&) {  // refused again, with its reasons, when its turn comes
+      }
+    });
+    progress.check();
+    std::erase_if(solids, [](const TriangleMesh& mesh) { return mesh.triangles.empty(); });
+    if (!solids.empty()) work.space = std::make_unique<builder::ReachableSpace>(solids, work.reach->radius_mm, progress);
+  });
+}
+
+/// Builds `items` in `order` with a pool of threads. The calling thread draws one progress bar and passes Ctrl-C on to each build.
+/// @throws builder::Cancelled
+class WorkerPool {
+ public:
+  WorkerPool(std::vector<BatchItem>& items, const std::vector<double>& effort, const TreeCache& cache, builder::Progress& progress)
+      : items_(items), effort_(effort), cache_(cache), progress_(progress) {}
+
+  void run(const std::vector<std::size_t>& order, int threads) {
+    for (const std::size_t i : order) total_ += effort_[i];
+    std::thread workers([&] {
+      tbb::task_arena arena(threads);
+      arena.execute([&] {
+        std::atomic<std::size_t> next{0};
+        // Not a loop over the items: each thread takes the next one, so that the biggest begin first.
+        tbb::parallel_for(0, threads, 1, [&](int) {
+          for (std::size_t k = next++; k < order.size() && !progress_.cancelled(); k = next++) build(order[k]);
+        });
+      });
+      const std::lock_guard lock(mutex_);
+      finished_ = true;
+      changed_.notify_one();
+    });
+    std::unique_lock lock(mutex_);
+    while (!finished_) {
+      changed_.wait_for(lock, std::chrono::milliseconds(100));
+      if (progress_.cancelled())
+        for (builder::Progress* running : running_) running->cancel();
+      progress_.advance(total_ > 0 ? done_ / total_ : 1);
+    }
+    lock.unlock();
+    workers.join();
+    progress_.check();
+  }
+
+ private:
+  void build(std::size_t index) {
+    BatchItem& item = items_[index];
+    builder::Progress progress;
+    {
+      const std::lock_guard lock(mutex_);
+      running_.insert(&progress);
+    }
+    try {
+      guarded(item, [&] {
+        item.result = item.job.run(progress);
+        cache_.store(item.key, item.result);
+        item.status = ItemStatus::Built;
+      });
+    } catch (const builder::Cancelled&) {  // the item stays as it is
+    }
+    const std::lock_guard lock(mutex_);
+    running_.erase(&progress);
+    done_ += effort_[index];
+    changed_.notify_one();
+  }
+
+  std::vector<BatchItem>& items_;
+  const std::vector<double>& effort_;  // of each item
+  const TreeCache& cache_;
+  builder::Progress& progress_;
+  std::mutex mutex_;  // over all below
+  std::condition_variable changed_;
+  std::set<builder::Progress*> running_;
+  double done_ = 0, total_ = 0;
+  bool finished_ = false;
+};
+
+}  // namespace
+
+std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, std::vector<BatchItem>& items) {
+  if (scene.work.empty() && !scene.reach) return nullptr;
+  auto work = std::make_shared<WorkRegions>();
+  work->regions = scene.work;
+  work->reach = scene.reach;
+  formats::SceneFile only;  // the scene's own text of regions and reach
+  only.work = scene.work;
+  only.reach = scene.reach;
+  only.tool.name = "tool";
+  work->key = formats::sceneText(only);
+  if (scene.reach)  // what one object shuts off depends on where all others are
+    for (const BatchItem& item : items)
+      if (!item.is_tool && item.status == ItemStatus::Waiting) {
+        formats::SceneItem place;
+        place.name = item.job.meshKey();
+        place.pose = item.source->pose;
+        only.objects.push_back(place);
+      }
+  work->key += formats::sceneText(only);
+  for (BatchItem& item : items)
+    if (!item.is_tool && item.status == ItemStatus::Waiting) item.job.work = work;
+  return work;
+}
+
+std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
+                                 builder::Progress& progress) {
+  std::vector<BatchItem> items(1 + scene.objects.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    items[i].source = i == 0 ? &scene.tool : &scene.objects[i - 1];
+    items[i].is_tool = i == 0;
+  }
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+      if (!progress.cancelled()) guarded(items[i], [&] { load(items[i], scene, scene_path, meshes); });
+    });
+  });
+  progress.check();
+  return items;
+}
+
+std::size_t mostLeaves(const formats::SceneFile& scene, const BatchItem& item) {
+  const int levels = formats::mergedSettings(item.source->settings, scene.defaults).levels.value_or(kMaxLevels);
+  std::size_t most = 1;
+  for (int level = 1; level < levels; ++level) most *= static_cast<std::size_t>(item.job.settings.branching);
+  return most;
+}
+
+void limitLeaves(builder::BuildSettings& settings, std::size_t leaves) {
+  const auto branching = static_cast<std::size_t>(settings.branching);
+  settings.most_leaves = static_cast<int>(leaves);
+  settings.levels = kMinLevels;
+  for (std::size_t full = branching; full < leaves; full *= branching) ++settings.levels;
+}
+
+void buildItems(std::vector<BatchItem>& items, const BatchContext& context, const std::string& stage, const Shard& shard) {
+  // An item that is there twice is built once; its duplicates wait and then take that result.
+  std::vector<std::size_t> order, duplicates;
+  std::map<std::string, std::size_t> first_of;
+  std::vector<double> effort(items.size(), 0);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    BatchItem& item = items[i];
+    if (item.status != ItemStatus::Waiting) continue;
+    item.key = item.job.key();
+    if (std::optional<TreeResult> found = context.cache.find(item.key)) {
+      item.result = std::move(*found);
+      item.status = ItemStatus::Cached;
+      continue;
+    }
+    effort[i] = effortOf(item.job);
+    const bool is_first = first_of.emplace(item.key, i).second;
+    (is_first ? order : duplicates).push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return effort[a] > effort[b]; });
+  if (shard.count > 1) {
+    // Shares by key and not by place in what is left to do: other shards may have finished some of it.
+    std::erase_if(order, [&](std::size_t i) {
+      std::uint64_t digits = 0;
+      std::from_chars(items[i].key.data(), items[i].key.data() + 15, digits, 16);
+      return digits % shard.count != shard.index - 1;
+    });
+  }
+  if (!order.empty()) context.cache.prepare();
+  WorkRegions* work = context.work.get();
+  if (work && work->reach && !work->space && !order.empty()) findReach(*work, items, context.threads, context.progress);
+  context.progress.stage(stage);
+  WorkerPool(items, effort, context.cache, context.progress).run(order, context.threads);
+  for (const std::size_t i : duplicates) {
+    const BatchItem& first = items[first_of.at(items[i].key)];
+    items[i].result = first.result;
+    items[i].error = first.error;
+    items[i].status = first.status;
+  }
+  for (BatchItem& item : items)
+    if (item.status == ItemStatus::Waiting) item.status = ItemStatus::Skipped;
+}
+
+}  // namespace spheretree::pipeline

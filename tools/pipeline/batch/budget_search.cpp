@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/budget_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "pipeline/batch/error_curve.h"
+#include "program_end.h"
+
+namespace spheretree::pipeline {
+namespace {
+
+using builder::BuilderKind;
+using builder::Quality;
+
+constexpr double kSameLeaves = 0.04;      // a smaller relative change is not worth another build
+constexpr double kWellSpent = 0.9;        // share of the budget from which on the number of leaves stays nearly as it is
+constexpr int kSearchRounds = 4;          // with quick trees
+constexpr int kFinalRounds = 3;           // with the trees that are kept
+constexpr std::size_t kFirstLeaves = 64;  // of each object in the first round
+constexpr double kAim = 0.98;             // share of the budget to ask for, so that the trees end up within it
+
+std::size_t leavesOf(const BatchItem& item) { return item.result.figures.leaves; }
+
+/// What more leaves make smaller: the proven error as a multiple of its tolerance, or in mm where the scene gives none.
+double errorOf(const BatchItem& item) {
+  const TreeFigures& figures = item.result.figures;
+  return figures.isGraded() ? item.job.scale * figures.ratio->least_met_mm.value() / *figures.least_tolerance_mm : figures.ratio->ratio;
+}
+
+class BudgetSearch {
+ public:
+  BudgetSearch(const Budget& budget, const std::vector<BatchItem>& items, ToolPaths paths, const BatchContext& context)
+      : budget_(budget), paths_(std::move(paths)), random_(paths_.empty()), context_(context), source_(items) {
+    double common = 0;  // without a tolerance of its own, an object has the largest that the scene gives
+    for (const BatchItem& item : items) common = std::max(common, item.job.settings.tolerance_mm);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (items[i].hasTree()) fixed_ += leavesOf(items[i]);
+      if (items[i].status != ItemStatus::Waiting) continue;
+      builder::BuildSettings& settings = source_[i].job.settings;
+      if (settings.builder != BuilderKind::Cover)
+        throw tool::UsageError(items[i].source->name + ": a budget is for the builder cover, not " +
+                               std::string(builder::name(settings.builder)) + ". Give it that builder, or build without a budget.");
+      if (!(settings.tolerance_mm > 0)) settings.tolerance_mm = common;
+      waiting_.push_back(i);
+      most_.push_back(mostLeaves(context.scene, items[i]));
+    }
+    if (!budget.is_time && budget.amount < static_cast<double>(fixed_ + waiting_.size()))
+      throw tool::UsageError("a budget of " + std::to_string(static_cast<std::size_t>(budget.amount)) +
+                             " leaves is less than one for each of " + std::to_string(waiting_.size()) + " trees to build" +
+                             (fixed_ > 0 ? " and " + std::to_string(fixed_) + " in trees that the scene names" : "") + ". Allow more.");
+    curves_.resize(waiting_.size());
+    aim_ = budget.is_time ? kFirstLeaves * waiting_.size() + fixed_ : static_cast<std::size_t>(budget.amount);
+  }
+
+  /// The best round. The errors of quick trees say how to share the leaves, those of the final ones put it right.
+  std::vector<BatchItem> run() {
+    if (waiting_.empty()) return source_;
+    const std::size_t each = std::max<std::size_t>(1, (aim_ - fixed_) / waiting_.size());
+    std::vector<std::size_t> leaves(waiting_.size(), std::min(kFirstLeaves, each));
+    for (int round = 0; round < kSearchRounds; ++round)
+      if (const Round built = build(leaves, true, round); isSettled(leaves, built) && round > 0) break;
+    for (int round = 0; round < kFinalRounds; ++round) {
+      Round built = build(leaves, false, round);
+      const bool settled = isSettled(leaves, built) && built.fits;
+      if (best_.items.empty() || isBetter(built, best_)) best_ = std::move(built);
+      if (settled) break;
+    }
+    for (BatchItem& item : best_.items)
+      if (built_.count(item.key) > 0) item.status = ItemStatus::Built;
+    return std::move(best_.items);
+  }
+
+  BudgetResult result() const {
+    return {.budget = budget_,
+            .spent = best_.spent,
+            .met = best_.fits,
+            .worst_ratio = best_.errors.empty() ? std::nullopt : std::optional(best_.errors.front()),
+            .common_ratio = scale_,
+            .has_recorded_paths = !random_,
+            .rounds = rounds_};
+  }
+
+ private:
+  struct Round {
+    std::vector<BatchItem> items;
+    std::vector<double> errors;  // the largest first
+    double spent = 0;
+    bool fits = false;
+  };
+
+  static bool isBetter(const Round& a, const Round& b) {
+    return a.fits != b.fits ? a.fits : a.fits ? a.errors < b.errors : a.spent < b.spent;
+  }
+
+  Round build(const std::vector<std::size_t>& leaves, bool search, int number) {
+    Round round;
+    round.items = source_;
+    for (std::size_t k = 0; k < waiting_.size(); ++k) {
+      TreeJob& job = round.items[waiting_[k]].job;
+      builder::BuildSettings& settings = job.settings;
+      limitLeaves(settings, leaves[k]);
+      if (search) settings.quality = Quality::Quick;
+      if (job.work && settings.tolerance_mm > 0) job.scale = scale_;
+    }
+    buildItems(round.items, context_, "budget, " + std::string(search ? "search " : "trees ") + std::to_string(number + 1));
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < round.items.size(); ++i) {
+      const BatchItem& item = round.items[i];
+      if (item.hasTree()) {
+        sum += leavesOf(item);
+      } else {  // it will not do better the next time
+        source_[i].status = item.status;
+        source_[i].error = item.error;
+      }
+    }
+    auto asked = static_cast<double>(fixed_);
+    for (std::size_t k = 0; k < waiting_.size(); ++k) {
+      const BatchItem& item = round.items[waiting_[k]];
+      if (!item.hasTree()) continue;
+      if (item.status == ItemStatus::Built) built_.insert(item.key);
+      round.errors.push_back(item.result.figures.ratio->ratio);
+      const auto n = static_cast<double>(leaves[k]);
+      asked += n;
+      // What was known was of quick trees, or for tolerances of another scale.
+      if (number == 0 || item.result.figures.isGraded())
+        curves_[k].moveTo(n, errorOf(item));
+      else
+        curves_[k].add(n, errorOf(item));
+    }
+    std::sort(round.errors.begin(), round.errors.end(), std::greater<>());
+    round.spent = budget_.is_time ? stepTime(round.items) : static_cast<double>(sum);
+    round.fits = round.spent <= budget_.amount;
+    aimAgain(asked, round.spent);
+    rounds_.push_back({.is_final = !search,
+                       .leaves = sum,
+                       .worst_ratio = round.errors.empty() ? std::nullopt : std::optional(round.errors.front()),
+                       .model_us = budget_.is_time ? std::optional(round.spent) : std::nullopt});
+    return round;
+  }
+
+  /// How many leaves to ask for, if `asked` of them spent so much of the budget: some turn out needless; and the time of a step is about a
+  /// power of the leaves, which two rounds tell. What is well spent stays nearly as it is: every number of leaves has luck of its own.
+  void aimAgain(double asked, double spent) {
+    if (!(spent > 0)) return;
+    double power = 1;
+    if (budget_.is_time) {
+      power = 0.5;
+      if (last_spent_ > 0 && std::abs(std::log(asked / last_asked_)) > kSameLeaves)
+        power = std::clamp(std::log(spent / last_spent_) / std::log(asked / last_asked_), 0.25, 1.5);
+      last_spent_ = spent, last_asked_ = asked;
+    }
+    const double share = spent / budget_.amount;
+    double factor = std::clamp(std::pow(kAim / share, 1 / power), 1.0 / 16, 16.0);
+    if (share <= 1 && share > kWellSpent) factor = budget_.is_time ? 1 : 1 + (1 - share) / 2;
+    aim_ = std::max(static_cast<std::size_t>(factor * asked), fixed_ + waiting_.size());
+  }
+
+  /// Shares the leaves anew; true if that is what the round had. Small changes are not made.
+  bool isSettled(std::vector<std::size_t>& leaves, const Round& built) {
+    const LeafShares shares = shareLeaves(curves_, most_, aim_ - fixed_);
+    scale_ = shares.error;
+    bool settled = true;
+    for (std::size_t k = 0; k < leaves.size(); ++k) {
+      const double change = std::abs(static_cast<double>(shares.leaves[k]) - static_cast<double>(leaves[k]));
+      if (built.fits && change <= std::max(1.0, kSameLeaves * static_cast<double>(leaves[k]))) continue;
+      settled = settled && shares.leaves[k] == leaves[k];
+      leaves[k] = shares.leaves[k];
+    }
+    return settled;
+  }
+
+  double stepTime(const std::vector<BatchItem>& items) {
+    const std::optional<runtime::Scene> scene = runtimeScene(context_.scene, items);
+    if (!scene) return 0;
+    if (paths_.empty()) paths_ = randomContacts(*scene, kSceneContacts);
+    const std::optional<StepCost> cost = measureSteps(*scene, paths_, false);
+    return cost ? cost->model_us_p99 : 0;
+  }
+
+  Budget budget_;
+  ToolPaths paths_;
+  bool random_;  // contacts, not recorded paths
+  const BatchContext& context_;
+  std::vector<BatchItem> source_;     // as they were read
+  std::vector<std::size_t> waiting_;  // those to build
+  std::vector<std::size_t> most_;     // leaves, of these
+  std::vector<ErrorCurve> curves_;    // of these
+  std::size_t fixed_ = 0;             // leaves of those that came as trees
+  std::size_t aim_ = 0;               // leaves to ask for
+  double scale_ = 1;                  // of the tolerances, for which all could be met
+  double last_asked_ = 0, last_spent_ = 0;
+  std::set<std::string> built_;  // keys
+  Round best_;
+  std::vector<BudgetRound> rounds_;
+};
+
+}  // namespace
+
+BudgetResult buildWithin(const Budget& budget, std::vector<BatchItem>& items, ToolPaths paths, const BatchContext& context) {
+  BudgetSearch search(budget, items, std::move(paths), context);
+  // The scene's own tolerance, if any, is what the report compares with.
+  std::vector<bool> has_tolerance;
+  for (const BatchItem& item : items) has_tolerance.push_back(item.job.settings.tolerance_mm > 0);
+  items = search.run();
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (!has_tolerance[i] && items[i].hasTree()) {
+      items[i].result.figures.tolerance_mm.reset();
+      items[i].result.figures.tolerance_met.reset();
+    }
+  return search.result();
+}
+
+}  // namespace spheretree::pipeline

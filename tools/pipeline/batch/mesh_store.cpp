@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/mesh_store.h"
+
+#include "spheretree/builder/provenance.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::pipeline {
+
+std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::path& path, double unit_mm) {
+  Entry* entry = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<Entry>& slot = entries_[{path, unit_mm}];
+    if (!slot) slot = std::make_unique<Entry>();
+    entry = slot.get();
+  }
+  const std::lock_guard lock(entry->reading);  // other threads go on with other files
+  if (!entry->file) {
+    auto file = std::make_shared<File>();
+    file->mesh = formats::readMesh(path, unit_mm);
+    // A .gltf may keep its numbers in other files, whose change its own bytes do not show.
+    file->hash = file->mesh.format == "glTF" ? builder::meshHash(file->mesh.mesh) : builder::bytesHash(formats::readFile(path));
+    entry->file = std::move(file);
+  }
+  return entry->file;
+}
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/tree_cache.h"
+
+#include <nlohmann/json.hpp>
+
+#include "json_text.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::pipeline {
+
+using Json = nlohmann::ordered_json;
+
+std::optional<TreeResult> TreeCache::find(const std::string& key) const {
+  const std::filesystem::path tree = folder_ / (key + ".stree"), record = folder_ / (key + ".json");
+  std::error_code ignored;
+  if (!std::filesystem::exists(record, ignored) || !std::filesystem::exists(tree, ignored)) return std::nullopt;
+  try {
+    const std::vector<std::byte> bytes = formats::readFile(tree), text = formats::readFile(record);
+    const auto* begin = reinterpret_cast<const char*>(text.data());
+    const Json json = Json::parse(begin, begin + text.size());
+    if (json.at("schema") != kRecordSchema || json.at("tree_hash") != toHex(builder::bytesHash(bytes))) return std::nullopt;
+    return TreeResult{formats::parseSphereTree(bytes, tree.string()), treeFiguresFromJson(json.at("record")),
+                      json.at("seconds").get<double>()};
+  } catch (const formats::FileError&) {  // whatever is wrong with an entry, the tree is built again
+  } catch (const formats::FormatError&) {
+  } catch (const nlohmann::json::exception&) {
+  }
+  return std::nullopt;
+}
+
+void TreeCache::prepare() const {
+  formats::makeFolder(folder_);
+  formats::checkWritable(folder_ / "record.json");
+}
+
+void TreeCache::store(const std::string& key, const TreeResult& result) const {
+  const std::vector<std::byte> bytes = encodeSphereTree(result.tree);
+  // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
+  formats::writeWhole(folder_ / (key + ".stree"), bytes);
+  const Json json{{"schema", kRecordSchema},
+                  {"tree_hash", toHex(builder::bytesHash(bytes))},
+                  {"seconds", result.seconds},
+                  {"record", toJson(result.figures)}};
+  formats::writeWhole(folder_ / (key + ".json"), tool::jsonText(json, 1) + "\n");
+}
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Finished trees by the hash of everything they depend on, so that an unchanged object is not built again.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "pipeline/batch/tree_job.h"
+
+namespace spheretree::pipeline {
+
+/// Version of the figures that an entry holds; part of its key.
+inline constexpr const char* kRecordSchema = "spheretree.batch-record/1";
+
+/// Trees and figures under DIR/KEY.stree and DIR/KEY.json. An entry counts only if both are whole and belong together.
+class TreeCache {
+ public:
+  explicit TreeCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  std::optional<TreeResult> find(const std::string& key) const;
+  /// Makes the folder. Call it before store(), and before work that would be lost without it.
+  /// @throws formats::FileError if the folder cannot be written to.
+  void prepare() const;
+  /// @throws formats::FileError
+  void store(const std::string& key, const TreeResult& result) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/batch/tree_job.h"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+
+#include "generator.h"
+#include "pipeline/batch/tree_cache.h"
+#include "pipeline/builder_names.h"
+#include "pipeline/sound_mesh.h"
+#include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/provenance.h"
+
+namespace spheretree::pipeline {
+namespace {
+
+using tool::kGenerator;
+
+// Of the samples that `evaluate` takes: at a twentieth, measuring every level costs less than the build.
+constexpr double kMeasuringEffort = 0.05;
+
+Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
+
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+std::string workText(const WorkRegions& work, const Configuration& pose) {
+  std::string text = work.key;
+  for (const double x : {pose.position.x(), pose.position.y(), pose.position.z(), pose.orientation.w(), pose.orientation.x(),
+                         pose.orientation.y(), pose.orientation.z()})
+    text += "\n" + std::to_string(x);
+  return text;
+}
+
+// Where every place has the same tolerance, the plain search for it is meant.
+void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
+  const auto [least, most] = std::minmax_element(tolerances.begin(), tolerances.end());
+  settings.tolerance_mm = *least;
+  if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
+}
+
+// The tolerances say no more than where an overhang matters less, and by how much.
+void useAllLeaves(builder::BuildSettings& settings) {
+  constexpr double kUnreached = 1e-6;  // of the least tolerance: no leaves are spared for it
+  const double less = (1 - kUnreached) * settings.tolerance_mm;
+  for (double& t : settings.tolerance_of_triangle_mm) t -= less;
+  settings.tolerance_mm = settings.tolerance_of_triangle_mm.empty() ? 0 : settings.tolerance_mm - less;
+}
+
+std::vector<LevelFigures> levelsOf(const builder::RepairedMesh& repaired, const SphereTree& tree, builder::Progress& progress) {
+  builder::EvaluateSettings settings;
+  settings.limits = false;
+  settings.effort = kMeasuringEffort;
+  builder::Evaluation evaluation = builder::evaluateTree(repaired.mesh, tree, settings, progress, repaired.to_cover);
+  std::vector<LevelFigures> levels;
+  for (builder::LevelEvaluation& level : evaluation.levels) {
+    // The builder's proof is often the tighter one of two, since this measure is short.
+    const double proven = tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound;
+    if (proven >= 0) level.overhang.bound = std::min(proven, level.overhang.bound);
+    levels.push_back({level.level, level.spheres, level.overhang.bound, level});
+  }
+  return levels;
+}
+
+TreeFigures figuresOf(const builder::BuildResult& built, const builder::RepairedMesh& repaired, double tolerance_mm) {
+  TreeFigures figures;
+  figures.triangles = repaired.mesh.triangles.size();
+  figures.leaves = built.statistics.levels.back().spheres;
+  figures.nodes = built.tree.nodeCount();
+  figures.diagonal_mm = built.tree.provenance.diagonal_mm;
+  figures.certified = true;
+  if (tolerance_mm > 0) {
+    figures.tolerance_mm = tolerance_mm;
+    figures.tolerance_met = built.statistics.tolerance_met;
+  }
+  return figures;
+}
+
+}  // namespace
+
+builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
+  builder::BuildSettings out;
+  if (settings.builder) out.builder = byName(kBuilders, *settings.builder);
+  if (settings.quality) out.quality = byName(kQualities, *settings.quality);
+  if (settings.levels) out.levels = *settings.levels;
+  if (settings.branching) out.branching = *settings.branching;
+  if (settings.tolerance_mm) out.tolerance_mm = *settings.tolerance_mm;
+  if (settings.seed) out.seed = *settings.seed;
+  return out;
+}
+
+std::string TreeJob::meshKey() const {
+  return toHex(hashOf(kGenerator + "\n" + toHex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) + "\n" + repair));
+}
+
+std::string TreeJob::key() const {
+  return toHex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (work ? workText(*work, pose) : "") +
+                      (scale == 1 ? "" : "\nscale=" + shortest(scale))));
+}
+
+builder::RepairedMesh TreeJob::solid(std::vector<std::string>& steps, builder::Progress& progress) const {
+  const TriangleMesh input = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
+  progress.check();
+  return soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), steps, progress);
+}
+
+TreeResult TreeJob::run(builder::Progress& progress) const {
+  const auto begun = std::chrono::steady_clock::now();
+  std::vector<std::string> steps;
+  const builder::RepairedMesh repaired = solid(steps, progress);
+  const TriangleMesh& mesh = repaired.mesh;
+  progress.check();
+  builder::BuildSettings own = settings;
+  own.unit_mm = file->mesh.unit_mm;
+  const bool is_graded = work && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
+  if (is_graded) grade(own, tolerancesAt(*work, inWorld(mesh, pose), settings.tolerance_mm, scale));
+  const double least_tolerance = own.tolerance_mm;
+  if (own.most_leaves > 0) useAllLeaves(own);
+  builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
+
+  TreeFigures figures = figuresOf(built, repaired, settings.tolerance_mm);
+  figures.repair = std::move(steps);
+  figures.notes = file->mesh.notes;
+  figures.levels = levelsOf(repaired, built.tree, progress);
+  if (is_graded) figures.least_tolerance_mm = least_tolerance;
+  if (own.most_leaves > 0) {
+    const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
+    const double met = built.statistics.least_tolerance_mm;
+    // Graded: every tolerance is met if all of them are multiplied by this.
+    const double ratio = is_graded ? scale * std::max(1.0, met / least_tolerance) : met / wanted;
+    if (settings.tolerance_mm > 0) figures.tolerance_met = ratio <= 1;
+    figures.ratio = ToleranceRatio{ratio, is_graded ? std::optional<double>(met) : std::nullopt};
+  }
+  if (work) figures.work = workFigures(*work, mesh, pose, built.tree);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  return {std::move(built.tree), std::move(figures), seconds};
+}
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Builders and qualities by the names that options take.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "spheretree/builder/build_sphere_tree.h"
+
+namespace spheretree::pipeline {
+
+using builder::BuilderKind;
+using builder::Quality;
+
+inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,
+                                      BuilderKind::Burst, BuilderKind::Expand,   BuilderKind::Spawn,
+                                      BuilderKind::Grid,  BuilderKind::Hubbard,  BuilderKind::Octree};
+inline constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand, BuilderKind::Spawn, BuilderKind::Grid};
+inline constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
+
+template <class Kinds>
+std::vector<std::string> namesOf(const Kinds& kinds) {
+  std::vector<std::string> names;
+  for (const auto kind : kinds) names.emplace_back(name(kind));
+  return names;
+}
+
+/// CLI11, or the reader of scenes, has checked that `text` is one of the names.
+template <class Kinds>
+auto byName(const Kinds& kinds, const std::string& text) {
+  const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });
+  if (found == kinds.end()) throw std::logic_error("no check refused the name " + text);
+  return *found;
+}
+
+}  // namespace spheretree::pipeline

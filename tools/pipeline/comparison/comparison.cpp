@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/comparison/comparison.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "generator.h"
+#include "json_text.h"
+#include "measure/cover_limits.h"
+#include "pipeline/comparison/comparison_json.h"
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/evaluate_tree.h"
+#include "spheretree/builder/provenance.h"
+#include "spheretree/core/mesh_edit.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using builder::BuilderKind;
+using builder::Quality;
+using tool::kGenerator;
+
+/// Progress of one run among many: what happens within the run does not move the bar, and Ctrl-C reaches it at its next step.
+class RunProgress : public builder::Progress {
+ public:
+  RunProgress(builder::Progress& whole, double done) : whole_(whole), done_(done) {}
+  void stage(std::string_view) override { advance(0); }
+  void advance(double) override {
+    if (whole_.cancelled()) cancel();
+    whole_.advance(done_);
+  }
+
+ private:
+  builder::Progress& whole_;
+  double done_;
+};
+
+/// What a file of an earlier run holds, if the same program made it from the same input; else nothing.
+template <class FromJson>
+auto finished(const fs::path& file, const Json& key, FromJson&& fromJson) -> std::optional<decltype(fromJson(key))> {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return std::nullopt;
+  const std::vector<std::byte> bytes = formats::readFile(file);
+  const char* text = reinterpret_cast<const char*>(bytes.data());
+  try {
+    const Json found = Json::parse(text, text + bytes.size());
+    if (found.is_object() && found.value("key", Json()) == key) return fromJson(found);
+  } catch (const nlohmann::json::exception&) {  // cut off or changed by hand: it is done again
+  } catch (const formats::FormatError&) {
+  }
+  return std::nullopt;
+}
+
+void store(const fs::path& file, const Json& key, const Json& content) {
+  Json out{{"key", key}};
+  out.update(content);
+  formats::writeWhole(file, tool::jsonText(out, 1) + "\n");
+}
+
+fs::path fileOf(const fs::path& folder, const std::string& id) { return folder / "runs" / (id + ".json"); }
+
+MeshFigures measureMesh(const ComparedMesh& compared, const Json& key, const ComparisonSettings& settings, builder::Progress& progress) {
+  const fs::path file = fileOf(settings.folder, compared.name);
+  const std::optional<MeshFigures> earlier = finished(file, key, [](const Json& j) { return meshFiguresFromJson(j.at("mesh")); });
+  const bool is_known = earlier.has_value();
+  MeshFigures mesh = earlier.value_or(MeshFigures{});
+  if (!is_known) {
+    const builder::DistanceField field(compared.mesh);
+    mesh.triangles = compared.mesh.triangles.size();
+    mesh.diagonal_mm = field.diagonal();
+    mesh.area_mm2 = field.area();
+    mesh.volume_mm3 = field.volume();
+    mesh.leaves = std::pow(settings.build.branching, settings.build.levels - 1);
+    mesh.limits =
+        builder::coverLimits(compared.mesh, field, static_cast<std::size_t>(mesh.leaves), {.seed = settings.build.seed}, progress);
+  }
+  mesh.name = compared.name;
+  mesh.file = compared.file;  // where it is now: the file may have moved since an earlier run
+  mesh.unit_mm = compared.unit_mm;
+  if (!is_known) store(file, key, {{"mesh", toJson(mesh)}});
+  return mesh;
+}
+
+struct Job {
+  const ComparedMesh* compared;
+  builder::BuildSettings settings;
+  Json key;
+  std::string id;
+  Run run;
+  bool is_finished = false;
+  double work() const { return 1 + static_cast<double>(compared->mesh.triangles.size()) / 20000; }  // in no particular unit
+};
+
+std::string hashOfMesh(const ComparedMesh& compared) { return toHex(builder::meshHash(joined(compared.mesh, compared.to_cover))); }
+
+Job jobOf(const ComparedMesh& compared, const Method& method, const ComparisonSettings& settings) {
+  Job job{&compared, settings.build, {}, {}, {}, false};
+  job.settings.builder = method.builder;
+  job.settings.quality = method.quality;
+  job.id = compared.name + "." + idOf(method);
+  job.key = {{"generator", kGenerator}, {"mesh", hashOfMesh(compared)}, {"settings", toHex(builder::settingsHash(job.settings))}};
+  if (std::optional<Run> earlier = finished(fileOf(settings.folder, job.id), job.key, runFromJson))
+    if (!earlier->isBuilt() || fs::exists(settings.folder / earlier->tree)) {
+      job.run = std::move(*earlier);
+      job.is_finished = true;
+      return job;
+    }
+  job.run.mesh = compared.name;
+  job.run.method = method;
+  return job;
+}
+
+void buildAndMeasure(Job& job, const fs::path& folder, builder::Progress& progress) {
+  const ComparedMesh& compared = *job.compared;
+  const auto begun = std::chrono::steady_clock::now();
+  const std::clock_t processor = std::clock();
+  const builder::BuildResult result = builder::buildSphereTree(compared.mesh, job.settings, progress, compared.to_cover);
+  job.run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  job.run.processor_seconds = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
+  job.run.nodes = result.tree.nodeCount();
+  job.run.tree = fs::path("trees") / (job.id + ".stree");
+  formats::writeSphereTree(folder / job.run.tree, result.tree);
+  builder::Evaluation evaluation =
+      builder::evaluateTree(compared.mesh, result.tree, {.limits = false, .seed = job.settings.seed, .threads = job.settings.threads},
+                            progress, compared.to_cover);
+  job.run.levels = std::move(evaluation.levels);
+  job.run.hierarchy = evaluation.hierarchy;
+}
+
+/// The jobs that are not finished, one after the other: times are compared, and two builds at once would disturb each other.
+void runJobs(std::vector<Job>& jobs, const fs::path& folder, builder::Progress& progress) {
+  double total = 0, done = 0;
+  std::size_t count = 0;
+  for (const Job& job : jobs)
+    if (!job.is_finished) total += job.work(), ++count;
+  progress.stage(std::to_string(count) + " runs");
+  for (Job& job : jobs) {
+    if (job.is_finished) continue;
+    progress.check();
+    RunProgress run_progress(progress, done / total);
+    try {
+      buildAndMeasure(job, folder, run_progress);
+    } catch (const builder::BuildError& error) {
+      job.run.error = error.what();
+    }
+    progress.check();
+    store(fileOf(folder, job.id), job.key, toJson(job.run));
+    done += job.work();
+    progress.advance(done / total);
+  }
+}
+
+Sensitivity sensitivityOf(const ComparedMesh& compared, const Method& method, const ComparisonSettings& settings,
+                          builder::Progress& progress) {
+  builder::SensitivitySettings tried;
+  tried.rotations = settings.rotations;
+  tried.others = std::clamp(settings.rotations / 6, 1, tried.others);
+  tried.seed = settings.build.seed;
+  builder::BuildSettings build = settings.build;
+  build.builder = method.builder;
+  build.quality = method.quality;
+  const fs::path file = fileOf(settings.folder, compared.name + "." + idOf(method) + ".stability");
+  const Json key{{"generator", kGenerator},
+                 {"mesh", toHex(builder::meshHash(compared.mesh))},
+                 {"settings", toHex(builder::settingsHash(build))},
+                 {"rotations", settings.rotations}};
+  if (std::optional<Sensitivity> earlier = finished(file, key, sensitivityFromJson)) return *earlier;
+  Sensitivity out{compared.name, method, {}, {}};
+  try {
+    out.rows = builder::measureSensitivity(compared.mesh, build, tried, progress);
+  } catch (const builder::BuildError& error) {
+    out.error = error.what();
+  }
+  store(file, key, toJson(out));
+  return out;
+}
+
+std::vector<Sensitivity> sensitivities(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings,
+                                       builder::Progress& progress) {
+  std::vector<Sensitivity> out;
+  const auto total = static_cast<double>(meshes.size() * settings.methods.size());
+  progress.stage("sensitivity");
+  for (const ComparedMesh& compared : meshes)
+    for (const Method& method : settings.methods) {
+      progress.check();
+      RunProgress run_progress(progress, static_cast<double>(out.size()) / total);
+      out.push_back(sensitivityOf(compared, method, settings, run_progress));
+    }
+  return out;
+}
+
+std::string processorName() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.starts_with("model name")) {
+      const std::size_t colon = line.find(": ");
+      if (colon != std::string::npos) return line.substr(colon + 2);
+    }
+  return "unknown processor";
+}
+
+}  // namespace
+
+std::string idOf(const Method& method) { return std::string(name(method.builder)) + "." + std::string(name(method.quality)); }
+
+std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
+  std::vector<Method> out;
+  const auto add = [&](BuilderKind builder, Quality quality) {
+    if (const Method method{builder, quality}; std::find(out.begin(), out.end(), method) == out.end()) out.push_back(method);
+  };
+  for (const BuilderKind builder : builders) {
+    if (builder == BuilderKind::Octree) {
+      const bool standard = std::find(qualities.begin(), qualities.end(), Quality::Standard) != qualities.end();
+      add(builder, standard || qualities.empty() ? Quality::Standard : qualities.front());
+      continue;
+    }
+    for (const Quality quality : qualities) add(builder, quality);
+  }
+  return out;
+}
+
+Comparison runComparison(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, builder::Progress& progress) {
+  for (const char* inner : {"runs", "trees"}) formats::makeFolder(settings.folder / inner);
+  const builder::BuildSettings& build = settings.build;
+  Comparison out;
+  out.generator = kGenerator;
+  out.processor = processorName();
+  out.threads = build.threads > 0 ? build.threads : static_cast<int>(std::thread::hardware_concurrency());
+  out.levels = build.levels;
+  out.branching = build.branching;
+  out.seed = build.seed;
+  std::vector<Job> jobs;
+  for (const ComparedMesh& compared : meshes) {
+    progress.stage("limits of " + compared.name);
+    const Json key{{"generator", kGenerator},
+                   {"mesh", hashOfMesh(compared)},
+                   {"settings", {{"levels", build.levels}, {"branching", build.branching}, {"seed", build.seed}}}};
+    out.meshes.push_back(measureMesh(compared, key, settings, progress));
+    progress.check();
+    for (const Method& method : settings.methods) jobs.push_back(jobOf(compared, method, settings));
+  }
+  runJobs(jobs, settings.folder, progress);
+  for (Job& job : jobs) out.runs.push_back(std::move(job.run));
+  if (settings.rotations > 0) out.sensitivity = sensitivities(meshes, settings, progress);
+  out.means = geometricMeans(out);
+  formats::writeWhole(settings.folder / "compare.csv", comparisonCsv(out));
+  formats::writeWhole(settings.folder / "compare.json", tool::jsonText(toJson(out), 1) + "\n");
+  return out;
+}
+
+LeafFigures leafFigures(const Comparison& comparison, const Run& run) {
+  const auto mesh =
+      std::find_if(comparison.meshes.begin(), comparison.meshes.end(), [&](const MeshFigures& m) { return m.name == run.mesh; });
+  if (mesh == comparison.meshes.end() || run.levels.empty())
+    throw formats::FormatError("compare.json: a run names the mesh '" + run.mesh +
+                               "', which is not among the meshes, or has no levels. Run spheretree compare again.");
+  const builder::LevelEvaluation& leaves = run.levels.back();
+  const double percent = 100 / mesh->diagonal_mm;
+  return {.processor_seconds = run.processor_seconds,
+          .seconds = run.seconds,
+          .overhang_percent = leaves.overhang.max * percent,
+          .p99_percent = leaves.overhang.p99 * percent,
+          .excess_percent = leaves.excess_volume_fraction * 100};
+}
+
+std::vector<MeanFigures> geometricMeans(const Comparison& comparison) {
+  constexpr double kLeast = 1e-9;  // a figure of 0 has no logarithm
+  struct Sum {
+    Method method;
+    LeafFigures logs;
+    std::size_t runs;
+  };
+  constexpr std::array kFields{&LeafFigures::processor_seconds, &LeafFigures::seconds, &LeafFigures::overhang_percent,
+                               &LeafFigures::p99_percent, &LeafFigures::excess_percent};
+  std::vector<Sum> sums;
+  for (const Run& run : comparison.runs) {
+    if (!run.isBuilt()) continue;
+    const LeafFigures figures = leafFigures(comparison, run);
+    auto at = std::find_if(sums.begin(), sums.end(), [&](const Sum& sum) { return sum.method == run.method; });
+    if (at == sums.end()) at = sums.insert(at, {run.method, {}, 0});
+    for (const auto field : kFields) at->logs.*field += std::log(std::max(figures.*field, kLeast));
+    ++at->runs;
+  }
+  std::vector<MeanFigures> means;
+  for (const Sum& sum : sums) {
+    if (sum.runs != comparison.meshes.size()) continue;
+    MeanFigures mean{sum.method, {}};
+    for (const auto field : kFields) mean.figures.*field = std::exp(sum.logs.*field / static_cast<double>(sum.runs));
+    means.push_back(mean);
+  }
+  return means;
+}
+
+std::string comparisonCsv(const Comparison& comparison) {
+  std::string out =
+      "mesh,builder,quality,seconds,processor_seconds,level,spheres,overhang_max_mm,overhang_bound_mm,overhang_p99_mm,overhang_mean_mm,"
+      "uncovered_fraction,max_gap_mm,excess_volume_fraction,missing_volume_fraction\n";
+  for (const Run& run : comparison.runs) {
+    if (!run.isBuilt()) continue;
+    for (const builder::LevelEvaluation& level : run.levels) {
+      out += run.mesh + "," + std::string(name(run.method.builder)) + "," + std::string(name(run.method.quality));
+      const builder::Overhang& overhang = level.overhang;
+      for (const Json& value : {Json(run.seconds), Json(run.processor_seconds), Json(level.level), Json(level.spheres), Json(overhang.max),
+                                Json(overhang.bound), Json(overhang.p99), Json(overhang.mean), Json(level.coverage.uncovered_fraction),
+                                Json(level.coverage.max_gap), Json(level.excess_volume_fraction), Json(level.missing_volume_fraction)})
+        out += "," + value.dump();
+      out += "\n";
+    }
+  }
+  return out;
+}
+
+}  // namespace spheretree::pipeline

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A comparison as JSON: compare.json (schema spheretree.comparison/1), and the files of finished runs.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+#include "pipeline/comparison/comparison.h"
+
+namespace spheretree::pipeline {
+
+nlohmann::ordered_json toJson(const Comparison& comparison);
+nlohmann::ordered_json toJson(const MeshFigures& mesh);
+nlohmann::ordered_json toJson(const Run& run);
+nlohmann::ordered_json toJson(const Sensitivity& sensitivity);
+
+/// @throws nlohmann::json::exception if a key is missing or of another type; formats::FormatError for a builder or quality that is none.
+MeshFigures meshFiguresFromJson(const nlohmann::ordered_json& json);
+Run runFromJson(const nlohmann::ordered_json& json);
+Sensitivity sensitivityFromJson(const nlohmann::ordered_json& json);
+
+/// compare.json. @throws formats::FileError; formats::FormatError if it is not one of this schema.
+Comparison readComparison(const std::filesystem::path& path);
+
+}  // namespace spheretree::pipeline

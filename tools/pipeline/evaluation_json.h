@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The figures of `spheretree evaluate` as JSON, schema spheretree.evaluation/1. What is not in the JSON (the area outside, which sphere
+// is the worst) is lost on the way there and back.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "spheretree/builder/evaluation.h"
+
+namespace spheretree::pipeline {
+
+nlohmann::ordered_json evaluationJson(const builder::Evaluation& evaluation);
+
+/// One of `levels`, and back. @throws nlohmann::json::exception if a key is missing or of another type.
+nlohmann::ordered_json levelJson(const builder::LevelEvaluation& level);
+builder::LevelEvaluation levelFromJson(const nlohmann::ordered_json& json);
+
+/// The field `hierarchy`, and back. @throws as levelFromJson().
+nlohmann::ordered_json hierarchyJson(const builder::HierarchyEvaluation& hierarchy);
+builder::HierarchyEvaluation hierarchyFromJson(const nlohmann::ordered_json& json);
+
+}  // namespace spheretree::pipeline

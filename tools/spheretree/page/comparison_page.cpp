@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "page/comparison_page.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "page/chart.h"
+#include "page/embedded.h"
+#include "page/model.h"
+#include "page/page.h"
+#include "pipeline/evaluation_json.h"
+#include "pipeline/sound_mesh.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/sphere_tree_file.h"
+
+namespace spheretree::tool {
+namespace {
+
+namespace fs = std::filesystem;
+using pipeline::Comparison;
+using pipeline::LeafFigures;
+using pipeline::MeanFigures;
+using pipeline::MeshFigures;
+using pipeline::Method;
+using pipeline::Run;
+using pipeline::Sensitivity;
+
+struct Measure {
+  double LeafFigures::*field;
+  const char *title, *axis;
+};
+constexpr std::array<Measure, 3> kMeasures{
+    {{&LeafFigures::overhang_percent, "Worst overhang", "Worst overhang [% of the diagonal]"},
+     {&LeafFigures::p99_percent, "Usual overhang (99th percentile)", "Overhang, 99th percentile [% of the diagonal]"},
+     {&LeafFigures::excess_percent, "Excess volume", "Volume outside the object [% of its volume]"}}};
+
+std::string label(const Method& method) { return std::string(name(method.builder)) + " \u00b7 " + std::string(name(method.quality)); }
+
+ChartPoint pointOf(const Method& method, const LeafFigures& figures, const Measure& measure) {
+  ChartPoint p;
+  p.x = figures.processor_seconds;
+  p.y = figures.*measure.field;
+  p.series = name(method.builder);
+  p.title = label(method) + ": " + shortNumber(p.x) + " s, " + shortNumber(p.y) + " %";
+  p.size = static_cast<int>(method.quality);
+  return p;
+}
+
+constexpr const char* kSeconds = "Processor time [s]";
+
+std::vector<std::string> meanCharts(const std::vector<MeanFigures>& means) {
+  std::vector<std::string> charts;
+  for (const Measure& measure : kMeasures) {
+    ScatterChart chart{measure.title, kSeconds, measure.axis, {}, {}};
+    for (const MeanFigures& mean : means) chart.points.push_back(pointOf(mean.method, mean.figures, measure));
+    charts.push_back(scatterSvg(chart));
+  }
+  return charts;
+}
+
+std::vector<std::string> meshCharts(const Comparison& comparison, const MeshFigures& mesh) {
+  std::vector<std::string> charts;
+  for (const Measure& measure : kMeasures) {
+    ScatterChart chart{measure.title, kSeconds, measure.axis, {}, {}};
+    for (const Run& run : comparison.runs)
+      if (run.mesh == mesh.name && run.isBuilt()) chart.points.push_back(pointOf(run.method, leafFigures(comparison, run), measure));
+    if (&measure == kMeasures.data() && mesh.limits.h_low_in_range)
+      chart.limit = {mesh.limits.h_low / mesh.diagonal_mm * 100, "h_low: about the least possible"};
+    charts.push_back(scatterSvg(chart));
+  }
+  return charts;
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string out;
+  for (const std::string& part : parts) out += part;
+  return out;
+}
+
+/// The verdict in two or three sentences.
+std::string leadOf(const Comparison& comparison) {
+  const std::vector<MeanFigures>& means = comparison.means;
+  if (means.empty()) return "<p class=\"bad\">No builder made a tree of every mesh; the table of runs says why.</p>";
+  const auto worst = [](const MeanFigures& m) { return m.figures.overhang_percent; };
+  const MeanFigures* best = &means.front();
+  for (const MeanFigures& mean : means)
+    if (worst(mean) < worst(*best)) best = &mean;
+  const auto figures = [&](const MeanFigures& m) {
+    return shortNumber(worst(m)) + " % of the diagonal in " + shortNumber(m.figures.processor_seconds) + " s";
+  };
+  std::string out = "<p><b>" + escaped(label(best->method)) + "</b> has the least worst overhang: " + figures(*best);
+  const MeanFigures* rival = nullptr;
+  for (const MeanFigures& mean : means)
+    if (mean.method.builder != best->method.builder && (!rival || worst(mean) < worst(*rival))) rival = &mean;
+  if (rival)
+    out += ", against " + figures(*rival) + " for the next best builder, " + escaped(label(rival->method)) + " (" +
+           shortNumber(worst(*rival) / worst(*best)) + " times the overhang)";
+  const std::size_t meshes = comparison.meshes.size();
+  out += ".</p>\n<p class=\"note\">" +
+         std::string(meshes == 1 ? "One mesh" : "Geometric means over " + std::to_string(meshes) + " meshes") + "; " +
+         std::to_string(comparison.levels) + " levels, branching " + std::to_string(comparison.branching) + ", seed " +
+         std::to_string(comparison.seed) + "; " + escaped(comparison.processor) + ", " + std::to_string(comparison.threads) +
+         " threads. Overhang: how far the spheres reach out of the object; every tree covers its object.</p>";
+  return out;
+}
+
+std::string meansTable(const std::vector<MeanFigures>& means) {
+  HtmlTable table{
+      "Geometric means over the meshes, leaves of the trees",
+      {"Builder \u00b7 quality", "Processor time [s]", "Time [s]", "Worst overhang [% D]", "99th percentile [% D]", "Excess volume [%]"},
+      {}};
+  for (const MeanFigures& m : means)
+    table.rows.push_back({escaped(label(m.method)), shortNumber(m.figures.processor_seconds), shortNumber(m.figures.seconds),
+                          shortNumber(m.figures.overhang_percent), shortNumber(m.figures.p99_percent),
+                          shortNumber(m.figures.excess_percent)});
+  return table.html();
+}
+
+std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
+  HtmlTable table{mesh.name + ": leaves of each tree; D = " + shortNumber(mesh.diagonal_mm) + " mm",
+                  {"Builder \u00b7 quality", "Processor time [s]", "Leaves", "Worst overhang [% D]", "99th percentile [% D]",
+                   "Uncovered [%]", "Excess volume [%]"},
+                  {}};
+  for (const Run& run : comparison.runs) {
+    if (run.mesh != mesh.name) continue;
+    if (!run.isBuilt()) {
+      table.rows.push_back({escaped(label(run.method)), "<span class=\"bad\">failed: " + escaped(run.error) + "</span>"});
+      continue;
+    }
+    const LeafFigures figures = leafFigures(comparison, run);
+    const builder::LevelEvaluation& leaves = run.levels.back();
+    table.rows.push_back({escaped(label(run.method)), shortNumber(figures.processor_seconds), std::to_string(leaves.spheres),
+                          shortNumber(figures.overhang_percent), shortNumber(figures.p99_percent),
+                          shortNumber(100 * leaves.coverage.uncovered_fraction), shortNumber(figures.excess_percent)});
+  }
+  return table.html();
+}
+
+/// The largest change of each kind over the meshes that `is_shown` picks, for each builder and quality.
+template <class Shows>
+std::string sensitivityTable(const std::vector<Sensitivity>& entries, std::string caption, Shows&& is_shown) {
+  HtmlTable table{std::move(caption), {"Builder \u00b7 quality"}, {}};
+  struct Cell {
+    double largest = 0;
+    bool same = true;
+  };
+  std::vector<std::pair<Method, std::vector<Cell>>> by_method;
+  for (const Sensitivity& entry : entries) {
+    if (!is_shown(entry) || entry.rows.empty()) continue;
+    if (table.heads.size() == 1)
+      for (const builder::SensitivityRow& row : entry.rows) table.heads.push_back(escaped(row.change));
+    auto at = std::find_if(by_method.begin(), by_method.end(), [&](const auto& l) { return l.first == entry.method; });
+    if (at == by_method.end()) at = by_method.insert(at, {entry.method, std::vector<Cell>(entry.rows.size())});
+    for (std::size_t i = 0; i < entry.rows.size() && i < at->second.size(); ++i) {
+      at->second[i].largest = std::max(at->second[i].largest, entry.rows[i].largest_change);
+      at->second[i].same = at->second[i].same && entry.rows[i].same_spheres;
+    }
+  }
+  for (const auto& [method, cells] : by_method) {
+    std::vector<std::string> row{escaped(label(method))};
+    for (const Cell& cell : cells) row.push_back(cell.same ? "same spheres" : shortNumber(100 * cell.largest));
+    table.rows.push_back(row);
+  }
+  return table.rows.empty() ? "" : table.html();
+}
+
+std::string sensitivitySection(const Comparison& comparison) {
+  const std::vector<Sensitivity>& entries = *comparison.sensitivity;
+  std::string out =
+      "<p>How much the bound on the worst overhang of the leaves changes when the mesh is turned, its vertices shifted by up to 0.05 % of "
+      "the diagonal, vertices or triangles listed in another order, the object scaled, each triangle cut into four. Largest of all "
+      "cases.</p>" +
+      sensitivityTable(entries, "Largest change over all meshes [%]", [](const Sensitivity&) { return true; });
+  if (comparison.meshes.size() > 1)
+    for (const MeshFigures& mesh : comparison.meshes)
+      out += "<details><summary>" + escaped(mesh.name) + "</summary>" +
+             sensitivityTable(entries, "Largest change [%]", [&](const Sensitivity& entry) { return entry.mesh == mesh.name; }) +
+             "</details>\n";
+  for (const Sensitivity& entry : entries)
+    if (!entry.error.empty())
+      out += "<p class=\"bad\">" + escaped(entry.mesh) + ", " + escaped(label(entry.method)) + ": " + escaped(entry.error) + "</p>\n";
+  return out;
+}
+
+/// Whether a run is on the Pareto front of its mesh, by time and worst overhang.
+bool isOnFront(const Comparison& comparison, const Run& run) {
+  return std::none_of(comparison.runs.begin(), comparison.runs.end(), [&](const Run& other) {
+    return other.mesh == run.mesh && other.isBuilt() && other.processor_seconds < run.processor_seconds &&
+           other.levels.back().overhang.max < run.levels.back().overhang.max;
+  });
+}
+
+struct Shown {
+  std::size_t triangles;  // of a mesh
+  bool all_trees;
+};
+
+struct MeshInMemory {
+  const MeshFigures* figures;
+  TriangleMesh mesh;  // empty: cannot be read
+  std::optional<builder::SurfaceWithSheets> surface;
+};
+
+std::vector<MeshInMemory> readMeshes(const Comparison& comparison, builder::Progress& progress) {
+  std::vector<MeshInMemory> out;
+  for (const MeshFigures& figures : comparison.meshes) {
+    progress.stage("mesh " + figures.name);
+    progress.check();
+    MeshInMemory& mesh = out.emplace_back();
+    mesh.figures = &figures;
+    try {
+      std::vector<std::string> notes;
+      builder::RepairedMesh repaired = pipeline::soundMesh(formats::readMesh(figures.file, figures.unit_mm).mesh, figures.file.string(),
+                                                           builder::RepairKind::Auto, notes, progress);
+      mesh.mesh = std::move(repaired.mesh);
+      mesh.surface = builder::surfaceWithSheets(mesh.mesh, repaired.to_cover);
+    } catch (const formats::FileError&) {  // moved since: the trees are shown without it
+    } catch (const formats::FormatError&) {
+    } catch (const builder::BuildError&) {
+    }
+  }
+  return out;
+}
+
+/// Only what the 3D view shows of a level's figures.
+Json levelsForView(const Run& run) {
+  Json out = Json::array();
+  for (const builder::LevelEvaluation& level : run.levels) {
+    const Json all = pipeline::levelJson(level);
+    Json l{{"overhang_mm", {{"max", level.overhang.max}}}, {"max_gap_mm", level.coverage.max_gap}};
+    for (const char* key : {"worst_overhang_at_mm", "worst_gap_at_mm"})
+      if (all.contains(key)) l[key] = all.at(key);
+    out.push_back(l);
+  }
+  return out;
+}
+
+std::string assemble(const Comparison& comparison, const fs::path& folder, const std::vector<MeshInMemory>& meshes, const Shown& shown,
+                     builder::Progress& progress) {
+  Page page("Comparison of sphere-tree builders", leadOf(comparison));
+  page.addSection(
+      "means", "Speed against accuracy",
+      "<p>Lower left is better. The line is the Pareto front: no other dot is both faster and tighter than one on it. Small, medium and "
+      "large dots: quick, standard, best.</p><div class=\"charts\">" +
+          joined(meanCharts(comparison.means)) + "</div>\n" + meansTable(comparison.means));
+  std::string missing, by_mesh;
+  std::size_t left_out = 0;
+  page.data.root["meshes"] = Json::array();
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    progress.check();
+    const MeshInMemory& mesh = meshes[i];
+    const std::string& name = mesh.figures->name;
+    Json entry{{"name", name}, {"trees", Json::array()}};
+    if (mesh.surface)
+      entry["mesh"] = packMesh(page.data, mesh.mesh, *mesh.surface, shown.triangles);
+    else
+      missing += " " + escaped(name);
+    for (const Run& run : comparison.runs) {
+      if (run.mesh != name || !run.isBuilt()) continue;
+      if (!shown.all_trees && !isOnFront(comparison, run)) {
+        ++left_out;
+        continue;
+      }
+      const SphereTree tree = formats::readSphereTree(folder / run.tree);
+      entry["trees"].push_back({{"label", label(run.method)},
+                                {"tree", packTree(page.data, tree, mesh.surface ? &mesh.surface->field : nullptr)},
+                                {"levels", levelsForView(run)}});
+    }
+    page.data.root["meshes"].push_back(entry);
+    by_mesh += "<details" + std::string(meshes.size() == 1 ? " open" : "") + "><summary>" + escaped(name) + " <span class=\"note\">" +
+               std::to_string(mesh.figures->triangles) + " triangles</span></summary><div class=\"charts\">" +
+               joined(meshCharts(comparison, *mesh.figures)) + "</div>\n" + runsTable(comparison, *mesh.figures) +
+               "<p><button type=\"button\" data-mesh=\"" + std::to_string(i) + "\">Show in 3D</button></p></details>\n";
+  }
+  std::string view =
+      "<p>Drag or use the arrow keys to turn, wheel or + and \u2212 to come nearer, shift and drag to move. Meshes are thinned for this "
+      "view; "
+      "the figures are those of the whole mesh.</p><div class=\"view\"></div>";
+  if (left_out > 0)
+    view += "<p class=\"note\">" + std::to_string(left_out) +
+            " trees off the Pareto fronts are not in this page; they are in the folder trees.</p>";
+  if (!missing.empty()) view += "<p class=\"note\">Meshes that could not be read any more:" + missing + ".</p>";
+  page.addSection("view", "In 3D", view);
+  page.addSection("meshes", "Mesh by mesh", by_mesh);
+  if (comparison.sensitivity) page.addSection("sensitivity", "Sensitivity to the mesh", sensitivitySection(comparison));
+  return page.html(std::array{embedded::viewScript(), embedded::compareScript()});
+}
+
+}  // namespace
+
+void writeComparisonCharts(const Comparison& comparison, const fs::path& folder) {
+  const std::string means = "Geometric means over " + std::to_string(comparison.meshes.size()) + " meshes";
+  formats::writeWhole(folder / "comparison.svg", svgFile(means, meanCharts(comparison.means)));
+  for (const MeshFigures& mesh : comparison.meshes)
+    formats::writeWhole(folder / (mesh.name + ".svg"), svgFile(mesh.name, meshCharts(comparison, mesh)));
+}
+
+std::string comparisonPage(const Comparison& comparison, const fs::path& folder, std::size_t max_bytes, builder::Progress& progress) {
+  const std::vector<MeshInMemory> meshes = readMeshes(comparison, progress);
+  progress.stage("page");
+  std::string page;
+  for (const Shown& shown : {Shown{4000, true}, Shown{1500, true}, Shown{4000, false}, Shown{1500, false}, Shown{500, false}}) {
+    page = assemble(comparison, folder, meshes, shown, progress);
+    if (page.size() <= max_bytes) break;
+  }
+  return page;
+}
+
+}  // namespace spheretree::tool
