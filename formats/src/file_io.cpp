@@ -13,43 +13,31 @@
 #include <utility>
 
 #include "spheretree/formats/errors.h"
+#include "temporary_file.h"
 
 namespace spheretree::formats {
 namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
+std::atomic<FileObserver*> observer{nullptr};
+
+bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
+
 [[noreturn]] void failRead(const std::filesystem::path& path, int error) {
-  throw FileError(path.string() + ": cannot be read: " + reason(error) + ". Check the name and the permissions.");
+  throw FileError(shownName(path) + ": cannot be read: " + reason(error) + ". Check the name and the permissions.");
 }
 
 [[noreturn]] void failWrite(const std::filesystem::path& path, int error) {
   const char* advice = error == ENOSPC || error == EDQUOT    ? "Free some space or write elsewhere."
                        : error == ENOENT || error == ENOTDIR ? "Create the folder first."
                        : error == EISDIR                     ? "Name a file, not a folder."
-                                                             : "Check the folder's permissions or write elsewhere.";
-  throw FileError(path.string() + ": cannot be written: " + reason(error) + ". " + advice);
+                       : error == EFBIG ? "It would be larger than the limit of the shell (ulimit -f) or the file system."
+                       : error == EPIPE ? "Its reader has ended."
+                       : error == ELOOP ? "Its links lead in a circle."
+                                        : "Check the folder's permissions or write elsewhere.";
+  throw FileError((isDash(path) ? "standard output" : path.string()) + ": cannot be written: " + reason(error) + ". " + advice);
 }
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-  /// Some file systems report a full disk only here. 0 or an errno.
-  int close() {
-    const int fd = fd_;
-    fd_ = -1;
-    return ::close(fd) == 0 ? 0 : errno;
-  }
-
- private:
-  int fd_;
-};
 
 /// 0 or an errno.
 int writeAll(int fd, std::span<const std::byte> bytes) {
@@ -75,60 +63,86 @@ bool statTarget(const std::filesystem::path& path, struct stat& status) {
   return true;
 }
 
-struct Temporary {
-  std::filesystem::path path;
-  int fd;
-};
-
-Temporary createTemporary(const std::filesystem::path& folder, const std::filesystem::path& target) {
-  static std::atomic<unsigned> counter{0};
+/// Reads to the end into `bytes`. 0 or an errno; more than `max_bytes` are not read.
+int readAll(int fd, std::vector<std::byte>& bytes, std::uint64_t max_bytes) {
+  std::size_t used = 0;
   for (;;) {
-    const std::string name = ".spheretree-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
-    std::filesystem::path path = folder / name;
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd >= 0) return {std::move(path), fd};
-    if (errno != EEXIST && errno != EINTR) failWrite(target, errno);
+    if (used == bytes.size()) bytes.resize(bytes.size() * 2);
+    const ssize_t count = ::read(fd, bytes.data() + used, std::min<std::size_t>(bytes.size() - used, std::size_t{1} << 30));
+    if (count < 0) {
+      if (errno != EINTR) return errno;
+      if (FileObserver* o = observer.load()) o->checkInterrupted();
+      continue;
+    }
+    if (count == 0) break;
+    used += static_cast<std::size_t>(count);
+    if (used > max_bytes) break;
+  }
+  bytes.resize(used);
+  return 0;
+}
+
+/// Opening a named pipe waits for its writer.
+int openToRead(const std::filesystem::path& path) {
+  if (isDash(path)) return ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3);
+  for (;;) {
+    if (FileObserver* o = observer.load()) o->checkInterrupted();
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd >= 0 || errno != EINTR) return fd;
   }
 }
 
+FileId idOf(const struct stat& status) { return {static_cast<std::uint64_t>(status.st_dev), static_cast<std::uint64_t>(status.st_ino)}; }
+
 }  // namespace
 
-std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+std::string shownName(const std::filesystem::path& path) { return isDash(path) ? "standard input" : path.string(); }
+
+FileObserver* setFileObserver(FileObserver* next) noexcept { return observer.exchange(next); }
+
+std::optional<FileId> idOf(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+  return idOf(status);
+}
+
+std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes, FileRole role) {
+  const Descriptor file(openToRead(path));
   if (file.get() < 0) failRead(path, errno);
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) failRead(path, errno);
   if (S_ISDIR(status.st_mode)) failRead(path, EISDIR);
+  FileObserver* const told = observer.load();
+  if (told && role == FileRole::User && S_ISREG(status.st_mode)) told->onRead(path, idOf(status));
   const auto refuseSize = [&] {
-    throw FileError(path.string() + ": has more than " + std::to_string(max_bytes) + " bytes, the most that is read of such a file.");
+    throw FileError(shownName(path) + ": has more than " + std::to_string(max_bytes) + " bytes, the most that is read of such a file.");
   };
   if (S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) > max_bytes) refuseSize();
 
   // The size is a first guess only: pipes have none, and a file may change while it is read.
-  std::vector<std::byte> bytes;
-  std::size_t used = 0;
-  bytes.resize(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + 1 : std::size_t{1} << 16);
-  for (;;) {
-    if (used == bytes.size()) bytes.resize(bytes.size() * 2);
-    const ssize_t count = ::read(file.get(), bytes.data() + used, std::min<std::size_t>(bytes.size() - used, std::size_t{1} << 30));
-    if (count < 0) {
-      if (errno == EINTR) continue;
-      failRead(path, errno);
-    }
-    if (count == 0) break;
-    used += static_cast<std::size_t>(count);
-    if (used > max_bytes) refuseSize();
-  }
-  bytes.resize(used);
+  std::vector<std::byte> bytes(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + 1 : std::size_t{1} << 16);
+  if (const int error = readAll(file.get(), bytes, max_bytes)) failRead(path, error);
+  if (bytes.size() > max_bytes) refuseSize();
   return bytes;
 }
 
+std::filesystem::path linkTarget(const std::filesystem::path& path) {
+  std::filesystem::path target = path;
+  std::error_code none;
+  for (int links = 0; std::filesystem::is_symlink(target, none); ++links) {
+    if (links == 40) failWrite(path, ELOOP);  // as many as Linux follows
+    target = target.parent_path() / std::filesystem::read_symlink(target);
+  }
+  const std::filesystem::path folder = std::filesystem::weakly_canonical(std::filesystem::absolute(target).parent_path(), none);
+  return none || !target.has_filename() ? target : folder / target.filename();
+}
+
 void checkWritable(const std::filesystem::path& path) {
+  if (isDash(path)) return;
   struct stat status {};
   if (statTarget(path, status)) return;
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (!path.has_filename()) failWrite(path, EISDIR);
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
+  if (::access(linkTarget(path).parent_path().c_str(), W_OK | X_OK) != 0) failWrite(path, errno);
 }
 
 void makeFolder(const std::filesystem::path& path) {
@@ -140,26 +154,27 @@ void makeFolder(const std::filesystem::path& path) {
 struct WholeFile::State {
   std::filesystem::path path, target, temporary;  // as asked for, links followed, what is written to; `temporary` empty: straight
   Descriptor file;
-  bool keep_mode = false;
-  mode_t mode = 0;
+  FileRole role;
+  bool keep_mode;
+  mode_t mode;
 };
 
-WholeFile::WholeFile(const std::filesystem::path& path) {
+WholeFile::WholeFile(const std::filesystem::path& path, FileRole role) {
   struct stat status {};
-  const bool exists = statTarget(path, status);
-  if (exists && !S_ISREG(status.st_mode)) {  // a device or pipe
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  const bool exists = !isDash(path) && statTarget(path, status);
+  if (isDash(path) || (exists && !S_ISREG(status.st_mode))) {  // standard output, a device or a pipe
+    const int fd = isDash(path) ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3) : ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (fd < 0) failWrite(path, errno);
-    state_.reset(new State{path, path, {}, Descriptor(fd), false, 0});
+    state_.reset(new State{path, path, {}, Descriptor(fd), role, false, 0});
     return;
   }
-  std::error_code unresolved;
-  std::filesystem::path target = exists ? std::filesystem::canonical(path, unresolved) : path;
-  if (unresolved) target = path;
+  std::filesystem::path target = linkTarget(path);
   if (!target.has_filename()) failWrite(path, EISDIR);
+  if (FileObserver* o = observer.load()) o->onWrite(path, target, idOf(target), role);
   const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
-  Temporary temporary = createTemporary(folder, path);
-  state_.reset(new State{path, std::move(target), std::move(temporary.path), Descriptor(temporary.fd), exists, status.st_mode});
+  TemporaryFile temporary = createTemporary(folder);
+  if (temporary.file.get() < 0) failWrite(path, temporary.error);
+  state_.reset(new State{path, std::move(target), std::move(temporary.path), std::move(temporary.file), role, exists, status.st_mode});
 }
 
 WholeFile::~WholeFile() {
@@ -175,6 +190,8 @@ void WholeFile::append(std::string_view text) { append(std::as_bytes(std::span<c
 void WholeFile::commit() {
   State& s = *state_;
   const bool straight = s.temporary.empty();
+  FileObserver* const told = straight ? nullptr : observer.load();
+  if (told) told->onWrite(s.path, s.target, idOf(s.target), s.role);
   int error = 0;
   if (!straight && s.keep_mode && ::fchmod(s.file.get(), s.mode & 07777) != 0) error = errno;
   if (!straight && !error && ::fsync(s.file.get()) != 0) error = errno;
@@ -183,6 +200,7 @@ void WholeFile::commit() {
   if (!straight && !error && ::rename(s.temporary.c_str(), s.target.c_str()) != 0) error = errno;
   if (error) failWrite(s.path, error);
   if (straight) return;
+  if (told) told->onWritten(s.target, s.role);
   s.temporary.clear();
   // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is whole.
   const std::filesystem::path folder = s.target.has_parent_path() ? s.target.parent_path() : std::filesystem::path(".");
@@ -190,14 +208,14 @@ void WholeFile::commit() {
   if (folder_file.get() >= 0) ::fsync(folder_file.get());
 }
 
-void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  WholeFile file(path);
+void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role) {
+  WholeFile file(path, role);
   file.append(bytes);
   file.commit();
 }
 
-void writeWhole(const std::filesystem::path& path, std::string_view text) {
-  writeWhole(path, std::as_bytes(std::span<const char>(text.data(), text.size())));
+void writeWhole(const std::filesystem::path& path, std::string_view text, FileRole role) {
+  writeWhole(path, std::as_bytes(std::span<const char>(text.data(), text.size())), role);
 }
 
 }  // namespace spheretree::formats

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -35,7 +36,7 @@ std::optional<Kind> kindOfExtension(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// What the content says without doubt; nothing for a binary STL, which has no mark.
+/// What the content says without doubt; nothing for a binary STL.
 std::optional<Kind> kindOfContent(std::span<const char> bytes) {
   std::string_view start(bytes.data(), std::min<std::size_t>(bytes.size(), 65536));
   if (start.starts_with("glTF")) return Kind::Gltf;
@@ -62,6 +63,14 @@ std::optional<Kind> kindOfContent(std::span<const char> bytes) {
   return std::nullopt;
 }
 
+/// A binary STL has no mark, but says how many triangles follow: 80 bytes of anything, their number, 50 bytes each.
+bool hasSizeOfBinaryStl(std::span<const char> bytes) {
+  if (bytes.size() < 84) return false;
+  std::uint32_t triangles = 0;
+  for (int i = 3; i >= 0; --i) triangles = triangles << 8 | static_cast<unsigned char>(bytes[80 + static_cast<std::size_t>(i)]);
+  return bytes.size() == 84 + std::uint64_t{50} * triangles;
+}
+
 const char* nameOf(Kind kind) {
   switch (kind) {
     case Kind::Obj:
@@ -82,12 +91,14 @@ const char* nameOf(Kind kind) {
 
 MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
   if (!(std::isfinite(unit_mm) && unit_mm > 0)) throw std::invalid_argument("the unit of a mesh must be a finite number of mm above 0");
-  const std::string name = path.string();
+  const std::string name = shownName(path);
   const std::vector<std::byte> file = readFile(path);
   const std::span<const char> bytes(reinterpret_cast<const char*>(file.data()), file.size());
   if (bytes.empty()) throw FormatError(name + ": is empty. Export the mesh again.");
 
-  const std::optional<Kind> by_extension = kindOfExtension(path), by_content = kindOfContent(bytes);
+  const std::optional<Kind> by_extension = kindOfExtension(path);
+  std::optional<Kind> by_content = kindOfContent(bytes);
+  if (!by_extension && !by_content && hasSizeOfBinaryStl(bytes)) by_content = Kind::Stl;
   if (!by_extension && !by_content)
     throw FormatError(name + ": is of no format that is read here: .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these.");
   // A binary STL may begin with any text: its reader tells by the size.

@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/formats/file_io.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "spheretree/formats/errors.h"
 #include "support/scratch_folder.h"
@@ -69,6 +77,125 @@ TEST(WriteWhole, KeepsPermissionsAndFollowsLinks) {
   EXPECT_TRUE(fs::is_symlink(link));
   EXPECT_EQ(textOf(readFile(path)), "new");
   EXPECT_EQ(static_cast<int>(fs::status(path).permissions()), 0640);
+}
+
+TEST(WriteWhole, FollowsLinksThatLeadNowhereYet) {
+  const test::ScratchFolder folder;
+  fs::create_directory(folder.path() / "there");
+  fs::create_symlink("there/real", folder.path() / "first");
+  fs::create_symlink("first", folder.path() / "link");
+  writeWhole(folder.path() / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "link"));
+  EXPECT_EQ(textOf(readFile(folder.path() / "there" / "real")), "new");
+  EXPECT_EQ(entries(folder.path() / "there"), 1u);
+  fs::create_symlink("circle", folder.path() / "circle");
+  EXPECT_NE(fileError([&] { writeWhole(folder.path() / "circle", "x"); }), "");
+  EXPECT_NE(fileError([&] { checkWritable(folder.path() / "circle"); }), "");
+  fs::create_symlink("no/such/folder", folder.path() / "away");
+  EXPECT_NE(fileError([&] { checkWritable(folder.path() / "away"); }).find("Create the folder"), std::string::npos);
+}
+
+/// Makes `path` look as if it was last written `age` seconds ago.
+void makeOlder(const fs::path& path, int age) { fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(age)); }
+
+TEST(WholeFile, RemovesWhatKilledProgramsLeftBehindAndNothingElse) {
+  const test::ScratchFolder folder;
+  const fs::path kept[] = {folder.path() / ".spheretree-1-0.tmp", folder.path() / ".spheretree-notes", folder.path() / "x.tmp",
+                           folder.path() / ".spheretree-folder.tmp"};
+  const fs::path leftover = folder.path() / ".spheretree-999999-7.tmp", held = folder.path() / ".spheretree-2-0.tmp";
+  for (const fs::path& path : {kept[0], kept[1], kept[2], leftover, held}) std::ofstream(path) << "x";
+  fs::create_directory(kept[3]);
+  for (const fs::path& path : {kept[1], kept[2], leftover, held, kept[3]}) makeOlder(path, 3600);
+  const int fd = ::open(held.c_str(), O_RDONLY);
+  ASSERT_EQ(::flock(fd, LOCK_EX), 0);
+  writeWhole(folder.path() / "a", "x");
+  EXPECT_FALSE(fs::exists(leftover));
+  EXPECT_TRUE(fs::exists(held)) << "another program holds it";
+  for (const fs::path& path : kept) EXPECT_TRUE(fs::exists(path)) << path;
+  ::close(fd);
+}
+
+TEST(WholeFile, HoldsItsTemporaryFileUntilItIsDone) {
+  const test::ScratchFolder folder;
+  WholeFile file(folder.path() / "a");
+  const fs::path temporary = fs::directory_iterator(folder.path())->path();
+  const int fd = ::open(temporary.c_str(), O_RDONLY);
+  EXPECT_NE(::flock(fd, LOCK_EX | LOCK_NB), 0) << "a sweep could take it away";
+  file.commit();
+  EXPECT_EQ(::flock(fd, LOCK_EX | LOCK_NB), 0);
+  ::close(fd);
+}
+
+struct Told : FileObserver {
+  std::vector<std::string> lines;
+  std::atomic<bool> interrupted = false;
+  void onRead(const fs::path& path, const FileId&) override { lines.push_back("read " + path.filename().string()); }
+  void onWrite(const fs::path& path, const fs::path& target, const std::optional<FileId>& id, FileRole) override {
+    lines.push_back("write " + path.filename().string() + " as " + target.filename().string() + (id ? " over it" : ""));
+    if (path.filename() == "refused") throw std::logic_error("refused");
+  }
+  void onWritten(const fs::path& target, FileRole) override { lines.push_back("written " + target.filename().string()); }
+  void checkInterrupted() override {
+    if (interrupted) throw std::runtime_error("interrupted");
+  }
+};
+
+/// Sets an observer for as long as it lives.
+struct Observing {
+  explicit Observing(FileObserver& observer) : before(setFileObserver(&observer)) {}
+  ~Observing() { setFileObserver(before); }
+  FileObserver* before;
+};
+
+TEST(FileObserver, HearsOfUserFilesThatAreReadAndOfAllThatAreWritten) {
+  const test::ScratchFolder folder;
+  Told told;
+  {
+    const Observing observing(told);
+    writeWhole(folder.path() / "a", "x");
+    fs::create_symlink("a", folder.path() / "link");
+    (void)readFile(folder.path() / "link");
+    (void)readFile(folder.path() / "a", 10, FileRole::Working);
+    writeWhole(folder.path() / "link", "y", FileRole::Working);
+    writeWhole("/dev/null", "z");
+    EXPECT_THROW(writeWhole(folder.path() / "refused", "x"), std::logic_error);
+  }
+  writeWhole(folder.path() / "unheard", "x");
+  const std::vector<std::string> expected{"write a as a",
+                                          "write a as a",
+                                          "written a",
+                                          "read link",
+                                          "write link as a over it",
+                                          "write link as a over it",
+                                          "written a",
+                                          "write refused as refused"};
+  EXPECT_EQ(told.lines, expected);
+  EXPECT_EQ(entries(folder.path()), 3u);
+}
+
+TEST(FileObserver, EndsWaitingForAPipeWhenASignalComes) {
+  const test::ScratchFolder folder;
+  const fs::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = [](int) {};
+  ::sigaction(SIGUSR1, &action, &before);
+  Told told;
+  const Observing observing(told);
+  const pthread_t waiting = ::pthread_self();
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    told.interrupted = true;
+    for (int i = 0; i < 100 && told.interrupted; ++i) {  // again, should it have come before the wait
+      ::pthread_kill(waiting, SIGUSR1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  EXPECT_THROW(readFile(pipe), std::runtime_error);
+  told.interrupted = false;
+  other.join();
+  ::sigaction(SIGUSR1, &before, nullptr);
 }
 
 TEST(WriteWhole, FailsWithAReasonAndLeavesNothing) {

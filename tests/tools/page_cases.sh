@@ -115,7 +115,7 @@ case_report() {
   expect 4 report work/s -o x.html
   printf '{"schema": "spheretree.stability/1", "scenarios": [{"id": "F1"}]}' >work/s/stability.json
   expect 4 report work/s -o x.html
-  says 'lacks what a report needs' err
+  says 'is missing or of another type' err
   printf '{"schema": "spheretree.comparison/1", "meshes": 3, "runs": {}}' >work/c/compare.json
   expect 4 report work/c -o x.html
   [ ! -e x.html ] || fail "a refused report left a page"

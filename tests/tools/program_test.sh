@@ -134,8 +134,18 @@ case_convert() {
   cmp -s bound.sph work/a.sph && fail "--spheres bound changes nothing"
   expect 0 convert a.stree COVER.SPH --spheres cover
   cmp COVER.SPH work/a.sph || fail "cover is the default"
-  expect 0 convert a.stree a.stree
+  expect 2 convert a.stree a.stree
   cmp a.stree b.stree || fail "a file converted onto itself"
+  # Through pipes: the kind of what comes in is told by its content, that of what goes out by --to.
+  for form in stree sph json; do
+    "$program" convert - - --to $form <a.stree >piped || fail "no $form through a pipe"
+    "$program" convert - piped.stree <piped || fail "$form from a pipe is not read"
+    cmp a.stree piped.stree || fail "$form changes on its way through pipes"
+  done
+  expect 2 convert a.stree -
+  says "standard output" err
+  "$program" inspect - <a.stree >out || fail "no tree from a pipe"
+  says "standard input: sound" out
 }
 
 case_picture() {

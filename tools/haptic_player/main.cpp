@@ -8,10 +8,10 @@
 
 #include "json_text.h"
 #include "mistyped.h"
-#include "output_path.h"
 #include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
+#include "run_files.h"
 #include "scenarios/stability.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -122,7 +122,10 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
-  if (!play_settings.record.empty()) checkOutput(play_settings.record, {play_settings.trajectory, play_settings.scene});
+  const RunFiles files;
+  for (const std::filesystem::path& input : {play_settings.trajectory, play_settings.scene})
+    if (!input.empty()) files.willRead(input);
+  files.willWrite(play_settings.record, {".csv"}, "the recording");
   if (options.seconds > 0) play_settings.seconds = options.seconds;
   play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
   nlohmann::ordered_json summary;
@@ -203,6 +206,7 @@ int run(const CLI::App& cli, Options& options) {
   if (options.list) return listScenarios();
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
+  const RunFiles files(progress);
   return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(options, progress);
 }
 

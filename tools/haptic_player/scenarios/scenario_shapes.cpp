@@ -12,7 +12,9 @@
 #include "probe.h"
 #include "spheretree/builder/graded_tolerance.h"
 #include "spheretree/builder/provenance.h"
+#include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
 
 namespace spheretree::player {
@@ -323,7 +325,8 @@ const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::Bui
   if (const auto found = trees_.find(key); found != trees_.end()) return found->second;
   const std::filesystem::path file = cache_ / (key + ".stree");
   if (!cache_.empty() && std::filesystem::exists(file)) try {
-      SphereTree kept = formats::readSphereTree(file);
+      SphereTree kept =
+          formats::parseSphereTree(formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working), file.string());
       if (kept.provenance.mesh_hash == mesh_hash && kept.provenance.settings_hash == settings_hash)
         return trees_.emplace(key, std::move(kept)).first->second;
     } catch (const formats::FormatError&) {  // damaged, or of another version: built again
@@ -332,7 +335,7 @@ const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::Bui
   if (!cache_.empty()) {
     std::error_code error;
     std::filesystem::create_directories(cache_, error);  // what is wrong shows at the file
-    formats::writeSphereTree(file, built);
+    formats::writeWhole(file, encodeSphereTree(built), formats::FileRole::Working);
   }
   if (!stage_.empty()) progress_.stage(stage_);
   return trees_.emplace(key, std::move(built)).first->second;

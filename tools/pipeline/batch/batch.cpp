@@ -10,10 +10,10 @@
 
 #include "generator.h"
 #include "json_text.h"
-#include "output_path.h"
 #include "pipeline/batch/budget_search.h"
 #include "pipeline/batch/speed_rows.h"
 #include "program_end.h"
+#include "run_files.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/file_io.h"
 
@@ -92,23 +92,30 @@ void writeResults(const BatchSettings& settings, const formats::SceneFile& scene
   formats::writeWhole(settings.folder / "report.json", tool::jsonText(toJson(result), 1) + "\n");
 }
 
+/// Once everything is read and before the first build: everything that writeResults() writes.
+void declareOutputs(const BatchSettings& settings, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
+  for (const char* name : {"scene.json", "report.json"}) files.willWrite(settings.folder / name);
+  for (const BatchItem& item : items)
+    if (item.status != ItemStatus::Failed) files.willWrite(settings.folder / (item.source->name + ".stree"));
+}
+
 }  // namespace
 
 BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress) {
   const auto begun = Clock::now();
+  const tool::RunFiles files(progress);
   check(settings);
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   const formats::SceneFile scene = formats::readScene(settings.scene);
   formats::makeFolder(settings.folder);
-  tool::checkOutput(settings.folder / "scene.json", {settings.scene});
-  tool::checkOutput(settings.folder / "report.json", {settings.scene});
 
   progress.stage("read");
   const ToolPaths paths = readToolPaths(settings.paths);
   MeshStore meshes;
   const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
   std::vector<BatchItem> items = loadItems(scene, settings.scene, meshes, threads, progress);
+  if (settings.shard.count == 1) declareOutputs(settings, items, files);
   const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
   const std::vector<BatchItem> source = items;
   BatchResult result;

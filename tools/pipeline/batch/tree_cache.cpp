@@ -19,7 +19,11 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
   std::error_code ignored;
   if (!std::filesystem::exists(record, ignored) || !std::filesystem::exists(tree, ignored)) return std::nullopt;
   try {
-    const std::vector<std::byte> bytes = formats::readFile(tree), text = formats::readFile(record);
+    // The entries are this program's own: it may read them and write them again.
+    const auto read = [](const std::filesystem::path& file) {
+      return formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working);
+    };
+    const std::vector<std::byte> bytes = read(tree), text = read(record);
     const auto* begin = reinterpret_cast<const char*>(text.data());
     const Json json = Json::parse(begin, begin + text.size());
     if (json.at("schema") != kRecordSchema || json.at("tree_hash") != toHex(builder::bytesHash(bytes))) return std::nullopt;
@@ -40,12 +44,12 @@ void TreeCache::prepare() const {
 void TreeCache::store(const std::string& key, const TreeResult& result) const {
   const std::vector<std::byte> bytes = encodeSphereTree(result.tree);
   // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
-  formats::writeWhole(folder_ / (key + ".stree"), bytes);
+  formats::writeWhole(folder_ / (key + ".stree"), bytes, formats::FileRole::Working);
   const Json json{{"schema", kRecordSchema},
                   {"tree_hash", toHex(builder::bytesHash(bytes))},
                   {"seconds", result.seconds},
                   {"record", toJson(result.figures)}};
-  formats::writeWhole(folder_ / (key + ".json"), tool::jsonText(json, 1) + "\n");
+  formats::writeWhole(folder_ / (key + ".json"), tool::jsonText(json, 1) + "\n", formats::FileRole::Working);
 }
 
 }  // namespace spheretree::pipeline

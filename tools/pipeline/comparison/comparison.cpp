@@ -14,6 +14,7 @@
 #include "json_text.h"
 #include "measure/cover_limits.h"
 #include "pipeline/comparison/comparison_json.h"
+#include "run_files.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -51,7 +52,7 @@ template <class FromJson>
 auto finished(const fs::path& file, const Json& key, FromJson&& fromJson) -> std::optional<decltype(fromJson(key))> {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
-  const std::vector<std::byte> bytes = formats::readFile(file);
+  const std::vector<std::byte> bytes = formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working);
   const char* text = reinterpret_cast<const char*>(bytes.data());
   try {
     const Json found = Json::parse(text, text + bytes.size());
@@ -65,7 +66,7 @@ auto finished(const fs::path& file, const Json& key, FromJson&& fromJson) -> std
 void store(const fs::path& file, const Json& key, const Json& content) {
   Json out{{"key", key}};
   out.update(content);
-  formats::writeWhole(file, tool::jsonText(out, 1) + "\n");
+  formats::writeWhole(file, tool::jsonText(out, 1) + "\n", formats::FileRole::Working);
 }
 
 fs::path fileOf(const fs::path& folder, const std::string& id) { return folder / "runs" / (id + ".json"); }
@@ -230,8 +231,27 @@ std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std:
   return out;
 }
 
+namespace {
+
+/// Before the first build: everything that runComparison() writes.
+void declareOutputs(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, const tool::RunFiles& files) {
+  for (const char* name : {"compare.csv", "compare.json"}) files.willWrite(settings.folder / name);
+  for (const ComparedMesh& mesh : meshes) {
+    files.willWrite(fileOf(settings.folder, mesh.name));
+    for (const Method& method : settings.methods) {
+      const std::string id = mesh.name + "." + idOf(method);
+      files.willWrite(fileOf(settings.folder, id));
+      files.willWrite(settings.folder / "trees" / (id + ".stree"));
+    }
+  }
+}
+
+}  // namespace
+
 Comparison runComparison(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, builder::Progress& progress) {
+  const tool::RunFiles files(progress);
   for (const char* inner : {"runs", "trees"}) formats::makeFolder(settings.folder / inner);
+  declareOutputs(meshes, settings, files);
   const builder::BuildSettings& build = settings.build;
   Comparison out;
   out.generator = kGenerator;

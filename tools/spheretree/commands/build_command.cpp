@@ -13,10 +13,10 @@
 #include "commands/common_options.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
-#include "output_path.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
+#include "run_files.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
@@ -37,17 +37,16 @@ struct BuildOptions {
   builder::BuildSettings settings;
 };
 
-void checkOptions(const BuildOptions& options) {
-  if (endingOf(options.output) != ".stree")
-    throw UsageError(options.output.string() + ": the output's name must end in .stree. For other forms, see spheretree convert.");
+void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (const std::string ending = endingOf(options.input); !options.unit.empty() && (ending == ".gltf" || ending == ".glb"))
     throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
   if (options.settings.most_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
-  checkOutput(options.output, {options.input});
-  if (!options.report.empty()) checkOutput(options.report, {options.input});
+  files.willRead(options.input);
+  files.willWrite(options.output, {".stree"}, "the tree (for other forms, see spheretree convert)", false);
+  files.willWrite(options.report, {".json"}, "the report");
 }
 
 Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired, const builder::BuildResult& result,
@@ -117,7 +116,8 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
 }
 
 int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
-  checkOptions(options);
+  const RunFiles files;
+  checkOptions(options, files);
   options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
   options.settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
@@ -140,7 +140,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   progress.check();
   formats::writeSphereTree(options.output, result.tree);
   if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
-  printSummary(options, result);
+  if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
               << " mm is not met; the best result was written. Allow more --levels or a larger --tolerance.\n";

@@ -15,9 +15,9 @@
 #include "commands/common_options.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
-#include "output_path.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
+#include "run_files.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/builder/mesh_survey.h"
 #include "spheretree/formats/file_io.h"
@@ -249,10 +249,11 @@ void printParts(const std::vector<PartLine>& parts) {
 }
 
 int runCheck(const CheckOptions& options, builder::Progress& progress) {
-  if (!options.output.empty()) {
-    if (endingOf(options.output) != ".glb") throw UsageError(options.output.string() + ": the name of the marked mesh must end in .glb.");
-    checkOutput(options.output, {options.input});
-  }
+  const RunFiles files;
+  files.willRead(options.input);
+  files.willWrite(options.output, {".glb"}, "the marked mesh", false);
+  if (isDash(options.output) && options.json)
+    throw UsageError("--json and the marked mesh cannot both go to standard output. Name a file.");
   progress.stage("read");
   formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
   progress.check();
@@ -267,6 +268,7 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   const std::vector<PartLine> parts = options.list_parts ? partsOf(mesh, report, progress) : std::vector<PartLine>();
   progress.check();
   if (!options.output.empty()) formats::writeWhole(options.output, formats::encodeMarkedGlb(mesh, marksOf(report, survey)));
+  if (isDash(options.output)) return report.clean() ? kExitOk : kExitRefused;
   if (options.json) {
     Json out = toJson(file, mesh, report, repaired, survey);
     if (options.list_parts) out["part_list"] = partsJson(parts);

@@ -3,6 +3,7 @@
 
 #include "mistyped.h"
 #include "progress_bar.h"
+#include "run_files.h"
 #include "spheretree/formats/nearest_word.h"
 
 namespace spheretree::tool {
@@ -27,6 +28,7 @@ std::string mistyped(const CLI::App& cli) {
 int runVerb(Program& program) {
   ProgressBar progress(program.progress, program.quiet);
   const InterruptGuard guard(progress);
+  const RunFiles files(progress);
   return program.run(progress);
 }
 

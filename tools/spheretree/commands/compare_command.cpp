@@ -13,6 +13,7 @@
 #include "pipeline/builder_names.h"
 #include "pipeline/comparison/comparison.h"
 #include "pipeline/sound_mesh.h"
+#include "run_files.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
@@ -48,7 +49,7 @@ std::string nameOf(const fs::path& file, std::set<std::string>& taken) {
 std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, builder::Progress& progress) {
   std::vector<ComparedMesh> out;
   const double unit_mm = formats::unitInMm(options.unit);
-  std::set<std::string> taken;
+  std::set<std::string> taken{"comparison"};  // the chart of all meshes has this name
   for (const fs::path& file : options.meshes) {
     progress.stage("read " + file.filename().string());
     progress.check();
@@ -62,9 +63,11 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
   return out;
 }
 
-void makeFolders(const fs::path& output) {
-  for (const char* inner : {"runs", "trees"}) formats::makeFolder(output / inner);
-  formats::checkWritable(output / "compare.json");
+/// What this command writes beside what pipeline::runComparison() does.
+void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
+  const fs::path& folder = options.settings.folder;
+  for (const char* name : {"comparison.svg", "index.html"}) files.willWrite(folder / name);
+  for (const ComparedMesh& mesh : meshes) files.willWrite(folder / (mesh.name + ".svg"));
 }
 
 void printMeans(const std::vector<MeanFigures>& means) {
@@ -79,8 +82,12 @@ void printMeans(const std::vector<MeanFigures>& means) {
 
 int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const fs::path& folder = options.settings.folder;
-  makeFolders(folder);
+  const RunFiles files;
+  for (const fs::path& mesh : options.meshes) files.willRead(mesh);
+  formats::makeFolder(folder);
+  formats::checkWritable(folder / "compare.json");  // before the meshes are read, which may take long
   const std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
+  declareOutputs(options, meshes, files);
   std::vector<builder::BuilderKind> builders;
   std::vector<builder::Quality> qualities;
   for (const std::string& name : options.builders) builders.push_back(pipeline::byName(pipeline::kBuilders, name));

@@ -9,6 +9,7 @@
 #include "commands/command.h"
 #include "commands/tree_input.h"
 #include "page/picture.h"
+#include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sph_text.h"
@@ -21,7 +22,7 @@ namespace {
 
 struct ConvertOptions {
   std::filesystem::path input, output, mesh;
-  std::string spheres;
+  std::string spheres, to;
   std::vector<double> view;
   int width = 0;
 };
@@ -36,9 +37,14 @@ std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const 
 }
 
 int runConvert(const ConvertOptions& options, builder::Progress& progress) {
-  const std::string to = endingOf(options.output);
-  if (to != ".stree" && to != ".sph" && to != ".json" && to != ".glb" && to != ".png")
-    throw UsageError(options.output.string() + ": the output's name must end in .stree, .sph, .json, .glb or .png.");
+  const RunFiles files;
+  const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
+  if (to.empty() && isDash(options.output)) throw UsageError("say what standard output is to hold: --to stree, sph, json, glb or png.");
+  if (!options.to.empty() && !isDash(options.output) && to != endingOf(options.output))
+    throw UsageError(options.output.string() + ": the name does not end in " + to + ", as --to says. Leave --to out.");
+  files.willRead(options.input);
+  if (!options.mesh.empty()) files.willRead(options.mesh);
+  files.willWrite(options.output, {".stree", ".sph", ".json", ".glb", ".png"}, "the output", to == ".sph" || to == ".json");
   if (to != ".png" && (!options.mesh.empty() || !options.view.empty() || options.width > 0))
     throw UsageError("--mesh, --view and --width are for pictures (.png). Leave them out.");
   const double length =
@@ -77,6 +83,10 @@ void addConvertCommand(Program& program) {
   app->add_option("OUT", options->output, "File to write; its kind is told from the ending .stree, .sph, .json, .glb or .png")
       ->required()
       ->type_name("FILE");
+  app->add_option("--to", options->to,
+                  "Kind of the output where OUT is - (standard output): stree, sph, json, glb or png; default: by the ending of OUT")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"stree", "sph", "json", "glb", "png"}));
   app->add_option(
          "--spheres", options->spheres,
          "Spheres of inner nodes in .sph, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")

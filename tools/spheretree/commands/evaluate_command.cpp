@@ -14,6 +14,7 @@
 #include "pipeline/evaluation_json.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
+#include "run_files.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
@@ -62,6 +63,9 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
 }
 
 int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
+  const RunFiles files;
+  files.willRead(options.mesh);
+  files.willRead(options.tree);
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
   formats::MeshFile file = formats::readMesh(options.mesh, formats::unitInMm(options.unit));

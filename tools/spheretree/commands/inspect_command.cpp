@@ -112,7 +112,7 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
 
 void printText(const SphereTree& tree, const InspectOptions& options, const FileFacts& file) {
   const Provenance& p = tree.provenance;
-  std::printf("%s: sound, %zu bytes, format %s\n", options.tree.c_str(), file.bytes, file.version.c_str());
+  std::printf("%s: sound, %zu bytes, format %s\n", formats::shownName(options.tree).c_str(), file.bytes, file.version.c_str());
   std::printf("made by     %s, builder %s, quality %s, seed %ju\n", p.generator.empty() ? "?" : p.generator.c_str(),
               p.builder.empty() ? "?" : p.builder.c_str(), p.quality.empty() ? "?" : p.quality.c_str(),
               static_cast<std::uintmax_t>(p.seed));
@@ -147,7 +147,7 @@ int runInspect(const InspectOptions& options) {
   const std::vector<std::byte> bytes = formats::readFile(options.tree, kMostBytes);
   SphereTree tree;
   try {
-    tree = formats::parseSphereTree(bytes, options.tree.string());
+    tree = formats::parseSphereTree(bytes, formats::shownName(options.tree));
   } catch (const formats::FormatError& error) {
     if (options.json) std::cout << jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) << '\n';
     throw;

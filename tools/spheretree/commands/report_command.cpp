@@ -6,11 +6,11 @@
 
 #include "commands/command.h"
 #include "json_text.h"
-#include "output_path.h"
 #include "page/chart.h"
 #include "page/comparison_page.h"
 #include "page/report_page.h"
 #include "pipeline/comparison/comparison_json.h"
+#include "run_files.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -50,19 +50,16 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
 }
 
 int runReport(const ReportOptions& options, builder::Progress& progress) {
-  checkOutput(options.output, {options.input, options.scene, options.recording});
-  Report report;
-  try {
-    report = makeReport(options, progress);
-  } catch (const nlohmann::json::exception& error) {  // a file of another version, or changed by hand
-    throw formats::FormatError(options.input.string() + ": its JSON lacks what a report needs (" + error.what() +
-                               "). Make it again with this version.");
-  }
+  const RunFiles files;
+  for (const fs::path& input : {options.input, options.scene, options.recording})
+    if (!input.empty()) files.willRead(input);
+  files.willWrite(options.output, {".html", ".htm"}, "the page");
+  const Report report = makeReport(options, progress);
   progress.check();
   formats::writeWhole(options.output, report.html);
   if (options.json)
     std::cout << jsonText(report.figures, 1) << '\n';
-  else
+  else if (!isDash(options.output))
     std::printf("%s: %zu bytes; open this page in a browser\n", options.output.c_str(), report.html.size());
   return kExitOk;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands/tree_input.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "program_end.h"
+#include "run_files.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sph_text.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -15,21 +16,28 @@
 
 namespace spheretree::tool {
 
-std::string endingOf(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
+namespace {
+
+/// Of standard input, which has no ending.
+std::string endingByContent(std::string_view text) {
+  if (text.starts_with("\x89STREE")) return ".stree";
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '{' ? ".json" : ".sph";
 }
 
+}  // namespace
+
 SphereTree readTree(const std::filesystem::path& path) {
-  const std::string ending = endingOf(path);
-  if (ending == ".stree") return formats::readSphereTree(path);
-  if (ending != ".sph" && ending != ".json") throw UsageError(path.string() + ": the tree's name must end in .stree, .sph or .json.");
-  constexpr std::uint64_t kMostBytes = 64 << 20;  // a full tree takes less than 10 MB
-  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
+  std::string ending = endingOf(path);
+  if (!isDash(path) && ending != ".stree" && ending != ".sph" && ending != ".json")
+    throw UsageError(path.string() + ": the tree's name must end in .stree, .sph or .json.");
+  constexpr std::uint64_t kMaxBytes = 64 << 20;  // a full tree takes less than 10 MB in any form
+  const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return ending == ".sph" ? formats::parseSph(text, path.string()) : formats::parseTreeJson(text, path.string());
+  const std::string name = formats::shownName(path);
+  if (isDash(path)) ending = endingByContent(text);
+  if (ending == ".stree") return formats::parseSphereTree(bytes, name);
+  return ending == ".sph" ? formats::parseSph(text, name) : formats::parseTreeJson(text, name);
 }
 
 }  // namespace spheretree::tool

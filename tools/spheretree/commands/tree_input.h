@@ -9,10 +9,8 @@
 
 namespace spheretree::tool {
 
-/// The ending of a file's name in lower case: ".stree", or "".
-std::string endingOf(const std::filesystem::path& path);
-
-/// A tree from .stree, .sph or .json. @throws UsageError for another ending, and what the readers throw.
+/// A tree from .stree, .sph or .json; standard input ("-") is told by its content. @throws UsageError for another ending, and what the
+/// readers throw.
 SphereTree readTree(const std::filesystem::path& path);
 
 }  // namespace spheretree::tool

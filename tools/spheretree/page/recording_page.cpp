@@ -220,14 +220,16 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
 }
 
 Report stabilityReport(const fs::path& folder, std::size_t most_bytes, builder::Progress& progress) {
-  Report report;
-  report.figures = pipeline::readJson(folder / "stability.json", "spheretree.stability/1");
-  for (const std::size_t triangles : kTriangles) {
-    report.html =
-        stabilityPage(report.figures, folder, triangles, progress).html(std::array{embedded::viewScript(), embedded::reportScript()});
-    if (report.html.size() <= most_bytes) break;
-  }
-  return report;
+  return pipeline::readJsonAs(folder / "stability.json", "spheretree.stability/1", [&](const Json& stability) {
+    Report report;
+    report.figures = stability;
+    for (const std::size_t triangles : kTriangles) {
+      report.html =
+          stabilityPage(stability, folder, triangles, progress).html(std::array{embedded::viewScript(), embedded::reportScript()});
+      if (report.html.size() <= most_bytes) break;
+    }
+    return report;
+  });
 }
 
 }  // namespace spheretree::tool

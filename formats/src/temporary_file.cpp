@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "temporary_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <string>
+#include <system_error>
+
+namespace spheretree::formats {
+namespace {
+
+constexpr std::string_view kPrefix = ".spheretree-", kSuffix = ".tmp";
+
+// A file is made a moment before it is locked, and not every file system shares locks between machines. Whoever writes does so again and
+// again, or is done within seconds.
+constexpr time_t kLeftAlone = 600;  // [s]
+
+bool isLeftover(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || ::time(nullptr) - status.st_mtime < kLeftAlone) return false;
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  return file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0;
+}
+
+/// Once for each folder in the life of this program. What cannot be removed stays.
+void sweep(const std::filesystem::path& folder) {
+  static std::mutex mutex;
+  static std::set<std::filesystem::path> swept;
+  {
+    const std::lock_guard lock(mutex);
+    if (!swept.insert(folder).second) return;
+  }
+  std::error_code failed;
+  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with(kPrefix) && name.ends_with(kSuffix) && isLeftover(at->path())) ::unlink(at->path().c_str());
+  }
+}
+
+}  // namespace
+
+TemporaryFile createTemporary(const std::filesystem::path& folder) {
+  static std::atomic<unsigned> counter{0};
+  sweep(folder);
+  for (;;) {
+    std::filesystem::path path =
+        folder / (std::string(kPrefix) + std::to_string(::getpid()) + "-" + std::to_string(counter++) + std::string(kSuffix));
+    Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() >= 0) {
+      (void)::flock(file.get(), LOCK_EX | LOCK_NB);  // where it cannot be locked, its age has to do
+      return {std::move(path), std::move(file), 0};
+    }
+    if (errno != EEXIST && errno != EINTR) return {{}, std::move(file), errno};
+  }
+}
+
+}  // namespace spheretree::formats

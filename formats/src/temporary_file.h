@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files that hold an output until it is whole, and the removal of those that a killed program has left behind.
+#pragma once
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <utility>
+
+namespace spheretree::formats {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  int get() const { return fd_; }
+  /// Some file systems report a full disk only here. 0 or an errno.
+  int close() {
+    const int fd = std::exchange(fd_, -1);
+    return ::close(fd) == 0 ? 0 : errno;
+  }
+
+ private:
+  int fd_;
+};
+
+struct TemporaryFile {
+  std::filesystem::path path;
+  Descriptor file;  // -1: it could not be made
+  int error;        // why not: an errno
+};
+
+/// A new empty file `.spheretree-PID-N.tmp` in `folder`, locked for as long as it is open. Before the first one of a folder, those that
+/// nobody holds and nobody has touched for ten minutes are removed: the leftovers of programs that were killed.
+TemporaryFile createTemporary(const std::filesystem::path& folder);
+
+}  // namespace spheretree::formats

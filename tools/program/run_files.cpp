@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "run_files.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+
+#include "program_end.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::tool {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::FileId;
+
+std::mutex mutex;  // over everything below
+
+/// What the run has read and written so far, and what it will write.
+class Ledger : public formats::FileObserver {
+ public:
+  int users = 0;
+  const builder::Progress* progress = nullptr;
+  bool stdin_used = false, stdout_used = false;
+
+  void onRead(const fs::path& path, const FileId& id) override {
+    const std::lock_guard lock(mutex);
+    read_.emplace(id, path);
+  }
+
+  void onWrite(const fs::path& path, const fs::path& target, const std::optional<FileId>& id, formats::FileRole role) override {
+    const std::lock_guard lock(mutex);
+    refuseInputs(path, id);
+    if (role == formats::FileRole::User && written_.count(target) > 0)
+      throw UsageError(path.string() + ": was written by this run already. Give each output a name of its own.");
+  }
+
+  void onWritten(const fs::path& target, formats::FileRole role) override {
+    const std::lock_guard lock(mutex);
+    if (role == formats::FileRole::User) written_.insert(target);
+  }
+
+  void checkInterrupted() override {
+    if (progress) progress->check();
+  }
+
+  void declareRead(const fs::path& path) {
+    if (const std::optional<FileId> id = formats::idOf(path)) read_.emplace(*id, path);
+  }
+
+  void declareWrite(const fs::path& path) {
+    const std::optional<FileId> id = formats::idOf(path);
+    refuseInputs(path, id);
+    const fs::path target = formats::linkTarget(path);
+    const auto other =
+        std::find_if(declared_.begin(), declared_.end(), [&](const auto& d) { return d.first == target || (id && d.second.id == id); });
+    if (other != declared_.end())
+      throw UsageError(path.string() + ": is named for two outputs (" + other->second.name.string() + "). Give each a name of its own.");
+    formats::checkWritable(path);
+    // A device or a pipe may take any number of outputs.
+    if (id || !fs::exists(path)) declared_.emplace(target, Output{path, id});
+  }
+
+ private:
+  struct Output {
+    fs::path name;
+    std::optional<FileId> id;
+  };
+
+  void refuseInputs(const fs::path& path, const std::optional<FileId>& id) const {
+    if (!id) return;
+    const auto input = read_.find(*id);
+    if (input != read_.end())
+      throw UsageError(path.string() + ": would be written over " + input->second.string() + ", which is read. Give another name.");
+  }
+
+  std::map<FileId, fs::path> read_;
+  std::map<fs::path, Output> declared_;  // by the path with links followed
+  std::set<fs::path> written_;
+};
+
+std::unique_ptr<Ledger> ledger;
+
+void enter(const builder::Progress* progress) {
+  const std::lock_guard lock(mutex);
+  if (!ledger) {
+    ledger = std::make_unique<Ledger>();
+    formats::setFileObserver(ledger.get());
+  }
+  ++ledger->users;
+  if (!ledger->progress) ledger->progress = progress;
+}
+
+}  // namespace
+
+RunFiles::RunFiles() { enter(nullptr); }
+
+RunFiles::RunFiles(const builder::Progress& progress) { enter(&progress); }
+
+RunFiles::~RunFiles() {
+  const std::lock_guard lock(mutex);
+  if (--ledger->users > 0) return;
+  formats::setFileObserver(nullptr);
+  ledger.reset();
+}
+
+void RunFiles::willRead(const fs::path& input) const {
+  const std::lock_guard lock(mutex);
+  if (!isDash(input)) return ledger->declareRead(input);
+  if (ledger->stdin_used) throw UsageError("standard input (-) can be read only once. Give the other input as a file.");
+  ledger->stdin_used = true;
+}
+
+void RunFiles::willWrite(const fs::path& output) const {
+  if (output.empty()) return;
+  const std::lock_guard lock(mutex);
+  if (!isDash(output)) return ledger->declareWrite(output);
+  if (ledger->stdout_used) throw UsageError("standard output (-) can take only one output. Give the other as a file.");
+  ledger->stdout_used = true;
+}
+
+void RunFiles::willWrite(const fs::path& output, std::initializer_list<const char*> endings, const std::string& what, bool is_text) const {
+  if (output.empty()) return;
+  std::string all;
+  for (const char* ending : endings) all += (all.empty() ? "" : ending == *(endings.end() - 1) ? " or " : ", ") + std::string(ending);
+  std::error_code none;
+  const bool is_device = fs::exists(output, none) && !fs::is_regular_file(output, none);  // or a folder, which is refused below
+  if (!isDash(output) && !is_device && std::find(endings.begin(), endings.end(), endingOf(output)) == endings.end())
+    throw UsageError(output.string() + ": the name of " + what + " must end in " + all + ".");
+  if (isDash(output) && !is_text && ::isatty(STDOUT_FILENO))
+    throw UsageError("standard output is a terminal, and " + what + " is no text. Redirect it, or name a file.");
+  willWrite(output);
+}
+
+std::string endingOf(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending;
+}
+
+}  // namespace spheretree::tool
