@@ -87,6 +87,12 @@ class JsonElement {
     if (!fits) fail("is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
     return value_.get<std::uint64_t>();
   }
+  std::int64_t integer(std::int64_t least, std::int64_t most) const {
+    const bool fits = value_.is_number_integer() && !(value_.is_number_unsigned() && value_.get<std::uint64_t>() > INT64_MAX) &&
+                      value_.get<std::int64_t>() >= least && value_.get<std::int64_t>() <= most;
+    if (!fits) fail("is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+    return value_.get<std::int64_t>();
+  }
   std::string text() const {
     if (!value_.is_string()) fail("is not a text");
     return value_.get<std::string>();

@@ -10,7 +10,8 @@
 namespace spheretree::formats {
 
 SphereTree readSphereTree(const std::filesystem::path& path) {
-  // A full tree takes 0.7 MB; the cap leaves room for longer headers and keeps a wrong file from filling the memory.
+  // The largest tree, search tree and skin take 2.6 MB. The cap leaves room for later sections, and keeps a wrong file from
+  // filling the memory.
   constexpr std::uint64_t kMostBytes = 16 << 20;
   return parseSphereTree(readFile(path, kMostBytes), path.string());
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "json_element.h"
+#include "skin_json.h"
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::formats {
@@ -103,7 +104,10 @@ std::string writeTreeJson(const SphereTree& tree) {
     }
     text += "  " + node.dump() + (i + 1 < tree.nodeCount() ? ",\n" : "\n");
   }
-  return text + " ]\n}\n";
+  text += " ]";
+  if (!tree.search.empty()) text += ",\n \"search\": " + writeSearchJson(tree.search);
+  if (!tree.skin.empty()) text += ",\n \"skin\": " + writeSkinJson(tree.skin);
+  return text + "\n}\n";
 }
 
 SphereTree parseTreeJson(std::string_view text, const std::string& name) {
@@ -157,6 +161,8 @@ SphereTree parseTreeJson(std::string_view text, const std::string& name) {
   } else {
     countLevels(tree);
   }
+  if (root.has("search")) tree.search = readSearchJson(root.at("search"));
+  if (root.has("skin")) tree.skin = readSkinJson(root.at("skin"));
   if (const std::string fault = findFault(tree); !fault.empty()) throw FormatError(name + ": " + fault + ". Export the tree again.");
   return tree;
 }

@@ -20,19 +20,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-double unit(test::Random& random) { return static_cast<double>(random.next() >> 11) * 0x1p-53; }
-
-Vector3d direction(test::Random& random) {
-  while (true) {
-    const double x = 2 * unit(random) - 1, y = 2 * unit(random) - 1, z = 2 * unit(random) - 1;
-    const Vector3d p(x, y, z);
-    if (const double length = p.norm(); length > 0.01 && length < 1) return p / length;
-  }
-}
-
 /// Barycentric coordinates, evenly spread over the triangle.
 Vector3d place(test::Random& random) {
-  double u = unit(random), v = unit(random);
+  double u = random.unit(), v = random.unit();
   if (u + v > 1) u = 1 - u, v = 1 - v;
   return {1 - u - v, u, v};
 }
@@ -58,12 +48,12 @@ std::vector<Skin> sampleSkins() {
 TEST(PackedNormal, ErrsByLessThanItsBound) {
   test::Random random(1);
   std::vector<Vector3d> directions;
-  for (int i = 0; i < 200000; ++i) directions.push_back(direction(random));
+  for (int i = 0; i < 200000; ++i) directions.push_back(random.direction());
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z)  // axes, diagonals, and beside them, where the octahedron is folded
         for (const double aside : {0.0, 1e-9, 1e-5, 3e-5})
-          if (x != 0 || y != 0 || z != 0) directions.push_back((Vector3d(x, y, z) + aside * direction(random)).normalized());
+          if (x != 0 || y != 0 || z != 0) directions.push_back((Vector3d(x, y, z) + aside * random.direction()).normalized());
   double worst = 0;
   for (const Vector3d& n : directions) {
     const PackedNormal packed = packNormal(n);
@@ -231,10 +221,10 @@ TEST(SkinFindFault, FindsASphereThatMissesAPatchExactlyIfThereIsOne) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     Skin skin = test::randomSkin(seed);
     Sphere& sphere = skin.search.inner[random.below(skin.search.inner.size())];
-    const auto shift = [&] { return 0.2f * sphere.radius * static_cast<float>(unit(random) - 0.5); };
+    const auto shift = [&] { return 0.2f * sphere.radius * static_cast<float>(random.unit() - 0.5); };
     sphere.x += shift();
     sphere.y += shift();
-    sphere.radius *= static_cast<float>(0.9 + 0.2 * unit(random));
+    sphere.radius *= static_cast<float>(0.9 + 0.2 * random.unit());
     const bool encloses = enclosesEachPatch(skin);
     EXPECT_EQ(findFault(skin).empty(), encloses) << findFault(skin);
     (encloses ? sound : faulty) += 1;

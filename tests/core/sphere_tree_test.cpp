@@ -4,12 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
 
-#include "support/sample_trees.h"
+#include "support/sample_skins.h"
 
 namespace spheretree {
 namespace {
@@ -24,31 +23,6 @@ std::vector<std::uint32_t> family(const SphereTree& tree, std::uint32_t node) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::uint32_t c = 0; c < tree.child_count[nodes[i]]; ++c) nodes.push_back(tree.first_child[nodes[i]] + c);
   return nodes;
-}
-
-TEST(TaggedRadius, IsTheNextFloatUpThatCarriesTheTag) {
-  test::Random random(1);
-  for (int i = 0; i < 20000; ++i) {
-    const double radius = std::exp(random.between(-80, 80));
-    const auto tag = static_cast<std::uint8_t>(random.next());
-    const float tagged = taggedRadius(radius, tag);
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(tagged);
-    EXPECT_EQ(bits & 0xff, tag);
-    EXPECT_GE(tagged, radius);
-    EXPECT_LT(std::bit_cast<float>(bits - 0x100), radius) << "a lower float carries the tag too";
-    EXPECT_LE(tagged, radius * (1 + 0x1p-15));
-  }
-  EXPECT_EQ(std::bit_cast<std::uint32_t>(taggedRadius(1.0, 0)), 0x3f800000u) << "a float with the right tag stays";
-  EXPECT_TRUE(std::isinf(taggedRadius(1e39, 0)));
-  EXPECT_TRUE(std::isinf(taggedRadius(std::numeric_limits<float>::max(), 0x10)));
-  EXPECT_TRUE(std::isinf(taggedRadius(std::nan(""), 0)));
-  EXPECT_EQ(taggedRadius(std::numeric_limits<float>::max(), 0xff), std::numeric_limits<float>::max());
-}
-
-TEST(RadiusTag, HoldsBothCounts) {
-  EXPECT_EQ(radiusTag(1, 0), 0x00);
-  EXPECT_EQ(radiusTag(8, 8), 0x87);
-  EXPECT_EQ(radiusTag(3, 1), 0x12);
 }
 
 TEST(LinkNodes, FindsChildrenAndLevels) {
@@ -90,7 +64,7 @@ TEST(EncloseDescendants, GivesTheBallOfTwoBallsInClosedForm) {
   ASSERT_TRUE(linkNodes(tree));
   encloseDescendants(tree);
   ASSERT_EQ(tree.bound.size(), 1u);
-  EXPECT_NEAR(tree.bound[0].radius, 6.5, 6.5 * 4e-5);  // (1 + 10 + 2) / 2
+  EXPECT_NEAR(tree.bound[0].radius, 6.5, 1e-6);  // (1 + 10 + 2) / 2
   EXPECT_NEAR(tree.bound[0].x, 5.5, 1e-6);
 }
 
@@ -102,7 +76,7 @@ TEST(EncloseDescendants, KeepsABallThatHoldsAllOthers) {
   encloseDescendants(tree);
   EXPECT_EQ(tree.bound[0].x, 1);
   EXPECT_GE(tree.bound[0].radius, 10);
-  EXPECT_LE(tree.bound[0].radius, 10 * (1 + 4e-5));
+  EXPECT_LE(tree.bound[0].radius, std::nextafter(10.0f, 11.0f));
 }
 
 /// A lower bound of the radius of any ball that encloses `balls`, and an upper one: Badoiu and Clarkson's steps towards the farthest
@@ -202,9 +176,7 @@ TEST(FindFault, FindsEachBrokenRule) {
       {"node 4: radius -1", [](SphereTree& t) { t.cover[4].radius = -1; }},
       {"node 1, bounding sphere: centre", [=](SphereTree& t) { t.bound[1].z = -inf; }},
       {"node 1, bounding sphere: radius", [=](SphereTree& t) { t.bound[1].radius = nan; }},
-      {"low 8 bits", [](SphereTree& t) { t.bound[1].radius = std::nextafter(t.bound[1].radius, 1e9f); }},
-      {"does not enclose the cover sphere of node",
-       [](SphereTree& t) { t.bound[0].radius = std::bit_cast<float>(std::bit_cast<std::uint32_t>(t.bound[0].radius) - 0x100); }},
+      {"does not enclose the cover sphere of node", [](SphereTree& t) { t.bound[0].radius = std::nextafter(t.bound[0].radius, 0.0f); }},
       {"does not enclose the cover sphere of node 1,", [](SphereTree& t) { t.cover[1].radius = 100, countLevels(t); }},
       {"3 levels of nodes", [](SphereTree& t) { t.statistics.pop_back(); }},
       {"statistics of level 2: 3 spheres", [](SphereTree& t) { t.statistics[2].sphere_count = 3; }},
@@ -217,13 +189,96 @@ TEST(FindFault, FindsEachBrokenRule) {
       {"volume -1", [](SphereTree& t) { t.provenance.volume_mm3 = -1; }},
       {"builder", [](SphereTree& t) { t.provenance.builder = "sixteen letters!"; }},
       {"generator", [](SphereTree& t) { t.provenance.generator = std::string("a\0b", 3); }},
+      {"search over the leaves: there is an order of leaves", [](SphereTree& t) { t.search.inner.clear(); }},
+      {"search over the leaves: the search tree holds 4 of 3 items",
+       [](SphereTree& t) {
+         t = test::withSearch(test::treeOf({3, 0, 0, 0})), ++t.search.item_children[0];
+       }},
+      {"search over the leaves: sphere 0 of the search tree is not finite", [=](SphereTree& t) { t.search.inner[0].x = nan; }},
+      {"search over the leaves: sphere 0 of the search tree does not enclose item",
+       [](SphereTree& t) { t.search.inner[0].radius *= 0.9f; }},
+      {"the skin has no triangles, but something else", [](SphereTree& t) { t.skin.triangles.clear(); }},
+      {"the skin has no triangles, but something else", [](SphereTree& t) { t.skin = Skin(), t.skin.tolerance = 1; }},
+      {"edge 2 of the skin", [](SphereTree& t) { t.skin.edges[2].is_sharp = 2; }},
   };
-  ASSERT_EQ(findFault(test::threeLevelTree()), "");
+  const SphereTree sound = test::withSkin(test::withSearch(test::threeLevelTree()), test::roundSkin(1));
+  ASSERT_EQ(findFault(sound), "");
   for (const Case& c : cases) {
-    SphereTree tree = test::threeLevelTree();
+    SphereTree tree = sound;
     c.damage(tree);
     EXPECT_NE(findFault(tree).find(c.words), std::string::npos) << "expected: " << c.words << "\nfound: " << findFault(tree);
   }
+}
+
+/// What findFault() is to find out about a search tree, one leaf at a time.
+bool enclosesEachLeaf(const SphereTree& tree) {
+  const SearchTree& search = tree.search;
+  const std::vector<Sphere> leaves = test::leavesOf(tree);
+  std::vector<std::size_t> parent(search.inner.size(), 0);
+  std::size_t next = 1, taken = 0;
+  bool all = true;
+  for (std::size_t i = 0; i < search.inner.size(); ++i) {
+    for (std::size_t k = 0; k < search.inner_children[i]; ++k) parent[next++] = i;
+    for (std::size_t k = 0; k < search.item_children[i]; ++k, ++taken) {
+      const Sphere& leaf = leaves[search.item.empty() ? taken : search.item[taken]];
+      for (std::size_t above = i;; above = parent[above]) {
+        all = all && reach(search.inner[above], leaf) <= search.inner[above].radius;
+        if (above == 0) break;
+      }
+    }
+  }
+  return all;
+}
+
+TEST(FindFault, FindsASphereOfTheSearchTreeThatMissesALeafExactlyIfThereIsOne) {
+  test::Random random(8);
+  const auto unit = [&] { return static_cast<float>(random.unit()); };
+  int sound = 0, faulty = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    SphereTree tree = test::withSearch(test::randomTree(seed, 4, 6), 2 + seed % 7);
+    if (tree.search.inner.size() < 3) continue;
+    ASSERT_EQ(findFault(tree), "");
+    Sphere& sphere = tree.search.inner[random.below(tree.search.inner.size())];
+    sphere.x += sphere.radius * (0.2f * unit() - 0.1f);
+    sphere.radius *= 0.95f + 0.15f * unit();
+    const bool encloses = enclosesEachLeaf(tree);
+    EXPECT_EQ(findFault(tree).empty(), encloses) << findFault(tree);
+    (encloses ? sound : faulty) += 1;
+  }
+  EXPECT_GT(sound, 20);
+  EXPECT_GT(faulty, 20);
+}
+
+TEST(FindFault, AcceptsTheDeepestSearchTree) {
+  // A chain of nodes above a tree over the most leaves, none of whose spheres encloses the next: as many checks as the limit of levels
+  // allows.
+  std::vector<std::uint8_t> counts(4681, 8);
+  counts.resize(37449, 0);
+  SphereTree tree;
+  tree.cover.assign(counts.size(), Sphere{0, 0, 0, 1});
+  tree.child_count = counts;
+  ASSERT_TRUE(linkNodes(tree));
+  encloseDescendants(tree);
+  countLevels(tree);
+  const SearchTree plain = test::searchTreeOf(test::leavesOf(tree));
+  const auto below = [&](std::size_t levels) {
+    SearchTree& chain = tree.search;
+    chain = SearchTree();
+    for (std::size_t i = 0; i < levels; ++i) {
+      chain.inner.push_back({0, 0, 0, static_cast<float>(1 + 1e-3 * static_cast<double>(i))});
+      chain.inner_children.push_back(1);
+      chain.item_children.push_back(0);
+    }
+    for (std::size_t i = 0; i < plain.inner.size(); ++i) {
+      chain.inner.push_back({0, 0, 0, 2});
+      chain.inner_children.push_back(plain.inner_children[i]);
+      chain.item_children.push_back(plain.item_children[i]);
+    }
+    chain.item = plain.item;
+    return findFault(tree);
+  };
+  EXPECT_EQ(below(kMaxSearchLevels - 5), "");
+  EXPECT_NE(below(kMaxSearchLevels - 4).find("more than 256 levels"), std::string::npos);
 }
 
 TEST(CountLevels, KeepsOverhangBounds) {

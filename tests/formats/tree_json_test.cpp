@@ -8,7 +8,7 @@
 
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
-#include "support/sample_trees.h"
+#include "support/sample_skins.h"
 #include "support/texts.h"
 
 namespace spheretree::formats {
@@ -25,9 +25,16 @@ TEST(TreeJson, ReturnsEveryTreeBitForBit) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed)
     trees.push_back(test::randomTree(seed, 1 + static_cast<int>(seed % 6), 2 + static_cast<int>(seed % 7)));
   trees[1].cover[0].x = -0.0f;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SphereTree tree = test::randomTree(seed, 4, 5);
+    trees.push_back(test::withSearch(tree, 2 + seed % 7));
+    trees.push_back(test::withSkin(tree, test::randomSkin(seed)));
+    trees.push_back(test::withSkin(trees[trees.size() - 2], test::randomSkin(seed + 100)));
+  }
   for (const SphereTree& tree : trees) {
     const SphereTree again = parseTreeJson(writeTreeJson(tree), "a.json");
     EXPECT_EQ(encodeSphereTree(again), encodeSphereTree(tree));
+    EXPECT_EQ(again, tree);
     EXPECT_EQ(writeTreeJson(again), writeTreeJson(tree));
   }
 }
@@ -76,6 +83,47 @@ TEST(TreeJson, RefusesWithThePath) {
        "nodes[0].bound belongs to a node without children"},
   };
   for (const auto& [text, words] : cases) EXPECT_NE(refusal(text).find(words), std::string::npos) << words << "\nfound: " << refusal(text);
+}
+
+TEST(TreeJson, NamesWhatIsWrongInSearchAndSkin) {
+  const std::string good = writeTreeJson(test::withSkin(test::withSearch(test::treeOf({3, 0, 0, 0})), test::boxSkin({1, 2, 3})));
+  EXPECT_EQ(refusal(good), "");
+  // A number or a record put in front of the first one of an array.
+  const auto with = [&](const std::string& array, const std::string& first) {
+    return replaced(good, "\"" + array + "\": [", "\"" + array + "\": [" + first + ",");
+  };
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {replaced(good, "\"search\": {\"inner\"", "\"search\": {\"inn\""), "search has no \"inner\""},
+      {with("item", "65536"), "search.item[0] is not a whole number from 0 to 65535"},
+      {with("item", "0.5"), "search.item[0] is not a whole number"},
+      {with("item", "0"), "search over the leaves: the search tree orders 4 of 3 items"},
+      {with("inner", "[0]"), "search.inner[0] does not have 6 numbers"},
+      {with("inner", "[1e39,0,0,1,0,1]"), "search.inner[0][0] is too large"},
+      {with("inner", "[0,0,0,1,0,256]"), "search.inner[0][5] is not a whole number from 0 to 255"},
+      {replaced(good, "\"low_mm\":[", "\"low_mm\":[1,"), "skin.low_mm is not [x, y, z]"},
+      {replaced(good, "\"step_mm\":", "\"step_mm\":1e99,\"was\":"), "skin.step_mm is too large"},
+      {replaced(good, "\"step_mm\":", "\"step_mm\":-1,\"was\":"), "step of positions"},
+      {with("triangles", "[0,0,0]"), "skin.triangles[0] does not have 6 numbers"},
+      {with("triangles", "[-1,0,0,0,0,0]"), "skin.triangles[0][0] is not a whole number from 0 to 65535"},
+      {with("vertices", "[0,0,0,0,32768]"), "skin.vertices[0][4] is not a whole number from -32768 to 32767"},
+      {with("vertices", "[0,0,0,0,18446744073709551615]"), "skin.vertices[0][4] is not a whole number"},
+      {with("edges", "[128,0,0,0,0,0]"), "skin.edges[0][0] is not a whole number from -128 to 127"},
+      {with("edges", "[0,0,0,2,0,0]"), "edge 0 of the skin: its flag"},
+      {with("edges", "1"), "skin.edges[0] is not an array"},
+      {replaced(good, "\"triangles\": [", "\"triangles\": [], \"was\": ["), "the skin has no triangles"},
+  };
+  for (const auto& [text, words] : cases) EXPECT_NE(refusal(text).find(words), std::string::npos) << words << "\nfound: " << refusal(text);
+}
+
+TEST(TreeJson, BreaksLinesOfArrays) {
+  const std::string text = writeTreeJson(test::withSkin(test::withSearch(test::randomTree(2, 4, 8)), test::roundSkin(2)));
+  std::size_t longest = 0;
+  for (std::size_t first = text.find("\"search\""); first < text.size();) {
+    const std::size_t end = text.find('\n', first);
+    longest = std::max(longest, end - first);
+    first = end + 1;
+  }
+  EXPECT_LE(longest, 200u);
 }
 
 TEST(TreeJson, SurvivesDeepNesting) { EXPECT_NE(refusal(std::string(2000000, '[')), ""); }

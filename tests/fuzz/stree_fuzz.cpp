@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any bytes into the decoder of .stree files: refused, or a sound tree that is stored as the same bytes again.
-#include <cstring>
-
 #include "fuzz/fuzz_target.h"
 #include "spheretree/core/sphere_tree_codec.h"
-#include "support/sample_trees.h"
+#include "support/sample_skins.h"
+#include "support/stree_bytes.h"
 
 namespace spheretree::fuzz {
 namespace {
 
-void feed(const std::vector<std::byte>& bytes) {
+void feed(test::Bytes bytes) {
   SphereTree tree;
   std::string fault;
   if (decodeSphereTree(bytes, tree, &fault) != LoadStatus::Ok) {
@@ -17,32 +16,43 @@ void feed(const std::vector<std::byte>& bytes) {
     return;
   }
   require(findFault(tree).empty(), "an accepted tree is sound");
-  std::uint16_t minor = 0;
-  std::memcpy(&minor, bytes.data() + 10, sizeof minor);
-  if (minor == kFormatMinor) require(encodeSphereTree(tree) == bytes, "one tree, one file");
+  const test::Bytes again = encodeSphereTree(tree);
+  if (test::takeApart(again).size() != test::takeApart(bytes).size()) return;  // an optional section that is not known was skipped
+  test::put(bytes, 10, kFormatMinor);
+  require(again == test::resealed(bytes), "one tree, one file");
 }
 
-std::string asText(const std::vector<std::byte>& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string asText(const test::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 }  // namespace
 
 std::vector<std::string> seeds() {
-  std::vector<std::string> texts{asText(encodeSphereTree(test::threeLevelTree())), asText(encodeSphereTree(test::treeOf({0})))};
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) texts.push_back(asText(encodeSphereTree(test::randomTree(seed, 4, 3))));
+  std::vector<SphereTree> trees{test::threeLevelTree(), test::treeOf({0})};
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const SphereTree tree = test::randomTree(seed, 4, 3);
+    trees.push_back(tree);
+    trees.push_back(test::withSearch(tree, 2 + seed));
+    trees.push_back(test::withSkin(test::withSearch(tree), test::randomSkin(seed)));
+  }
+  trees.push_back(test::withSkin(test::treeOf({0}), test::gridSkin(1)));
+  std::vector<std::string> texts;
+  for (const SphereTree& tree : trees) texts.push_back(asText(encodeSphereTree(tree)));
+  std::vector<test::FileSection> more = test::takeApart(encodeSphereTree(trees[0]));
+  more.push_back({"TISS", 1, test::Bytes(100)});
+  texts.push_back(asText(test::putTogether(more)));
   return texts;
 }
 
 }  // namespace spheretree::fuzz
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace spheretree;
   const auto* first = reinterpret_cast<const std::byte*>(data);
-  std::vector<std::byte> bytes(first, first + size);
-  spheretree::fuzz::feed(bytes);
-  if (bytes.size() < spheretree::kHeaderBytes) return 0;
-  // Sealed anew, since no mutation would ever get past the checksum.
-  std::memset(bytes.data() + 24, 0, 8);
-  const std::uint64_t crc = spheretree::crc64(bytes);
-  std::memcpy(bytes.data() + 24, &crc, sizeof crc);
-  spheretree::fuzz::feed(bytes);
+  test::Bytes bytes(first, first + size);
+  fuzz::feed(bytes);
+  if (bytes.size() < 32) return 0;
+  // Sealed anew, since no mutation would ever get past the size and the checksum.
+  test::put(bytes, 16, std::uint64_t{size});
+  fuzz::feed(test::resealed(bytes));
   return 0;
 }

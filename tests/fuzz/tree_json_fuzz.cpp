@@ -4,7 +4,7 @@
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/tree_json.h"
-#include "support/sample_trees.h"
+#include "support/sample_skins.h"
 
 namespace spheretree::fuzz {
 
@@ -12,7 +12,11 @@ std::vector<std::string> seeds() {
   std::vector<std::string> texts{
       formats::writeTreeJson(test::threeLevelTree()),
       R"({"schema":"spheretree.tree/1","branching":2,"nodes":[{"cover":[0,0,0,1],"child_count":1},{"cover":[1,0,0,2],"child_count":0}]})"};
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) texts.push_back(formats::writeTreeJson(test::randomTree(seed, 3, 2)));
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const SphereTree tree = test::randomTree(seed, 3, 2);
+    texts.push_back(formats::writeTreeJson(tree));
+    texts.push_back(formats::writeTreeJson(test::withSkin(test::withSearch(tree), test::boxSkin({1, 2, 3}))));
+  }
   return texts;
 }
 

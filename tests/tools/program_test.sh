@@ -130,8 +130,10 @@ case_convert() {
   cmp a.stree b.stree || fail ".json is not lossless"
   expect 0 convert work/a.sph c.stree
   cmp a.stree c.stree || fail ".sph lost something of a tree that came from .sph"
-  expect 0 convert a.stree bound.sph --spheres bound
-  cmp -s bound.sph work/a.sph && fail "--spheres bound changes nothing"
+  printf '2 2\n0 0 0 2 1\n1.5 0 0 1.25 1\n-0.5 0.1 0 1.125 1\n' >reaching.sph  # a leaf reaches out of its parent's cover sphere
+  expect 0 convert reaching.sph reaching.stree
+  expect 0 convert reaching.stree bound.sph --spheres bound
+  cmp -s bound.sph reaching.sph && fail "--spheres bound changes nothing"
   expect 0 convert a.stree COVER.SPH --spheres cover
   cmp COVER.SPH work/a.sph || fail "cover is the default"
   expect 2 convert a.stree a.stree

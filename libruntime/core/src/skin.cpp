@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "describe.h"
 #include "search_tree_spheres.h"
 
 namespace spheretree {
@@ -24,7 +25,7 @@ float signOf(float x) { return x < 0 ? -1.0f : 1.0f; }
 // The two further points whose hull with the corners holds a quadratic side: Bezier's control point of the side with the middle `m`.
 Vector3f controlPoint(const Vector3f& a, const Vector3f& b, const Vector3f& m) { return 2.0f * m - 0.5f * (a + b); }
 
-std::string at(const char* what, std::size_t i) { return std::string(what) + " " + std::to_string(i) + " of the skin: "; }
+std::string faultOf(const char* element, std::size_t i, const char* what) { return describe("%s %zu of the skin: %s", element, i, what); }
 
 std::string findNumberFault(const Skin& skin) {
   for (const float x : skin.low)
@@ -41,58 +42,89 @@ std::string findElementFault(const Skin& skin) {
     return n[0] == std::numeric_limits<std::int16_t>::min() || n[1] == std::numeric_limits<std::int16_t>::min();
   };
   for (std::size_t i = 0; i < skin.vertices.size(); ++i)
-    if (bad(skin.vertices[i].normal)) return at("vertex", i) + "its normal is out of range";
+    if (bad(skin.vertices[i].normal)) return faultOf("vertex", i, "its normal is out of range");
   for (std::size_t i = 0; i < skin.edges.size(); ++i) {
     const SkinEdge& e = skin.edges[i];
-    if (bad(e.normal)) return at("edge", i) + "its normal is out of range";
-    if (e.is_sharp > 1) return at("edge", i) + "its flag is neither 0 nor 1";
+    if (bad(e.normal)) return faultOf("edge", i, "its normal is out of range");
+    if (e.is_sharp > 1) return faultOf("edge", i, "its flag is neither 0 nor 1");
     for (const std::int8_t x : e.offset)
-      if (x < -kMostOffset || (e.is_sharp && x != 0)) return at("edge", i) + "its offset is out of range";
+      if (x < -kMostOffset || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
   }
   for (std::size_t i = 0; i < skin.triangles.size(); ++i) {
     const SkinTriangle& t = skin.triangles[i];
     for (std::size_t k = 0; k < 3; ++k) {
       if (t.vertex[k] >= skin.vertices.size() || t.edge[k] >= skin.edges.size())
-        return at("triangle", i) + "it names a vertex or an edge that is not there";
-      if (t.vertex[k] == t.vertex[(k + 1) % 3] || t.edge[k] == t.edge[(k + 1) % 3]) return at("triangle", i) + "it names one twice";
+        return faultOf("triangle", i, "it names a vertex or an edge that is not there");
+      if (t.vertex[k] == t.vertex[(k + 1) % 3] || t.edge[k] == t.edge[(k + 1) % 3]) return faultOf("triangle", i, "it names one twice");
     }
   }
   return {};
 }
 
-// Positions of the nodes of a patch.
-std::array<Vector3f, 6> positionsOf(const Skin& skin, std::size_t triangle) {
-  const SkinTriangle& t = skin.triangles[triangle];
-  std::array<Vector3f, 6> position;
-  for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      position[k][static_cast<Eigen::Index>(axis)] =
-          skin.low[axis] + skin.step * static_cast<float>(skin.vertices[t.vertex[k]].position[axis]);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::array<std::int8_t, 3>& e = skin.edges[t.edge[k]].offset;
-    const Vector3f offset(static_cast<float>(e[0]), static_cast<float>(e[1]), static_cast<float>(e[2]));
-    position[3 + k] = 0.5f * (position[k] + position[(k + 1) % 3]) + skin.offset_step * offset;
-  }
+Vector3f positionOf(const Skin& skin, const SkinVertex& vertex) {
+  Vector3f position;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    position[static_cast<Eigen::Index>(axis)] = skin.low[axis] + skin.step * static_cast<float>(vertex.position[axis]);
   return position;
 }
 
-// Whether `sphere` encloses the corners of a patch and the control points of its sides, whose hull holds the patch and the flat triangle.
-// The square of a float is exact in double.
-bool encloses(const Sphere& sphere, const Skin& skin, std::size_t triangle) {
-  const std::array<Vector3f, 6> position = positionsOf(skin, triangle);
-  const Vector3d centre(double{sphere.x}, double{sphere.y}, double{sphere.z});
-  const double square = double{sphere.radius} * double{sphere.radius};
-  const auto holds = [&](const Vector3d& p) {
-    const double dx = p.x() - centre.x(), dy = p.y() - centre.y(), dz = p.z() - centre.z();
-    return dx * dx + dy * dy + dz * dz <= square;
-  };
-  bool all = true;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3d a = position[k].cast<double>(), b = position[(k + 1) % 3].cast<double>(), m = position[3 + k].cast<double>();
-    all = holds(a) & holds(2 * m - 0.5 * (a + b)) & all;
-  }
-  return all;
+// Of the middle of a side from the middle of its chord.
+Vector3f offsetOf(const Skin& skin, const SkinEdge& edge) {
+  const Vector3f steps(static_cast<float>(edge.offset[0]), static_cast<float>(edge.offset[1]), static_cast<float>(edge.offset[2]));
+  return skin.offset_step * steps;
 }
+
+// Whether spheres enclose patches: their corners and the control points of their sides, whose hull holds the patch and the flat triangle.
+class PatchCheck {
+ public:
+  explicit PatchCheck(const Skin& skin) : skin_(skin) {
+    corners_.reserve(skin.vertices.size());
+    for (const SkinVertex& v : skin.vertices) corners_.push_back(padded(positionOf(skin, v)));
+    bends_.reserve(skin.edges.size());
+    for (const SkinEdge& e : skin.edges) bends_.push_back(padded(2 * offsetOf(skin, e)));
+    float size = 0;
+    for (const Vector4f& p : corners_) size = std::max(size, p.cwiseAbs().maxCoeff());
+    doubt_ = 4 * std::numeric_limits<float>::epsilon() * size;
+  }
+
+  // In float where that is beyond doubt: the middle of a chord is off by at most 2^-24 of its coordinates, a difference, its square and
+  // the sum by less than 8 roundings. What is closer to the sphere is looked at in double.
+  bool encloses(const Sphere& sphere, std::size_t triangle) const {
+    const SkinTriangle& t = skin_.triangles[triangle];
+    const Vector4f centre(sphere.x, sphere.y, sphere.z, 0);
+    const Vector4f a = corners_[t.vertex[0]] - centre, b = corners_[t.vertex[1]] - centre, c = corners_[t.vertex[2]] - centre;
+    const Vector4f ab = 0.5f * (a + b) + bends_[t.edge[0]], bc = 0.5f * (b + c) + bends_[t.edge[1]],
+                   ca = 0.5f * (c + a) + bends_[t.edge[2]];
+    const float square =
+        std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm(), ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
+    const float radius = (1 - 1e-5f) * sphere.radius - doubt_;
+    return (radius > 0 && square < radius * radius) || enclosesExactly(sphere, t);
+  }
+
+ private:
+  using Vector4f = Eigen::Vector4f;
+  static Vector4f padded(const Vector3f& p) { return {p.x(), p.y(), p.z(), 0}; }
+
+  bool enclosesExactly(const Sphere& sphere, const SkinTriangle& t) const {
+    const Vector3d centre(double{sphere.x}, double{sphere.y}, double{sphere.z});
+    const double square = double{sphere.radius} * double{sphere.radius};  // of a float: exact
+    const auto holds = [&](const Vector3d& p) {
+      const double dx = p.x() - centre.x(), dy = p.y() - centre.y(), dz = p.z() - centre.z();
+      return dx * dx + dy * dy + dz * dz <= square;
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d a = corners_[t.vertex[k]].head<3>().cast<double>(), b = corners_[t.vertex[(k + 1) % 3]].head<3>().cast<double>(),
+                     bend = bends_[t.edge[k]].head<3>().cast<double>();
+      if (!holds(a) || !holds(0.5 * (a + b) + bend)) return false;
+    }
+    return true;
+  }
+
+  const Skin& skin_;
+  std::vector<Vector4f> corners_;  // (vertices) x, y, z, 0
+  std::vector<Vector4f> bends_;    // (edges) of the control point from the middle of the chord, 0
+  float doubt_ = 0;                // [mm]
+};
 
 }  // namespace
 
@@ -132,10 +164,14 @@ Vector3f unpackNormal(const PackedNormal& packed) {
 SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
   const SkinTriangle& t = skin.triangles[triangle];
   SkinPatch patch;
-  patch.position = positionsOf(skin, triangle);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SkinVertex& v = skin.vertices[t.vertex[k]];
+    patch.position[k] = positionOf(skin, v);
+    patch.normal[k] = unpackNormal(v.normal);
+  }
   for (std::size_t k = 0; k < 3; ++k) {
     const SkinEdge& e = skin.edges[t.edge[k]];
-    patch.normal[k] = unpackNormal(skin.vertices[t.vertex[k]].normal);
+    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + offsetOf(skin, e);
     patch.normal[3 + k] = unpackNormal(e.normal);
     patch.is_sharp[k] = e.is_sharp != 0;
   }
@@ -170,14 +206,15 @@ Sphere enclose(const SkinPatch& patch) {
 std::string findFault(const Skin& skin) {
   if (std::string fault = findNumberFault(skin); !fault.empty()) return fault;
   if (skin.triangles.empty() || skin.triangles.size() > kMaxSearchItems)
-    return "the skin has " + std::to_string(skin.triangles.size()) + " triangles, not 1 to " + std::to_string(kMaxSearchItems);
+    return describe("the skin has %zu triangles, not 1 to %zu", skin.triangles.size(), kMaxSearchItems);
   constexpr std::size_t kMost = 65536;  // that 16 bits name
   if (skin.vertices.size() > kMost || skin.edges.size() > kMost) return "the skin has more vertices or edges than 65536";
   if (std::string fault = findElementFault(skin); !fault.empty()) return fault;
   if (!skin.search.item.empty()) return "the triangles of a skin stand in the order of its search tree, which needs no list of items";
-  if (std::string fault = findTopologyFault(skin.search, skin.triangles.size()); !fault.empty()) return "skin: " + fault;
-  const std::string fault = findSphereFault(skin.search, [&](const Sphere& s, std::size_t t) { return encloses(s, skin, t); });
-  return fault.empty() ? fault : "skin: " + fault;
+  if (std::string fault = findTopologyFault(skin.search, skin.triangles.size()); !fault.empty()) return fault.insert(0, "skin: ");
+  const PatchCheck check(skin);
+  std::string fault = findSphereFault(skin.search, [&](const Sphere& s, std::size_t t) { return check.encloses(s, t); });
+  return fault.empty() ? fault : fault.insert(0, "skin: ");
 }
 
 }  // namespace spheretree

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <span>
+
+#include "describe.h"
+#include "search_tree_spheres.h"
 
 namespace spheretree {
 
@@ -171,78 +173,73 @@ Enclosure enclose(std::span<const Ball> balls) {
   return out;
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
+/// What countLevels() fills, of one level.
+LevelStatistics countLevel(const SphereTree& tree, int level) {
+  const std::uint32_t first = tree.level_begin[static_cast<std::size_t>(level)],
+                      last = tree.level_begin[static_cast<std::size_t>(level) + 1];
+  LevelStatistics s;
+  for (std::uint32_t i = 0; i < last; ++i) {
+    if (i < first && !tree.isLeaf(i)) continue;
+    const float radius = tree.cover[i].radius;
+    s.smallest_radius = s.sphere_count == 0 ? radius : std::min(s.smallest_radius, radius);
+    s.largest_radius = s.sphere_count == 0 ? radius : std::max(s.largest_radius, radius);
+    ++s.sphere_count;
+  }
+  return s;
 }
 
-unsigned innerChildren(const SphereTree& tree, std::uint32_t node) {
-  unsigned inner = 0;
-  for (std::uint32_t c = 0; c < tree.child_count[node]; ++c) inner += tree.child_count[tree.first_child[node] + c] > 0;
-  return inner;
-}
-
-std::string faultInSphere(const Sphere& s, const std::string& name) {
+/// Of the cover or bounding sphere of `node`; "" for a sound one.
+std::string faultInSphere(const Sphere& s, std::size_t node, const char* kind) {
+  if (isFinite(s)) return "";
   if (!std::isfinite(s.x) || !std::isfinite(s.y) || !std::isfinite(s.z))
-    return name + ": centre (" + number(s.x) + ", " + number(s.y) + ", " + number(s.z) + ") is not finite";
-  if (!std::isfinite(s.radius) || !(s.radius > 0)) return name + ": radius " + number(s.radius) + " is not finite and above 0";
-  return "";
+    return describe("node %zu%s: centre (%.9g, %.9g, %.9g) is not finite", node, kind, double{s.x}, double{s.y}, double{s.z});
+  return describe("node %zu%s: radius %.9g is not finite and above 0", node, kind, double{s.radius});
 }
 
 std::string faultInTopology(const SphereTree& tree) {
   const std::size_t n = tree.nodeCount();
   if (n == 0) return "the tree has no nodes";
-  if (n > kMaxNodes) return "the tree has " + std::to_string(n) + " nodes, more than " + std::to_string(kMaxNodes);
+  if (n > kMaxNodes) return describe("the tree has %zu nodes, more than %u", n, kMaxNodes);
   if (tree.branching < kMinBranching || tree.branching > kMaxBranching)
-    return "branching " + std::to_string(tree.branching) + " is not within 2 to 8";
+    return describe("branching %d is not within 2 to 8", tree.branching);
   if (tree.child_count.size() != n || tree.first_child.size() != n || tree.bound_index.size() != n)
     return "the arrays of nodes differ in length";
   for (std::size_t i = 0; i < n; ++i)
     if (tree.child_count[i] > tree.branching)
-      return "node " + std::to_string(i) + ": " + std::to_string(tree.child_count[i]) + " children are more than the branching " +
-             std::to_string(tree.branching);
+      return describe("node %zu: %d children are more than the branching %d", i, tree.child_count[i], tree.branching);
   SphereTree expected;
   expected.cover.resize(n);
   expected.child_count = tree.child_count;
   if (!linkNodes(expected)) return "the numbers of children do not make one tree of at most 6 levels, inner siblings ahead of leaves";
   for (std::size_t i = 0; i < n; ++i) {
     if (tree.first_child[i] != expected.first_child[i])
-      return "node " + std::to_string(i) + ": first child " + std::to_string(tree.first_child[i]) + ", but breadth-first order makes it " +
-             std::to_string(expected.first_child[i]);
+      return describe("node %zu: first child %u, but breadth-first order makes it %u", i, tree.first_child[i], expected.first_child[i]);
     if (tree.bound_index[i] != expected.bound_index[i])
-      return "node " + std::to_string(i) + ": bounding sphere " + std::to_string(tree.bound_index[i]) +
-             ", but the order of the inner nodes makes it " + std::to_string(expected.bound_index[i]);
+      return describe("node %zu: bounding sphere %u, but the order of the inner nodes makes it %u", i, tree.bound_index[i],
+                      expected.bound_index[i]);
   }
   if (tree.level_begin != expected.level_begin) return "the level boundaries do not fit the numbers of children";
   const std::size_t inner = n - static_cast<std::size_t>(std::count(tree.child_count.begin(), tree.child_count.end(), 0));
-  if (tree.bound.size() != inner)
-    return std::to_string(tree.bound.size()) + " bounding spheres for " + std::to_string(inner) + " inner nodes";
+  if (tree.bound.size() != inner) return describe("%zu bounding spheres for %zu inner nodes", tree.bound.size(), inner);
   return "";
 }
 
 std::string faultInSpheres(const SphereTree& tree) {
-  for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
-    const std::string node = "node " + std::to_string(i);
-    if (std::string fault = faultInSphere(tree.cover[i], node); !fault.empty()) return fault;
+  for (std::size_t i = 0; i < tree.nodeCount(); ++i) {
+    if (std::string fault = faultInSphere(tree.cover[i], i, ""); !fault.empty()) return fault;
     if (tree.isLeaf(i)) continue;
-    const Sphere& bound = tree.bound[tree.bound_index[i]];
-    if (std::string fault = faultInSphere(bound, node + ", bounding sphere"); !fault.empty()) return fault;
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(bound.radius) & 0xff;
-    const std::uint32_t tag = radiusTag(tree.child_count[i], innerChildren(tree, i));
-    if (bits != tag)
-      return node + ", bounding sphere: the low 8 bits of the radius are " + std::to_string(bits) + ", but its children make them " +
-             std::to_string(tag);
+    if (std::string fault = faultInSphere(tree.bound[tree.bound_index[i]], i, ", bounding sphere"); !fault.empty()) return fault;
   }
   for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
     if (tree.isLeaf(i)) continue;
-    const Ball bound = ballOf(tree.bound[tree.bound_index[i]]);
+    const Sphere& bound = tree.bound[tree.bound_index[i]];
     std::string fault;
     forEachRange(tree, i, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t k = first; k < last && fault.empty(); ++k)
-        if (const double r = reach(bound.centre, ballOf(tree.cover[k])); !(r <= bound.radius))
-          fault = "node " + std::to_string(i) + ": the bounding sphere of radius " + number(bound.radius) +
-                  " does not enclose the cover sphere of node " + std::to_string(k) + ", which reaches to " + number(r);
+        if (const double r = reach(bound, tree.cover[k]); !(r <= double{bound.radius}))
+          fault =
+              describe("node %u: the bounding sphere of radius %.9g does not enclose the cover sphere of node %u, which reaches to %.9g", i,
+                       double{bound.radius}, k, r);
     });
     if (!fault.empty()) return fault;
   }
@@ -251,29 +248,26 @@ std::string faultInSpheres(const SphereTree& tree) {
 
 std::string faultInStatistics(const SphereTree& tree) {
   if (tree.statistics.size() != static_cast<std::size_t>(tree.levelCount()))
-    return std::to_string(tree.statistics.size()) + " levels of statistics for " + std::to_string(tree.levelCount()) + " levels of nodes";
-  SphereTree expected;
-  expected.cover = tree.cover, expected.child_count = tree.child_count, expected.level_begin = tree.level_begin;
-  countLevels(expected);
+    return describe("%zu levels of statistics for %d levels of nodes", tree.statistics.size(), tree.levelCount());
   for (std::size_t level = 0; level < tree.statistics.size(); ++level) {
-    const LevelStatistics &found = tree.statistics[level], &right = expected.statistics[level];
-    const std::string where = "statistics of level " + std::to_string(level) + ": ";
+    const LevelStatistics &found = tree.statistics[level], right = countLevel(tree, static_cast<int>(level));
     if (found.sphere_count != right.sphere_count)
-      return where + std::to_string(found.sphere_count) + " spheres, but the level set has " + std::to_string(right.sphere_count);
+      return describe("statistics of level %zu: %u spheres, but the level set has %u", level, found.sphere_count, right.sphere_count);
     if (found.smallest_radius != right.smallest_radius || found.largest_radius != right.largest_radius)
-      return where + "radii from " + number(found.smallest_radius) + " to " + number(found.largest_radius) + ", but the level set has " +
-             number(right.smallest_radius) + " to " + number(right.largest_radius);
+      return describe("statistics of level %zu: radii from %.9g to %.9g, but the level set has %.9g to %.9g", level,
+                      double{found.smallest_radius}, double{found.largest_radius}, double{right.smallest_radius},
+                      double{right.largest_radius});
     if (found.overhang_bound != kUnproven && !(std::isfinite(found.overhang_bound) && found.overhang_bound >= 0))
-      return where + "overhang bound " + number(found.overhang_bound) + " is neither finite and >= 0 nor -1 (not proven)";
+      return describe("statistics of level %zu: overhang bound %.9g is neither finite and >= 0 nor -1 (not proven)", level,
+                      double{found.overhang_bound});
   }
   return "";
 }
 
 std::string faultInText(const std::string& text, std::size_t most, const char* name) {
-  if (text.size() > most)
-    return std::string(name) + " has " + std::to_string(text.size()) + " characters, more than " + std::to_string(most);
+  if (text.size() > most) return describe("the %s's name has %zu characters, more than %zu", name, text.size(), most);
   for (const char c : text)
-    if (c < 0x20 || c > 0x7e) return std::string(name) + " has a character outside printable ASCII";
+    if (c < 0x20 || c > 0x7e) return describe("the %s's name has a character outside printable ASCII", name);
   return "";
 }
 
@@ -281,17 +275,31 @@ std::string faultInProvenance(const SphereTree& tree) {
   const Provenance& p = tree.provenance;
   for (const double x : tree.origin_mm)
     if (!std::isfinite(x)) return "the origin is not finite";
-  if (!std::isfinite(p.unit_mm) || !(p.unit_mm > 0)) return "the unit " + number(p.unit_mm) + " mm is not finite and above 0";
+  if (!std::isfinite(p.unit_mm) || !(p.unit_mm > 0)) return describe("the unit %.9g mm is not finite and above 0", p.unit_mm);
   struct Quantity {
     double value;
     const char* name;
   };
   for (const Quantity& q : {Quantity{p.diagonal_mm, "diagonal"}, Quantity{p.volume_mm3, "volume"}, Quantity{p.area_mm2, "area"},
                             Quantity{p.tolerance_mm, "tolerance"}, Quantity{static_cast<double>(p.work_overhang_mm), "overhang at work"}})
-    if (!std::isfinite(q.value) || !(q.value >= 0)) return std::string("the ") + q.name + " " + number(q.value) + " is not finite and >= 0";
-  if (std::string fault = faultInText(p.builder, 15, "the builder's name"); !fault.empty()) return fault;
-  if (std::string fault = faultInText(p.quality, 15, "the quality's name"); !fault.empty()) return fault;
-  return faultInText(p.generator, 31, "the generator's name");
+    if (!std::isfinite(q.value) || !(q.value >= 0)) return describe("the %s %.9g is not finite and >= 0", q.name, q.value);
+  if (std::string fault = faultInText(p.builder, 15, "builder"); !fault.empty()) return fault;
+  if (std::string fault = faultInText(p.quality, 15, "quality"); !fault.empty()) return fault;
+  return faultInText(p.generator, 31, "generator");
+}
+
+std::string faultInSearch(const SphereTree& tree) {
+  if (tree.search.empty()) return tree.search == SearchTree{} ? "" : "search over the leaves: there is an order of leaves, but no node";
+  const std::vector<std::uint32_t> leaves = levelSet(tree, tree.levelCount() - 1);
+  std::string fault = findTopologyFault(tree.search, leaves.size());
+  if (fault.empty())
+    fault = findSphereFault(tree.search, [&](const Sphere& s, std::size_t leaf) { return reach(s, tree.cover[leaves[leaf]]) <= s.radius; });
+  return fault.empty() ? fault : fault.insert(0, "search over the leaves: ");
+}
+
+std::string faultInSkin(const SphereTree& tree) {
+  if (!tree.skin.empty()) return findFault(tree.skin);
+  return tree.skin == Skin{} ? "" : "the skin has no triangles, but something else";
 }
 
 }  // namespace
@@ -303,18 +311,6 @@ std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level) {
   for (std::uint32_t i = 0; i < last; ++i)
     if (i >= first || tree.isLeaf(i)) nodes.push_back(i);
   return nodes;
-}
-
-float taggedRadius(double radius, std::uint8_t tag) {
-  constexpr float kMost = std::numeric_limits<float>::max();
-  if (!(radius <= kMost)) return std::numeric_limits<float>::infinity();
-  float rounded = static_cast<float>(radius);
-  if (rounded < radius) rounded = std::nextafter(rounded, std::numeric_limits<float>::infinity());
-  std::uint32_t bits = std::bit_cast<std::uint32_t>(rounded);
-  if ((bits & 0xff) > tag) bits += 0x100;
-  bits = (bits & ~std::uint32_t{0xff}) | tag;
-  const float tagged = std::bit_cast<float>(bits);
-  return tagged <= kMost ? tagged : std::numeric_limits<float>::infinity();
 }
 
 bool linkNodes(SphereTree& tree) {
@@ -356,30 +352,23 @@ Sphere smallestEnclosing(std::span<const Sphere> spheres) {
 
 void encloseDescendants(SphereTree& tree) {
   tree.bound.clear();
-  std::vector<Ball> balls;
+  std::vector<Sphere> family;
   for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
     if (tree.isLeaf(i)) continue;
-    balls.clear();
+    family.clear();
     forEachRange(tree, i, [&](std::uint32_t first, std::uint32_t last) {
-      for (std::uint32_t k = first; k < last; ++k) balls.push_back(ballOf(tree.cover[k]));
+      family.insert(family.end(), tree.cover.begin() + first, tree.cover.begin() + last);
     });
-    const Enclosure e = enclose(balls);
-    tree.bound.push_back(
-        {e.centre.x(), e.centre.y(), e.centre.z(), taggedRadius(e.radius, radiusTag(tree.child_count[i], innerChildren(tree, i)))});
+    tree.bound.push_back(smallestEnclosing(family));
   }
 }
 
 void countLevels(SphereTree& tree) {
   tree.statistics.resize(static_cast<std::size_t>(tree.levelCount()));
   for (std::size_t level = 0; level < tree.statistics.size(); ++level) {
-    LevelStatistics& s = tree.statistics[level];
-    const std::vector<std::uint32_t> nodes = levelSet(tree, static_cast<int>(level));
-    s.sphere_count = static_cast<std::uint32_t>(nodes.size());
-    s.smallest_radius = s.largest_radius = tree.cover[nodes[0]].radius;
-    for (const std::uint32_t i : nodes) {
-      s.smallest_radius = std::min(s.smallest_radius, tree.cover[i].radius);
-      s.largest_radius = std::max(s.largest_radius, tree.cover[i].radius);
-    }
+    const float overhang_bound = tree.statistics[level].overhang_bound;
+    tree.statistics[level] = countLevel(tree, static_cast<int>(level));
+    tree.statistics[level].overhang_bound = overhang_bound;
   }
 }
 
@@ -387,7 +376,9 @@ std::string findFault(const SphereTree& tree) {
   if (std::string fault = faultInTopology(tree); !fault.empty()) return fault;
   if (std::string fault = faultInSpheres(tree); !fault.empty()) return fault;
   if (std::string fault = faultInStatistics(tree); !fault.empty()) return fault;
-  return faultInProvenance(tree);
+  if (std::string fault = faultInProvenance(tree); !fault.empty()) return fault;
+  if (std::string fault = faultInSearch(tree); !fault.empty()) return fault;
+  return faultInSkin(tree);
 }
 
 }  // namespace spheretree

@@ -8,61 +8,164 @@
 #include <stdexcept>
 #include <utility>
 
+#include "describe.h"
+#include "section_file.h"
+
 namespace spheretree {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "arrays are copied as they stand in the file");
+static_assert(std::endian::native == std::endian::little, "numbers and arrays are copied as they stand in the file");
 
-constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'S', 'T', 'R', 'E', 'E', '\r', '\n'};  // not text; shows line-end damage
+using Bytes = std::vector<std::byte>;
 
-struct LevelRecord {
-  std::uint32_t sphere_count;
-  float overhang_bound, smallest_radius, largest_radius;
+template <class T>
+void put(Bytes& bytes, const T& value) {
+  const auto* first = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), first, first + sizeof value);
+}
+
+template <class T>
+void putArray(Bytes& bytes, const std::vector<T>& values) {
+  const auto* first = reinterpret_cast<const std::byte*>(values.data());
+  bytes.insert(bytes.end(), first, first + values.size() * sizeof(T));
+}
+
+/// Takes a section apart from its beginning. Whoever uses it has compared the size of the section with what is to be taken.
+class Taker {
+ public:
+  explicit Taker(std::span<const std::byte> bytes) : rest_(bytes) {}
+  template <class T>
+  T take() {
+    T value;
+    std::memcpy(&value, rest_.data(), sizeof value);
+    rest_ = rest_.subspan(sizeof value);
+    return value;
+  }
+  template <class T>
+  void takeArray(std::vector<T>& values, std::size_t count) {
+    values.resize(count);
+    if (count > 0) std::memcpy(values.data(), rest_.data(), count * sizeof(T));
+    rest_ = rest_.subspan(count * sizeof(T));
+  }
+  std::span<const std::byte> rest() const { return rest_; }
+
+ private:
+  std::span<const std::byte> rest_;
 };
 
-// Every field at its natural alignment: no padding.
-struct Header {
-  std::array<std::uint8_t, 8> magic;
-  std::uint16_t major, minor;
-  std::uint32_t header_bytes;
-  std::uint64_t file_bytes;
-  std::uint64_t checksum;  // CRC-64 of the whole file with these 8 bytes zero
-  std::uint32_t node_count, inner_count;
-  std::uint8_t level_count, branching;
-  std::array<std::uint8_t, 2> reserved;
-  float work_overhang_mm;
+LoadStatus badSection(const Section& section, const char* what, std::string& fault, LoadStatus status = LoadStatus::BadSection) {
+  fault = nameOf(section) + what;
+  return status;
+}
+
+LoadStatus badSize(const Section& section, std::uint64_t expected, std::string& fault) {
+  return badSection(section, describe(" has %zu bytes, not %zu", section.bytes.size(), std::size_t{expected}).c_str(), fault);
+}
+
+// One byte says how many children an inner node has: the low 4 bits their number less one, the high 4 bits how many have children.
+struct Children {
+  std::uint8_t count, inner;
+};
+
+std::byte codeOf(unsigned children, unsigned inner) { return static_cast<std::byte>((children - 1) | (inner << 4)); }
+
+/// False if there are more than 8 children, or more with children than there are.
+bool readCode(std::byte code, Children& children) {
+  const auto bits = static_cast<std::uint8_t>(code);
+  children = {static_cast<std::uint8_t>((bits & 0xf) + 1), static_cast<std::uint8_t>(bits >> 4)};
+  return children.count <= kMaxBranching && children.inner <= children.count;
+}
+
+LoadStatus badCode(const Section& section, std::size_t node, std::string& fault) {
+  return badSection(section, describe(": the number of children of inner node %zu is out of range", node).c_str(), fault,
+                    LoadStatus::BadTopology);
+}
+
+// Topology: a code for each inner node, breadth first.
+
+void writeTopology(const SphereTree& tree, Bytes& bytes) {
+  for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
+    if (tree.isLeaf(i)) continue;
+    unsigned inner = 0;
+    for (std::uint32_t c = 0; c < tree.child_count[i]; ++c) inner += tree.child_count[tree.first_child[i] + c] > 0;
+    put(bytes, codeOf(tree.child_count[i], inner));
+  }
+}
+
+LoadStatus readTopology(const Section& section, SphereTree& tree, std::string& fault) {
+  const auto noTree = [&](const char* what) { return badSection(section, what, fault, LoadStatus::BadTopology); };
+  const std::size_t inner = section.bytes.size();
+  if (inner >= kMaxNodes) return noTree(": there are more inner nodes than a tree can have");
+  std::vector<std::uint8_t>& counts = tree.child_count;
+  counts.assign(1, 0);
+  std::vector<std::uint8_t> is_inner(1, inner > 0);
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (is_inner[i] == 0) continue;
+    if (used == inner) return noTree(": there are fewer inner nodes than the children make");
+    Children children{};
+    if (!readCode(section.bytes[used], children)) return badCode(section, used, fault);
+    ++used;
+    counts[i] = children.count;
+    counts.insert(counts.end(), children.count, 0);
+    is_inner.insert(is_inner.end(), children.inner, 1);
+    is_inner.resize(counts.size(), 0);
+    if (counts.size() > kMaxNodes) return noTree(": the children make more nodes than a tree can have");
+  }
+  if (used != inner) return noTree(": there are more inner nodes than the children make");
+  return LoadStatus::Ok;
+}
+
+// Cover spheres of all nodes, then bounding spheres of the inner ones, each in the order of the nodes.
+
+void writeCover(const SphereTree& tree, Bytes& bytes) { putArray(bytes, tree.cover); }
+
+LoadStatus readCover(const Section& section, SphereTree& tree, std::string& fault) {
+  const std::size_t nodes = tree.child_count.size();
+  if (section.bytes.size() != nodes * sizeof(Sphere)) return badSize(section, nodes * sizeof(Sphere), fault);
+  Taker(section.bytes).takeArray(tree.cover, nodes);
+  if (linkNodes(tree)) return LoadStatus::Ok;
+  return badSection(section, ": the nodes have more than 6 levels", fault, LoadStatus::BadTopology);
+}
+
+void writeBound(const SphereTree& tree, Bytes& bytes) { putArray(bytes, tree.bound); }
+
+LoadStatus readBound(const Section& section, SphereTree& tree, std::string& fault) {
+  const auto leaves = static_cast<std::size_t>(std::count(tree.child_count.begin(), tree.child_count.end(), 0));
+  const std::size_t inner = tree.child_count.size() - leaves;
+  if (section.bytes.size() != inner * sizeof(Sphere)) return badSize(section, inner * sizeof(Sphere), fault);
+  Taker(section.bytes).takeArray(tree.bound, inner);
+  return LoadStatus::Ok;
+}
+
+// Levels: a record for each, as it stands in memory.
+
+static_assert(sizeof(LevelStatistics) == 16);
+
+void writeLevels(const SphereTree& tree, Bytes& bytes) { putArray(bytes, tree.statistics); }
+
+LoadStatus readLevels(const Section& section, SphereTree& tree, std::string& fault) {
+  const auto levels = static_cast<std::size_t>(tree.levelCount());
+  if (section.bytes.size() != levels * sizeof(LevelStatistics)) return badSize(section, levels * sizeof(LevelStatistics), fault);
+  Taker(section.bytes).takeArray(tree.statistics, levels);
+  return LoadStatus::Ok;
+}
+
+// Provenance, and the frame. Every field at its natural alignment: no padding.
+
+struct ProvenanceRecord {
   std::array<double, 3> origin_mm;
   double unit_mm, diagonal_mm, volume_mm3, area_mm2, tolerance_mm;
   std::uint64_t triangle_count, seed;
   Hash128 mesh_hash, settings_hash;
   std::array<char, 16> builder, quality;
   std::array<char, 32> generator;
-  std::array<LevelRecord, kMaxLevels> levels;
+  float work_overhang_mm;
+  std::uint8_t branching;
+  std::array<std::uint8_t, 3> reserved;
 };
-static_assert(sizeof(Header) == kHeaderBytes && kHeaderBytes % kArrayAlignment == 0);
-static_assert(offsetof(Header, checksum) == 24 && offsetof(Header, origin_mm) == 48 && offsetof(Header, mesh_hash) == 128 &&
-              offsetof(Header, builder) == 160 && offsetof(Header, levels) == 224);
-constexpr std::size_t kMostHeaderBytes = 4096;  // of a newer minor version
-
-std::uint64_t alignUp(std::uint64_t offset) { return (offset + kArrayAlignment - 1) / kArrayAlignment * kArrayAlignment; }
-
-constexpr std::array<std::uint64_t, 256> makeCrcTable() {
-  std::array<std::uint64_t, 256> table{};
-  for (std::uint64_t i = 0; i < 256; ++i) {
-    std::uint64_t crc = i;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) ? 0xc96c5795d7870f42u : 0u);
-    table[i] = crc;
-  }
-  return table;
-}
-constexpr std::array<std::uint64_t, 256> kCrcTable = makeCrcTable();
-
-std::uint64_t checksumOf(std::span<const std::byte> bytes) {
-  constexpr std::array<std::byte, 8> kZero{};
-  std::uint64_t crc = crc64(bytes.first(offsetof(Header, checksum)));
-  crc = crc64(kZero, crc);
-  return crc64(bytes.subspan(offsetof(Header, checksum) + 8), crc);
-}
+static_assert(sizeof(ProvenanceRecord) == 184 && offsetof(ProvenanceRecord, mesh_hash) == 80 &&
+              offsetof(ProvenanceRecord, builder) == 112 && offsetof(ProvenanceRecord, work_overhang_mm) == 176);
 
 template <std::size_t N>
 std::array<char, N> fixedText(const std::string& text) {
@@ -79,140 +182,183 @@ bool readText(const std::array<char, N>& field, std::string& text) {
   return true;
 }
 
-/// Bit for bit: -0.0 would not be written back.
-bool isZero(const LevelRecord& r) { return std::bit_cast<std::array<std::uint8_t, sizeof r>>(r) == std::array<std::uint8_t, sizeof r>{}; }
-
-/// child_count from the tags in the bounding radii: node by node, each inner node says how many of the next nodes are its own.
-bool readTags(SphereTree& tree) {
-  const std::size_t n = tree.nodeCount();
-  tree.child_count.assign(n, 0);
-  std::vector<bool> inner(n, false);
-  inner[0] = !tree.bound.empty();
-  std::size_t next_child = 1, next_bound = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!inner[i]) continue;
-    if (next_bound == tree.bound.size()) return false;
-    const std::uint32_t tag = std::bit_cast<std::uint32_t>(tree.bound[next_bound++].radius) & 0xff;
-    const std::size_t count = (tag & 0xf) + 1, inner_count = tag >> 4;
-    if (count > static_cast<std::size_t>(kMaxBranching) || inner_count > count || count > n - next_child) return false;
-    tree.child_count[i] = static_cast<std::uint8_t>(count);
-    for (std::size_t c = 0; c < inner_count; ++c) inner[next_child + c] = true;
-    next_child += count;
-  }
-  return next_child == n && next_bound == tree.bound.size() && linkNodes(tree);
+void writeProvenance(const SphereTree& tree, Bytes& bytes) {
+  const Provenance& p = tree.provenance;
+  put(bytes, ProvenanceRecord{.origin_mm = tree.origin_mm,
+                              .unit_mm = p.unit_mm,
+                              .diagonal_mm = p.diagonal_mm,
+                              .volume_mm3 = p.volume_mm3,
+                              .area_mm2 = p.area_mm2,
+                              .tolerance_mm = p.tolerance_mm,
+                              .triangle_count = p.triangle_count,
+                              .seed = p.seed,
+                              .mesh_hash = p.mesh_hash,
+                              .settings_hash = p.settings_hash,
+                              .builder = fixedText<16>(p.builder),
+                              .quality = fixedText<16>(p.quality),
+                              .generator = fixedText<32>(p.generator),
+                              .work_overhang_mm = p.work_overhang_mm,
+                              .branching = tree.branching,
+                              .reserved = {}});
 }
 
-/// Where the arrays stand in a file.
-struct Layout {
-  std::uint64_t cover_at, cover_bytes, bound_at, bound_bytes, file_bytes;
+LoadStatus readProvenance(const Section& section, SphereTree& tree, std::string& fault) {
+  if (section.bytes.size() != sizeof(ProvenanceRecord)) return badSize(section, sizeof(ProvenanceRecord), fault);
+  const auto record = Taker(section.bytes).take<ProvenanceRecord>();
+  tree.origin_mm = record.origin_mm;
+  tree.branching = record.branching;
+  Provenance& p = tree.provenance;
+  p.unit_mm = record.unit_mm, p.diagonal_mm = record.diagonal_mm, p.volume_mm3 = record.volume_mm3, p.area_mm2 = record.area_mm2;
+  p.tolerance_mm = record.tolerance_mm, p.work_overhang_mm = record.work_overhang_mm;
+  p.triangle_count = record.triangle_count, p.seed = record.seed;
+  p.mesh_hash = record.mesh_hash, p.settings_hash = record.settings_hash;
+  if (!readText(record.builder, p.builder)) return badSection(section, ": the builder's name is not closed by zeros", fault);
+  if (!readText(record.quality, p.quality)) return badSection(section, ": the quality's name is not closed by zeros", fault);
+  if (!readText(record.generator, p.generator)) return badSection(section, ": the generator's name is not closed by zeros", fault);
+  if (record.reserved != decltype(record.reserved){}) return badSection(section, ": reserved bytes are not zero", fault);
+  return LoadStatus::Ok;
+}
+
+// Search trees: spheres and codes of the inner nodes.
+
+void putCodes(Bytes& bytes, const SearchTree& search) {
+  for (std::size_t i = 0; i < search.inner.size(); ++i)
+    put(bytes, codeOf(unsigned{search.inner_children[i]} + search.item_children[i], search.inner_children[i]));
+}
+
+LoadStatus readCodes(const Section& section, std::span<const std::byte> codes, SearchTree& search, std::string& fault) {
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    Children children{};
+    if (!readCode(codes[i], children)) return badCode(section, i, fault);
+    search.inner_children.push_back(children.inner);
+    search.item_children.push_back(static_cast<std::uint8_t>(children.count - children.inner));
+  }
+  return LoadStatus::Ok;
+}
+
+struct SearchRecord {
+  std::uint32_t inner, items;
+  std::array<std::uint32_t, 2> reserved;
 };
+static_assert(sizeof(SearchRecord) == 16);
 
-Layout layoutOf(std::uint64_t header_bytes, std::uint64_t node_count, std::uint64_t inner_count) {
-  Layout l{header_bytes, node_count * sizeof(Sphere), 0, inner_count * sizeof(Sphere), 0};
-  l.bound_at = alignUp(l.cover_at + l.cover_bytes);
-  l.file_bytes = l.bound_at + l.bound_bytes;
-  return l;
+void writeSearch(const SphereTree& tree, Bytes& bytes) {
+  const SearchTree& search = tree.search;
+  put(bytes, SearchRecord{static_cast<std::uint32_t>(search.inner.size()), static_cast<std::uint32_t>(search.item.size()), {}});
+  putArray(bytes, search.inner);
+  putArray(bytes, search.item);
+  putCodes(bytes, search);
 }
 
-LoadStatus badHeader(std::size_t offset, const std::string& what, std::string& fault) {
-  fault = "offset " + std::to_string(offset) + ": " + what;
-  return LoadStatus::BadHeader;
+LoadStatus readSearch(const Section& section, SphereTree& tree, std::string& fault) {
+  if (section.bytes.size() < sizeof(SearchRecord)) return badSize(section, sizeof(SearchRecord), fault);
+  Taker taker(section.bytes);
+  const auto record = taker.take<SearchRecord>();
+  const std::uint64_t size = sizeof record + std::uint64_t{record.inner} * (sizeof(Sphere) + 1) + std::uint64_t{record.items} * 2;
+  if (section.bytes.size() != size) return badSize(section, size, fault);
+  if (record.inner == 0) return badSection(section, ": the search tree has no root", fault);
+  if (record.reserved != decltype(record.reserved){}) return badSection(section, ": reserved bytes are not zero", fault);
+  taker.takeArray(tree.search.inner, record.inner);
+  taker.takeArray(tree.search.item, record.items);
+  return readCodes(section, taker.rest(), tree.search, fault);
 }
 
-/// The header of a file that is whole and of a version that this reader knows; `layout` lies within `bytes`.
-LoadStatus readHeader(std::span<const std::byte> bytes, Header& header, Layout& layout, std::string& fault) {
-  const std::size_t known = std::min(bytes.size(), kMagic.size());
-  if (known == 0 || std::memcmp(bytes.data(), kMagic.data(), known) != 0) {
-    fault = "offset 0: does not start with the 8 bytes of a sphere-tree file";
-    return LoadStatus::BadMagic;
-  }
-  const auto tooShort = [&](std::uint64_t wanted) {
-    fault = "has " + std::to_string(bytes.size()) + " bytes of " + std::to_string(wanted);
-    return LoadStatus::Truncated;
-  };
-  constexpr std::size_t kPrefixBytes = 12;  // magic and version: the only fields that every version shares
-  if (bytes.size() < kPrefixBytes) return tooShort(kHeaderBytes);
-  std::memcpy(&header, bytes.data(), std::min(bytes.size(), sizeof header));
-  if (header.major != kFormatMajor) {
-    fault = "offset 8: version " + std::to_string(header.major) + "." + std::to_string(header.minor) + ", this reader knows " +
-            std::to_string(kFormatMajor) + ".x";
-    return LoadStatus::UnsupportedVersion;
-  }
-  if (bytes.size() < sizeof header) return tooShort(kHeaderBytes);
+// Skin: numbers and counts, then the arrays as they stand in memory.
 
-  const bool newer = header.minor > kFormatMinor;
-  if (header.header_bytes % kArrayAlignment != 0 || header.header_bytes < kHeaderBytes || header.header_bytes > kMostHeaderBytes ||
-      (!newer && header.header_bytes != kHeaderBytes))
-    return badHeader(12, "header of " + std::to_string(header.header_bytes) + " bytes", fault);
-  if (header.node_count < 1 || header.node_count > kMaxNodes)
-    return badHeader(32, std::to_string(header.node_count) + " nodes, not 1 to " + std::to_string(kMaxNodes), fault);
-  if (header.inner_count >= header.node_count)
-    return badHeader(36, std::to_string(header.inner_count) + " inner nodes of " + std::to_string(header.node_count), fault);
-  layout = layoutOf(header.header_bytes, header.node_count, header.inner_count);
-  if (header.file_bytes != layout.file_bytes)
-    return badHeader(
-        16, "a file of " + std::to_string(header.file_bytes) + " bytes, but the counts make it " + std::to_string(layout.file_bytes),
-        fault);
-  if (bytes.size() < layout.file_bytes) return tooShort(layout.file_bytes);
-  if (bytes.size() > layout.file_bytes) {
-    fault = "has " + std::to_string(bytes.size() - layout.file_bytes) + " bytes behind its end at " + std::to_string(layout.file_bytes);
-    return LoadStatus::TrailingBytes;
-  }
-  if (checksumOf(bytes) != header.checksum) {
-    fault = "offset 24: the checksum of the " + std::to_string(layout.file_bytes) + " bytes differs from the one stored";
-    return LoadStatus::BadChecksum;
-  }
-  const std::size_t padding_at = layout.cover_at + layout.cover_bytes;
-  const auto padding = bytes.subspan(padding_at, layout.bound_at - padding_at);
-  if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{0}; }))
-    return badHeader(padding_at, "padding is not zero", fault);
-  if (!newer && std::any_of(header.reserved.begin(), header.reserved.end(), [](std::uint8_t b) { return b != 0; }))
-    return badHeader(42, "reserved bytes are not zero", fault);
-  return LoadStatus::Ok;
+struct SkinRecord {
+  std::array<float, 3> low;
+  float step, offset_step, tolerance, mesh_distance, crease_angle;
+  std::uint32_t inner, triangles, vertices, edges;
+};
+static_assert(sizeof(SkinRecord) == 48);
+
+void writeSkin(const SphereTree& tree, Bytes& bytes) {
+  const Skin& skin = tree.skin;
+  put(bytes, SkinRecord{.low = skin.low,
+                        .step = skin.step,
+                        .offset_step = skin.offset_step,
+                        .tolerance = skin.tolerance,
+                        .mesh_distance = skin.mesh_distance,
+                        .crease_angle = skin.crease_angle,
+                        .inner = static_cast<std::uint32_t>(skin.search.inner.size()),
+                        .triangles = static_cast<std::uint32_t>(skin.triangles.size()),
+                        .vertices = static_cast<std::uint32_t>(skin.vertices.size()),
+                        .edges = static_cast<std::uint32_t>(skin.edges.size())});
+  putArray(bytes, skin.search.inner);
+  putArray(bytes, skin.triangles);
+  putArray(bytes, skin.vertices);
+  putArray(bytes, skin.edges);
+  putCodes(bytes, skin.search);
 }
 
-LoadStatus readProvenance(const Header& header, Provenance& p, std::string& fault) {
-  p.unit_mm = header.unit_mm, p.diagonal_mm = header.diagonal_mm, p.volume_mm3 = header.volume_mm3, p.area_mm2 = header.area_mm2;
-  p.tolerance_mm = header.tolerance_mm, p.work_overhang_mm = header.work_overhang_mm;
-  p.triangle_count = header.triangle_count, p.seed = header.seed;
-  p.mesh_hash = header.mesh_hash, p.settings_hash = header.settings_hash;
-  if (!readText(header.builder, p.builder)) return badHeader(160, "the builder's name is not closed by zeros", fault);
-  if (!readText(header.quality, p.quality)) return badHeader(176, "the quality's name is not closed by zeros", fault);
-  if (!readText(header.generator, p.generator)) return badHeader(192, "the generator's name is not closed by zeros", fault);
-  return LoadStatus::Ok;
+LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault) {
+  if (section.bytes.size() < sizeof(SkinRecord)) return badSize(section, sizeof(SkinRecord), fault);
+  Taker taker(section.bytes);
+  const auto record = taker.take<SkinRecord>();
+  const std::uint64_t size = sizeof record + std::uint64_t{record.inner} * (sizeof(Sphere) + 1) +
+                             std::uint64_t{record.triangles} * sizeof(SkinTriangle) + std::uint64_t{record.vertices} * sizeof(SkinVertex) +
+                             std::uint64_t{record.edges} * sizeof(SkinEdge);
+  if (section.bytes.size() != size) return badSize(section, size, fault);
+  if (record.triangles == 0) return badSection(section, ": the skin has no triangles", fault);
+  Skin& skin = tree.skin;
+  skin.low = record.low, skin.step = record.step, skin.offset_step = record.offset_step;
+  skin.tolerance = record.tolerance, skin.mesh_distance = record.mesh_distance, skin.crease_angle = record.crease_angle;
+  taker.takeArray(skin.search.inner, record.inner);
+  taker.takeArray(skin.triangles, record.triangles);
+  taker.takeArray(skin.vertices, record.vertices);
+  taker.takeArray(skin.edges, record.edges);
+  return readCodes(section, taker.rest(), skin.search, fault);
 }
 
-LoadStatus readStatistics(const Header& header, SphereTree& tree, std::string& fault) {
-  if (tree.levelCount() != header.level_count)
-    return badHeader(40, std::to_string(header.level_count) + " levels, but the nodes make " + std::to_string(tree.levelCount()), fault);
-  for (std::size_t level = 0; level < header.levels.size(); ++level) {
-    const LevelRecord& r = header.levels[level];
-    if (level < header.level_count)
-      tree.statistics.push_back({r.sphere_count, r.overhang_bound, r.smallest_radius, r.largest_radius});
-    else if (!isZero(r))
-      return badHeader(offsetof(Header, levels) + level * sizeof r, "statistics of a level that is not there", fault);
-  }
-  return LoadStatus::Ok;
-}
+// The sections that this program knows, in the order of the file. A new section is a new row.
+
+bool always(const SphereTree&) { return true; }
+bool hasSearch(const SphereTree& tree) { return !tree.search.empty(); }
+bool hasSkin(const SphereTree& tree) { return !tree.skin.empty(); }
+
+struct SectionCodec {
+  SectionId id;
+  bool is_optional;
+  bool (*is_present)(const SphereTree&);
+  void (*write)(const SphereTree&, Bytes&);
+  LoadStatus (*read)(const Section&, SphereTree&, std::string& fault);  // may use what earlier sections filled
+};
+constexpr std::array<SectionCodec, 7> kSections{{
+    {{'T', 'O', 'P', 'O'}, false, always, writeTopology, readTopology},
+    {{'C', 'O', 'V', 'R'}, false, always, writeCover, readCover},
+    {{'B', 'N', 'D', 'S'}, false, always, writeBound, readBound},
+    {{'L', 'E', 'V', 'L'}, false, always, writeLevels, readLevels},
+    {{'P', 'R', 'O', 'V'}, false, always, writeProvenance, readProvenance},
+    {{'S', 'R', 'C', 'H'}, true, hasSearch, writeSearch, readSearch},
+    {{'S', 'K', 'I', 'N'}, true, hasSkin, writeSkin, readSkin},
+}};
 
 LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string& fault) {
-  Header header{};
-  Layout layout{};
-  if (const LoadStatus status = readHeader(bytes, header, layout, fault); status != LoadStatus::Ok) return status;
+  std::vector<Section> sections;
+  if (const LoadStatus status = openSections(bytes, sections, fault); status != LoadStatus::Ok) return status;
   SphereTree tree;
-  tree.branching = header.branching;
-  tree.origin_mm = header.origin_mm;
-  if (const LoadStatus status = readProvenance(header, tree.provenance, fault); status != LoadStatus::Ok) return status;
-  tree.cover.resize(header.node_count);
-  tree.bound.resize(header.inner_count);
-  std::memcpy(tree.cover.data(), bytes.data() + layout.cover_at, layout.cover_bytes);
-  if (layout.bound_bytes > 0) std::memcpy(tree.bound.data(), bytes.data() + layout.bound_at, layout.bound_bytes);
-  if (!readTags(tree)) {
-    fault = "offset " + std::to_string(layout.bound_at) + ": the low bits of the bounding radii do not make a tree of " +
-            std::to_string(header.node_count) + " nodes with " + std::to_string(header.inner_count) + " inner ones";
-    return LoadStatus::BadTopology;
+  const SectionCodec* next = kSections.data();  // the first that may still come
+  const SectionCodec* const end = next + kSections.size();
+  const auto isMissing = [&](const SectionCodec* until) {
+    next = std::find_if(next, until, [](const SectionCodec& c) { return !c.is_optional; });
+    if (next != until) fault = describe("section '%.4s' is missing", next->id.data());
+    return next != until;
+  };
+  for (const Section& section : sections) {
+    const SectionCodec* const known = std::find_if(next, end, [&](const SectionCodec& c) { return c.id == section.id; });
+    if (known == end) {
+      if (std::any_of(kSections.data(), next, [&](const SectionCodec& c) { return c.id == section.id; }))
+        return badSection(section, " is out of order", fault, LoadStatus::BadHeader);
+      if (section.is_optional) continue;
+      return badSection(section, " is required, and not known", fault, LoadStatus::UnknownSection);
+    }
+    if (known->is_optional != section.is_optional)
+      return badSection(section, " has a wrong flag: required or optional", fault, LoadStatus::BadHeader);
+    if (isMissing(known)) return LoadStatus::BadHeader;
+    if (const LoadStatus status = known->read(section, tree, fault); status != LoadStatus::Ok) return status;
+    next = known + 1;
   }
-  if (const LoadStatus status = readStatistics(header, tree, fault); status != LoadStatus::Ok) return status;
+  if (isMissing(end)) return LoadStatus::BadHeader;
   fault = findFault(tree);
   if (!fault.empty()) return LoadStatus::BadTree;
   out = std::move(tree);
@@ -220,12 +366,6 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
 }
 
 }  // namespace
-
-std::uint64_t crc64(std::span<const std::byte> bytes, std::uint64_t crc) {
-  crc = ~crc;
-  for (const std::byte b : bytes) crc = kCrcTable[(crc ^ static_cast<std::uint64_t>(b)) & 0xff] ^ (crc >> 8);
-  return ~crc;
-}
 
 std::string_view explain(LoadStatus status) {
   switch (status) {
@@ -243,6 +383,10 @@ std::string_view explain(LoadStatus status) {
       return "the file is damaged; copy it again or build the tree again";
     case LoadStatus::BadHeader:
       return "the header contradicts itself; build the tree again";
+    case LoadStatus::UnknownSection:
+      return "the file holds data that this program must know and does not; use a newer program or build the tree again";
+    case LoadStatus::BadSection:
+      return "a part of the file contradicts the others; build the tree again";
     case LoadStatus::BadTopology:
       return "the nodes do not make a tree; build the tree again";
     case LoadStatus::BadTree:
@@ -255,33 +399,14 @@ std::string_view explain(LoadStatus status) {
 
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree) {
   if (const std::string fault = findFault(tree); !fault.empty()) throw std::invalid_argument("sphere-tree cannot be stored: " + fault);
-  const Layout layout = layoutOf(kHeaderBytes, tree.cover.size(), tree.bound.size());
-  std::vector<std::byte> bytes(layout.file_bytes);
-
-  const Provenance& p = tree.provenance;
-  Header header{};
-  header.magic = kMagic;
-  header.major = kFormatMajor, header.minor = kFormatMinor;
-  header.header_bytes = kHeaderBytes;
-  header.file_bytes = bytes.size();
-  header.node_count = static_cast<std::uint32_t>(tree.cover.size()), header.inner_count = static_cast<std::uint32_t>(tree.bound.size());
-  header.level_count = static_cast<std::uint8_t>(tree.levelCount()), header.branching = tree.branching;
-  header.origin_mm = tree.origin_mm;
-  header.unit_mm = p.unit_mm, header.diagonal_mm = p.diagonal_mm, header.volume_mm3 = p.volume_mm3, header.area_mm2 = p.area_mm2;
-  header.tolerance_mm = p.tolerance_mm, header.work_overhang_mm = p.work_overhang_mm;
-  header.triangle_count = p.triangle_count, header.seed = p.seed;
-  header.mesh_hash = p.mesh_hash, header.settings_hash = p.settings_hash;
-  header.builder = fixedText<16>(p.builder), header.quality = fixedText<16>(p.quality), header.generator = fixedText<32>(p.generator);
-  for (std::size_t level = 0; level < tree.statistics.size(); ++level) {
-    const LevelStatistics& s = tree.statistics[level];
-    header.levels[level] = {s.sphere_count, s.overhang_bound, s.smallest_radius, s.largest_radius};
+  SectionWriter file;
+  for (const SectionCodec& section : kSections) {
+    if (!section.is_present(tree)) continue;
+    Bytes bytes;
+    section.write(tree, bytes);
+    file.add(section.id, section.is_optional, std::move(bytes));
   }
-  std::memcpy(bytes.data(), &header, sizeof header);
-  std::memcpy(bytes.data() + layout.cover_at, tree.cover.data(), layout.cover_bytes);
-  if (layout.bound_bytes > 0) std::memcpy(bytes.data() + layout.bound_at, tree.bound.data(), layout.bound_bytes);
-  header.checksum = checksumOf(bytes);
-  std::memcpy(bytes.data(), &header, sizeof header);
-  return bytes;
+  return file.finish();
 }
 
 LoadStatus decodeSphereTree(std::span<const std::byte> bytes, SphereTree& tree, std::string* fault) noexcept try {

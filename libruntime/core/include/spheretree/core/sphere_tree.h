@@ -90,16 +90,6 @@ inline const Sphere& sphereOf(const SphereTree& tree, std::size_t node, SphereKi
 /// order. Cost: O(nodes).
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 
-/// What the low 8 bits of a bounding sphere's radius say: low 4 bits child_count - 1, high 4 bits the number of children that have
-/// children of their own. `child_count` in [1, 8], `inner_children` in [0, child_count].
-constexpr std::uint8_t radiusTag(unsigned child_count, unsigned inner_children) {
-  return static_cast<std::uint8_t>((child_count - 1) | (inner_children << 4));
-}
-
-/// The least float that is >= `radius` [mm, > 0] and whose low 8 bits are `tag`: at most 2^-15 above `radius`. Infinite if no float
-/// holds it. A radius is stored with its tag, so that a reader takes it as it is.
-float taggedRadius(double radius, std::uint8_t tag);
-
 /// Fills first_child, bound_index and level_begin from `child_count` (node_count values). False, and the tree is left unusable, if the
 /// counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead of leaves. Cost: O(nodes).
 [[nodiscard]] bool linkNodes(SphereTree& tree);
@@ -112,8 +102,7 @@ float taggedRadius(double radius, std::uint8_t tag);
 Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
 /// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the cover spheres of
-/// its node and of all descendants, as smallestEnclosing() finds it, with the radius rounded outward to its tag. Cost: O(nodes * levels),
-/// times about 10.
+/// its node and of all descendants, as smallestEnclosing() finds it. Cost: O(nodes * levels), times about 10.
 void encloseDescendants(SphereTree& tree);
 
 /// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are kept; those of new
@@ -121,10 +110,10 @@ void encloseDescendants(SphereTree& tree);
 void countLevels(SphereTree& tree);
 
 /// First broken invariant as a sentence that names the node and the values, or "" for a sound tree.
-/// Checks array sizes, topology (breadth first, consecutive, in range, no cycle, tags), centres finite, radii finite and > 0,
-/// that every bounding sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the
-/// spheres, and that the provenance can be stored. Enclosure is evaluated in double on the stored floats, with no tolerance.
-/// Cost: O(nodes * levels).
+/// Checks array sizes, topology (breadth first, consecutive, in range, no cycle), centres finite, radii finite and > 0, that every
+/// bounding sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the spheres, that the
+/// provenance can be stored, that every sphere of the search tree encloses the leaves below it, and findFault() of the skin. Enclosure is
+/// evaluated in double on the stored floats, with no tolerance. Cost: O(nodes * levels).
 std::string findFault(const SphereTree& tree);
 
 }  // namespace spheretree

@@ -13,10 +13,10 @@
 
 namespace spheretree {
 
-inline constexpr std::uint16_t kFormatMajor = 1;  // a reader refuses any other
-inline constexpr std::uint16_t kFormatMinor = 0;  // a newer one only adds bytes at the end of the header
-inline constexpr std::size_t kHeaderBytes = 320;  // of this version
-inline constexpr std::size_t kArrayAlignment = 64;
+inline constexpr std::uint16_t kFormatMajor = 1;      // a reader refuses any other
+inline constexpr std::uint16_t kFormatMinor = 0;      // a newer one only adds optional sections
+inline constexpr std::size_t kSectionAlignment = 64;  // of the start of a section in the file: a line of the cache
+inline constexpr std::uint32_t kMaxSections = 64;     // there are 7; the limit keeps the table small and its check quick
 
 enum class LoadStatus {
   Ok,
@@ -25,9 +25,11 @@ enum class LoadStatus {
   Truncated,
   TrailingBytes,
   BadChecksum,
-  BadHeader,    // a field of the header is out of range
-  BadTopology,  // the tags in the radii do not make a tree of the node count
-  BadTree,      // findFault() found something
+  BadHeader,       // the header or the table of sections is out of range, or a section is missing
+  UnknownSection,  // a section that a reader must know, and this one does not
+  BadSection,      // the size or a field of a section is out of range
+  BadTopology,     // the numbers of children do not make a tree
+  BadTree,         // findFault() found something
   OutOfMemory,
 };
 
@@ -38,12 +40,9 @@ std::string_view explain(LoadStatus status);
 /// @throws std::invalid_argument for a tree in which findFault() finds a fault.
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree);
 
-/// Checks everything: a tree that comes out of here is sound (findFault). `tree` is changed only by Ok. Allocates in proportion to
-/// the size of `bytes`, which need no alignment. `fault`, if given, gets the place and the values.
+/// Checks everything: a tree that comes out of here is sound (findFault). Optional sections that are not known are skipped. `tree` is
+/// changed only by Ok. Allocates in proportion to the size of `bytes`, which need no alignment. `fault`, if given, gets the place and the
+/// values. Cost: about 0.2 ms for 512 leaves with a search tree and a skin of 4,000 triangles.
 [[nodiscard]] LoadStatus decodeSphereTree(std::span<const std::byte> bytes, SphereTree& tree, std::string* fault = nullptr) noexcept;
-
-/// CRC-64/XZ (ECMA-182 polynomial, reflected): what the header stores. Of "123456789": 0x995dc9bbdf1939fa.
-/// `crc`: the value so far, so that a sum can be taken in pieces.
-std::uint64_t crc64(std::span<const std::byte> bytes, std::uint64_t crc = 0);
 
 }  // namespace spheretree
