@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -45,69 +44,123 @@ Icosphere makeIcosphere(int subdivisions) {
   return s;
 }
 
+constexpr double kMetre = 0.001;  // [m/mm]
+
+struct ShadedMesh {
+  std::string name;
+  std::array<double, 3> colour;
+  bool is_double_sided;
+  std::vector<Eigen::Vector3d> positions;  // [mm]
+  std::vector<Eigen::Vector3d> normals;    // unit
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// The spheres of one level set.
+ShadedMesh meshOf(const SphereTree& tree, int level, SphereKind kind) {
+  constexpr std::array<std::array<double, 3>, kMaxLevels> kColours{
+      {{0.60, 0.60, 0.60}, {0.85, 0.37, 0.10}, {0.90, 0.67, 0.12}, {0.20, 0.60, 0.35}, {0.15, 0.45, 0.75}, {0.50, 0.30, 0.65}}};
+  const std::vector<std::uint32_t> nodes = levelSet(tree, level);
+  const Icosphere shape = makeIcosphere(nodes.size() <= 64 ? 3 : nodes.size() <= 1024 ? 2 : 1);
+  ShadedMesh mesh{.name = "level_" + std::to_string(level),
+                  .colour = kColours[static_cast<std::size_t>(level)],
+                  .is_double_sided = false,
+                  .positions = {},
+                  .normals = {},
+                  .triangles = {}};
+  for (const std::uint32_t node : nodes) {
+    const Sphere& s = sphereOf(tree, node, kind);
+    const Eigen::Vector3d centre(double{s.x}, double{s.y}, double{s.z});
+    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const Eigen::Vector3d& n : shape.points) {
+      mesh.positions.push_back(centre + double{s.radius} * n);
+      mesh.normals.push_back(n);
+    }
+    for (const auto& [a, b, c] : shape.triangles) mesh.triangles.push_back({base + a, base + b, base + c});
+  }
+  return mesh;
+}
+
+/// The patches of a skin: each of its sides in four, which makes 15 points and 16 triangles.
+ShadedMesh meshOf(const Skin& skin) {
+  constexpr int kParts = 4;
+  ShadedMesh mesh{.name = "skin", .colour = {0.93, 0.87, 0.76}, .is_double_sided = true, .positions = {}, .normals = {}, .triangles = {}};
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+    const SkinPatch patch = patchOf(skin, t);
+    std::uint32_t row = static_cast<std::uint32_t>(mesh.positions.size());  // first point of row i, of kParts + 1 - i points
+    for (int i = 0; i <= kParts; ++i) {
+      const auto length = static_cast<std::uint32_t>(kParts + 1 - i);
+      for (int j = 0; j <= kParts - i; ++j) {
+        const Eigen::Vector3d w(static_cast<double>(kParts - i - j) / kParts, static_cast<double>(i) / kParts,
+                                static_cast<double>(j) / kParts);
+        Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = position;
+        for (int k = 0; k < 3; ++k) {
+          const auto corner = static_cast<std::size_t>(k);
+          const double at_corner = w[k] * (2 * w[k] - 1), at_middle = 4 * w[k] * w[(k + 1) % 3];
+          position += at_corner * patch.position[corner].cast<double>() + at_middle * patch.position[3 + corner].cast<double>();
+          normal += at_corner * patch.normal[corner].cast<double>() + at_middle * patch.normal[3 + corner].cast<double>();
+        }
+        mesh.positions.push_back(position);
+        mesh.normals.push_back(normal.norm() > 1e-6 ? normal.normalized() : patch.normal[0].cast<double>().normalized());
+        const std::uint32_t here = row + static_cast<std::uint32_t>(j);
+        if (i + j < kParts) mesh.triangles.push_back({here, here + length, here + 1});
+        if (i + j < kParts - 1) mesh.triangles.push_back({here + 1, here + length, here + length + 1});
+      }
+      row += length;
+    }
+  }
+  return mesh;
+}
+
+/// Appends a mesh, its material and a node below the root.
+void addMesh(Json& document, std::vector<std::byte>& buffer, const ShadedMesh& mesh) {
+  const auto appendPoint = [&](const Eigen::Vector3d& p) {
+    append(buffer, std::array<float, 3>{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+  };
+  Eigen::AlignedBox3f box;
+  const std::size_t positions_at = buffer.size();
+  for (const Eigen::Vector3d& p : mesh.positions) {
+    const Eigen::Vector3d metres = p * kMetre;
+    box.extend(metres.cast<float>());
+    appendPoint(metres);
+  }
+  const std::size_t normals_at = buffer.size();
+  for (const Eigen::Vector3d& n : mesh.normals) appendPoint(n);
+  const std::size_t indices_at = buffer.size();
+  for (const auto& triangle : mesh.triangles) append(buffer, triangle);
+
+  const std::size_t positions = addAccessor(document, positions_at, normals_at, kArrayBuffer, kFloat, mesh.positions.size(), "VEC3");
+  document["accessors"][positions]["min"] = {box.min().x(), box.min().y(), box.min().z()};
+  document["accessors"][positions]["max"] = {box.max().x(), box.max().y(), box.max().z()};
+  const std::size_t normals = addAccessor(document, normals_at, indices_at, kArrayBuffer, kFloat, mesh.normals.size(), "VEC3");
+  const std::size_t indices =
+      addAccessor(document, indices_at, buffer.size(), kElementArrayBuffer, kUnsignedInt, 3 * mesh.triangles.size(), "SCALAR");
+
+  Json material{
+      {"name", mesh.name},
+      {"pbrMetallicRoughness",
+       {{"baseColorFactor", {mesh.colour[0], mesh.colour[1], mesh.colour[2], 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}};
+  if (mesh.is_double_sided) material["doubleSided"] = true;
+  document["materials"].push_back(std::move(material));
+  Json primitive;
+  primitive["attributes"] = {{"POSITION", positions}, {"NORMAL", normals}};
+  primitive["indices"] = indices;
+  primitive["material"] = document["materials"].size() - 1;
+  document["meshes"].push_back({{"name", mesh.name}, {"primitives", Json::array({primitive})}});
+  document["nodes"].push_back({{"name", mesh.name}, {"mesh", document["meshes"].size() - 1}});
+  document["nodes"][0]["children"].push_back(document["nodes"].size() - 1);
+}
+
 }  // namespace
 
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind) {
-  constexpr double kMetre = 0.001;  // [m/mm]
-  constexpr std::array<std::array<double, 3>, kMaxLevels> kColours{
-      {{0.60, 0.60, 0.60}, {0.85, 0.37, 0.10}, {0.90, 0.67, 0.12}, {0.20, 0.60, 0.35}, {0.15, 0.45, 0.75}, {0.50, 0.30, 0.65}}};
-
   Json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "spheretree"}};
   document["scene"] = 0;
   document["scenes"] = Json::array({{{"nodes", {0}}}});
   document["nodes"] = Json::array({{{"name", "sphere_tree"}}});
   std::vector<std::byte> buffer;
-  for (int level = 0; level < tree.levelCount(); ++level) {
-    const std::vector<std::uint32_t> nodes = levelSet(tree, level);
-    const Icosphere shape = makeIcosphere(nodes.size() <= 64 ? 3 : nodes.size() <= 1024 ? 2 : 1);
-    const std::string name = "level_" + std::to_string(level);
-
-    const std::size_t positions_at = buffer.size();
-    std::array<float, 3> low, high;
-    low.fill(std::numeric_limits<float>::infinity());
-    high.fill(-std::numeric_limits<float>::infinity());
-    for (const std::uint32_t node : nodes) {
-      const Sphere& s = sphereOf(tree, node, kind);
-      for (const Eigen::Vector3d& n : shape.points) {
-        const std::array<float, 3> point{static_cast<float>((s.x + s.radius * n.x()) * kMetre),
-                                         static_cast<float>((s.y + s.radius * n.y()) * kMetre),
-                                         static_cast<float>((s.z + s.radius * n.z()) * kMetre)};
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          low[axis] = std::min(low[axis], point[axis]), high[axis] = std::max(high[axis], point[axis]);
-        append(buffer, point);
-      }
-    }
-    const std::size_t normals_at = buffer.size();
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      for (const Eigen::Vector3d& n : shape.points)
-        append(buffer, std::array<float, 3>{static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z())});
-    const std::size_t indices_at = buffer.size();
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const auto base = static_cast<std::uint32_t>(i * shape.points.size());
-      for (const auto& [a, b, c] : shape.triangles) append(buffer, std::array<std::uint32_t, 3>{base + a, base + b, base + c});
-    }
-
-    const std::size_t vertices = nodes.size() * shape.points.size(), corners = nodes.size() * shape.triangles.size() * 3;
-    const std::size_t positions = addAccessor(document, positions_at, normals_at, kArrayBuffer, kFloat, vertices, "VEC3");
-    document["accessors"][positions]["min"] = low;
-    document["accessors"][positions]["max"] = high;
-    const std::size_t normals = addAccessor(document, normals_at, indices_at, kArrayBuffer, kFloat, vertices, "VEC3");
-    const std::size_t indices = addAccessor(document, indices_at, buffer.size(), kElementArrayBuffer, kUnsignedInt, corners, "SCALAR");
-
-    const auto& colour = kColours[static_cast<std::size_t>(level)];
-    document["materials"].push_back(
-        {{"name", name},
-         {"pbrMetallicRoughness",
-          {{"baseColorFactor", {colour[0], colour[1], colour[2], 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
-    Json primitive;
-    primitive["attributes"] = {{"POSITION", positions}, {"NORMAL", normals}};
-    primitive["indices"] = indices;
-    primitive["material"] = level;
-    document["meshes"].push_back({{"name", name}, {"primitives", Json::array({primitive})}});
-    document["nodes"].push_back({{"name", name}, {"mesh", level}});
-    document["nodes"][0]["children"].push_back(level + 1);
-  }
+  for (int level = 0; level < tree.levelCount(); ++level) addMesh(document, buffer, meshOf(tree, level, kind));
+  if (!tree.skin.empty()) addMesh(document, buffer, meshOf(tree.skin));
   if (tree.origin_mm != std::array<double, 3>{})
     document["nodes"][0]["translation"] = {tree.origin_mm[0] * kMetre, tree.origin_mm[1] * kMetre, tree.origin_mm[2] * kMetre};
   return packGlb(document, buffer);

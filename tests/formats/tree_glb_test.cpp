@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-#include "support/sample_trees.h"
+#include "support/sample_skins.h"
 
 namespace spheretree::formats {
 namespace {
@@ -105,6 +105,56 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
     }
     const json& translation = glb.document["nodes"][0]["translation"];
     for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(translation[axis].get<double>(), tree.origin_mm[axis] * 0.001);
+  }
+}
+
+TEST(TreeGlb, ShowsThePatchesOfTheSkinBesideTheLevels) {
+  SphereTree tree = test::threeLevelTree();
+  EXPECT_EQ(Glb(encodeGlb(tree, SphereKind::Cover)).document["nodes"].size(), 4u) << "no skin, no node";
+  tree.skin = test::roundSkin(3, 5);  // 512 triangles about the origin
+  const Glb glb(encodeGlb(tree, SphereKind::Cover));
+  ASSERT_EQ(glb.document["nodes"].size(), 5u);
+  const json& node = glb.document["nodes"][4];
+  EXPECT_EQ(node["name"], "skin");
+  EXPECT_EQ(glb.document["nodes"][0]["children"], (json{1, 2, 3, 4}));
+  const json& mesh = glb.document["meshes"][node["mesh"].get<std::size_t>()];
+  EXPECT_EQ(mesh["name"], "skin");
+  const json& primitive = mesh["primitives"][0];
+  EXPECT_EQ(glb.document["materials"][primitive["material"].get<std::size_t>()]["name"], "skin");
+  const auto positions = glb.read<std::array<float, 3>>(primitive["attributes"]["POSITION"]),
+             normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
+  const auto corners = glb.read<std::uint32_t>(primitive["indices"]);
+  ASSERT_EQ(positions.size(), 15 * tree.skin.triangles.size());
+  ASSERT_EQ(normals.size(), positions.size());
+  ASSERT_EQ(corners.size(), 3 * 16 * tree.skin.triangles.size());
+
+  const auto vector = [](const std::array<float, 3>& p) { return Eigen::Vector3d(double{p[0]}, double{p[1]}, double{p[2]}); };
+  for (std::size_t i = 0; i < positions.size(); ++i) {  // the patches follow the sphere to 0.0005 mm, the flat triangles only to 0.03
+    EXPECT_NEAR(vector(positions[i]).norm(), 0.005, 1e-6);
+    EXPECT_NEAR(vector(normals[i]).norm(), 1, 1e-6);
+    EXPECT_GT(vector(normals[i]).dot(vector(positions[i]).normalized()), std::cos(0.002));
+  }
+  // Closed and facing outward: equal places are one point, every directed edge has its opposite, and the volume is that of the sphere.
+  const auto place = [&](std::uint32_t corner) {
+    const Eigen::Vector3d p = vector(positions[corner]) * 1e8;  // 10 nm: far above the rounding of a float here, far below an edge
+    return std::array<long, 3>{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};
+  };
+  std::set<std::pair<std::array<long, 3>, std::array<long, 3>>> edges;
+  double volume = 0;
+  for (std::size_t t = 0; t < corners.size(); t += 3) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_TRUE(edges.emplace(place(corners[t + k]), place(corners[t + (k + 1) % 3])).second);
+    volume += vector(positions[corners[t]]).dot(vector(positions[corners[t + 1]]).cross(vector(positions[corners[t + 2]]))) / 6;
+  }
+  for (const auto& [a, b] : edges) EXPECT_TRUE(edges.contains({b, a}));
+  EXPECT_NEAR(volume / (4 * M_PI / 3 * std::pow(0.005, 3)), 0.999, 0.001);
+}
+
+TEST(TreeGlb, ShowsSkinsOfAnyNormals) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Glb glb(encodeGlb(test::withSkin(test::treeOf({0}), test::randomSkin(seed)), SphereKind::Cover));
+    const json& primitive = glb.document["meshes"][1]["primitives"][0];
+    for (const auto& n : glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]))
+      EXPECT_NEAR(std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1, 1e-6);
   }
 }
 
