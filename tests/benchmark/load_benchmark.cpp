@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long 33 .stree files take to check and decode: each with 512 leaves, a skin of about 4,000 triangles and both search trees.
+// How long 33 .stree files take to check and decode: each with 512 leaves, a skin of about 4,000 triangles and both
+// search trees.
 //   load_benchmark [ROUNDS]
 #include <algorithm>
 #include <cstdio>

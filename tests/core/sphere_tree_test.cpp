@@ -250,8 +250,8 @@ TEST(FindFault, FindsASphereOfTheSearchTreeThatMissesALeafExactlyIfThereIsOne) {
 }
 
 TEST(FindFault, AcceptsTheDeepestSearchTree) {
-  // A chain of nodes above a tree over the most leaves, none of whose spheres encloses the next: as many checks as the limit of levels
-  // allows.
+  // A chain of nodes above a tree over the most leaves, none of whose spheres encloses the next: as many checks as the
+  // limit of levels allows.
   std::vector<std::uint8_t> counts(4681, 8);
   counts.resize(37449, 0);
   SphereTree tree;

@@ -85,7 +85,8 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
       EXPECT_EQ(glb.document["accessors"][positions_at]["min"].get<decltype(low)>(), low);
       EXPECT_EQ(glb.document["accessors"][positions_at]["max"].get<decltype(low)>(), high);
 
-      // Closed and facing outward: every directed edge has its opposite, and the volume is close to that of the spheres.
+      // Closed and facing outward: every directed edge has its opposite, and the volume is close to that of the
+      // spheres.
       std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
       double volume = 0, expected = 0;
       for (std::size_t t = 0; t < corners.size(); t += 3) {
@@ -134,7 +135,8 @@ TEST(TreeGlb, ShowsThePatchesOfTheSkinBesideTheLevels) {
     EXPECT_NEAR(vector(normals[i]).norm(), 1, 1e-6);
     EXPECT_GT(vector(normals[i]).dot(vector(positions[i]).normalized()), std::cos(0.002));
   }
-  // Closed and facing outward: equal places are one point, every directed edge has its opposite, and the volume is that of the sphere.
+  // Closed and facing outward: equal places are one point, every directed edge has its opposite, and the volume is that
+  // of the sphere.
   const auto place = [&](std::uint32_t corner) {
     const Eigen::Vector3d p = vector(positions[corner]) * 1e8;  // 10 nm: far above the rounding of a float here, far below an edge
     return std::array<long, 3>{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sound skins and search trees to test with, made without the builder: spheres, boxes and flat grids; search trees by halving.
+// Sound skins and search trees to test with, made without the builder: spheres, boxes and flat grids; search trees by
+// halving.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -34,7 +35,8 @@ inline Sphere sphereAbout(std::span<const Sphere> spheres) {
   return {centre.x(), centre.y(), centre.z(), std::nextafter(static_cast<float>(radius), std::numeric_limits<float>::infinity())};
 }
 
-/// Halves along the longest axis until a node has at most `branching` (2 to 8) items or inner children; `item` holds the order. Sound.
+/// Halves along the longest axis until a node has at most `branching` (2 to 8) items or inner children; `item` holds
+/// the order. Sound.
 inline SearchTree searchTreeOf(std::span<const Sphere> items, std::size_t branching = kSearchBranching) {
   std::vector<std::uint16_t> order(items.size());
   std::iota(order.begin(), order.end(), std::uint16_t{0});
@@ -109,6 +111,10 @@ struct SmoothMesh {
   std::function<Eigen::Vector3d(const Eigen::Vector3d&)> project;  // the middle of a chord to the surface
 };
 
+/// No patch is farther from its flat triangle than this: the sum of 4 w_i w_j offset_ij is at most 4/3 of the largest
+/// offset there can be.
+inline float largestSwing(const Skin& skin) { return 1.3334f * std::sqrt(3.0f) * 127 * skin.offset_step; }
+
 /// Sides with a triangle on one side only are sharp and straight; the others bend to the surface.
 inline Skin skinOf(const SmoothMesh& mesh) {
   Skin skin;
@@ -116,7 +122,7 @@ inline Skin skinOf(const SmoothMesh& mesh) {
   for (const Eigen::Vector3d& p : mesh.positions) box.extend(p);
   skin.step = static_cast<float>(box.sizes().maxCoeff() / 65535 * (1 + 1e-6));
   for (std::size_t axis = 0; axis < 3; ++axis) skin.low[axis] = static_cast<float>(box.min()[static_cast<Eigen::Index>(axis)]);
-  skin.tolerance = 0.25f, skin.mesh_distance = 0.125f, skin.crease_angle = 0.5f;
+  skin.mesh_distance = 0.125f, skin.crease_angle = 0.5f;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     SkinVertex vertex{{}, packNormal(mesh.normals[v])};
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -146,6 +152,7 @@ inline Skin skinOf(const SmoothMesh& mesh) {
     skin.triangles.push_back(triangle);
   }
   skin.offset_step = static_cast<float>(farthest / 127 * (1 + 1e-6));
+  skin.tolerance = largestSwing(skin);
   for (const auto& [ends, side] : sides) {
     SkinEdge& edge = skin.edges[side.edge];
     edge.is_sharp = side.uses == 1;
@@ -203,7 +210,8 @@ inline Skin gridSkin(int n, double side = 8) {
   return skinOf(mesh);
 }
 
-/// A box with these half sizes about the origin: 12 triangles, and sharp edges with vertices and edges of their own on either side.
+/// A box with these half sizes about the origin: 12 triangles, and sharp edges with vertices and edges of their own on
+/// either side.
 inline Skin boxSkin(const Eigen::Vector3d& half) {
   SmoothMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -236,6 +244,7 @@ inline Skin randomSkin(std::uint64_t seed) {
     return PackedNormal{u, v};
   };
   skin.offset_step = 0.001f;
+  skin.tolerance = largestSwing(skin);
   for (SkinVertex& vertex : skin.vertices) vertex.normal = normal();
   for (SkinEdge& edge : skin.edges) {
     edge.normal = normal();

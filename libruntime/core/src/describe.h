@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sentences about faults. One call of a function of C takes a tenth of the code that joined strings take, and the shared library of the
-// runtime is to stay small.
+// Sentences about faults. One call of a function of C takes a tenth of the code that joined strings take, and the
+// shared library of the runtime is to stay small.
 #pragma once
 
 #include <string>

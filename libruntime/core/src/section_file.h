@@ -27,8 +27,8 @@ struct Section {
 /// "section 'COVR' at offset 256"
 std::string nameOf(const Section& section);
 
-/// Finds the sections of a file that is whole: magic, version, size, checksum, table, order, gaps and padding are checked.
-/// `fault` gets the place and the values if the result is not Ok.
+/// Finds the sections of a file that is whole: magic, version, size, checksum, table, order, gaps and padding are
+/// checked. `fault` gets the place and the values if the result is not Ok.
 LoadStatus openSections(std::span<const std::byte> file, std::vector<Section>& sections, std::string& fault);
 
 /// Puts a file together.

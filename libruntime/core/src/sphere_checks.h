@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the writer proves about spheres and the reader checks: one expression for both. Each of its operations is rounded correctly by
-// every processor and compiler, so that what one found the other finds.
+// What the writer proves about spheres and the reader checks: one expression for both. Each of its operations is
+// rounded correctly by every processor and compiler, so that what one found the other finds.
 #pragma once
 
 #include <cmath>

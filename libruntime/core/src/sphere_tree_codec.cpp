@@ -30,7 +30,8 @@ void putArray(Bytes& bytes, const std::vector<T>& values) {
   bytes.insert(bytes.end(), first, first + values.size() * sizeof(T));
 }
 
-/// Takes a section apart from its beginning. Whoever uses it has compared the size of the section with what is to be taken.
+/// Takes a section apart from its beginning. Whoever uses it has compared the size of the section with what is to be
+/// taken.
 class Taker {
  public:
   explicit Taker(std::span<const std::byte> bytes) : rest_(bytes) {}
@@ -62,7 +63,8 @@ LoadStatus badSize(const Section& section, std::uint64_t expected, std::string& 
   return badSection(section, describe(" has %zu bytes, not %zu", section.bytes.size(), std::size_t{expected}).c_str(), fault);
 }
 
-// One byte says how many children an inner node has: the low 4 bits their number less one, the high 4 bits how many have children.
+// One byte says how many children an inner node has: the low 4 bits their number less one, the high 4 bits how many
+// have children.
 struct Children {
   std::uint8_t count, inner;
 };

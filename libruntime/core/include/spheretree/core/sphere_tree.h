@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sphere-tree: two spheres for an inner node, one for a leaf.
 //
-// Every node has a *cover sphere*: the cover spheres of a level, with the leaves that ended at an earlier level, cover the
-// whole surface of the object. Every inner node also has a *bounding sphere*, which encloses its own cover sphere and those
-// of all its descendants: what a traversal tests, so that stopping at any level misses no pair.
-// Units: mm. Frame: that of the input mesh, moved by -origin_mm (zero unless the mesh lies far from its frame's origin).
+// Every node has a *cover sphere*: the cover spheres of a level, with the leaves that ended at an earlier level, cover
+// the whole surface of the object. Every inner node also has a *bounding sphere*, which encloses its own cover sphere
+// and those of all its descendants: what a traversal tests, so that stopping at any level misses no pair.
+// Units: mm. Frame: that of the input mesh, moved by -origin_mm (zero unless the mesh lies far from its frame's
+// origin).
 #pragma once
 
 #include <array>
@@ -86,34 +87,36 @@ inline const Sphere& sphereOf(const SphereTree& tree, std::size_t node, SphereKi
   return kind == SphereKind::Cover || tree.isLeaf(node) ? tree.cover[node] : tree.bound[tree.bound_index[node]];
 }
 
-/// Nodes of the level set of `level` (0 .. levelCount() - 1): the nodes of that level and the leaves of earlier levels, in file
-/// order. Cost: O(nodes).
+/// Nodes of the level set of `level` (0 .. levelCount() - 1): the nodes of that level and the leaves of earlier levels,
+/// in file order. Cost: O(nodes).
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 
-/// Fills first_child, bound_index and level_begin from `child_count` (node_count values). False, and the tree is left unusable, if the
-/// counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead of leaves. Cost: O(nodes).
+/// Fills first_child, bound_index and level_begin from `child_count` (node_count values). False, and the tree is left
+/// unusable, if the counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead
+/// of leaves. Cost: O(nodes).
 [[nodiscard]] bool linkNodes(SphereTree& tree);
 
-/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float; within 1.0001 of the
-/// optimum. Deterministic. Infinite radius if no float holds it.
-/// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and robust
-///         smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The smallest enclosing
-///         ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
+/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float; within
+/// 1.0001 of the optimum. Deterministic. Infinite radius if no float holds it.
+/// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and
+///         robust smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The
+///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
 Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
-/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the cover spheres of
-/// its node and of all descendants, as smallestEnclosing() finds it. Cost: O(nodes * levels), times about 10.
+/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the
+/// cover spheres of its node and of all descendants, as smallestEnclosing() finds it. Cost: O(nodes * levels), times
+/// about 10.
 void encloseDescendants(SphereTree& tree);
 
-/// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are kept; those of new
-/// levels are kUnproven. Cost: O(nodes * levels).
+/// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are
+/// kept; those of new levels are kUnproven. Cost: O(nodes * levels).
 void countLevels(SphereTree& tree);
 
-/// First broken invariant as a sentence that names the node and the values, or "" for a sound tree.
-/// Checks array sizes, topology (breadth first, consecutive, in range, no cycle), centres finite, radii finite and > 0, that every
-/// bounding sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the spheres, that the
-/// provenance can be stored, that every sphere of the search tree encloses the leaves below it, and findFault() of the skin. Enclosure is
-/// evaluated in double on the stored floats, with no tolerance. Cost: O(nodes * levels).
+/// First broken invariant as a sentence that names the node and the values, or "" for a sound tree. Checks array sizes,
+/// topology (breadth first, consecutive, in range, no cycle), centres finite, radii finite and > 0, that every bounding
+/// sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the spheres, that
+/// the provenance can be stored, that every sphere of the search tree encloses the leaves below it, and findFault() of
+/// the skin. Enclosure is evaluated in double on the stored floats, with no tolerance. Cost: O(nodes * levels).
 std::string findFault(const SphereTree& tree);
 
 }  // namespace spheretree

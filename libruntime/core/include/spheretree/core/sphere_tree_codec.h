@@ -40,9 +40,10 @@ std::string_view explain(LoadStatus status);
 /// @throws std::invalid_argument for a tree in which findFault() finds a fault.
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree);
 
-/// Checks everything: a tree that comes out of here is sound (findFault). Optional sections that are not known are skipped. `tree` is
-/// changed only by Ok. Allocates in proportion to the size of `bytes`, which need no alignment. `fault`, if given, gets the place and the
-/// values. Cost: about 0.2 ms for 512 leaves with a search tree and a skin of 4,000 triangles.
+/// Checks everything: a tree that comes out of here is sound (findFault). Optional sections that are not known are
+/// skipped. `tree` is changed only by Ok. Allocates in proportion to the size of `bytes`, which need no alignment.
+/// `fault`, if given, gets the place and the values. Cost: about 0.2 ms for 512 leaves with a search tree and a skin of
+/// 4,000 triangles.
 [[nodiscard]] LoadStatus decodeSphereTree(std::span<const std::byte> bytes, SphereTree& tree, std::string* fault = nullptr) noexcept;
 
 }  // namespace spheretree
