@@ -151,6 +151,47 @@ TEST(SkinPatch, FollowsASphereThatItStandsFor) {
   }
 }
 
+TEST(SwingOf, BoundsHowFarAPatchIsFromItsFlatTriangle) {
+  test::Random random(7);
+  double closest = 0;
+  for (const Skin& skin : sampleSkins())
+    for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+      const SkinPatch patch = patchOf(skin, t);
+      double swing = 0;
+      for (const std::uint16_t e : skin.triangles[t].edge) swing = std::max(swing, double{swingOf(skin, skin.edges[e])});
+      for (int i = 0; i < 40; ++i) {
+        const Vector3d w = i == 0 ? Vector3d::Constant(1.0 / 3) : place(random);
+        Vector3d flat = Vector3d::Zero();
+        for (int k = 0; k < 3; ++k) flat += w[k] * patch.position[static_cast<std::size_t>(k)].cast<double>();
+        const double moved = (evaluate(patch.position, w) - flat).norm();
+        EXPECT_LE(moved, swing + 2e-6);
+        if (swing > 1e-3) closest = std::max(closest, moved / swing);
+      }
+    }
+  EXPECT_GT(closest, 0.95) << "the middle of a patch with three equal offsets reaches the bound";
+}
+
+TEST(SwingOf, IsFourThirdsOfTheOffset) {
+  Skin skin;
+  skin.offset_step = 0.25f;
+  EXPECT_NEAR(swingOf(skin, {{2, -3, 6}, 0, {}}), 7.0 / 3, 1e-5);
+  EXPECT_EQ(swingOf(skin, {{0, 0, 0}, 1, {}}), 0);
+}
+
+TEST(AllowanceOf, IsZeroExactlyForFlatPatches) {
+  for (const Skin& skin : {test::gridSkin(4), test::boxSkin({1, 2, 3})})
+    for (std::size_t t = 0; t < skin.triangles.size(); ++t) EXPECT_EQ(allowanceOf(patchOf(skin, t), 0.5f), 0);
+  const Skin round = test::roundSkin(2);
+  for (std::size_t t = 0; t < round.triangles.size(); ++t) EXPECT_EQ(allowanceOf(patchOf(round, t), 0.5f), 0.5f);
+  Skin bent = test::gridSkin(1);
+  bent.edges[bent.triangles[0].edge[1]].normal = packNormal(Vector3d(0.001, 0, 1).normalized());
+  EXPECT_EQ(allowanceOf(patchOf(bent, 0), 0.5f), 0.5f) << "a normal that differs";
+  bent = test::gridSkin(1);
+  bent.offset_step = 1e-4f;
+  bent.edges[bent.triangles[0].edge[1]].offset = {0, 0, 1};
+  EXPECT_EQ(allowanceOf(patchOf(bent, 0), 0.5f), 0.5f) << "a side that is not straight";
+}
+
 TEST(Enclose, HoldsThePatchAndItsFlatTriangle) {
   test::Random random(2);
   for (const Skin& skin : sampleSkins())
@@ -261,6 +302,7 @@ TEST(SkinFindFault, FindsEachBrokenRule) {
       {"edge 2 of the skin: its normal", [](Skin& s) { s.edges[2].normal[1] = kLowest; }},
       {"edge 2 of the skin: its flag", [](Skin& s) { s.edges[2].is_sharp = 2; }},
       {"edge 2 of the skin: its offset", [](Skin& s) { s.edges[2].offset[1] = -128; }},
+      {"swings out farther", [](Skin& s) { s.tolerance = 0; }},
       {"edge 2 of the skin: its offset", [](Skin& s) { s.edges[2].is_sharp = 1; }},
       {"triangle 4 of the skin: it names a vertex",
        [](Skin& s) { s.triangles[4].vertex[2] = static_cast<std::uint16_t>(s.vertices.size()); }},

@@ -49,6 +49,7 @@ std::string findElementFault(const Skin& skin) {
     if (e.is_sharp > 1) return faultOf("edge", i, "its flag is neither 0 nor 1");
     for (const std::int8_t x : e.offset)
       if (x < -kMostOffset || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
+    if (!(swingOf(skin, e) <= skin.tolerance)) return faultOf("edge", i, "it swings out farther than the tolerance of the skin");
   }
   for (std::size_t i = 0; i < skin.triangles.size(); ++i) {
     const SkinTriangle& t = skin.triangles[i];
@@ -176,6 +177,23 @@ SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
     patch.is_sharp[k] = e.is_sharp != 0;
   }
   return patch;
+}
+
+// Four units in the last place hold the roundings of the constant, the root and the two products.
+float swingOf(const Skin& skin, const SkinEdge& edge) {
+  constexpr float kSwing = 4.0f / 3.0f * (1 + 4 * std::numeric_limits<float>::epsilon());
+  int square = 0;
+  for (const std::int8_t x : edge.offset) square += int{x} * int{x};
+  return kSwing * skin.offset_step * std::sqrt(static_cast<float>(square));
+}
+
+float allowanceOf(const SkinPatch& patch, float tolerance) {
+  constexpr auto kSameNormal = static_cast<float>(2 * kNormalError);  // two packed forms of one direction are no farther apart
+  for (std::size_t k = 0; k < 6; ++k)
+    if ((patch.normal[k] - patch.normal[0]).squaredNorm() > kSameNormal * kSameNormal) return tolerance;
+  for (std::size_t k = 0; k < 3; ++k)  // as patchOf() rounds a middle without an offset
+    if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return tolerance;
+  return 0;
 }
 
 // The smallest circle about the flat triangle, made large enough for the control points of the patch, whose hull holds it.

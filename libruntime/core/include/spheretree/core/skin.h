@@ -77,16 +77,25 @@ struct SkinPatch {
 /// Cost: about 60 ns. `triangle` must be in range and the skin sound (findFault).
 SkinPatch patchOf(const Skin& skin, std::size_t triangle);
 
+/// How far an edge bends its patches out: 4/3 of its offset, rounded up [mm]. A patch is its flat triangle plus
+/// sum_e 4 w_a w_b offset_e over its sides e = ab; since the three products w_a w_b add up to at most 1/3, no point of it
+/// moves farther than the largest swing of its three sides.
+float swingOf(const Skin& skin, const SkinEdge& edge);
+
+/// How much deeper than the flat triangle of `patch` a tool may get before the guarantee of the skin is broken: 0 for a
+/// flat patch (no offsets, and the same normal at all six nodes, up to packing), else `tolerance` [mm].
+float allowanceOf(const SkinPatch& patch, float tolerance);
+
 PackedNormal packNormal(const Eigen::Vector3d& unit);
 Eigen::Vector3f unpackNormal(const PackedNormal& normal);
 
 /// A sphere that encloses the flat triangle and the patch. Deterministic. Cost: about 50 ns.
 Sphere enclose(const SkinPatch& patch);
 
-/// First broken rule as a sentence that names the element, or "" for a sound skin: indices in range, numbers finite and in range, and every
-/// sphere of the search tree encloses the corners and the control points of the patches below it. The hull of these six points holds the
-/// patch and its flat triangle; the control point of a side from a to b with the middle m is 2 m - (a + b) / 2. Cost: about 50 ns a
-/// triangle.
+/// First broken rule as a sentence that names the element, or "" for a sound skin: indices in range, numbers finite and in range, no edge
+/// swings out farther than the tolerance, and every sphere of the search tree encloses the corners and the control points of the patches
+/// below it. The hull of these six points holds the patch and its flat triangle; the control point of a side from a to b with the middle m
+/// is 2 m - (a + b) / 2. Cost: about 50 ns a triangle.
 std::string findFault(const Skin& skin);
 
 }  // namespace spheretree
