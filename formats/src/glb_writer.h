@@ -20,6 +20,8 @@ void append(std::vector<std::byte>& bytes, const T& value) {
   bytes.insert(bytes.end(), first, first + sizeof value);
 }
 
+inline constexpr double kMetre = 0.001;  // [m/mm]: glTF is in metres
+
 // Numbers of the glTF 2.0 specification.
 inline constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 

@@ -10,7 +10,6 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr double kMetre = 0.001;     // [m/mm]
 constexpr double kMarkSize = 0.004;  // radius of an octahedron, of the diagonal
 constexpr std::size_t kPlain = 0;    // the group of triangles without a mark
 

@@ -13,9 +13,9 @@ namespace spheretree::formats {
 namespace {
 
 using Eigen::Vector3d;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "spheretree.scene/1";
+constexpr const char* kSceneSchema = "spheretree.scene/1";
 constexpr std::uint64_t kMostBytes = 16 << 20;
 constexpr std::size_t kLongestName = 64, kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
@@ -172,9 +172,9 @@ void refuseTwins(const JsonElement& root, const SceneFile& scene) {
   }
 }
 
-Json toJson(const Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+OrderedJson toJson(const Vector3d& v) { return OrderedJson::array({v.x(), v.y(), v.z()}); }
 
-void addSettings(Json& out, const TreeSettings& s) {
+void addSettings(OrderedJson& out, const TreeSettings& s) {
   if (s.builder) out["builder"] = *s.builder;
   if (s.quality) out["quality"] = *s.quality;
   if (s.repair) out["repair"] = *s.repair;
@@ -184,8 +184,8 @@ void addSettings(Json& out, const TreeSettings& s) {
   if (s.seed) out["seed"] = *s.seed;
 }
 
-Json toJson(const SceneItem& item) {
-  Json out{{"name", item.name}};
+OrderedJson toJson(const SceneItem& item) {
+  OrderedJson out{{"name", item.name}};
   if (!item.mesh.empty())
     out["mesh"] = item.mesh.string();
   else
@@ -194,8 +194,8 @@ Json toJson(const SceneItem& item) {
   return out;
 }
 
-Json toJson(const WorkRegion& region) {
-  Json out = Json::object();
+OrderedJson toJson(const WorkRegion& region) {
+  OrderedJson out = OrderedJson::object();
   if (!region.name.empty()) out["name"] = region.name;
   if (region.shape == WorkRegion::Shape::Sphere)
     out["sphere"] = {{"centre_mm", toJson(region.centre_mm)}, {"radius_mm", region.radius_mm}};
@@ -227,7 +227,8 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   const JsonSource source{name, "docs/scene_file.md"};
   const nlohmann::json parsed = parseJson(text, source);
   const JsonElement root(parsed, "", source);
-  if (const JsonElement schema = root.at("schema"); schema.text() != kSchema) schema.fail(std::string("is not \"") + kSchema + "\"");
+  if (const JsonElement schema = root.at("schema"); schema.text() != kSceneSchema)
+    schema.fail(std::string("is not \"") + kSceneSchema + "\"");
   root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "objects", "work", "reach"});
 
   SceneFile scene;
@@ -276,8 +277,8 @@ SceneFile readScene(const std::filesystem::path& path) {
 }
 
 std::string sceneText(const SceneFile& scene) {
-  Json out{{"schema", kSchema}, {"unit", scene.unit}};
-  Json defaults = Json::object();
+  OrderedJson out{{"schema", kSceneSchema}, {"unit", scene.unit}};
+  OrderedJson defaults = OrderedJson::object();
   addSettings(defaults, scene.defaults);
   if (!defaults.empty()) out["defaults"] = std::move(defaults);
   out["coupling"] = {{"translation_n_per_mm", scene.translation_n_per_mm}, {"rotation_n_mm_per_rad", scene.rotation_n_mm_per_rad}};
@@ -285,17 +286,17 @@ std::string sceneText(const SceneFile& scene) {
   out["tool"] = toJson(scene.tool);
   out["tool"]["reference_point_mm"] = toJson(scene.tool.reference_point_mm);
   addSettings(out["tool"], scene.tool.settings);
-  out["objects"] = Json::array();
+  out["objects"] = OrderedJson::array();
   for (const SceneItem& object : scene.objects) {
-    Json item = toJson(object);
+    OrderedJson item = toJson(object);
     const Quaternion& q = object.pose.orientation;
     item["position_mm"] = toJson(object.pose.position);
-    item["quaternion_wxyz"] = Json::array({q.w(), q.x(), q.y(), q.z()});
+    item["quaternion_wxyz"] = OrderedJson::array({q.w(), q.x(), q.y(), q.z()});
     addSettings(item, object.settings);
     out["objects"].push_back(std::move(item));
   }
   if (!scene.work.empty()) {
-    out["work"] = Json::array();
+    out["work"] = OrderedJson::array();
     for (const WorkRegion& region : scene.work) out["work"].push_back(toJson(region));
   }
   if (scene.reach) out["reach"] = {{"radius_mm", scene.reach->radius_mm}, {"tolerance_mm", scene.reach->tolerance_mm}};

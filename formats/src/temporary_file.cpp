@@ -4,9 +4,9 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <time.h>
 
 #include <atomic>
+#include <ctime>
 #include <mutex>
 #include <set>
 #include <string>
@@ -19,11 +19,11 @@ constexpr std::string_view kPrefix = ".spheretree-", kSuffix = ".tmp";
 
 // A file is made a moment before it is locked, and not every file system shares locks between machines. Whoever writes does so again and
 // again, or is done within seconds.
-constexpr time_t kLeftAlone = 600;  // [s]
+constexpr std::time_t kLeftAlone = 600;  // [s]
 
 bool isLeftover(const std::filesystem::path& path) {
   struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || ::time(nullptr) - status.st_mtime < kLeftAlone) return false;
+  if (::lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || std::time(nullptr) - status.st_mtime < kLeftAlone) return false;
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   return file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0;
 }

@@ -44,8 +44,6 @@ Icosphere makeIcosphere(int subdivisions) {
   return s;
 }
 
-constexpr double kMetre = 0.001;  // [m/mm]
-
 struct ShadedMesh {
   std::string name;
   std::array<double, 3> colour;

@@ -13,7 +13,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "spheretree.tree/1";
+constexpr const char* kTreeSchema = "spheretree.tree/1";
 
 OrderedJson toJson(const Sphere& s) { return OrderedJson::array({s.x, s.y, s.z, s.radius}); }
 
@@ -63,7 +63,7 @@ Provenance readProvenance(const JsonElement& e) {
 std::string writeTreeJson(const SphereTree& tree) {
   const Provenance& p = tree.provenance;
   OrderedJson head;
-  head["schema"] = kSchema;
+  head["schema"] = kTreeSchema;
   head["unit"] = "mm";
   head["branching"] = tree.branching;
   head["origin_mm"] = tree.origin_mm;
@@ -114,7 +114,8 @@ SphereTree parseTreeJson(std::string_view text, const std::string& name) {
   const JsonSource source{name, "docs/file_format.md"};
   const nlohmann::json parsed = parseJson(text, source);
   const JsonElement root(parsed, "", source);
-  if (const JsonElement schema = root.at("schema"); schema.text() != kSchema) schema.fail(std::string("is not \"") + kSchema + "\"");
+  if (const JsonElement schema = root.at("schema"); schema.text() != kTreeSchema)
+    schema.fail(std::string("is not \"") + kTreeSchema + "\"");
   if (root.has("unit") && root.at("unit").text() != "mm") root.at("unit").fail("is not \"mm\"");
 
   SphereTree tree;

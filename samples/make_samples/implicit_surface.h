@@ -12,6 +12,8 @@ namespace spheretree::samples {
 /// Negative inside, roughly a distance near its zero set [mm]. Only + - * / and square roots, so that every compiler gives the same bytes.
 using Field = std::function<double(const Eigen::Vector3d&)>;
 
+inline double squared(double x) { return x * x; }
+
 /// Larger of `a` and `b`, rounded where they differ by less than `width`: at most width / 4 above the larger.
 double smoothMax(double a, double b, double width);
 /// Smaller of `a` and `b`, rounded in the same way.

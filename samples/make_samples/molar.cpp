@@ -13,8 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-double squared(double x) { return x * x; }
-
 // A root: an elliptic section that tapers and closes at the apex, round a curved axis.
 struct Root {
   Vector3d top, bend, apex;       // the axis: a parabola from `top` to `apex` with the control point `bend` [mm]

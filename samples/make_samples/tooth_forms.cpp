@@ -14,11 +14,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kQuarter = 10, kCorners = 4 * kQuarter;  // of a section
-constexpr int kRings = 50;                             // 2 * 40 * 50 = 4,000 triangles with the fans at both ends
-constexpr int kTopRings = 14;                          // of them, on the biting edge or chewing surface
-
-double squared(double x) { return x * x; }
+constexpr int kQuarter = 10, kSectionCorners = 4 * kQuarter;  // of a section
+constexpr int kRings = 50;                                    // 2 * 40 * 50 = 4,000 triangles with the fans at both ends
+constexpr int kTopRings = 14;                                 // of them, on the biting edge or chewing surface
 
 // One height of a tooth: half-widths to the front and back, to the cheek and to the tongue [mm].
 struct Section {
@@ -76,9 +74,9 @@ TriangleMesh loft(const Shape& shape) {
   }
   mesh.positions.push_back(risenTop({0, 0, rim.z}, 0));
 
-  const auto at = [](int ring, int corner) { return static_cast<std::uint32_t>(1 + ring * kCorners + corner % kCorners); };
+  const auto at = [](int ring, int corner) { return static_cast<std::uint32_t>(1 + ring * kSectionCorners + corner % kSectionCorners); };
   const auto top = static_cast<std::uint32_t>(mesh.positions.size() - 1);
-  for (int k = 0; k < kCorners; ++k) {
+  for (int k = 0; k < kSectionCorners; ++k) {
     mesh.triangles.push_back({0, at(0, k + 1), at(0, k)});
     for (int ring = 0; ring + 1 < kRings; ++ring) {
       mesh.triangles.push_back({at(ring, k), at(ring, k + 1), at(ring + 1, k + 1)});

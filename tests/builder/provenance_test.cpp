@@ -10,7 +10,7 @@
 namespace spheretree::builder {
 namespace {
 
-TriangleMesh tetrahedron() {
+TriangleMesh smallTetrahedron() {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
@@ -18,7 +18,7 @@ TriangleMesh tetrahedron() {
 }
 
 TEST(MeshHash, ChangesWithEveryNumberOfTheMesh) {
-  const TriangleMesh mesh = tetrahedron();
+  const TriangleMesh mesh = smallTetrahedron();
   std::set<Hash128> hashes{meshHash(mesh)};
   std::size_t expected = 1;
   for (std::size_t i = 0; i < 4; ++i)
@@ -41,10 +41,10 @@ TEST(MeshHash, ChangesWithEveryNumberOfTheMesh) {
 }
 
 TEST(MeshHash, LeavesPartsOut) {
-  TriangleMesh mesh = tetrahedron();
+  TriangleMesh mesh = smallTetrahedron();
   mesh.part = {0, 0, 0, 0};
   mesh.part_names = {"tooth"};
-  EXPECT_EQ(meshHash(mesh), meshHash(tetrahedron()));
+  EXPECT_EQ(meshHash(mesh), meshHash(smallTetrahedron()));
 }
 
 TEST(SettingsHash, ChangesWithWhatChangesTheTreeAndWithNothingElse) {

@@ -192,9 +192,9 @@ TEST_F(PhantomDevice_, AMillionTicksWithoutAllocation) {
   device.start(renderer, SafetySettings(), Clock::Real);
   fake().step(100);
   const int ticks = std::getenv("SPHERETREE_LONG") ? 10'000'000 : 1'000'000;
-  EXPECT_EQ(test::allocationsIn([&] { fake().step(ticks); }), 0);
+  EXPECT_EQ(spheretree::test::allocationsIn([&] { fake().step(ticks); }), 0);
   EXPECT_EQ(renderer.calls, ticks + 100);
-  EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1) << "allocations are not counted";
+  EXPECT_EQ(spheretree::test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1) << "allocations are not counted";
 }
 
 }  // namespace

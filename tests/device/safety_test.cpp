@@ -329,7 +329,7 @@ TEST(Safety, ACalibrationJumpBeginsAnew) {
 /// Whatever arrives: bit patterns, pauses, jumps, faults. 10^6 steps, of them 2 * 10^5 with settings of their own.
 /// SPHERETREE_LONG=1: 10^7.
 TEST(Safety, NoInputSendsMoreThanTheLimits) {
-  test::Random random(7);
+  spheretree::test::Random random(7);
   const auto hostile = [&](double scale) {
     switch (random.below(8)) {
       case 0:

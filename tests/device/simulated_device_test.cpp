@@ -44,7 +44,7 @@ Law constantly(const Wrench& wrench) {
 }
 
 void run(SimulatedDevice& device, Renderer& renderer, int steps) {
-  device.start(renderer, test::noSafety(), Clock::Stepped);
+  device.start(renderer, spheretree::test::noSafety(), Clock::Stepped);
   for (int n = 0; n < steps; ++n) device.step();
 }
 
@@ -86,7 +86,7 @@ TEST(SimulatedDevice, EveryHandRingsAtItsOwnFrequency) {
     s.path = [](double t) { return Configuration{{t > 0 ? 5.0 : 0.0, 0, 0}, {1, 0, 0, 0}}; };
     SimulatedDevice device(s);
     Law law;
-    device.start(law, test::noSafety(), Clock::Stepped);
+    device.start(law, spheretree::test::noSafety(), Clock::Stepped);
     const double mass = s.mass + hand.mass, omega = std::sqrt(hand.stiffness / mass),
                  zeta = hand.damping / 2 / std::sqrt(hand.stiffness * mass);
     ASSERT_LT(zeta, 1) << hand.name;
@@ -117,7 +117,7 @@ TEST(SimulatedDevice, TheWrenchArrivesAfterTheDelay) {
     SimulatedDevice device(s);
     Law law;
     law.wrench = [](const DeviceState& state) { return Wrench{{state.tick == 3 ? 1.0 : 0.0, 0, 0}, {0, 0, 0}}; };
-    device.start(law, test::noSafety(), Clock::Stepped);
+    device.start(law, spheretree::test::noSafety(), Clock::Stepped);
     for (int n = 0; n < 20; ++n) {
       device.step();
       EXPECT_NEAR(device.actuated().force.x(), n == 3 + delay ? 1 : 0, 0.02) << n;
@@ -147,7 +147,7 @@ TEST(SimulatedDevice, SaturatesAndKeepsTheDirection) {
   SimulatedSettings s;
   SimulatedDevice device(s);
   Law law = constantly({{30, 40, 0}, {900, 0, 900}});
-  SafetySettings loose = test::noSafety();
+  SafetySettings loose = spheretree::test::noSafety();
   device.start(law, loose, Clock::Stepped);
   for (int n = 0; n < 10; ++n) device.step();
   EXPECT_NEAR(device.actuated().force.norm(), 22, 1e-3);
@@ -198,7 +198,7 @@ TEST(SimulatedDevice, TheStructureSwingsAtItsMode) {
     SimulatedDevice device(s);
     Law law;
     law.wrench = [](const DeviceState& state) { return Wrench{{state.tick == 0 ? 5.0 : 0.0, 0, 0}, {0, 0, 0}}; };
-    device.start(law, test::noSafety(), Clock::Stepped);
+    device.start(law, spheretree::test::noSafety(), Clock::Stepped);
     int crossings = 0;
     double last = 0, first_at = 0, last_at = 0;
     for (int n = 0; n < 500; ++n) {
@@ -239,7 +239,7 @@ TEST(SimulatedDevice, JitterAndLostStepsAreTheSameEveryTime) {
     s.seed = seed;
     SimulatedDevice device(s);
     Law law;
-    device.start(law, test::noSafety(), Clock::Stepped);
+    device.start(law, spheretree::test::noSafety(), Clock::Stepped);
     while (device.step()) {
     }
     EXPECT_EQ(device.status().phase, Phase::Ended);
@@ -309,7 +309,7 @@ TEST(SimulatedDevice, TheSampledSpringBecomesUnstableAtItsLimit) {
 double quietStiffness(const SimulatedSettings& settings, double from) {
   double quiet = 0;
   for (double stiffness = from; stiffness < 100; stiffness *= 1.12) {  // [N/mm]
-    const test::Press felt = test::press(settings, stiffness, false, 8, 300, 0.45);
+    const spheretree::test::Press felt = spheretree::test::press(settings, stiffness, false, 8, 300, 0.45);
     if (felt.ring > 0.1 || felt.rough > 0.02) break;
     quiet = stiffness;
   }
@@ -356,7 +356,7 @@ TEST(SimulatedDevice, AngularWallsBecomeRestlessWhereTheTableSays) {
       if (without) s.coulomb_rotation = 0;
       double quiet = 0;
       for (double stiffness = 100; stiffness < 1e5; stiffness *= 1.12) {
-        const test::Press felt = test::press(s, stiffness, true, 10, 3, 0.6);
+        const spheretree::test::Press felt = spheretree::test::press(s, stiffness, true, 10, 3, 0.6);
         if (felt.ring > 10 || felt.rough > 2) break;
         quiet = stiffness / 1000;
       }
@@ -383,9 +383,9 @@ TEST(SimulatedDevice, TheSampledSpringLeaksWhatTheFormulaSays) {
             return Configuration{{0, 0, t < 0.6 ? std::max(5 - 100 * t, -depth) : std::min(-depth + 100 * (t - 0.6), 10.0)}, {1, 0, 0, 0}};
           };
           SimulatedDevice device(s);
-          test::Wall wall;
+          spheretree::test::Wall wall;
           wall.stiffness = stiffness;
-          device.start(wall, test::noSafety(), Clock::Stepped);
+          device.start(wall, spheretree::test::noSafety(), Clock::Stepped);
           double lowest = 0, leak = 0;
           for (int n = 0; n < 1600; ++n) {
             const double before = device.truePose().position.z();

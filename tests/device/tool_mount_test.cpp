@@ -20,7 +20,7 @@ TEST(ToolMount, AForceAtTheTipIsATorqueAtTheHandle) {
 
 /// Virtual work: what the hand does on the handle is what the tool does in the world, for any small motion.
 TEST(ToolMount, NoPowerIsLostBetweenHandleAndTool) {
-  test::Random random(5);
+  spheretree::test::Random random(5);
   for (int n = 0; n < 1000; ++n) {
     const ToolMount mount{{random.inCube(300), rotationOf(random.inCube(3))}, {random.inCube(100), rotationOf(random.inCube(3))}};
     const Configuration handle{random.inCube(300), rotationOf(random.inCube(3))};

@@ -25,12 +25,12 @@ using test::volumeOf;
 
 constexpr double kVolume = 1e9 / 6;  // of the tetrahedron [mm^3]
 
-MeshFile read(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
+MeshFile readGltfText(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
   return readGltf(charsOf(toGlb(json, buffer)), "test.glb");
 }
 
-std::string refusal(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
-  return test::refusalOf<FormatError>([&] { read(json, buffer); });
+std::string gltfRefusal(const Json& json, const std::string& buffer = tetrahedronBuffer()) {
+  return test::refusalOf<FormatError>([&] { readGltfText(json, buffer); });
 }
 
 template <class T>
@@ -39,7 +39,7 @@ std::string bytesOf(std::initializer_list<T> values) {
 }
 
 TEST(Gltf, ReadsMetresAsMillimetres) {
-  const MeshFile file = read(tetrahedronJson());
+  const MeshFile file = readGltfText(tetrahedronJson());
   EXPECT_EQ(file.mesh.positions.size(), 4u);
   EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {2, 1, 3}}));  // numbered as they come
   EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
@@ -55,11 +55,11 @@ TEST(Gltf, ADataUriStandsForTheBinaryChunk) {
       "AAACAAEAAAABAAMAAAADAAIAAQACAAMA";
   const MeshFile file = readGltf(charsOf(json.dump()), "test.gltf");
   EXPECT_EQ(file.format, "glTF");
-  EXPECT_EQ(file.mesh.positions, read(tetrahedronJson()).mesh.positions);
+  EXPECT_EQ(file.mesh.positions, readGltfText(tetrahedronJson()).mesh.positions);
   json["buffers"][0]["uri"] = "data:;base64,AAAA";
-  EXPECT_TRUE(has(refusal(json), "announces 72 bytes, but has 3")) << refusal(json);
+  EXPECT_TRUE(has(gltfRefusal(json), "announces 72 bytes, but has 3")) << gltfRefusal(json);
   json["buffers"][0]["uri"] = "data:;base64,A*AA";
-  EXPECT_TRUE(has(refusal(json), "\"*\""));
+  EXPECT_TRUE(has(gltfRefusal(json), "\"*\""));
 }
 
 TEST(Gltf, NodeTransformsNestAndMirroringTurnsTheWinding) {
@@ -67,7 +67,7 @@ TEST(Gltf, NodeTransformsNestAndMirroringTurnsTheWinding) {
   json["nodes"] = Json::parse(R"([{"children": [1], "matrix": [0,2,0,0, -2,0,0,0, 0,0,2,0, 5,6,7,1]},
                                   {"children": [2], "scale": [-1, 1, 3], "translation": [1, 0, 0]},
                                   {"mesh": 0, "rotation": [0, 0, 0.70710678, 0.70710678]}])");
-  const MeshFile file = read(json);
+  const MeshFile file = readGltfText(json);
   EXPECT_NEAR(volumeOf(file.mesh), kVolume * 24, kVolume * 1e-6);
   // (1, 0, 0): turned to (0, 1, 0), scaled and moved to (1, 1, 0), then by the matrix to (-2, 2, 0) + (5, 6, 7).
   bool is_found = false;
@@ -79,17 +79,17 @@ TEST(Gltf, TheDefaultSceneCounts) {
   Json json = tetrahedronJson();
   json["nodes"].push_back({{"mesh", 0}, {"scale", {2, 2, 2}}});
   json["scenes"].push_back({{"nodes", {1}}});
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), kVolume);
   json["scene"] = 1;
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 8 * kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), 8 * kVolume);
   json.erase("scene");
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), kVolume);
   json.erase("scenes");
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 9 * kVolume);  // all roots
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), 9 * kVolume);  // all roots
   json["nodes"][0]["children"] = {1};
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), 9 * kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), 9 * kVolume);
   json["scene"] = 3;
-  EXPECT_TRUE(has(refusal(json), "scenes[3]"));
+  EXPECT_TRUE(has(gltfRefusal(json), "scenes[3]"));
 }
 
 TEST(Gltf, StripsFansAndMissingIndices) {
@@ -97,33 +97,33 @@ TEST(Gltf, StripsFansAndMissingIndices) {
   json["accessors"][1]["count"] = 6;  // strip 0 1 2 3 0 1: the tetrahedron
   json["meshes"][0]["primitives"][0]["mode"] = 5;
   const std::string positions = tetrahedronBuffer().substr(0, 48);
-  const auto strip = read(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 3, 0, 2, 0, 0, 0, 0, 0, 0}));
+  const auto strip = readGltfText(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 3, 0, 2, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(strip.mesh.triangles.size(), 4u);
   EXPECT_NEAR(volumeOf(strip.mesh), kVolume, 1);
-  const auto with_turns = read(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 1, 3, 3, 0, 0, 0, 0, 0, 0}));
+  const auto with_turns = readGltfText(json, positions + bytesOf<std::uint16_t>({0, 2, 1, 1, 3, 3, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(with_turns.mesh.triangles.size(), 1u);  // repeated corners only turn a corner
   json["meshes"][0]["primitives"][0]["mode"] = 6;
   json["accessors"][1]["count"] = 5;  // fan round 3: three sides
-  const auto fan = read(json, positions + bytesOf<std::uint16_t>({3, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0}));
+  const auto fan = readGltfText(json, positions + bytesOf<std::uint16_t>({3, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(fan.mesh.triangles.size(), 3u);
   json = tetrahedronJson();
   json["meshes"][0]["primitives"][0].erase("indices");
   json["accessors"][0]["count"] = 3;
-  EXPECT_EQ(read(json).mesh.triangles.size(), 1u);
+  EXPECT_EQ(readGltfText(json).mesh.triangles.size(), 1u);
   json["accessors"][0]["count"] = 4;
-  EXPECT_TRUE(has(refusal(json), "4 corners"));
+  EXPECT_TRUE(has(gltfRefusal(json), "4 corners"));
 }
 
 TEST(Gltf, PointsAndLinesAreLeftOut) {
   Json json = tetrahedronJson();
   for (int mode = 0; mode < 4; ++mode) json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", mode}});
-  const MeshFile file = read(json);
+  const MeshFile file = readGltfText(json);
   EXPECT_EQ(file.mesh.triangles.size(), 4u);
   ASSERT_EQ(file.notes.size(), 1u);
   json["meshes"][0]["primitives"].erase(0);
-  EXPECT_TRUE(has(refusal(json), "no triangle"));
+  EXPECT_TRUE(has(gltfRefusal(json), "no triangle"));
   json["meshes"][0]["primitives"][0]["mode"] = 7;
-  EXPECT_TRUE(has(refusal(json), "meshes[0].primitives[0].mode is 7"));
+  EXPECT_TRUE(has(gltfRefusal(json), "meshes[0].primitives[0].mode is 7"));
 }
 
 TEST(Gltf, QuantisedIntegersOfEveryType) {
@@ -148,7 +148,7 @@ TEST(Gltf, QuantisedIntegersOfEveryType) {
     json["bufferViews"][0] = {{"buffer", 0}, {"byteLength", c.positions.size()}, {"byteStride", c.positions.size() / 4}};
     json["bufferViews"][1]["byteOffset"] = c.positions.size();
     json["buffers"][0]["byteLength"] = c.positions.size() + 24;
-    const MeshFile file = read(json, c.positions + tetrahedronBuffer().substr(48));
+    const MeshFile file = readGltfText(json, c.positions + tetrahedronBuffer().substr(48));
     EXPECT_NEAR(volumeOf(file.mesh), kVolume * std::pow(c.largest, 3), 1e-9 * kVolume * std::pow(c.largest, 3)) << c.component;
   }
   // -128 and -127 of a signed byte both stand for -1.
@@ -156,7 +156,7 @@ TEST(Gltf, QuantisedIntegersOfEveryType) {
   json["accessors"][0]["componentType"] = 5120;
   json["accessors"][0]["normalized"] = true;
   const std::string bytes = bytesOf<std::int8_t>({-128, 0, 0, -127, 0, 0, 0, 127, 0, 0, 0, 127});
-  EXPECT_EQ(read(json, bytes + tetrahedronBuffer().substr(12)).mesh.positions.size(), 3u);
+  EXPECT_EQ(readGltfText(json, bytes + tetrahedronBuffer().substr(12)).mesh.positions.size(), 3u);
 }
 
 TEST(Gltf, SparseAccessorsReplaceElements) {
@@ -168,27 +168,27 @@ TEST(Gltf, SparseAccessorsReplaceElements) {
   json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 76}, {"byteLength", 24}});
   json["accessors"][0]["sparse"] = {
       {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5123}}}, {"values", {{"bufferView", 3}}}};
-  EXPECT_DOUBLE_EQ(volumeOf(read(json, buffer).mesh), 4 * kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json, buffer).mesh), 4 * kVolume);
   const Json whole = json;
   json["accessors"][0].erase("bufferView");  // the others are zero: 0 and 2 fall together
-  EXPECT_EQ(read(json, buffer).mesh.positions.size(), 3u);
+  EXPECT_EQ(readGltfText(json, buffer).mesh.positions.size(), 3u);
   json = whole;
   json["accessors"][0]["sparse"]["count"] = 5;
-  EXPECT_TRUE(has(refusal(json, buffer), "replaces 5 of 4"));
+  EXPECT_TRUE(has(gltfRefusal(json, buffer), "replaces 5 of 4"));
   json = whole;
   json["accessors"][0]["sparse"]["values"]["byteOffset"] = std::uint64_t{1} << 32;  // 0 in 32 bits
-  EXPECT_TRUE(has(refusal(json, buffer), "accessors[0].sparse.values.byteOffset is 4294967296"));
+  EXPECT_TRUE(has(gltfRefusal(json, buffer), "accessors[0].sparse.values.byteOffset is 4294967296"));
   buffer[72] = 3;  // 3, 3
-  EXPECT_TRUE(has(refusal(whole, buffer), "must rise"));
+  EXPECT_TRUE(has(gltfRefusal(whole, buffer), "must rise"));
   buffer[72] = 0, buffer[74] = 4;
-  EXPECT_TRUE(has(refusal(whole, buffer), "stay below 4"));
+  EXPECT_TRUE(has(gltfRefusal(whole, buffer), "stay below 4"));
 }
 
 TEST(Gltf, RefusesWhatReachesBeyondItsBuffer) {
   const auto with = [](const char* pointer, Json value) {
     Json json = tetrahedronJson();
     json[Json::json_pointer(pointer)] = std::move(value);
-    return refusal(json);
+    return gltfRefusal(json);
   };
   const std::uint64_t huge = std::uint64_t(1) << 63;
   for (const std::uint64_t count : {std::uint64_t{5}, std::uint64_t{2147483648}, huge, ~std::uint64_t{0}})
@@ -229,12 +229,12 @@ TEST(Gltf, RequiredExtensionsAreRefusedByName) {
   for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "VENDOR_geometry"}) {
     Json json = tetrahedronJson();
     json["extensionsRequired"] = {name};
-    EXPECT_TRUE(has(refusal(json), name));
-    EXPECT_EQ(has(refusal(json), "without compression"), std::string_view(name) != "VENDOR_geometry");
+    EXPECT_TRUE(has(gltfRefusal(json), name));
+    EXPECT_EQ(has(gltfRefusal(json), "without compression"), std::string_view(name) != "VENDOR_geometry");
   }
   Json json = tetrahedronJson();
   json["extensionsRequired"] = {"KHR_materials_transmission", "KHR_texture_basisu"};
-  EXPECT_EQ(read(json).mesh.triangles.size(), 4u);
+  EXPECT_EQ(readGltfText(json).mesh.triangles.size(), 4u);
 }
 
 TEST(Gltf, DeepNodesAreReadAndDeepJsonIsRefused) {
@@ -242,7 +242,7 @@ TEST(Gltf, DeepNodesAreReadAndDeepJsonIsRefused) {
   json["nodes"] = Json::array();
   for (int n = 0; n < 100000; ++n) json["nodes"].push_back({{"children", {n + 1}}});
   json["nodes"].push_back({{"mesh", 0}});
-  EXPECT_DOUBLE_EQ(volumeOf(read(json).mesh), kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json).mesh), kVolume);
   std::string text = tetrahedronJson().dump();
   text.back() = ',';
   text += "\"extras\":" + std::string(1000000, '[') + std::string(1000000, ']') + "}";
@@ -269,7 +269,7 @@ TEST(Gltf, WhatNoMeshNeedsDoesNoHarm) {
   json["meshes"][0]["primitives"][0]["material"] = "none";
   json["meshes"][0]["primitives"][0]["targets"] = {1, {{"POSITION", 1000}}};
   json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = "none";
-  const MeshFile file = read(json);
+  const MeshFile file = readGltfText(json);
   EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
   EXPECT_TRUE(file.notes.empty());
 }
@@ -278,7 +278,7 @@ TEST(Gltf, SkinsAndFallbacksAreNoted) {
   Json json = tetrahedronJson();
   json["nodes"][0]["skin"] = 0;
   json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 1}};
-  const MeshFile file = read(json);
+  const MeshFile file = readGltfText(json);
   ASSERT_EQ(file.notes.size(), 2u);
   EXPECT_TRUE(has(file.notes[0], "bufferViews[0] was read as its fallback without EXT_meshopt_compression"));
   EXPECT_TRUE(has(file.notes[1], "Skins"));
@@ -286,16 +286,16 @@ TEST(Gltf, SkinsAndFallbacksAreNoted) {
 
 TEST(Gltf, ABufferMayBeLongerThanAnnounced) {
   Json json = tetrahedronJson();
-  EXPECT_DOUBLE_EQ(volumeOf(read(json, tetrahedronBuffer() + std::string(40, 'x')).mesh), kVolume);
+  EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json, tetrahedronBuffer() + std::string(40, 'x')).mesh), kVolume);
   json["buffers"].push_back({{"byteLength", 5}, {"uri", "data:;base64,AAAAAAAAAAAA"}});
   json["bufferViews"][1]["buffer"] = 1;
-  EXPECT_TRUE(has(refusal(json), "beyond the 5 bytes of its buffer"));
+  EXPECT_TRUE(has(gltfRefusal(json), "beyond the 5 bytes of its buffer"));
 }
 
 TEST(Gltf, TooManyElementsAreRefused) {
   Json json = tetrahedronJson();
   json["nodes"] = Json::array_t(1'000'000, Json::object());
-  EXPECT_TRUE(has(refusal(json), "more than 1000000 nodes"));
+  EXPECT_TRUE(has(gltfRefusal(json), "more than 1000000 nodes"));
 }
 
 TEST(Gltf, InstancesWithoutEndAreRefused) {
@@ -306,7 +306,7 @@ TEST(Gltf, InstancesWithoutEndAreRefused) {
     json["nodes"].push_back({{"mesh", 0}});
     json["scenes"][0]["nodes"].push_back(n);
   }
-  EXPECT_TRUE(has(refusal(json), "4000000 triangles"));
+  EXPECT_TRUE(has(gltfRefusal(json), "4000000 triangles"));
 }
 
 TEST(Gltf, ABufferMayLieInAFileOfTheFolder) {

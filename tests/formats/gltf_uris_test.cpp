@@ -20,7 +20,7 @@ std::string open(const std::string& uri, const std::filesystem::path& folder) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::string refusal(const std::string& uri, const std::filesystem::path& folder = {}) {
+std::string uriRefusal(const std::string& uri, const std::filesystem::path& folder = {}) {
   return test::refusalOf<FormatError>([&] { open(uri, folder); });
 }
 
@@ -28,8 +28,8 @@ TEST(GltfUris, Base64IsThatOfRfc4648) {
   for (const auto& [text, bytes] :
        {std::pair<std::string, std::string>{"Zg==", "f"}, {"Zm8=", "fo"}, {"Zm9v", "foo"}, {"Zm9vYmFy", "foobar"}, {"+/8=", "\xfb\xff"}})
     EXPECT_EQ(open("data:application/octet-stream;base64," + text, {}), bytes) << text;
-  EXPECT_TRUE(has(refusal("data:;base64,Z*=="), "buffers[3].uri has \"*\" in its base64 data")) << refusal("data:;base64,Z*==");
-  EXPECT_TRUE(has(refusal("data:text/plain,abc"), "not of base64"));
+  EXPECT_TRUE(has(uriRefusal("data:;base64,Z*=="), "buffers[3].uri has \"*\" in its base64 data")) << uriRefusal("data:;base64,Z*==");
+  EXPECT_TRUE(has(uriRefusal("data:text/plain,abc"), "not of base64"));
 }
 
 TEST(GltfUris, FilesLieInTheFolderOrBelow) {
@@ -41,16 +41,16 @@ TEST(GltfUris, FilesLieInTheFolderOrBelow) {
   std::filesystem::create_symlink(scratch.path() / "outside.bin", folder / "link.bin");
   std::filesystem::create_symlink(folder / "data", folder / "inner");
   for (const char* uri : {"data/a%20b.bin", "./data/a b.bin", "inner/a b.bin"}) EXPECT_EQ(open(uri, folder), "within") << uri;
-  EXPECT_TRUE(has(refusal("../outside.bin", folder), "within the folder"));
-  EXPECT_TRUE(has(refusal("data/../../outside.bin", folder), "within the folder"));
-  EXPECT_TRUE(has(refusal("%2e%2e/outside.bin", folder), "within the folder"));
-  EXPECT_TRUE(has(refusal((scratch.path() / "outside.bin").string(), folder), "within the folder"));
-  EXPECT_TRUE(has(refusal("link.bin", folder), "through a link"));
-  EXPECT_TRUE(has(refusal("https://example.com/a.bin", folder), "on this machine"));
-  EXPECT_TRUE(has(refusal("data", folder), "plain file"));
-  EXPECT_TRUE(has(refusal(std::string("a\0b", 3), folder), "zero character"));
+  EXPECT_TRUE(has(uriRefusal("../outside.bin", folder), "within the folder"));
+  EXPECT_TRUE(has(uriRefusal("data/../../outside.bin", folder), "within the folder"));
+  EXPECT_TRUE(has(uriRefusal("%2e%2e/outside.bin", folder), "within the folder"));
+  EXPECT_TRUE(has(uriRefusal((scratch.path() / "outside.bin").string(), folder), "within the folder"));
+  EXPECT_TRUE(has(uriRefusal("link.bin", folder), "through a link"));
+  EXPECT_TRUE(has(uriRefusal("https://example.com/a.bin", folder), "on this machine"));
+  EXPECT_TRUE(has(uriRefusal("data", folder), "plain file"));
+  EXPECT_TRUE(has(uriRefusal(std::string("a\0b", 3), folder), "zero character"));
   EXPECT_THROW(open("missing.bin", folder), FileError);
-  EXPECT_TRUE(has(refusal("data/a b.bin"), "none is read here")) << "no folder, no files";
+  EXPECT_TRUE(has(uriRefusal("data/a b.bin"), "none is read here")) << "no folder, no files";
 }
 
 }  // namespace

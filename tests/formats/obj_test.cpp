@@ -20,10 +20,10 @@ using test::volumeOf;
 
 const std::string kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
-MeshFile read(std::string_view text, double unit_mm = 1) { return readObj(charsOf(text), "test.obj", unit_mm); }
+MeshFile readObjText(std::string_view text, double unit_mm = 1) { return readObj(charsOf(text), "test.obj", unit_mm); }
 
-std::string refusal(std::string_view text) {
-  return test::refusalOf<FormatError>([&] { read(text); });
+std::string objRefusal(std::string_view text) {
+  return test::refusalOf<FormatError>([&] { readObjText(text); });
 }
 
 testing::AssertionResult says(const std::string& text, std::initializer_list<const char*> words) {
@@ -33,7 +33,7 @@ testing::AssertionResult says(const std::string& text, std::initializer_list<con
 }
 
 TEST(Obj, ReadsATetrahedronExactly) {
-  const MeshFile file = read(kTetrahedron);
+  const MeshFile file = readObjText(kTetrahedron);
   ASSERT_EQ(file.mesh.positions.size(), 4u);
   EXPECT_EQ(file.mesh.positions[2], Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}));
@@ -44,20 +44,20 @@ TEST(Obj, ReadsATetrahedronExactly) {
 }
 
 TEST(Obj, TheUnitScalesEveryCoordinate) {
-  const MeshFile file = read(kTetrahedron, 25.4);
+  const MeshFile file = readObjText(kTetrahedron, 25.4);
   EXPECT_EQ(file.mesh.positions[3], Eigen::Vector3d(0, 0, 25.4));
   EXPECT_EQ(file.unit_mm, 25.4);
   for (const double unit : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()})
-    EXPECT_THROW(read(kTetrahedron, unit), std::invalid_argument) << unit;
+    EXPECT_THROW(readObjText(kTetrahedron, unit), std::invalid_argument) << unit;
 }
 
 TEST(Obj, KeepsAllDigitsOfADouble) {
-  const MeshFile file = read("v 0.1 -3000000.123456789 5e-324\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const MeshFile file = readObjText("v 0.1 -3000000.123456789 5e-324\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(file.mesh.positions[0], Eigen::Vector3d(0.1, -3000000.123456789, 5e-324));
 }
 
 TEST(Obj, WaysOfWritingTheSameMeshGiveTheSameMesh) {
-  const TriangleMesh expected = read(kTetrahedron).mesh;
+  const TriangleMesh expected = readObjText(kTetrahedron).mesh;
   const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
     return text;
@@ -77,27 +77,27 @@ TEST(Obj, WaysOfWritingTheSameMeshGiveTheSameMesh) {
       replaced(kTetrahedron, "v 0 0 0", "v 0 0 -0.0"),
   };
   for (const std::string& text : variants) {
-    const TriangleMesh mesh = read(text).mesh;
+    const TriangleMesh mesh = readObjText(text).mesh;
     EXPECT_EQ(mesh.positions, expected.positions) << text;
     EXPECT_EQ(mesh.triangles, expected.triangles) << text;
   }
 }
 
 TEST(Obj, AFaceMayComeBeforeItsVertices) {
-  const MeshFile file = read("f 1 2 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
+  const MeshFile file = readObjText("f 1 2 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
   EXPECT_EQ(file.mesh.triangles.size(), 2u);
   EXPECT_DOUBLE_EQ(areaOf(file.mesh), 1);
 }
 
 TEST(Obj, GroupsAndObjectsNameParts) {
-  const MeshFile file =
-      read("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng crown of 11\nf 1 2 4\no root#1 # comment\nf 1 3 4\ng crown of 11\nf 2 3 4\n");
+  const MeshFile file = readObjText(
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng crown of 11\nf 1 2 4\no root#1 # comment\nf 1 3 4\ng crown of 11\nf 2 3 4\n");
   EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "crown of 11", "root#1"}));
   EXPECT_EQ(file.mesh.part, (std::vector<std::uint32_t>{0, 1, 2, 1}));
 }
 
 TEST(Obj, WeldsEqualPlacesAndDropsUnusedVertices) {
-  const MeshFile file = read("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -0 0\nv 1 0 0\nv 0 0 1\nf 2 3 4\nf 5 7 6\n");
+  const MeshFile file = readObjText("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -0 0\nv 1 0 0\nv 0 0 1\nf 2 3 4\nf 5 7 6\n");
   EXPECT_EQ(file.mesh.positions.size(), 4u);
   EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 3, 1}}));
   ASSERT_EQ(file.notes.size(), 1u);
@@ -105,7 +105,7 @@ TEST(Obj, WeldsEqualPlacesAndDropsUnusedVertices) {
 }
 
 TEST(Obj, CutsConvexPolygonsIntoAFanFromTheFirstCorner) {
-  const MeshFile file = read("v 0 0 0\nv 2 0 0\nv 3 1 0\nv 2 2 0.1\nv 0 2 0\nf 1 2 3 4 5\n");  // not quite flat
+  const MeshFile file = readObjText("v 0 0 0\nv 2 0 0\nv 3 1 0\nv 2 2 0.1\nv 0 2 0\nf 1 2 3 4 5\n");  // not quite flat
   EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
@@ -143,7 +143,7 @@ TEST(Obj, ConcavePolygonsAreCoveredExactlyOnce) {
           text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(x + y / 2) + "\n";
           face.append(" ").append(std::to_string(i + 1));
         }
-        const MeshFile file = read(text + face + "\n");
+        const MeshFile file = readObjText(text + face + "\n");
         ASSERT_EQ(file.mesh.triangles.size(), n - 2);
         double signed_area = 0, area = 0;  // seen along z
         for (std::size_t t = 0; t < n - 2; ++t) {
@@ -161,32 +161,32 @@ TEST(Obj, ConcavePolygonsAreCoveredExactlyOnce) {
 }
 
 TEST(Obj, PolygonsThatCrossThemselvesOrVanishStillEndInTriangles) {
-  EXPECT_EQ(read("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n").mesh.triangles.size(), 2u);
-  EXPECT_EQ(read("v 0 0 0\nv 1 1 0\nf 1 2 1 2 1\n").mesh.triangles.size(), 3u);
-  EXPECT_EQ(read("v 0 0 0\nv 1e308 0 0\nv 1e308 1e308 0\nv -1e308 1e308 0\nf 1 2 3 4\n").mesh.triangles.size(), 2u);
+  EXPECT_EQ(readObjText("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n").mesh.triangles.size(), 2u);
+  EXPECT_EQ(readObjText("v 0 0 0\nv 1 1 0\nf 1 2 1 2 1\n").mesh.triangles.size(), 3u);
+  EXPECT_EQ(readObjText("v 0 0 0\nv 1e308 0 0\nv 1e308 1e308 0\nv -1e308 1e308 0\nf 1 2 3 4\n").mesh.triangles.size(), 2u);
 }
 
 TEST(Obj, RefusalsNameTheLineAndTheValue) {
   const std::string corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  EXPECT_TRUE(says(refusal(corner + "f 1 2 4\n"), {"test.obj", "line 4", "face 1", "vertex 4", "3 vertices"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 2 3\nf 1 0 3\n"), {"line 5", "face 2", "vertex 0", "from 1"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 2 -4\n"), {"line 4", "-4"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 2 99999999999999999999\n"), {"line 4", "99999999999999999999"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 2 4294967297\n"), {"line 4", "4294967297"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 x 3\n"), {"line 4", "\"x\""}));
-  EXPECT_TRUE(says(refusal("v 0 nan 0\n"), {"line 1", "\"nan\"", "finite"}));
-  EXPECT_TRUE(says(refusal("\n\nv 0 inf 0\n"), {"line 3", "\"inf\""}));
-  EXPECT_TRUE(says(refusal("v 0 1e999 0\n"), {"line 1", "1e999", "range"}));
-  EXPECT_TRUE(says(refusal("v 0 1,5 0\n"), {"line 1", "1,5", "decimal point"}));
-  EXPECT_TRUE(says(refusal("v 0 3.1+e2 0\n"), {"line 1", "3.1+e2"}));
-  EXPECT_TRUE(says(refusal("v 0 1\n"), {"line 1", "three coordinates"}));
-  EXPECT_TRUE(says(refusal(corner), {"no triangle"}));
-  EXPECT_TRUE(says(refusal(corner + "f 1 2\nl 1 2 3\n"), {"no triangle", "fewer than three"}));
-  EXPECT_TRUE(says(refusal(""), {"no triangle"}));
-  EXPECT_TRUE(says(refusal("\xff\xfev"), {"UTF-16"}));
-  EXPECT_TRUE(says(refusal(std::string_view("\0v\0 ", 4)), {"UTF-16"}));
-  EXPECT_TRUE(
-      says(test::refusalOf<FormatError>([] { read("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1e10); }), {"line 1", "smaller unit"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2 4\n"), {"test.obj", "line 4", "face 1", "vertex 4", "3 vertices"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2 3\nf 1 0 3\n"), {"line 5", "face 2", "vertex 0", "from 1"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2 -4\n"), {"line 4", "-4"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2 99999999999999999999\n"), {"line 4", "99999999999999999999"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2 4294967297\n"), {"line 4", "4294967297"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 x 3\n"), {"line 4", "\"x\""}));
+  EXPECT_TRUE(says(objRefusal("v 0 nan 0\n"), {"line 1", "\"nan\"", "finite"}));
+  EXPECT_TRUE(says(objRefusal("\n\nv 0 inf 0\n"), {"line 3", "\"inf\""}));
+  EXPECT_TRUE(says(objRefusal("v 0 1e999 0\n"), {"line 1", "1e999", "range"}));
+  EXPECT_TRUE(says(objRefusal("v 0 1,5 0\n"), {"line 1", "1,5", "decimal point"}));
+  EXPECT_TRUE(says(objRefusal("v 0 3.1+e2 0\n"), {"line 1", "3.1+e2"}));
+  EXPECT_TRUE(says(objRefusal("v 0 1\n"), {"line 1", "three coordinates"}));
+  EXPECT_TRUE(says(objRefusal(corner), {"no triangle"}));
+  EXPECT_TRUE(says(objRefusal(corner + "f 1 2\nl 1 2 3\n"), {"no triangle", "fewer than three"}));
+  EXPECT_TRUE(says(objRefusal(""), {"no triangle"}));
+  EXPECT_TRUE(says(objRefusal("\xff\xfev"), {"UTF-16"}));
+  EXPECT_TRUE(says(objRefusal(std::string_view("\0v\0 ", 4)), {"UTF-16"}));
+  EXPECT_TRUE(says(test::refusalOf<FormatError>([] { readObjText("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 1e10); }),
+                   {"line 1", "smaller unit"}));
 }
 
 TEST(Obj, ALargeConcavePolygonIsRefusedRatherThanCutForHours) {
@@ -195,7 +195,7 @@ TEST(Obj, ALargeConcavePolygonIsRefusedRatherThanCutForHours) {
     text += "v " + std::to_string(i) + " " + std::to_string(i % 2 ? i * i : 0) + " 0\n";
     face.append(" ").append(std::to_string(i + 1));
   }
-  EXPECT_TRUE(says(refusal(text + face + "\n"), {"5000 corners", "4096"}));
+  EXPECT_TRUE(says(objRefusal(text + face + "\n"), {"5000 corners", "4096"}));
 }
 
 }  // namespace

@@ -14,14 +14,14 @@ using test::has;
 
 const std::string kBody = "4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
-MeshFile read(std::string_view text) { return readOff(test::charsOf(text), "test.off"); }
+MeshFile readOffText(std::string_view text) { return readOff(test::charsOf(text), "test.off"); }
 
-std::string refusal(std::string_view text) {
-  return test::refusalOf<FormatError>([&] { read(text); });
+std::string offRefusal(std::string_view text) {
+  return test::refusalOf<FormatError>([&] { readOffText(text); });
 }
 
 TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
-  const TriangleMesh expected = read("OFF\n" + kBody).mesh;
+  const TriangleMesh expected = readOffText("OFF\n" + kBody).mesh;
   EXPECT_DOUBLE_EQ(test::volumeOf(expected), 1.0 / 6);
   const std::string variants[] = {
       kBody,
@@ -34,7 +34,7 @@ TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
       "OFF\n4 4\n" + kBody.substr(6),
   };
   for (const std::string& text : variants) {
-    const TriangleMesh mesh = read(text).mesh;
+    const TriangleMesh mesh = readOffText(text).mesh;
     EXPECT_EQ(mesh.positions, expected.positions) << text;
     EXPECT_EQ(mesh.triangles, expected.triangles) << text;
   }
@@ -43,21 +43,21 @@ TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
 TEST(Off, EveryTruncationIsRefused) {
   const std::string whole = "OFF\n" + kBody;
   for (std::size_t size = 0; size + 2 < whole.size(); ++size)  // without "3\n" the last index is gone
-    EXPECT_THROW(read(whole.substr(0, size)), FormatError) << size;
+    EXPECT_THROW(readOffText(whole.substr(0, size)), FormatError) << size;
 }
 
 TEST(Off, RefusalsNameTheElementAndTheValue) {
-  EXPECT_TRUE(has(refusal("OFF\n353535235358 6 0\n0 0 0\n"), "353535235358"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "face 0 names vertex \"3\"; valid are 0 to 2"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "-1"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9999999999 0 1 2\n"), "9999999999 corners, but its line has 3"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), "line 4: a vertex needs three"));
-  EXPECT_TRUE(has(refusal("OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"), "line 4: \"x\""));
-  EXPECT_TRUE(has(refusal("OFF\n-3 1 0\n"), "\"-3\""));
-  EXPECT_TRUE(has(refusal("4OFF\n1 1 0\n"), "more than three"));
-  EXPECT_TRUE(has(refusal("OFF BINARY\n"), "binary OFF"));
-  EXPECT_TRUE(has(refusal("OFF\n1 0 0\n0 0 0\n"), "no triangle"));
-  EXPECT_TRUE(has(refusal(""), "empty"));
+  EXPECT_TRUE(has(offRefusal("OFF\n353535235358 6 0\n0 0 0\n"), "353535235358"));
+  EXPECT_TRUE(has(offRefusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "face 0 names vertex \"3\"; valid are 0 to 2"));
+  EXPECT_TRUE(has(offRefusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "-1"));
+  EXPECT_TRUE(has(offRefusal("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9999999999 0 1 2\n"), "9999999999 corners, but its line has 3"));
+  EXPECT_TRUE(has(offRefusal("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), "line 4: a vertex needs three"));
+  EXPECT_TRUE(has(offRefusal("OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"), "line 4: \"x\""));
+  EXPECT_TRUE(has(offRefusal("OFF\n-3 1 0\n"), "\"-3\""));
+  EXPECT_TRUE(has(offRefusal("4OFF\n1 1 0\n"), "more than three"));
+  EXPECT_TRUE(has(offRefusal("OFF BINARY\n"), "binary OFF"));
+  EXPECT_TRUE(has(offRefusal("OFF\n1 0 0\n0 0 0\n"), "no triangle"));
+  EXPECT_TRUE(has(offRefusal(""), "empty"));
 }
 
 }  // namespace

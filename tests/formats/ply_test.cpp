@@ -16,10 +16,10 @@ namespace {
 
 using test::has;
 
-MeshFile read(std::string_view bytes) { return readPly(test::charsOf(bytes), "test.ply"); }
+MeshFile readPlyText(std::string_view bytes) { return readPly(test::charsOf(bytes), "test.ply"); }
 
-std::string refusal(std::string_view bytes) {
-  return test::refusalOf<FormatError>([&] { read(bytes); });
+std::string plyRefusal(std::string_view bytes) {
+  return test::refusalOf<FormatError>([&] { readPlyText(bytes); });
 }
 
 const std::string kAscii =
@@ -77,10 +77,10 @@ class Writer {
 };
 
 TEST(Ply, AllEncodingsAndTypesGiveTheSameMesh) {
-  const TriangleMesh expected = read(kAscii).mesh;
+  const TriangleMesh expected = readPlyText(kAscii).mesh;
   EXPECT_DOUBLE_EQ(test::volumeOf(expected), 1.0 / 6);
   const auto expectSame = [&](const std::string& bytes, const char* what) {
-    const TriangleMesh mesh = read(bytes).mesh;
+    const TriangleMesh mesh = readPlyText(bytes).mesh;
     EXPECT_EQ(mesh.positions, expected.positions) << what;
     EXPECT_EQ(mesh.triangles, expected.triangles) << what;
   };
@@ -99,13 +99,13 @@ TEST(Ply, AllEncodingsAndTypesGiveTheSameMesh) {
 TEST(Ply, AsciiRowsGoByLines) {
   std::string text = kAscii;
   text.replace(text.find("3 0 2 1\n"), 8, "3 0 2 1 9 9 9\n\n");
-  const MeshFile file = read(text);
+  const MeshFile file = readPlyText(text);
   EXPECT_EQ(file.mesh.triangles.size(), 4u);
   ASSERT_EQ(file.notes.size(), 1u);
   EXPECT_TRUE(has(file.notes[0], "1 line holds more values"));
   std::string short_row = kAscii;
   short_row.replace(short_row.find("0 1 0\n"), 6, "0 1\n");
-  EXPECT_TRUE(has(refusal(short_row), "line 13: vertex 2 has fewer values")) << refusal(short_row);
+  EXPECT_TRUE(has(plyRefusal(short_row), "line 13: vertex 2 has fewer values")) << plyRefusal(short_row);
 }
 
 TEST(Ply, EveryTruncationIsRefused) {
@@ -125,25 +125,25 @@ TEST(Ply, RefusalsNameTheElementAndTheValue) {
     text.replace(text.find(from), from.size(), to);
     return text;
   };
-  EXPECT_TRUE(has(refusal(with("3 0 2 1\n", "3 0 2 4\n")), "face 0 names vertex 4, but there are 4"));
-  EXPECT_TRUE(has(refusal(with("3 0 2 1\n", "3 0 2 -1\n")), "vertex -1"));
-  EXPECT_TRUE(has(refusal(with("3 0 2 1\n", "-3 0 2 1\n")), "of -3 values"));
-  EXPECT_TRUE(has(refusal(with("1 0 0\n", "nan 0 0\n")), "line 12: \"nan\""));
-  EXPECT_TRUE(has(refusal(with("vertex 4", "vertex 99999999999")), "99999999999 rows of \"vertex\""));
-  EXPECT_TRUE(has(refusal(with("face 4", "face 1844674407370955161")), "1844674407370955161"));
-  EXPECT_TRUE(has(refusal(with("property double y", "property quad y")), "\"quad\""));
-  EXPECT_TRUE(has(refusal(with("list uchar int", "list float int")), "\"float\" cannot count"));
-  EXPECT_TRUE(has(refusal(with("list uchar int", "list uchar float")), "whole numbers"));
-  EXPECT_TRUE(has(refusal(with("format ascii 1.0", "format ascii 2.0")), "\"2.0\""));
-  EXPECT_TRUE(has(refusal(with("format ascii 1.0", "format text 1.0")), "\"text\""));
-  EXPECT_TRUE(has(refusal(with("double z", "double w")), "no property \"z\""));
-  EXPECT_TRUE(has(refusal(with("element face", "element fans")), "no element \"face\""));
-  EXPECT_TRUE(has(refusal(with("ply", "plx")), "\"ply\""));
+  EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "3 0 2 4\n")), "face 0 names vertex 4, but there are 4"));
+  EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "3 0 2 -1\n")), "vertex -1"));
+  EXPECT_TRUE(has(plyRefusal(with("3 0 2 1\n", "-3 0 2 1\n")), "of -3 values"));
+  EXPECT_TRUE(has(plyRefusal(with("1 0 0\n", "nan 0 0\n")), "line 12: \"nan\""));
+  EXPECT_TRUE(has(plyRefusal(with("vertex 4", "vertex 99999999999")), "99999999999 rows of \"vertex\""));
+  EXPECT_TRUE(has(plyRefusal(with("face 4", "face 1844674407370955161")), "1844674407370955161"));
+  EXPECT_TRUE(has(plyRefusal(with("property double y", "property quad y")), "\"quad\""));
+  EXPECT_TRUE(has(plyRefusal(with("list uchar int", "list float int")), "\"float\" cannot count"));
+  EXPECT_TRUE(has(plyRefusal(with("list uchar int", "list uchar float")), "whole numbers"));
+  EXPECT_TRUE(has(plyRefusal(with("format ascii 1.0", "format ascii 2.0")), "\"2.0\""));
+  EXPECT_TRUE(has(plyRefusal(with("format ascii 1.0", "format text 1.0")), "\"text\""));
+  EXPECT_TRUE(has(plyRefusal(with("double z", "double w")), "no property \"z\""));
+  EXPECT_TRUE(has(plyRefusal(with("element face", "element fans")), "no element \"face\""));
+  EXPECT_TRUE(has(plyRefusal(with("ply", "plx")), "\"ply\""));
   std::string bytes = Writer(false).write<double, std::uint8_t, std::int32_t>("double", "uchar", "int");
   const double infinity = std::numeric_limits<double>::infinity();
   const std::size_t row = 1 + 3 * 8 + 2 + 8, body = bytes.size() - 4 * row - 5 - 4 * (1 + 8 + 1 + 12 + 2);
   bytes.replace(body + 2 * row + 1, 8, reinterpret_cast<const char*>(&infinity), 8);
-  EXPECT_TRUE(has(refusal(bytes), "vertex 2 lies at")) << refusal(bytes);
+  EXPECT_TRUE(has(plyRefusal(bytes), "vertex 2 lies at")) << plyRefusal(bytes);
 }
 
 }  // namespace

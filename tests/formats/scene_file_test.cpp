@@ -34,7 +34,7 @@ constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
 constexpr const char* kLeast = R"({"schema": "spheretree.scene/1", "tool": {"name": "t", "mesh": "t.obj"},
  "objects": [{"name": "o", "tree": "o.stree"}]})";
 
-std::string refusal(const std::string& text) {
+std::string sceneRefusal(const std::string& text) {
   return test::refusalOf<FormatError>([&] { (void)parseScene(text, "a.scene.json"); });
 }
 
@@ -143,13 +143,13 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
       {"\"box\"", "\"cube\"", "work[1] has the unknown key \"cube\""},
       {"\"radius_mm\": 0.25, ", "", "reach has no \"radius_mm\""}};
   for (const auto& [from, to, message] : cases) {
-    const std::string said = refusal(replaced(kFull, from, to));
+    const std::string said = sceneRefusal(replaced(kFull, from, to));
     EXPECT_NE(said.find(message), std::string::npos) << from << " -> " << to << ": " << said;
     EXPECT_EQ(said.rfind("a.scene.json: ", 0), 0u);
   }
-  EXPECT_NE(refusal("").find("is not JSON"), std::string::npos);
-  EXPECT_NE(refusal("[]").find("is not an object"), std::string::npos);
-  EXPECT_NE(refusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
+  EXPECT_NE(sceneRefusal("").find("is not JSON"), std::string::npos);
+  EXPECT_NE(sceneRefusal("[]").find("is not an object"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
 }
 
 // A cut or a changed byte gives a scene that can be written and read again, or a refusal: never anything else.

@@ -13,7 +13,7 @@
 namespace spheretree::formats {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string sphRefusal(const std::string& text) {
   return test::refusalOf<FormatError>([&] { (void)parseSph(text, "a.sph"); });
 }
 
@@ -110,7 +110,8 @@ TEST(SphText, RefusesWithTheLine) {
       {"3 2\n0 0 0 1 1" + rest + "0 0 0 1 1\n0 0 0 1 1\n0 0 0 1 1\n0 0 0 1 1\n", "line 5: node 3: is used, but its parent, node 1"},
       {"2 2\n3e38 0 0 3e38 1\n-3e38 0 0 3e38 1\n0 0 0 -1 0\n", "not finite"},
   };
-  for (const auto& [text, words] : cases) EXPECT_NE(refusal(text).find(words), std::string::npos) << words << "\nfound: " << refusal(text);
+  for (const auto& [text, words] : cases)
+    EXPECT_NE(sphRefusal(text).find(words), std::string::npos) << words << "\nfound: " << sphRefusal(text);
 }
 
 TEST(SphText, SurvivesTruncationAndMutation) {

@@ -45,10 +45,10 @@ std::string ascii() {
   return text + "endsolid tooth 11\n";
 }
 
-MeshFile read(std::string_view bytes) { return readStl(charsOf(bytes), "test.stl"); }
+MeshFile readStlText(std::string_view bytes) { return readStl(charsOf(bytes), "test.stl"); }
 
-std::string refusal(std::string_view bytes) {
-  return test::refusalOf<FormatError>([&] { read(bytes); });
+std::string stlRefusal(std::string_view bytes) {
+  return test::refusalOf<FormatError>([&] { readStlText(bytes); });
 }
 
 void expectTetrahedron(const MeshFile& file) {
@@ -58,7 +58,7 @@ void expectTetrahedron(const MeshFile& file) {
 }
 
 TEST(Stl, BothKindsGiveTheSameWeldedMesh) {
-  const MeshFile a = read(ascii()), b = read(binary());
+  const MeshFile a = readStlText(ascii()), b = readStlText(binary());
   expectTetrahedron(a);
   EXPECT_EQ(a.mesh.positions, b.mesh.positions);
   EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
@@ -69,16 +69,16 @@ TEST(Stl, BothKindsGiveTheSameWeldedMesh) {
 
 TEST(Stl, TheSizeTellsBinaryFromAscii) {
   for (const char* header : {"solid", "solid tooth\nfacet normal 0 0 0\n outer loop\n", "\xef\xbb\xbfsolid x"}) {
-    const MeshFile file = read(binary(header));
+    const MeshFile file = readStlText(binary(header));
     EXPECT_EQ(file.format, "STL (binary)") << header;
     expectTetrahedron(file);
   }
-  EXPECT_EQ(read("\xef\xbb\xbf" + ascii()).format, "STL (ASCII)");
+  EXPECT_EQ(readStlText("\xef\xbb\xbf" + ascii()).format, "STL (ASCII)");
 }
 
 TEST(Stl, AWrongCountGivesWayToTheSize) {
   for (const std::uint32_t count : {0u, 3u, 5u, 4294967280u}) {
-    const MeshFile file = read(binary("", count));
+    const MeshFile file = readStlText(binary("", count));
     expectTetrahedron(file);
     ASSERT_EQ(file.notes.size(), 1u);
     EXPECT_TRUE(has(file.notes[0], std::to_string(count)) && has(file.notes[0], "all 4 were read")) << file.notes[0];
@@ -86,7 +86,7 @@ TEST(Stl, AWrongCountGivesWayToTheSize) {
 }
 
 TEST(Stl, TrailingBytesAreIgnoredWithANote) {
-  const MeshFile file = read(binary() + "trailer");
+  const MeshFile file = readStlText(binary() + "trailer");
   expectTetrahedron(file);
   ASSERT_EQ(file.notes.size(), 1u);
   EXPECT_TRUE(has(file.notes[0], "7 bytes")) << file.notes[0];
@@ -110,7 +110,7 @@ TEST(Stl, EveryCutOfAnAsciiFileIsRefusedOrNoted) {
     const std::string cut = whole.substr(0, size);
     MeshFile file;
     try {
-      file = read(cut);
+      file = readStlText(cut);
     } catch (const FormatError& error) {
       EXPECT_TRUE(has(error.what(), "test.stl")) << error.what();
       continue;
@@ -123,19 +123,19 @@ TEST(Stl, RefusalsNameTheFacetAndTheValue) {
   std::string bytes = binary();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(bytes.data() + 84 + 2 * 50 + 12 + 12 + 4, &nan, 4);
-  EXPECT_TRUE(has(refusal(bytes), "facet 3, corner 2")) << refusal(bytes);
-  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendfacet\nendsolid\n"), "line 5: facet 1 has 2 vertices"));
-  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nendsolid\n"), "line 6"));
-  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 zero 0\n"), "\"zero\""));
-  EXPECT_TRUE(has(refusal("solid\nfacet\nvertex 0 0 inf\n"), "\"inf\""));
-  EXPECT_TRUE(has(refusal("solid\nendsolid\n"), "no triangle"));
-  EXPECT_TRUE(has(refusal("neither"), "7 bytes"));
-  EXPECT_TRUE(has(refusal(""), "empty"));
+  EXPECT_TRUE(has(stlRefusal(bytes), "facet 3, corner 2")) << stlRefusal(bytes);
+  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendfacet\nendsolid\n"), "line 5: facet 1 has 2 vertices"));
+  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\nendsolid\n"), "line 6"));
+  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 zero 0\n"), "\"zero\""));
+  EXPECT_TRUE(has(stlRefusal("solid\nfacet\nvertex 0 0 inf\n"), "\"inf\""));
+  EXPECT_TRUE(has(stlRefusal("solid\nendsolid\n"), "no triangle"));
+  EXPECT_TRUE(has(stlRefusal("neither"), "7 bytes"));
+  EXPECT_TRUE(has(stlRefusal(""), "empty"));
 }
 
 TEST(Stl, SolidsAreParts) {
   const std::string facet = "facet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n";
-  const MeshFile file = read(
+  const MeshFile file = readStlText(
       "solid\n" + facet +
       "endsolid\nSOLID B\nFACET NORMAL nan nan nan\nOuter Loop\nVERTEX 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nENDFACET\nEndSolid B\n");
   EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"", "B"}));

@@ -16,7 +16,7 @@ namespace {
 
 using test::replaced;
 
-std::string refusal(const std::string& text) {
+std::string treeRefusal(const std::string& text) {
   return test::refusalOf<FormatError>([&] { (void)parseTreeJson(text, "a.json"); });
 }
 
@@ -52,7 +52,7 @@ TEST(TreeJson, ComputesWhatIsLeftOut) {
 
 TEST(TreeJson, RefusesWithThePath) {
   const std::string good = writeTreeJson(test::threeLevelTree());
-  EXPECT_EQ(refusal(good), "");
+  EXPECT_EQ(treeRefusal(good), "");
   const std::vector<std::pair<std::string, std::string>> cases{
       {"", "is not JSON"},
       {"[", "is not JSON"},
@@ -82,12 +82,13 @@ TEST(TreeJson, RefusesWithThePath) {
       {R"({"schema":"spheretree.tree/1","branching":2,"nodes":[{"cover":[0,0,0,1],"bound":[0,0,0,1],"child_count":0}]})",
        "nodes[0].bound belongs to a node without children"},
   };
-  for (const auto& [text, words] : cases) EXPECT_NE(refusal(text).find(words), std::string::npos) << words << "\nfound: " << refusal(text);
+  for (const auto& [text, words] : cases)
+    EXPECT_NE(treeRefusal(text).find(words), std::string::npos) << words << "\nfound: " << treeRefusal(text);
 }
 
 TEST(TreeJson, NamesWhatIsWrongInSearchAndSkin) {
   const std::string good = writeTreeJson(test::withSkin(test::withSearch(test::treeOf({3, 0, 0, 0})), test::boxSkin({1, 2, 3})));
-  EXPECT_EQ(refusal(good), "");
+  EXPECT_EQ(treeRefusal(good), "");
   // A number or a record put in front of the first one of an array.
   const auto with = [&](const std::string& array, const std::string& first) {
     return replaced(good, "\"" + array + "\": [", "\"" + array + "\": [" + first + ",");
@@ -112,7 +113,8 @@ TEST(TreeJson, NamesWhatIsWrongInSearchAndSkin) {
       {with("edges", "1"), "skin.edges[0] is not an array"},
       {replaced(good, "\"triangles\": [", "\"triangles\": [], \"was\": ["), "the skin has no triangles"},
   };
-  for (const auto& [text, words] : cases) EXPECT_NE(refusal(text).find(words), std::string::npos) << words << "\nfound: " << refusal(text);
+  for (const auto& [text, words] : cases)
+    EXPECT_NE(treeRefusal(text).find(words), std::string::npos) << words << "\nfound: " << treeRefusal(text);
 }
 
 TEST(TreeJson, BreaksLinesOfArrays) {
@@ -126,12 +128,12 @@ TEST(TreeJson, BreaksLinesOfArrays) {
   EXPECT_LE(longest, 200u);
 }
 
-TEST(TreeJson, SurvivesDeepNesting) { EXPECT_NE(refusal(std::string(2000000, '[')), ""); }
+TEST(TreeJson, SurvivesDeepNesting) { EXPECT_NE(treeRefusal(std::string(2000000, '[')), ""); }
 
 TEST(TreeJson, SurvivesTruncationAndMutation) {
   test::Random random(4);
   const std::string whole = writeTreeJson(test::threeLevelTree());
-  for (std::size_t size = 0; size + 2 < whole.size(); ++size) ASSERT_NE(refusal(whole.substr(0, size)), "") << size;
+  for (std::size_t size = 0; size + 2 < whole.size(); ++size) ASSERT_NE(treeRefusal(whole.substr(0, size)), "") << size;
   const std::string letters = "0123456789.-e{}[]\",:tn \\\xff";
   int refused = 0;
   for (int i = 0; i < 5000; ++i) {

@@ -14,6 +14,7 @@ struct Ball {
   double radius = 0;                                 // [mm]
 };
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 
 /// What a builder hands to the final steps: the balls of each level. A node without a child on the next level ends early

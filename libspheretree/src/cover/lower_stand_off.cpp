@@ -20,7 +20,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kAsked = 6;  // balls asked to take a point
 constexpr int kDropRounds = 8;     // in which a ball gives points up for a new one

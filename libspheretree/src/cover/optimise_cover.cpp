@@ -28,7 +28,7 @@ constexpr int kBisections = 4;       // of the greedy cover: what is left of the
 constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
 constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
 constexpr std::size_t kMostDry = 8;  // times the spheres: samples that get a candidate of their own in one top-up
-constexpr double kRise = 1.3;        // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
+constexpr double kGoalGrowth = 1.3;  // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
 constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
 constexpr double kAbove = 1.2;       // times the stand-off that the spheres left over promise: where the search for it begins
 constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
@@ -37,7 +37,6 @@ constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose p
 constexpr double kGapSpacing = 0.1;  // of the samples at holes, in widths of a patch: one or a few for a hole
 constexpr double kRoom = 1.15;       // times the stand-off on the samples so far: where the swaps start that know of the holes
 constexpr double kKnown = 1.005;     // times the stand-off on the samples: where the squeeze starts if they know of the holes
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
@@ -209,8 +208,8 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
 // are added where they are dry: returns how many.
 std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
-  double rise = kRise;
-  for (double high = 1.05 * h;; low = high, high *= rise, rise *= kRise) {
+  double rise = kGoalGrowth;
+  for (double high = 1.05 * h;; low = high, high *= rise, rise *= kGoalGrowth) {
     thinToFit(samples, high, 0, candidates);
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);

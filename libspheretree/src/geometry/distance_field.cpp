@@ -6,13 +6,13 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/ball.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // For each vertex the first, in the order of sorting, with the same position: corners of equal position and edges between them belong
 // together, whatever their indices.

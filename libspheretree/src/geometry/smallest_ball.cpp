@@ -78,6 +78,13 @@ bool solve(Support& s, Ball& best) {
 
 }  // namespace
 
+Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  const Vector3d u = b - a, v = c - a, w = d - a;
+  const Vector3d vw = v.cross(w), wu = w.cross(u), uv = u.cross(v);
+  const double denominator = 2 * u.dot(vw);
+  return a + (u.squaredNorm() * vw + v.squaredNorm() * wu + w.squaredNorm() * uv) / denominator;
+}
+
 Ball smallestBall(std::span<const Vector3d> points) {
   if (points.empty()) return {};
   Support support;

@@ -14,4 +14,7 @@ namespace spheretree::builder {
 /// Cost: O(points) for each of about ten pivots.
 Ball smallestBall(std::span<const Eigen::Vector3d> points);
 
+/// Centre of the sphere through four points. Not finite, or far off, for a flat tetrahedron.
+Eigen::Vector3d circumcentre(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d);
+
 }  // namespace spheretree::builder

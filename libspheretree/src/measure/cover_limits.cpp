@@ -19,8 +19,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kHexagonalCover = 1.2091995761561452;  // 2 pi / (3 sqrt 3): area of the discs of the thinnest cover of the plane
-constexpr double kDiscs = 2;                            // that one ball cuts out of the surface
+constexpr double kDiscs = 2;  // that one ball cuts out of the surface
 
 /// Solves balls * discs * pi * h = 1.2092 * area * mean of 1 / (2 r + h).
 double finiteLimit(const std::vector<Ball>& medial, double area, double balls) {

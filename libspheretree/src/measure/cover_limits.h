@@ -16,6 +16,9 @@
 
 namespace spheretree::builder {
 
+/// Area of the discs of the thinnest cover of the plane, per area covered: 2 pi / (3 sqrt 3). Kershner 1939.
+inline constexpr double kHexagonalCover = 1.2091995761561452;
+
 struct CoverLimitSettings {
   std::size_t samples = 30000;        // surface points: h_fin takes a medial ball from each, h_low counts them
   std::size_t candidates = 8000;      // of the medial balls, for h_low; range [1, samples]

@@ -27,7 +27,6 @@ constexpr double kSeam = 1e-4, kTiny = 0.01;             // of the diagonal
 constexpr double kShortOfEdge = 0.1;                     // a gap is a seam only below this share of the border edges at it
 constexpr double kSmallSolid = 0.5, kLargeSolid = 2000;  // diagonals of what one feels with a probe [mm]
 constexpr std::size_t kInnerBalls = 4000;
-constexpr double kHexagonalCover = 1.2091995761561452;  // 2 pi / (3 sqrt 3), docs/measures.md
 
 struct BorderEdge {
   std::uint32_t from, to, triangle;  // as the triangle runs

@@ -33,7 +33,7 @@ void forEachIndex(std::size_t count, const Progress& progress, Body&& body) {
 }
 
 /// A point of the boundary of the union.
-struct Place {
+struct Summit {
   std::uint32_t ball = 0;
   Vector3d direction = Vector3d::Zero();  // unit, from the centre of `ball`
   double overhang = 0;                    // [mm]; <= 0: not outside the mesh
@@ -118,12 +118,12 @@ bool slideToBoundary(const SphereUnion& balls, std::size_t i, Vector3d& u) {
 
 /// Climbs on the boundary of the union from `place` to a local maximum of the overhang: pattern search with eight directions
 /// that turn from round to round, along the circles where balls meet and into the corners where three do.
-void climb(const Overhangs& overhangs, Place& place) {
+void climb(const Overhangs& overhangs, Summit& place) {
   constexpr int kRounds = 120, kDirections = 8;
   const double last = 1e-6 * place.spacing;
   for (int round = 0; round < kRounds && place.spacing > last; ++round) {
     const Vector3d side = anyPerpendicular(place.direction), up = place.direction.cross(side);
-    Place best = place;
+    Summit best = place;
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2 * std::numbers::pi * (k + 0.382 * round) / kDirections;
       Vector3d u = (place.direction + place.spacing * (std::cos(angle) * side + std::sin(angle) * up)).normalized();
@@ -139,7 +139,7 @@ void climb(const Overhangs& overhangs, Place& place) {
 }
 
 struct Sampled {
-  std::vector<Place> best;      // highest place of each run of neighbouring samples of a ball, where one is outside
+  std::vector<Summit> best;     // highest place of each run of neighbouring samples of a ball, where one is outside
   std::vector<float> values;    // overhang of each sample that is outside [mm]
   std::vector<double> weights;  // area that it stands for [mm^2]
 };
@@ -164,7 +164,7 @@ Sampled sampleBoundary(const Overhangs& overhangs, const OverhangSettings& setti
   }
 
   std::vector<std::vector<float>> values(runs.size());
-  std::vector<Place> best(runs.size());
+  std::vector<Summit> best(runs.size());
   tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t r) {
     if (progress.cancelled()) return;
     const Run& run = runs[r];
@@ -222,7 +222,7 @@ struct Patch {
   double bound = 0;            // of the overhang over the patch [mm]
 };
 
-struct Verdict {
+struct PatchVerdict {
   bool done = true;            // proven: in another ball, or no higher than the threshold
   double bound = 0;            // what was proven of its overhang; 0 if it is in another ball
   std::uint32_t triangle = 0;  // nearest to the middle
@@ -240,12 +240,12 @@ double boundByTriangle(const Overhangs& overhangs, const Patch& patch, double fl
   return most + overhangs.rounding();
 }
 
-Verdict judge(const Overhangs& overhangs, const Patch& patch, double threshold) {
+PatchVerdict judge(const Overhangs& overhangs, const Patch& patch, double threshold) {
   const auto& [a, b, c] = patch.corner;
   const Vector3d middle = (a + b + c).normalized();
   // Of the flat triangle, the corners are nearest to the plane through the centre that is perpendicular to `middle`.
   const double flatness = std::min({a.dot(middle), b.dot(middle), c.dot(middle)}) * (1 - 1e-15);
-  Verdict out;
+  PatchVerdict out;
   if (overhangs.balls().isBuried(patch.ball, a, b, c, flatness)) return out;
   const DistanceField& field = overhangs.field();
   out.triangle = patch.triangle;
@@ -288,17 +288,17 @@ class HighestSearch {
   HighestSearch(const Overhangs& overhangs, const OverhangSettings& settings, Progress& progress)
       : overhangs_(overhangs), settings_(settings), progress_(progress) {}
 
-  const Place& highest() const { return highest_; }
+  const Summit& highest() const { return highest_; }
 
   /// Climbs from the highest `most` of the places, and keeps the highest place reached.
-  void climbFrom(std::vector<Place>& starts, std::size_t most) {
-    std::stable_sort(starts.begin(), starts.end(), [](const Place& a, const Place& b) { return a.overhang > b.overhang; });
+  void climbFrom(std::vector<Summit>& starts, std::size_t most) {
+    std::stable_sort(starts.begin(), starts.end(), [](const Summit& a, const Summit& b) { return a.overhang > b.overhang; });
     if (starts.size() > most) starts.resize(most);
     tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
       if (!progress_.cancelled()) climb(overhangs_, starts[i]);
     });
     progress_.check();
-    for (const Place& place : starts)
+    for (const Summit& place : starts)
       if (place.overhang > highest_.overhang) highest_ = place;
   }
 
@@ -308,7 +308,7 @@ class HighestSearch {
     double proven = 0;  // of all patches that are done
     double spacing = 0.5;
     std::size_t judged = 0;
-    std::vector<Verdict> verdicts;
+    std::vector<PatchVerdict> verdicts;
     while (!patches.empty()) {
       const double limit = threshold();
       judged += patches.size();
@@ -347,18 +347,19 @@ class HighestSearch {
   }
 
   /// Quarters of the patches that are not done, after climbs from the high ones; raises `proven` by the bounds of those that are.
-  std::vector<Patch> cutUndecided(const std::vector<Patch>& patches, const std::vector<Verdict>& verdicts, double spacing, double& proven) {
+  std::vector<Patch> cutUndecided(const std::vector<Patch>& patches, const std::vector<PatchVerdict>& verdicts, double spacing,
+                                  double& proven) {
     std::vector<Patch> next;
-    std::vector<Place> starts;
+    std::vector<Summit> starts;
     for (std::size_t i = 0; i < patches.size(); ++i) {
-      const Verdict& verdict = verdicts[i];
+      const PatchVerdict& verdict = verdicts[i];
       if (verdict.done) {
         proven = std::max(proven, verdict.bound);
         continue;
       }
       if (verdict.middle > kWorthAClimb * highest_.overhang) {
         const auto& corner = patches[i].corner;
-        const Place place{patches[i].ball, (corner[0] + corner[1] + corner[2]).normalized(), verdict.middle, spacing};
+        const Summit place{patches[i].ball, (corner[0] + corner[1] + corner[2]).normalized(), verdict.middle, spacing};
         if (starts.empty() || starts.back().ball != place.ball)
           starts.push_back(place);
         else if (place.overhang > starts.back().overhang)  // one start a ball is enough
@@ -377,7 +378,7 @@ class HighestSearch {
   const Overhangs& overhangs_;
   const OverhangSettings& settings_;
   Progress& progress_;
-  Place highest_;
+  Summit highest_;
 };
 
 }  // namespace
@@ -395,7 +396,7 @@ Overhang measureOverhang(const DistanceField& field, const SphereUnion& balls, c
   HighestSearch search(overhangs, settings, progress);
   search.climbFrom(sampled.best, kFirstClimbs);
   const double proven = search.prove();
-  const Place& highest = search.highest();
+  const Summit& highest = search.highest();
   out.max = highest.overhang;
   out.bound = std::max(proven, out.max);
   if (out.max > 0) out.worst_ball = highest.ball, out.worst_point = overhangs.point(highest.ball, highest.direction);

@@ -13,6 +13,7 @@
 #include <limits>
 #include <queue>
 
+#include "geometry/smallest_ball.h"
 #include "medial/shrinking_balls.h"
 
 namespace spheretree::builder {
@@ -24,19 +25,12 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
-using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+using SiteDelaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr double kNearestSites = 1e-7;  // share of the diagonal: a site nearer to others would only repeat those of its ball
 
 // Relative to `a`, so that small cells far from the origin keep their digits. Not finite for a flat cell.
-Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
-  const Vector3d u = b - a, v = c - a, w = d - a;
-  const Vector3d vw = v.cross(w), wu = w.cross(u), uv = u.cross(v);
-  const double denominator = 2 * u.dot(vw);
-  return a + (u.squaredNorm() * vw + v.squaredNorm() * wu + w.squaredNorm() * uv) / denominator;
-}
-
 Kernel::Point_3 toCgal(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
@@ -49,7 +43,7 @@ struct AdaptiveMedialAxis::Impl {
     std::array<std::uint32_t, 4> site{};
     std::uint32_t birth = 0;  // tells a reused slot from the cell that a queue entry means
     bool inside = false;      // has a ball
-    Delaunay::Cell_handle handle;
+    SiteDelaunay::Cell_handle handle;
     double overhang() const { return radius - clearance; }
   };
   struct Entry {
@@ -59,7 +53,7 @@ struct AdaptiveMedialAxis::Impl {
   };
 
   const DistanceField& field;
-  Delaunay delaunay;
+  SiteDelaunay delaunay;
   std::vector<Vector3d> sites;
   std::vector<std::uint32_t> balls_at;  // (sites) cells with a ball that touch the site
   std::vector<Cell> cells;
@@ -70,13 +64,13 @@ struct AdaptiveMedialAxis::Impl {
   explicit Impl(const DistanceField& distance_field) : field(distance_field) {}
 
   // Cells are named in the order of their sorted sites, so that nothing depends on where CGAL keeps them.
-  std::vector<std::uint32_t> adopt(std::vector<Delaunay::Cell_handle> handles) {
+  std::vector<std::uint32_t> adopt(std::vector<SiteDelaunay::Cell_handle> handles) {
     struct Named {
       std::array<std::uint32_t, 4> site;
-      Delaunay::Cell_handle handle;
+      SiteDelaunay::Cell_handle handle;
     };
     std::vector<Named> named;
-    for (const Delaunay::Cell_handle handle : handles) {
+    for (const SiteDelaunay::Cell_handle handle : handles) {
       handle->info() = kNone;
       if (delaunay.is_infinite(handle)) continue;
       Named n{{handle->vertex(0)->info(), handle->vertex(1)->info(), handle->vertex(2)->info(), handle->vertex(3)->info()}, handle};
@@ -133,27 +127,27 @@ struct AdaptiveMedialAxis::Impl {
 
   // The new cells with balls; empty if the point is a site already.
   template <class Died>
-  std::vector<std::uint32_t> insert(const Vector3d& p, Delaunay::Cell_handle near, Died&& died) {
-    Delaunay::Locate_type type;
+  std::vector<std::uint32_t> insert(const Vector3d& p, SiteDelaunay::Cell_handle near, Died&& died) {
+    SiteDelaunay::Locate_type type;
     int i = 0, j = 0;
-    const Delaunay::Cell_handle at = delaunay.locate(toCgal(p), type, i, j, near);
-    if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL) return {};
-    std::vector<Delaunay::Facet> facets;
-    std::vector<Delaunay::Cell_handle> conflict;
+    const SiteDelaunay::Cell_handle at = delaunay.locate(toCgal(p), type, i, j, near);
+    if (type == SiteDelaunay::VERTEX || type == SiteDelaunay::OUTSIDE_AFFINE_HULL) return {};
+    std::vector<SiteDelaunay::Facet> facets;
+    std::vector<SiteDelaunay::Cell_handle> conflict;
     delaunay.find_conflicts(toCgal(p), at, std::back_inserter(facets), std::back_inserter(conflict));
     if (facets.empty()) return {};
     std::vector<std::uint32_t> ids;
-    for (const Delaunay::Cell_handle cell : conflict)
+    for (const SiteDelaunay::Cell_handle cell : conflict)
       if (!delaunay.is_infinite(cell)) ids.push_back(cell->info());
     // In the order of birth, so that slots are reused in an order of our own.
     std::sort(ids.begin(), ids.end(), [&](std::uint32_t a, std::uint32_t b) { return cells[a].birth < cells[b].birth; });
     for (const std::uint32_t id : ids) forget(id, died);
-    const Delaunay::Vertex_handle vertex =
+    const SiteDelaunay::Vertex_handle vertex =
         delaunay.insert_in_hole(toCgal(p), conflict.begin(), conflict.end(), facets.front().first, facets.front().second);
     vertex->info() = static_cast<std::uint32_t>(sites.size());
     sites.push_back(p);
     balls_at.push_back(0);
-    std::vector<Delaunay::Cell_handle> created;
+    std::vector<SiteDelaunay::Cell_handle> created;
     delaunay.incident_cells(vertex, std::back_inserter(created));
     return adopt(std::move(created));
   }
@@ -169,10 +163,10 @@ struct AdaptiveMedialAxis::Impl {
 AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<const Vector3d> sites) : impl_(std::make_unique<Impl>(field)) {
   Impl& m = *impl_;
   // One by one in the given order: numbers of vertices are then ours, and a repeated point keeps the first number.
-  Delaunay::Cell_handle hint;
+  SiteDelaunay::Cell_handle hint;
   for (const Vector3d& p : sites) {
     const std::size_t before = m.delaunay.number_of_vertices();
-    const Delaunay::Vertex_handle vertex = m.delaunay.insert(toCgal(p), hint);
+    const SiteDelaunay::Vertex_handle vertex = m.delaunay.insert(toCgal(p), hint);
     hint = vertex->cell();
     if (m.delaunay.number_of_vertices() == before) continue;
     vertex->info() = static_cast<std::uint32_t>(m.sites.size());
@@ -180,7 +174,7 @@ AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<con
   }
   m.balls_at.assign(m.sites.size(), 0);
   if (m.delaunay.dimension() < 3) return;  // fewer than four sites, or all on one plane: inner balls only
-  std::vector<Delaunay::Cell_handle> handles;
+  std::vector<SiteDelaunay::Cell_handle> handles;
   for (auto cell = m.delaunay.all_cells_begin(); cell != m.delaunay.all_cells_end(); ++cell) handles.push_back(cell);
   m.adopt(std::move(handles));
 }

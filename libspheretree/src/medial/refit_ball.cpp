@@ -17,12 +17,6 @@ constexpr std::size_t kMostFar = 48;   // patch points of the epsilon-subdiffere
 constexpr int kGilbertSteps = 24;
 constexpr double kFlat = 0.05;  // shortest subgradient that still counts as a slope
 
-double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
-  double most = 0;
-  for (const Vector3d& p : patch) most = std::max(most, (p - c).squaredNorm());
-  return std::sqrt(most);
-}
-
 // The first of those that reach least far in a direction.
 std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all) {
   std::size_t at = 0;
@@ -60,6 +54,12 @@ NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double
 }
 
 }  // namespace
+
+double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
+  double most = 0;
+  for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
+  return std::sqrt(most);
+}
 
 Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
                 int most_steps, double enough) {

@@ -16,6 +16,9 @@ struct Refit {
   std::uint64_t work = 0;  // triangles and patch points looked at
 };
 
+/// Distance from `centre` to the farthest of `points`; 0 if there are none [mm].
+double farthest(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& centre);
+
 /// Minimises max over p in `patch` of |p - c|, less d(c): a difference of two maxima, not smooth and not convex. Descent along the
 /// shortest vector of the epsilon-subdifferential, which is the difference of two convex hulls (unit vectors from the farthest patch
 /// points, unit vectors from the nearest surface points seen so far), with a step that shrinks; never worse than the start.

@@ -51,12 +51,6 @@ void forChunks(std::size_t count, Work&& work) {
   });
 }
 
-double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
-  double most = 0;
-  for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
-  return std::sqrt(most);
-}
-
 // A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted: the inner ball
 // that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
 void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "geometry/smallest_ball.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -18,14 +20,6 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Delaunay = CGAL::Delaunay_triangulation_3<Kernel>;
-
-// Circumcentre relative to `a`. Not finite, or far off, for a flat tetrahedron: the caller sorts those out.
-Vector3d circumcentre(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
-  const Vector3d u = b - a, v = c - a, w = d - a;
-  const Vector3d vw = v.cross(w), wu = w.cross(u), uv = u.cross(v);
-  const double denominator = 2 * u.dot(vw);
-  return a + (u.squaredNorm() * vw + v.squaredNorm() * wu + w.squaredNorm() * uv) / denominator;
-}
 
 Vector3d toEigen(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/ball.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -23,7 +25,6 @@ constexpr double kLeastShape = 0.05;     // twice the area over the square of th
 constexpr double kRoundShare = 0.1;      // of the collapses possible, cheapest first, that a round may try
 constexpr double kLeastProgress = 0.01;  // of the triangles, in a round: below it nothing more is to be had
 constexpr std::size_t kGrain = 4096;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Connectivity = OpenMesh::TriMesh_ArrayKernelT<>;
 using Vertex = OpenMesh::VertexHandle;

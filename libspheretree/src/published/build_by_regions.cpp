@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the paper's initial set
 constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
 constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper

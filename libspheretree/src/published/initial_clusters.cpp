@@ -8,6 +8,8 @@
 #include <iterator>
 #include <queue>
 
+#include "medial/refit_ball.h"
+
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
@@ -28,12 +30,6 @@ struct Merge {
     return a != o.a ? a > o.a : b > o.b;
   }
 };
-
-double farthest(const Vector3d& c, const std::vector<Vector3d>& points) {
-  double most = 0;
-  for (const Vector3d& p : points) most = std::max(most, (p - c).squaredNorm());
-  return std::sqrt(most);
-}
 
 void insertSorted(std::vector<std::uint32_t>& list, std::uint32_t value) {
   const auto at = std::lower_bound(list.begin(), list.end(), value);
@@ -79,7 +75,7 @@ std::vector<MedialCluster> startClusters(const Region& region) {
     if (of_ball[b].points.empty()) continue;
     number[b] = static_cast<std::uint32_t>(clusters.size());
     const MedialBall& medial = region.pool[b];
-    of_ball[b].ball = {medial.centre, medial.clearance, farthest(medial.centre, of_ball[b].points)};
+    of_ball[b].ball = {medial.centre, medial.clearance, farthest(of_ball[b].points, medial.centre)};
     clusters.push_back(std::move(of_ball[b]));
   }
   for (const auto& list : near)

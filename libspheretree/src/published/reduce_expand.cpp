@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 10;
+constexpr int kExpandBisections = 10;
 
 // gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are together.
 // Float, as it only steers the choice; radii are computed in double.
@@ -108,7 +108,7 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
     done = attempt(enough);
     if (!done) low = enough;
   }
-  for (int i = 0; i < kBisections && !done && low < high; ++i) {
+  for (int i = 0; i < kExpandBisections && !done && low < high; ++i) {
     const float middle = 0.5f * (low + high);
     if (!attempt(middle)) low = middle;
   }

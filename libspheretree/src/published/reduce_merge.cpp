@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "geometry/smallest_ball.h"
+#include "medial/refit_ball.h"
 #include "published/initial_clusters.h"
 
 namespace spheretree::builder {
@@ -13,15 +14,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-double farthest(const Vector3d& c, const std::vector<Vector3d>& points) {
-  double most = 0;
-  for (const Vector3d& p : points) most = std::max(most, (p - c).squaredNorm());
-  return std::sqrt(most);
-}
-
 FittedBall bestOfThree(const Region& region, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>& united) {
-  const FittedBall first{a.ball.centre, a.ball.clearance, std::max(a.ball.radius, farthest(a.ball.centre, b.points))};
-  const FittedBall second{b.ball.centre, b.ball.clearance, std::max(b.ball.radius, farthest(b.ball.centre, a.points))};
+  const FittedBall first{a.ball.centre, a.ball.clearance, std::max(a.ball.radius, farthest(b.points, a.ball.centre))};
+  const FittedBall second{b.ball.centre, b.ball.clearance, std::max(b.ball.radius, farthest(a.points, b.ball.centre))};
   FittedBall best = second.overhang() < first.overhang() ? second : first;
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());

@@ -22,11 +22,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kRefitSteps = 24;
-constexpr double kNegligible = 1e-6;     // overhang, of the diagonal
-constexpr std::size_t kCellsALeaf = 16;  // for a tolerance: so many may be joined
-constexpr int kSteps = 6;                // towards the least overhang that the budget suffices for ...
-constexpr double kUsedUp = 0.95;         // ... at which so much of it is used
-constexpr double kNear = 0.8;            // a tolerance beyond this share of a goal is tried itself
+constexpr double kNegligibleOverhang = 1e-6;  // overhang, of the diagonal
+constexpr std::size_t kCellsALeaf = 16;       // for a tolerance: so many may be joined
+constexpr int kSteps = 6;                     // towards the least overhang that the budget suffices for ...
+constexpr double kUsedUp = 0.95;              // ... at which so much of it is used
+constexpr double kNearGoal = 0.8;             // a tolerance beyond this share of a goal is tried itself
 
 using Polygon = std::vector<Vector3d>;
 
@@ -241,7 +241,7 @@ std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, 
   for (int step = 0; step < kSteps && high > tolerance; ++step) {
     const double used = static_cast<double>(leaves.size()) / static_cast<double>(budget);
     double goal = std::max(std::sqrt(used) * high, std::sqrt(low * high));
-    if (tolerance > low && tolerance > kNear * goal)
+    if (tolerance > low && tolerance > kNearGoal * goal)
       goal = tolerance;
     else if (used > kUsedUp)
       break;
@@ -264,7 +264,7 @@ std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, 
 LevelBalls buildForTolerance(const Cell& root, const DistanceField& field, const PublishedSettings& settings, Progress& progress) {
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
-  const double enough = std::max(settings.tolerance_mm, kNegligible * field.diagonal());
+  const double enough = std::max(settings.tolerance_mm, kNegligibleOverhang * field.diagonal());
   Halving halving(root, field);
   const std::vector<FittedBall> leaves = findLeaves(halving, field, budget, enough, progress);
   const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings.branching);
@@ -298,7 +298,7 @@ LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, con
       const FittedBall ball = ballRound(cell, field);
       out.balls.back().push_back(ball.ball());
       out.parents.back().push_back(cell.parent);
-      if (level + 1 == settings.levels || ball.overhang() <= kNegligible * field.diagonal()) continue;
+      if (level + 1 == settings.levels || ball.overhang() <= kNegligibleOverhang * field.diagonal()) continue;
       const auto parent = static_cast<std::uint32_t>(out.balls.back().size() - 1);
       for (Cell& child : divide(std::move(cell), halvings)) {
         child.parent = parent;

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMostPoints = 400;
 constexpr std::size_t kStarts = 4;
 constexpr int kHalvings = 4;
-constexpr int kBisections = 8;
+constexpr int kSpawnBisections = 8;
 
 struct Placed {
   Ball inner;  // radius: the clearance
@@ -120,7 +120,7 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
     done = attempt(region.enough);
     if (!done) low = region.enough;
   }
-  for (int i = 0; i < kBisections && !done; ++i) {
+  for (int i = 0; i < kSpawnBisections && !done; ++i) {
     const double middle = 0.5 * (low + high);
     if (!attempt(middle)) low = middle;
   }

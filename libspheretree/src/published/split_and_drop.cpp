@@ -17,7 +17,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
 constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
 constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing

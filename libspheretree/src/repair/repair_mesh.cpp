@@ -33,7 +33,7 @@ constexpr double kAlphasInArea = 1e-4;                 // alpha^2 over the area,
 constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
 constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
 constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
-constexpr int kRounds = 6;           // of cutting: rounding may leave crossings
+constexpr int kCutRounds = 6;        // of cutting: rounding may leave crossings
 
 std::string number(double value) {
   char text[32];
@@ -72,7 +72,7 @@ class Repair {
     if (soup_.mesh.triangles.empty()) return {};
     is_sheet_ = isOneSided(soup_.mesh);
     closeBorders();
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kCutRounds; ++round) {
       progress_.check();
       MeshReport state = checkMesh(soup_.mesh);
       if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));

@@ -14,9 +14,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kRounds = 20;  // of splits: as many as a triangle has edges that several share, but without end where triangles coincide
+constexpr int kSplitRounds = 20;  // of splits: as many as a triangle has edges that several share, but without end where triangles coincide
 
-struct Side {
+struct FanSide {
   std::uint32_t low, high, triangle;
   std::uint32_t corner;  // the edge runs from this corner to the next
   bool forward;
@@ -29,34 +29,34 @@ std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t i) {
 }
 
 /// The sides of each edge, in the order of the edges.
-std::vector<std::vector<Side>> sidesOfEdges(const TriangleMesh& mesh) {
-  std::vector<Side> sides;
+std::vector<std::vector<FanSide>> sidesOfEdges(const TriangleMesh& mesh) {
+  std::vector<FanSide> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       sides.push_back({std::min(a, b), std::max(a, b), t, k, a < b});
     }
   std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle); });
-  std::vector<std::vector<Side>> edges;
+            [](const FanSide& a, const FanSide& b) { return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle); });
+  std::vector<std::vector<FanSide>> edges;
   for (std::size_t i = 0; i < sides.size();) {
     edges.emplace_back();
-    for (const Side first = sides[i]; i < sides.size() && sides[i].low == first.low && sides[i].high == first.high; ++i)
+    for (const FanSide first = sides[i]; i < sides.size() && sides[i].low == first.low && sides[i].high == first.high; ++i)
       edges.back().push_back(sides[i]);
   }
   return edges;
 }
 
 /// Sorts the sides of an edge round it. Solid matter then lies between one that runs forward and the next at a smaller angle.
-void sortRound(const TriangleMesh& mesh, std::vector<Side>& edge) {
+void sortRound(const TriangleMesh& mesh, std::vector<FanSide>& edge) {
   const Vector3d axis = (mesh.positions[edge[0].high] - mesh.positions[edge[0].low]).normalized();
   const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
-  for (Side& s : edge) {
+  for (FanSide& s : edge) {
     const Vector3d to = mesh.positions[mesh.triangles[s.triangle][(s.corner + 2) % 3]] - mesh.positions[s.low];
     s.angle = std::atan2(to.dot(y), to.dot(x));
   }
   std::sort(edge.begin(), edge.end(),
-            [](const Side& a, const Side& b) { return std::tie(a.angle, a.triangle) < std::tie(b.angle, b.triangle); });
+            [](const FanSide& a, const FanSide& b) { return std::tie(a.angle, a.triangle) < std::tie(b.angle, b.triangle); });
 }
 
 /// Gives every pair of triangles at an edge of more than two a vertex of its own in the middle of the edge. Two fans that share the edge
@@ -65,16 +65,16 @@ std::vector<std::uint32_t> splitSharedEdges(RepairSoup& soup) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<std::uint32_t> middles;
   std::vector<char> is_split(mesh.triangles.size(), 0);  // the sides of a triangle that is cut are no longer what they were: next round
-  for (std::vector<Side>& edge : sidesOfEdges(mesh)) {
-    if (edge.size() <= 2 || std::ranges::any_of(edge, [&](const Side& s) { return is_split[s.triangle]; })) continue;
+  for (std::vector<FanSide>& edge : sidesOfEdges(mesh)) {
+    if (edge.size() <= 2 || std::ranges::any_of(edge, [&](const FanSide& s) { return is_split[s.triangle]; })) continue;
     sortRound(mesh, edge);
     for (std::size_t i = 0; i < edge.size(); ++i) {
-      const Side &a = edge[i], &b = edge[(i + 1) % edge.size()];
+      const FanSide &a = edge[i], &b = edge[(i + 1) % edge.size()];
       if (a.forward || !b.forward) continue;
       const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
       mesh.positions.push_back(0.5 * (mesh.positions[a.low] + mesh.positions[a.high]));
       middles.push_back(middle);
-      for (const Side& s : {a, b}) {
+      for (const FanSide& s : {a, b}) {
         is_split[s.triangle] = 1;
         Triangle& first = mesh.triangles[s.triangle];
         Triangle second = first;
@@ -89,9 +89,9 @@ std::vector<std::uint32_t> splitSharedEdges(RepairSoup& soup) {
 }
 
 /// Joins the two triangles' corners at both ends of an edge.
-void join(const TriangleMesh& mesh, const Side& a, const Side& b, std::vector<std::uint32_t>& parent) {
+void join(const TriangleMesh& mesh, const FanSide& a, const FanSide& b, std::vector<std::uint32_t>& parent) {
   for (const std::uint32_t v : {a.low, a.high}) {
-    const auto cornerOf = [&](const Side& s) {
+    const auto cornerOf = [&](const FanSide& s) {
       return 3 * s.triangle + (mesh.triangles[s.triangle][s.corner] == v ? s.corner : (s.corner + 1) % 3);
     };
     const std::uint32_t i = rootOf(parent, cornerOf(a)), j = rootOf(parent, cornerOf(b));
@@ -104,14 +104,14 @@ void join(const TriangleMesh& mesh, const Side& a, const Side& b, std::vector<st
 SeparatedFans separateFans(RepairSoup& soup, double distance) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<std::uint32_t> copies;  // the vertices to move
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSplitRounds; ++round) {
     const std::vector<std::uint32_t> middles = splitSharedEdges(soup);
     if (middles.empty()) break;
     copies.insert(copies.end(), middles.begin(), middles.end());
   }
   std::vector<std::uint32_t> parent(3 * mesh.triangles.size());
   std::iota(parent.begin(), parent.end(), 0u);
-  for (const std::vector<Side>& edge : sidesOfEdges(mesh))
+  for (const std::vector<FanSide>& edge : sidesOfEdges(mesh))
     if (edge.size() == 2) join(mesh, edge[0], edge[1], parent);
 
   SeparatedFans result;

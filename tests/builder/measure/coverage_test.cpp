@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-5;
 
-Coverage measure(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
+Coverage coverageOf(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   Progress progress;
   return measureCoverage(mesh, SphereUnion(balls), {.tolerance = kTolerance}, progress);
 }
@@ -25,14 +25,14 @@ Coverage measure(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
 TEST(Coverage, BallInACubeLeavesTheCornersOpen) {
   const TriangleMesh cube = test::boxMesh({-1, -1, -1}, {1, 1, 1});
   for (const double radius : {1.1, 1.3, 1.4}) {  // covers a disc of each face
-    const Coverage coverage = measure(cube, {{{0, 0, 0}, radius}});
+    const Coverage coverage = coverageOf(cube, {{{0, 0, 0}, radius}});
     EXPECT_NEAR(coverage.uncovered_fraction, 1 - std::numbers::pi * (radius * radius - 1) / 4, 1e-3);
     EXPECT_NEAR(coverage.max_gap, std::sqrt(3.0) - radius, 1e-12);
     EXPECT_GE(coverage.max_gap_bound, std::sqrt(3.0) - radius - 1e-12);
     EXPECT_LE(coverage.max_gap_bound, coverage.max_gap + 0.5 * kTolerance);
     EXPECT_NEAR(coverage.worst_point.norm(), std::sqrt(3.0), 1e-12);
   }
-  const Coverage whole = measure(cube, {{{0, 0, 0}, 1.7321}});
+  const Coverage whole = coverageOf(cube, {{{0, 0, 0}, 1.7321}});
   EXPECT_EQ(whole.uncovered_fraction, 0);
   EXPECT_EQ(whole.max_gap, 0);
   EXPECT_LE(whole.max_gap_bound, 1.5 * kTolerance);
@@ -48,7 +48,7 @@ TEST(Coverage, FindsATinyGap) {
     balls.push_back({{0.31 + 2 * std::cos(angle), 0.17 + 2 * std::sin(angle), 0}, 2 - hole});
   }
   balls[0].radius -= 5e-5;  // its top stays below the face by this much
-  const Coverage coverage = measure(slab, balls);
+  const Coverage coverage = coverageOf(slab, balls);
   const double distance_to_ring = hole, gap = std::min(distance_to_ring, 5e-5);
   EXPECT_NEAR(coverage.max_gap, gap, 2 * kTolerance);
   EXPECT_LT(coverage.uncovered_fraction, 1e-3);
@@ -63,7 +63,7 @@ TEST(Coverage, GapIsNeverAboveItsBoundNorBelowASample) {
       const Vector3d centre = random.inBox({-3, -3, -1}, {3, 3, 1});
       balls.push_back({centre, random.between(0.3, 1)});
     }
-    const Coverage coverage = measure(mesh, balls);
+    const Coverage coverage = coverageOf(mesh, balls);
     EXPECT_LE(coverage.max_gap, coverage.max_gap_bound);
     EXPECT_LE(coverage.max_gap_bound, coverage.max_gap + 0.5 * kTolerance);
     for (const SurfacePoint& sample : spreadOverSurface(mesh, 20000, 7)) {
@@ -79,10 +79,10 @@ TEST(Coverage, GrowingARadiusNeverUncovers) {
   const TriangleMesh mesh = test::sphereMesh(1, 3);
   std::vector<Ball> balls;
   for (int k = 0; k < 30; ++k) balls.push_back({0.7 * random.direction(), 0.4});
-  Coverage before = measure(mesh, balls);
+  Coverage before = coverageOf(mesh, balls);
   for (int round = 0; round < 10; ++round) {
     balls[random.below(balls.size())].radius *= 1.2;
-    const Coverage after = measure(mesh, balls);
+    const Coverage after = coverageOf(mesh, balls);
     EXPECT_LE(after.uncovered_fraction, before.uncovered_fraction);
     EXPECT_LE(after.max_gap, before.max_gap + 0.5 * kTolerance);
     before = after;
@@ -108,7 +108,7 @@ TEST(Coverage, SurfacePointsLieOnTheirTrianglesAndFollowTheArea) {
 }
 
 TEST(Coverage, NoBallsCoverNothing) {
-  const Coverage coverage = measure(test::boxMesh({0, 0, 0}, {1, 1, 1}), {});
+  const Coverage coverage = coverageOf(test::boxMesh({0, 0, 0}, {1, 1, 1}), {});
   EXPECT_EQ(coverage.uncovered_fraction, 1);
   EXPECT_TRUE(std::isinf(coverage.max_gap));
 }

@@ -14,17 +14,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-Overhang measure(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
+Overhang overhangOf(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   Progress progress;
   return measureOverhang(DistanceField(mesh), SphereUnion(balls), {}, progress);
 }
 
-const TriangleMesh kCube = test::boxMesh({-1, -1, -1}, {1, 1, 1});
+const TriangleMesh kUnitCube = test::boxMesh({-1, -1, -1}, {1, 1, 1});
 const double kCubeDiagonal = std::sqrt(12.0);
 
 TEST(Overhang, BallAroundACubeReachesFarthestOverTheFaces) {
   for (const double radius : {1.2, std::sqrt(2.0), 1.8, 3.0}) {
-    const Overhang overhang = measure(kCube, {{{0, 0, 0}, radius}});
+    const Overhang overhang = overhangOf(kUnitCube, {{{0, 0, 0}, radius}});
     EXPECT_NEAR(overhang.max, radius - 1, 1e-9);
     EXPECT_GE(overhang.bound, radius - 1 - 1e-15);
     EXPECT_NEAR(overhang.bound, radius - 1, 1e-4 * (radius - 1));
@@ -35,7 +35,7 @@ TEST(Overhang, BallAroundACubeReachesFarthestOverTheFaces) {
 
 TEST(Overhang, PercentileAndMeanAreThoseOfRandomPoints) {
   const double radius = 1.8;  // over the corners too: everything is outside
-  const Overhang overhang = measure(kCube, {{{0, 0, 0}, radius}});
+  const Overhang overhang = overhangOf(kUnitCube, {{{0, 0, 0}, radius}});
   test::Random random(1);
   std::vector<double> values;
   double sum = 0;
@@ -54,35 +54,35 @@ TEST(Overhang, ConcentricBallOfASphereMeshReachesOverTheFlattestFace) {
   const DistanceField field(mesh);
   double nearest_face = 2;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) nearest_face = std::min(nearest_face, field.normal(t).dot(mesh.corner(t, 0)));
-  const Overhang overhang = measure(mesh, {{{0, 0, 0}, 1.999}});
+  const Overhang overhang = overhangOf(mesh, {{{0, 0, 0}, 1.999}});
   EXPECT_NEAR(overhang.max, 1.999 - nearest_face, 1e-6);
   EXPECT_LE(overhang.bound, overhang.max * 1.0001 + 1e-6 * field.diagonal());
 }
 
 TEST(Overhang, NothingOutsideIsZero) {
-  const Overhang inside = measure(kCube, {{{0.2, 0, 0}, 0.5}, {{0, 0, 0}, 0.9}});
+  const Overhang inside = overhangOf(kUnitCube, {{{0.2, 0, 0}, 0.5}, {{0, 0, 0}, 0.9}});
   EXPECT_EQ(inside.max, 0);
   EXPECT_LE(inside.bound, 1e-6 * kCubeDiagonal);
   EXPECT_EQ(inside.p99, 0);
   EXPECT_EQ(inside.mean, 0);
   EXPECT_FALSE(inside.worst_ball);
-  EXPECT_EQ(measure(kCube, {}).bound, 0);
+  EXPECT_EQ(overhangOf(kUnitCube, {}).bound, 0);
 }
 
 TEST(Overhang, PartsInsideOtherBallsDoNotCount) {
   // The small ball pokes out of the cube, but inside the large one only.
-  const Overhang large = measure(kCube, {{{0, 0, 0}, 1.5}}), both = measure(kCube, {{{0, 0, 0}, 1.5}, {{0.9, 0, 0}, 0.5}});
+  const Overhang large = overhangOf(kUnitCube, {{{0, 0, 0}, 1.5}}), both = overhangOf(kUnitCube, {{{0, 0, 0}, 1.5}, {{0.9, 0, 0}, 0.5}});
   EXPECT_EQ(large.max, both.max);
   EXPECT_EQ(large.mean, both.mean);
   // Two balls side by side: their middle circle is buried, so that the highest points are beside it, at most.
-  const Overhang pair = measure(kCube, {{{-0.5, 0, 0}, 1.3}, {{0.5, 0, 0}, 1.3}});
+  const Overhang pair = overhangOf(kUnitCube, {{{-0.5, 0, 0}, 1.3}, {{0.5, 0, 0}, 1.3}});
   EXPECT_NEAR(pair.max, 0.8, 1e-4) << "along x: 0.5 + 1.3 - 1";
 }
 
 // A cubic cavity with a ball about the middle of each face: what is left are pockets at its corners, and the point of a pocket's
 // boundary that is farthest from the walls is the corner where three balls meet. Sampling never hits it.
 TEST(Overhang, FindsTheCornerWhereThreeBallsMeet) {
-  TriangleMesh cavity = kCube;
+  TriangleMesh cavity = kUnitCube;
   for (Triangle& t : cavity.triangles) std::swap(t[1], t[2]);
   const TriangleMesh hollow = test::joined(test::boxMesh({-3, -3, -3}, {3, 3, 3}), cavity);
   for (const double radius : {1.1, 1.2, 1.35}) {
@@ -90,7 +90,7 @@ TEST(Overhang, FindsTheCornerWhereThreeBallsMeet) {
     for (int axis = 0; axis < 3; ++axis)
       for (const double sign : {1.0, -1.0}) balls.push_back({sign * Vector3d::Unit(axis), radius});
     const double corner = (1 + std::sqrt(1 + 3 * (radius * radius - 1))) / 3;  // (t - 1)^2 + 2 t^2 = r^2
-    const Overhang overhang = measure(hollow, balls);
+    const Overhang overhang = overhangOf(hollow, balls);
     EXPECT_NEAR(overhang.max, 1 - corner, 1e-5 * (1 - corner));
     EXPECT_GE(overhang.bound, 1 - corner - 1e-14);
   }
@@ -109,7 +109,7 @@ TEST_P(OverhangOfRandomBalls, BoundHoldsForEverySampleAndIsTight) {
     const double distance = field.signedDistance(centre);
     if (distance < 0.2) balls.push_back({centre, std::abs(distance) + random.between(0.01, 0.6)});
   }
-  const Overhang overhang = measure(mesh, balls);
+  const Overhang overhang = overhangOf(mesh, balls);
   EXPECT_GE(overhang.bound, overhang.max);
   EXPECT_LE(overhang.bound, 1.0001 * overhang.max + 1e-6 * field.diagonal());
   EXPECT_LE(overhang.p99, overhang.max);
@@ -145,7 +145,7 @@ TEST(Overhang, ABudgetEndsTheProofWithABoundThatHolds) {
 }
 
 TEST(Overhang, CancelsAndRefusesSettingsOutOfRange) {
-  const DistanceField field(kCube);
+  const DistanceField field(kUnitCube);
   const SphereUnion balls(std::vector<Ball>{{{0, 0, 0}, 1.5}});
   Progress progress;
   EXPECT_THROW(measureOverhang(field, balls, {.least_a_ball = 0}, progress), std::invalid_argument);

@@ -46,7 +46,7 @@ std::vector<RepairStepKind> kindsOf(const RepairedMesh& r) {
 using Kinds = std::vector<RepairStepKind>;
 
 /// Every triangle with corners of its own.
-TriangleMesh soupOf(const TriangleMesh& mesh) {
+TriangleMesh unsharedCorners(const TriangleMesh& mesh) {
   TriangleMesh soup;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) soup.positions.push_back(mesh.corner(t, k));
@@ -75,7 +75,7 @@ TEST(RepairMesh, LeavesSoundMeshesAlone) {
 }
 
 TEST(RepairMesh, StitchesCracks) {
-  TriangleMesh mesh = soupOf(molar());
+  TriangleMesh mesh = unsharedCorners(molar());
   const double diagonal = diagonalOf(mesh), off = 1e-5 * diagonal;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> jitter(-off, off);
@@ -360,7 +360,7 @@ TEST(RepairMesh, MixedDamageComesOutSound) {
     TriangleMesh mesh = test::sphereMesh(10, 3);
     if (chance(2)) mesh = joined(mesh, boxMesh({-2, -3, 5}, {4, 3, 5.0 + static_cast<double>(random() % 10)}));
     if (chance(3)) mesh = joined(mesh, molar());
-    if (chance(2)) mesh = soupOf(mesh);
+    if (chance(2)) mesh = unsharedCorners(mesh);
     const int holes = 10 + static_cast<int>(random() % 200), turns = 2 + static_cast<int>(random() % 50);
     std::erase_if(mesh.triangles, [&](const Triangle&) { return chance(holes); });
     const std::size_t count = mesh.triangles.size();
@@ -394,7 +394,7 @@ TEST(RepairMesh, IsDeterministic) {
 
 // The certificate is about the input: every level covers its triangles, not only those of the repaired surface.
 TEST(RepairMesh, TreesCoverTheInput) {
-  TriangleMesh cracked = soupOf(boxMesh({0, 0, 0}, {10, 10, 10}));
+  TriangleMesh cracked = unsharedCorners(boxMesh({0, 0, 0}, {10, 10, 10}));
   for (std::size_t i = 0; i < cracked.positions.size(); ++i) cracked.positions[i] *= 1 + 1e-5 * static_cast<double>(i % 4);
   TriangleMesh sheet;
   sheet.positions = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
@@ -421,7 +421,7 @@ TEST(RepairMesh, TreesCoverTheInput) {
 
 /// Damage of every kind that a repair accounts for; the last is to be wrapped.
 std::vector<TriangleMesh> damagedMeshes() {
-  TriangleMesh overlapping = joined(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3})), cracked = soupOf(overlapping), bare;
+  TriangleMesh overlapping = joined(molar(), boxMesh({0, 0, 0}, {3.1, 4.2, 5.3})), cracked = unsharedCorners(overlapping), bare;
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> jitter(-1e-4, 1e-4);
   for (Vector3d& p : cracked.positions) p += Vector3d(jitter(random), jitter(random), jitter(random));
