@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numbers>
 #include <utility>
 
 #include "base/rounding.h"
@@ -17,6 +18,8 @@
 #include "mesh/canonical_order.h"
 #include "mesh/surface_with_sheets.h"
 #include "simplified_input.h"
+#include "skin/build_search_tree.h"
+#include "skin/build_skin.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/mesh_edit.h"
 #include "tree/assemble_tree.h"
@@ -29,6 +32,7 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr double kSkinTolerance = 2e-3;  // of the skin, where none is asked for, as a share of the diagonal
 constexpr double kFar = 16;  // diagonals of the mesh from the origin of its frame, beyond which the tree gets an origin of its own
 
 // The times of stages that follow each other.
@@ -100,6 +104,29 @@ double leastTolerance(const SphereTree& tree, const CertificationTarget& target)
   return worst;
 }
 
+// How far the leaves reach out has no say: it is the skin that is felt.
+void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, SphereTree& tree,
+             Progress& progress) {
+  if (!settings.skin) return;
+  SkinSettings skin;
+  skin.tolerance = settings.skin_tolerance_mm > 0 ? settings.skin_tolerance_mm
+                   : settings.tolerance_mm > 0    ? settings.tolerance_mm
+                                                  : kSkinTolerance * surface.field.diagonal();
+  skin.crease_angle = settings.crease_angle_deg * std::numbers::pi / 180;
+  std::vector<double> graded = settings.tolerance_of_triangle_mm;
+  for (double& tolerance : graded) tolerance += skin.tolerance - settings.tolerance_mm;
+  skin.tolerance_of_triangle = graded;
+  const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  tree.skin = buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress);
+}
+
+// Over the leaves: what a traversal that goes down to them follows.
+void addSearchTree(SphereTree& tree) {
+  std::vector<Sphere> leaves;
+  for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[leaf]);
+  tree.search = buildSearchTree(leaves);
+}
+
 void recordProvenance(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Provenance& from) {
   from.builder = name(settings.builder);
   from.quality = name(settings.quality);
@@ -144,9 +171,14 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   statistics.tolerance_met = !(settings.tolerance_mm > 0) || statistics.least_tolerance_mm <= settings.tolerance_mm;
   recordProvenance(mesh, field, settings, tree.provenance);
   if (is_graded) tree.provenance.work_overhang_mm = roundUp(statistics.least_tolerance_mm);
+  addSearchTree(tree);
+  clock.finish("hierarchy");
+
+  progress.stage("skin");
+  addSkin(mesh, surface, settings, tree, progress);
+  clock.finish("skin");
   const std::string fault = findFault(tree);
   if (!fault.empty()) throw std::logic_error("build: the tree is unsound, please report this: " + fault);
-  clock.finish("hierarchy");
   return result;
 }
 

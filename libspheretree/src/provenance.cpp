@@ -53,13 +53,18 @@ static std::string gradedText(const BuildSettings& settings) {
   return text + "\n";
 }
 
+static std::string skinText(const BuildSettings& settings) {
+  if (!settings.skin) return "skin=off\n";
+  return "skin_tolerance_mm=" + shortest(settings.skin_tolerance_mm) + "\ncrease_angle_deg=" + shortest(settings.crease_angle_deg) + "\n";
+}
+
 std::string settingsText(const BuildSettings& settings) {
   std::string members;
   for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
   return "builder=" + std::string(name(settings.builder)) + "\ncombine=" + members + "\nlevels=" + std::to_string(settings.levels) +
          "\nbranching=" + std::to_string(settings.branching) + "\nquality=" + std::string(name(settings.quality)) +
-         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + gradedText(settings) +
-         (settings.simplify ? "" : "simplify=0\n") +
+         "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + skinText(settings) +
+         gradedText(settings) + (settings.simplify ? "" : "simplify=0\n") +
          (settings.most_leaves == 0 ? "" : "most_leaves=" + std::to_string(settings.most_leaves) + "\n");
 }
 

@@ -65,6 +65,9 @@ TEST(SettingsHash, ChangesWithWhatChangesTheTreeAndWithNothingElse) {
       [](BuildSettings& s) { s.tolerance_mm = 0.1 + 1e-17; },  // the next one
       [](BuildSettings& s) { s.seed = 2; },
       [](BuildSettings& s) { s.most_leaves = 100; },
+      [](BuildSettings& s) { s.skin = false; },
+      [](BuildSettings& s) { s.skin_tolerance_mm = 0.1; },
+      [](BuildSettings& s) { s.crease_angle_deg = 40; },
   };
   std::set<Hash128> hashes{settingsHash({})};
   for (const auto& change : changes) {
@@ -79,7 +82,9 @@ TEST(SettingsHash, ChangesWithWhatChangesTheTreeAndWithNothingElse) {
 }
 
 TEST(SettingsText, IsFixed) {
-  EXPECT_EQ(settingsText({}), "builder=cover\ncombine=\nlevels=4\nbranching=8\nquality=standard\ntolerance_mm=0\nseed=1\n");
+  EXPECT_EQ(settingsText({}),
+            "builder=cover\ncombine=\nlevels=4\nbranching=8\nquality=standard\ntolerance_mm=0\nseed=1\n"
+            "skin_tolerance_mm=0\ncrease_angle_deg=50\n");
 }
 
 }  // namespace

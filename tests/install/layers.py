@@ -31,11 +31,12 @@ WINGS = {
     "medial": ["geometry"],
     "repair": ["mesh"],
     "measure": ["mesh"],
+    "skin": ["mesh"],
     "certify": ["medial"],
     "tree": ["certify"],
     "cover": ["tree"],
     "published": ["cover"],
-    "top": ["published", "mesh", "measure"],
+    "top": ["published", "mesh", "measure", "skin"],
 }
 FORBIDDEN_IN_RUNTIME = re.compile(r"<(iostream|fstream|sstream|filesystem|regex|locale|thread|mutex)>")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

@@ -52,6 +52,8 @@ void validate(const BuildSettings& settings) {
   require(s.levels >= kMinLevels && s.levels <= kMaxLevels, "levels must be 2 to 6");
   require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
   require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
+  require(std::isfinite(s.skin_tolerance_mm) && s.skin_tolerance_mm >= 0, "the skin's tolerance must be finite and not negative");
+  require(s.crease_angle_deg >= 1 && s.crease_angle_deg <= 180, "the crease angle must be 1 to 180 degrees");
   require(s.threads >= 0, "threads must not be negative");
   require(s.most_leaves >= 0, "the number of leaves must not be negative");
   require(s.most_leaves == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a number of leaves");

@@ -7,6 +7,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -55,7 +56,7 @@ double errorAt(const Quadric& q, const Vector3d& p) {
 
 class Simplifier {
  public:
-  Simplifier(const TriangleMesh& mesh, Progress& progress) : mesh_(mesh), progress_(progress) {
+  Simplifier(const TriangleMesh& mesh, double max_error, Progress& progress) : mesh_(mesh), progress_(progress) {
     connect();
     // In a frame of size 1 about the middle: the constant terms of quadrics far out would drown their error.
     Eigen::AlignedBox3d box;
@@ -63,6 +64,7 @@ class Simplifier {
     const double scale = box.diagonal().norm() > 0 ? box.diagonal().norm() : 1;
     points_.reserve(mesh.positions.size());
     for (const Vector3d& p : mesh.positions) points_.push_back((p - box.center()) / scale);
+    max_cost_ = max_error / scale * (max_error / scale);
     quadrics_.assign(points_.size(), Quadric::Zero());
     for (const Triangle& t : mesh.triangles) {
       const Quadric q = planeOf(points_[t[0]], points_[t[1]], points_[t[2]]);
@@ -132,6 +134,7 @@ class Simplifier {
     for (const auto h : connectivity_.voh_range(v)) {
       const auto to = static_cast<std::size_t>(connectivity_.to_vertex_handle(h).idx());
       const double cost = errorAt(quadrics_[static_cast<std::size_t>(v.idx())] + quadrics_[to], points_[to]);
+      if (cost > max_cost_) continue;
       if ((cost < best.cost || (cost == best.cost && h.idx() < best.halfedge.idx())) && keepsShape(h)) best = {h, cost};
     }
     return best;
@@ -192,6 +195,7 @@ class Simplifier {
 
   const TriangleMesh& mesh_;
   Progress& progress_;
+  double max_cost_ = kInfinity;  // of a collapse
   Connectivity connectivity_;
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
@@ -209,9 +213,10 @@ struct Corner {
 
 class PieceBound {
  public:
-  PieceBound(const DistanceField& field, double allowed) : field_(field), allowed_(allowed) {}
+  PieceBound(const DistanceField& field, double allowed, double enough) : field_(field), allowed_(allowed), enough_(enough) {}
 
-  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it.
+  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if a point is
+  /// farther than `enough`.
   double run(const std::array<Corner, 3>& triangle) {
     double bound = 0;
     std::size_t pieces = 1;
@@ -229,6 +234,7 @@ class PieceBound {
       for (std::size_t j = 1; j < 3; ++j)
         if (side2(piece, j) > side2(piece, k)) k = j;
       const Corner halfway = corner(0.5 * (piece[(k + 1) % 3].p + piece[(k + 2) % 3].p));
+      if (halfway.distance > enough_) return kInfinity;
       for (const std::size_t replaced : {1, 2}) {
         stack_.push_back(piece);
         stack_.back()[(k + replaced) % 3] = halfway;
@@ -301,18 +307,18 @@ class PieceBound {
   }
 
   const DistanceField& field_;
-  double allowed_;
+  double allowed_, enough_;
   std::vector<std::array<Corner, 3>> stack_;
 };
 
 }  // namespace
 
-TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress) {
-  return Simplifier(mesh, progress).run(triangles);
+TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress, double max_error) {
+  return Simplifier(mesh, max_error, progress).run(triangles);
 }
 
-double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress) {
-  const PieceBound any(field, 0);
+double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double enough) {
+  const PieceBound any(field, 0, enough);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
@@ -320,16 +326,21 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   });
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
-  const double allowed = std::max(1.25 * largest, 1e-6 * field.diagonal());
+  if (largest > enough) return kInfinity;
+  const double allowed = enough < kInfinity ? enough : std::max(1.25 * largest, 1e-6 * field.diagonal());
+  std::atomic<bool> is_beyond = false;
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed);
+    PieceBound piece_bound(field, allowed, enough);
+    if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
       bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));
     }
+    if (bounds[chunk] > enough) is_beyond = true;
   });
+  if (is_beyond) return kInfinity;
   // What double precision makes of a distance.
   const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
   return *std::max_element(bounds.begin(), bounds.end()) + rounding;

@@ -45,6 +45,7 @@ void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
 // The tolerances say no more than where an overhang matters less, and by how much.
 void useAllLeaves(builder::BuildSettings& settings) {
   constexpr double kUnreached = 1e-6;  // of the least tolerance: no leaves are spared for it
+  if (settings.skin_tolerance_mm == 0) settings.skin_tolerance_mm = settings.tolerance_mm;  // the skin keeps to it
   const double less = (1 - kUnreached) * settings.tolerance_mm;
   for (double& t : settings.tolerance_of_triangle_mm) t -= less;
   settings.tolerance_mm = settings.tolerance_of_triangle_mm.empty() ? 0 : settings.tolerance_mm - less;

@@ -26,10 +26,13 @@ struct BuildSettings {
   // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the place allows where
   // it leaves the object (graded_tolerance.h). Builder Cover only.
   std::vector<double> tolerance_of_triangle_mm;
-  bool simplify = true;    // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
-  double unit_mm = 1;      // only recorded: unit of the source file [mm]
-  std::uint64_t seed = 1;  // any value
-  int threads = 0;         // 0: as many as the machine has; the result does not depend on it
+  bool skin = true;              // store the surface that a tool is to rest on; docs/algorithms/skin/skin.md
+  double skin_tolerance_mm = 0;  // > 0: the skin lies within this of the mesh; 0: tolerance_mm, or 0.2 % of the diagonal
+  double crease_angle_deg = 50;  // edges of the mesh that bend more stay sharp on the skin; range [1, 180]
+  bool simplify = true;          // search on fewer triangles where the mesh has more than the spheres can follow (simplify_mesh.h)
+  double unit_mm = 1;            // only recorded: unit of the source file [mm]
+  std::uint64_t seed = 1;        // any value
+  int threads = 0;               // 0: as many as the machine has; the result does not depend on it
 };
 
 /// @throws std::invalid_argument, with the setting and its range, for settings out of range.

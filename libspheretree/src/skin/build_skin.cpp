@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "skin/build_skin.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "base/rounding.h"
+#include "mesh/simplify_mesh.h"
+#include "skin/build_search_tree.h"
+#include "skin/loop_surface.h"
+#include "skin/surface_edges.h"
+#include "spheretree/core/mesh_edit.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 8,000 takes 280 KB.
+constexpr std::size_t kManyTriangles = 8000;
+constexpr double kWorthIt = 0.8;          // of the triangles: with more than that left, those given are kept
+constexpr std::size_t kMaxNames = 65536;  // vertices and edges that 16 bits name
+constexpr double kMaxCoordinate = 65535;  // of a packed position
+constexpr double kMaxOffset = 127;        // of a packed offset
+constexpr double kSwing = 4.0 / 3;        // most that a patch moves out, as a multiple of its largest offset
+// Shares of the distance allowed that the quadric error of a collapse may reach, tried in this order until the distance is proven. The
+// quadric error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
+constexpr std::array<double, 3> kErrorShares{0.6, 0.3, 0.15};
+constexpr int kCountTries = 8;  // each with four fifths of the triangles of the one before, if there are more elements than names
+
+struct Surface {
+  TriangleMesh mesh;
+  double distance = 0;    // proven: between it and the mesh given, either way [mm]
+  bool is_given = false;  // its triangles are those of the solid and the sheets, in their order
+};
+
+// A triangle that has a vertex twice is part of its neighbours.
+std::size_t dropDegenerate(TriangleMesh& mesh) {
+  return std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+}
+
+class Builder {
+ public:
+  Builder(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const SkinSettings& settings,
+          Progress& progress)
+      : solid_(solid), sheets_(sheets), field_(field), settings_(settings), progress_(progress) {}
+
+  Skin run(const Vector3d& origin) const {
+    Surface surface = chooseSurface();
+    std::optional<Skin> skin;
+    for (int tries = 0; !(skin = pack(surface, origin)); ++tries) {
+      const std::size_t triangles = surface.mesh.triangles.size();
+      if (tries == kCountTries) return {};
+      surface = fewer(std::min<std::size_t>(triangles, kMaxSearchItems) * 4 / 5);
+    }
+    sortForSearch(*skin);
+    return *std::move(skin);
+  }
+
+ private:
+  Surface given() const {
+    Surface s{joined(solid_, sheets_), 0, true};
+    s.mesh.part.clear();
+    s.is_given = dropDegenerate(s.mesh) == 0;
+    return s;
+  }
+
+  Surface chooseSurface() const {
+    if (solid_.triangles.size() <= kManyTriangles) return given();
+    const double allowed = 0.5 * settings_.tolerance;
+    for (const double share : kErrorShares) {
+      Surface s = simplified(kManyTriangles, share * allowed, allowed);
+      if (static_cast<double>(s.mesh.triangles.size()) > kWorthIt * static_cast<double>(solid_.triangles.size())) break;
+      if (s.distance <= allowed) return s;
+    }
+    return given();
+  }
+
+  // The distance is above `allowed` if that cannot be kept.
+  Surface simplified(std::size_t triangles, double error, double allowed) const {
+    progress_.check();
+    TriangleMesh mesh = simplifyMesh(solid_, triangles, progress_, error);
+    const double distance = provenDistance(mesh, allowed);
+    mesh = joined(std::move(mesh), sheets_);
+    dropDegenerate(mesh);
+    return {std::move(mesh), distance};
+  }
+
+  // By the number of triangles alone, however far that takes the surface from the mesh.
+  Surface fewer(std::size_t triangles) const {
+    Surface s = simplified(triangles, std::numeric_limits<double>::infinity(), settings_.tolerance);
+    for (double allowed = 2 * settings_.tolerance; !(s.distance < std::numeric_limits<double>::infinity()); allowed *= 2)
+      s.distance = provenDistance(s.mesh, allowed);  // sheets are at distance 0
+    return s;
+  }
+
+  // Of the points of a simplified solid from the mesh, and of the solid given from it and the sheets.
+  double provenDistance(const TriangleMesh& mesh, double allowed) const {
+    const DistanceField few(mesh, {}, sheets_);
+    const double there = distanceBound(mesh, field_, progress_, allowed);
+    return there <= allowed ? std::max(there, distanceBound(solid_, few, progress_, allowed)) : there;
+  }
+
+  // How far the patches over each triangle may swing out of it.
+  std::vector<double> allowedSwing(const Surface& surface, double distance) const {
+    const auto left = [&](double tolerance) { return std::max(tolerance - distance, 0.5 * tolerance); };
+    std::vector<double> allowed(surface.mesh.triangles.size(), left(settings_.tolerance));
+    if (settings_.tolerance_of_triangle.empty()) return allowed;
+    for (std::uint32_t t = 0; t < allowed.size(); ++t) {
+      const Vector3d middle = (surface.mesh.corner(t, 0) + surface.mesh.corner(t, 1) + surface.mesh.corner(t, 2)) / 3;
+      const std::uint32_t below = surface.is_given ? t : field_.nearest(middle).triangle;
+      if (below < settings_.tolerance_of_triangle.size()) allowed[t] = left(settings_.tolerance_of_triangle[below]);
+    }
+    return allowed;
+  }
+
+  // None if there are more elements than names.
+  std::optional<Skin> pack(Surface& surface, const Vector3d& origin) const;
+
+  const TriangleMesh& solid_;
+  const TriangleMesh& sheets_;
+  const DistanceField& field_;
+  const SkinSettings& settings_;
+  Progress& progress_;
+};
+
+/// The whole numbers of a skin from a surface.
+class Packer {
+ public:
+  Packer(const TriangleMesh& mesh, const Vector3d& origin) : mesh_(mesh), origin_(origin) {
+    Eigen::AlignedBox3d box;
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) box.extend(mesh.positions[v] - origin);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) skin_.low[static_cast<std::size_t>(axis)] = static_cast<float>(box.min()[axis]);
+    skin_.step = roundUp(box.sizes().maxCoeff() / kMaxCoordinate);
+    position_.resize(mesh.positions.size());
+    place_.resize(mesh.positions.size());
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) placeVertex(v);
+  }
+
+  /// No vertex was moved farther by rounding [mm].
+  double vertexError() const { return vertex_error_; }
+
+  /// Offsets of the middles, pulled in where patches would swing out of a triangle by more than `allowed` (triangles) [mm].
+  void packOffsets(const SurfaceEdges& edges, const SmoothSurface& smooth, const std::vector<double>& allowed) {
+    const double most = *std::max_element(allowed.begin(), allowed.end());
+    const double rounding = std::sqrt(0.75) * most / (kSwing * kMaxOffset);  // of an offset whose axes are rounded to half a step each
+    std::vector<Vector3d> offset(edges.kind.size(), Vector3d::Zero());
+    double largest = 0;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t e = edges.edge[t][k];
+        if (edges.kind[e] != EdgeKind::Smooth || edges.triangle[e][0] != t) continue;
+        const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+        offset[e] = 0.5 * (mesh_.positions[a] + mesh_.positions[b]) - origin_ + smooth.offset[e] - 0.5 * (place_[a] + place_[b]);
+        const double limit = std::max(std::min(allowed[t], allowed[edges.triangle[e][1]]) / kSwing - rounding, 0.0);
+        if (const double length = offset[e].norm(); length > limit) offset[e] *= limit / length;
+        largest = std::max(largest, offset[e].cwiseAbs().maxCoeff());
+      }
+    skin_.offset_step = roundUp(largest / kMaxOffset);
+    offset_.assign(offset.size(), {});
+    if (!(skin_.offset_step > 0)) return;
+    for (std::size_t e = 0; e < offset.size(); ++e)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        offset_[e][axis] =
+            static_cast<std::int8_t>(std::lround(offset[e][static_cast<Eigen::Index>(axis)] / static_cast<double>(skin_.offset_step)));
+  }
+
+  /// Vertices and edges once for each normal that they have; false if there are more than names.
+  bool packElements(const SurfaceEdges& edges, const SmoothSurface& smooth) {
+    Names vertices, sides;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        vertices.add(mesh_.triangles[t][k], packNormal(smooth.corner_normal[t][k]));
+        sides.add(edges.edge[t][k], packNormal(smooth.side_normal[t][k]));
+      }
+    if (vertices.finish() > kMaxNames || sides.finish() > kMaxNames || mesh_.triangles.size() > kMaxSearchItems) return false;
+    for (const auto& [v, normal] : vertices.list) skin_.vertices.push_back({position_[v], normal});
+    for (const auto& [e, normal] : sides.list)
+      skin_.edges.push_back({offset_[e], static_cast<std::uint8_t>(edges.kind[e] == EdgeKind::Sharp), normal});
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      SkinTriangle triangle{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        triangle.vertex[k] = vertices.find(mesh_.triangles[t][k], packNormal(smooth.corner_normal[t][k]));
+        triangle.edge[k] = sides.find(edges.edge[t][k], packNormal(smooth.side_normal[t][k]));
+      }
+      skin_.triangles.push_back(triangle);
+    }
+    return true;
+  }
+
+  Skin& skin() { return skin_; }
+
+ private:
+  struct Names {  // pairs of an element and a normal, sorted
+    std::vector<std::pair<std::uint32_t, PackedNormal>> list;
+    void add(std::uint32_t element, const PackedNormal& normal) { list.emplace_back(element, normal); }
+    std::size_t finish() {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+      return list.size();
+    }
+    std::uint16_t find(std::uint32_t element, const PackedNormal& normal) const {
+      return static_cast<std::uint16_t>(std::lower_bound(list.begin(), list.end(), std::pair(element, normal)) - list.begin());
+    }
+  };
+
+  void placeVertex(std::uint32_t v) {
+    const Vector3d p = mesh_.positions[v] - origin_;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<Eigen::Index>(axis);
+      const double steps = std::round((p[i] - static_cast<double>(skin_.low[axis])) / static_cast<double>(skin_.step));
+      position_[v][axis] = static_cast<std::uint16_t>(std::clamp(steps, 0.0, kMaxCoordinate));
+      const float place = skin_.low[axis] + skin_.step * static_cast<float>(position_[v][axis]);  // as patchOf() computes it
+      place_[v][i] = static_cast<double>(place);
+    }
+    vertex_error_ = std::max(vertex_error_, (place_[v] - p).norm());
+  }
+
+  const TriangleMesh& mesh_;
+  const Vector3d& origin_;
+  Skin skin_;
+  std::vector<std::array<std::uint16_t, 3>> position_;  // (vertices)
+  std::vector<Vector3d> place_;                         // (vertices) where the skin has them [mm], frame of the tree
+  std::vector<std::array<std::int8_t, 3>> offset_;      // (edges)
+  double vertex_error_ = 0;
+};
+
+std::optional<Skin> Builder::pack(Surface& surface, const Vector3d& origin) const {
+  TriangleMesh& mesh = surface.mesh;
+  if (mesh.triangles.size() > kMaxSearchItems) return {};
+  progress_.check();
+  const SurfaceEdges edges = classifyEdges(mesh, settings_.crease_angle);
+  const SmoothSurface smooth = loopSurface(mesh, edges);
+  Packer packer(mesh, origin);
+  // Rounding moves each triangle of the mesh by no more than it moves a vertex.
+  const double distance = surface.distance + packer.vertexError();
+  packer.packOffsets(edges, smooth, allowedSwing(surface, distance));
+  if (!packer.packElements(edges, smooth)) return {};
+  Skin& skin = packer.skin();
+  skin.mesh_distance = roundUp(distance);
+  skin.crease_angle = static_cast<float>(settings_.crease_angle);
+  for (const SkinEdge& e : skin.edges) skin.tolerance = std::max(skin.tolerance, swingOf(skin, e));
+  return std::move(skin);
+}
+
+}  // namespace
+
+Skin buildSkin(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const Vector3d& origin,
+               const SkinSettings& settings, Progress& progress) {
+  return Builder(solid, sheets, field, settings, progress).run(origin);
+}
+
+}  // namespace spheretree::builder
