@@ -15,9 +15,9 @@
 namespace spheretree::builder {
 namespace {
 
-constexpr int kRounds = 2;       // of taking each node out and putting it in again; a third changes the cost by 1 %
-constexpr int kMaxLooks = 1000;  // for the best place of a node; 30 are usual
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr int kPlacingRounds = 2;  // of taking each node out and putting it in again; a third changes the cost by 1 %
+constexpr int kMaxLooks = 1000;    // for the best place of a node; 30 are usual
+constexpr std::uint32_t kNoNode = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kPoints = 6;  // whose hull holds a patch: three corners, and the control points of three sides
 
 /// How far spheres reach along eight directions and against them: nearly as tight as the smallest ball, and cheap to join.
@@ -62,7 +62,7 @@ class BinaryTree {
     std::iota(all.begin(), all.end(), 0u);
     root_ = halve(all);
     for (Node& node : nodes_) node.area = node.extent.area();
-    for (int round = 0; round < kRounds; ++round)
+    for (int round = 0; round < kPlacingRounds; ++round)
       for (std::uint32_t n = 0; n < nodes_.size(); ++n) placeAnew(n);
   }
 
@@ -77,8 +77,8 @@ class BinaryTree {
   struct Node {
     Kdop extent;
     float area = 0;
-    std::uint32_t parent = kNone;
-    std::array<std::uint32_t, 2> part{kNone, kNone};
+    std::uint32_t parent = kNoNode;
+    std::array<std::uint32_t, 2> part{kNoNode, kNoNode};
   };
 
   // A first tree: halves along the longest side.
@@ -96,7 +96,7 @@ class BinaryTree {
     part[0] = halve(items.first(half));
     part[1] = halve(items.subspan(half));
     const auto n = static_cast<std::uint32_t>(nodes_.size());
-    nodes_.push_back({nodes_[part[0]].extent.join(nodes_[part[1]].extent), 0, kNone, part});
+    nodes_.push_back({nodes_[part[0]].extent.join(nodes_[part[1]].extent), 0, kNoNode, part});
     for (const std::uint32_t p : part) nodes_[p].parent = n;
     return n;
   }
@@ -104,7 +104,7 @@ class BinaryTree {
   // Takes a node out, with its parent, and puts both in where they add least area; back to their place if none is better.
   void placeAnew(std::uint32_t n) {
     const std::uint32_t parent = nodes_[n].parent;
-    if (parent == kNone || nodes_[parent].parent == kNone) return;
+    if (parent == kNoNode || nodes_[parent].parent == kNoNode) return;
     const std::uint32_t sibling = nodes_[parent].part[nodes_[parent].part[0] == n];
     hang(sibling, nodes_[parent].parent, parent);
     const float saved = nodes_[parent].area + update(nodes_[sibling].parent);
@@ -120,7 +120,7 @@ class BinaryTree {
   // `n` takes the place of `before` below `parent`.
   void hang(std::uint32_t n, std::uint32_t parent, std::uint32_t before) {
     nodes_[n].parent = parent;
-    if (parent == kNone)
+    if (parent == kNoNode)
       root_ = n;
     else
       nodes_[parent].part[nodes_[parent].part[1] == before] = n;
@@ -129,7 +129,7 @@ class BinaryTree {
   // Extents from `n` upwards, after its parts have changed; returns by how much the area fell.
   float update(std::uint32_t n) {
     float fell = 0;
-    for (; n != kNone; n = nodes_[n].parent) {
+    for (; n != kNoNode; n = nodes_[n].parent) {
       Node& node = nodes_[n];
       const Kdop extent = nodes_[node.part[0]].extent.join(nodes_[node.part[1]].extent);
       if (extent == node.extent) break;

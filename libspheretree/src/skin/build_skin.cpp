@@ -32,7 +32,7 @@ constexpr double kSwing = 4.0 / 3;        // most that a patch moves out, as a m
 constexpr std::array<double, 3> kErrorShares{0.6, 0.3, 0.15};
 constexpr int kCountTries = 8;  // each with four fifths of the triangles of the one before, if there are more elements than names
 
-struct Surface {
+struct BaseSurface {
   TriangleMesh mesh;
   double distance = 0;    // proven: between it and the mesh given, either way [mm]
   bool is_given = false;  // its triangles are those of the solid and the sheets, in their order
@@ -43,14 +43,14 @@ std::size_t dropDegenerate(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
 
-class Builder {
+class SkinBuilder {
  public:
-  Builder(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const SkinSettings& settings,
-          Progress& progress)
+  SkinBuilder(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const SkinSettings& settings,
+              Progress& progress)
       : solid_(solid), sheets_(sheets), field_(field), settings_(settings), progress_(progress) {}
 
   Skin run(const Vector3d& origin) const {
-    Surface surface = chooseSurface();
+    BaseSurface surface = chooseSurface();
     std::optional<Skin> skin;
     for (int tries = 0; !(skin = pack(surface, origin)); ++tries) {
       const std::size_t triangles = surface.mesh.triangles.size();
@@ -62,18 +62,18 @@ class Builder {
   }
 
  private:
-  Surface given() const {
-    Surface s{joined(solid_, sheets_), 0, true};
+  BaseSurface given() const {
+    BaseSurface s{joined(solid_, sheets_), 0, true};
     s.mesh.part.clear();
     s.is_given = dropDegenerate(s.mesh) == 0;
     return s;
   }
 
-  Surface chooseSurface() const {
+  BaseSurface chooseSurface() const {
     if (solid_.triangles.size() <= kManyTriangles) return given();
     const double allowed = 0.5 * settings_.tolerance;
     for (const double share : kErrorShares) {
-      Surface s = simplified(kManyTriangles, share * allowed, allowed);
+      BaseSurface s = simplified(kManyTriangles, share * allowed, allowed);
       if (static_cast<double>(s.mesh.triangles.size()) > kWorthIt * static_cast<double>(solid_.triangles.size())) break;
       if (s.distance <= allowed) return s;
     }
@@ -81,7 +81,7 @@ class Builder {
   }
 
   // The distance is above `allowed` if that cannot be kept.
-  Surface simplified(std::size_t triangles, double error, double allowed) const {
+  BaseSurface simplified(std::size_t triangles, double error, double allowed) const {
     progress_.check();
     TriangleMesh mesh = simplifyMesh(solid_, triangles, progress_, error);
     const double distance = provenDistance(mesh, allowed);
@@ -91,8 +91,8 @@ class Builder {
   }
 
   // By the number of triangles alone, however far that takes the surface from the mesh.
-  Surface fewer(std::size_t triangles) const {
-    Surface s = simplified(triangles, std::numeric_limits<double>::infinity(), settings_.tolerance);
+  BaseSurface fewer(std::size_t triangles) const {
+    BaseSurface s = simplified(triangles, std::numeric_limits<double>::infinity(), settings_.tolerance);
     for (double allowed = 2 * settings_.tolerance; !(s.distance < std::numeric_limits<double>::infinity()); allowed *= 2)
       s.distance = provenDistance(s.mesh, allowed);  // sheets are at distance 0
     return s;
@@ -106,7 +106,7 @@ class Builder {
   }
 
   // How far the patches over each triangle may swing out of it.
-  std::vector<double> allowedSwing(const Surface& surface, double distance) const {
+  std::vector<double> allowedSwing(const BaseSurface& surface, double distance) const {
     const auto left = [&](double tolerance) { return std::max(tolerance - distance, 0.5 * tolerance); };
     std::vector<double> allowed(surface.mesh.triangles.size(), left(settings_.tolerance));
     if (settings_.tolerance_of_triangle.empty()) return allowed;
@@ -119,7 +119,7 @@ class Builder {
   }
 
   // None if there are more elements than names.
-  std::optional<Skin> pack(Surface& surface, const Vector3d& origin) const;
+  std::optional<Skin> pack(BaseSurface& surface, const Vector3d& origin) const;
 
   const TriangleMesh& solid_;
   const TriangleMesh& sheets_;
@@ -173,7 +173,7 @@ class Packer {
 
   /// Vertices and edges once for each normal that they have; false if there are more than names.
   bool packElements(const SurfaceEdges& edges, const SmoothSurface& smooth) {
-    Names vertices, sides;
+    NameList vertices, sides;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) {
         vertices.add(mesh_.triangles[t][k], packNormal(smooth.corner_normal[t][k]));
@@ -197,7 +197,7 @@ class Packer {
   Skin& skin() { return skin_; }
 
  private:
-  struct Names {  // pairs of an element and a normal, sorted
+  struct NameList {  // pairs of an element and a normal, sorted
     std::vector<std::pair<std::uint32_t, PackedNormal>> list;
     void add(std::uint32_t element, const PackedNormal& normal) { list.emplace_back(element, normal); }
     std::size_t finish() {
@@ -231,7 +231,7 @@ class Packer {
   double vertex_error_ = 0;
 };
 
-std::optional<Skin> Builder::pack(Surface& surface, const Vector3d& origin) const {
+std::optional<Skin> SkinBuilder::pack(BaseSurface& surface, const Vector3d& origin) const {
   TriangleMesh& mesh = surface.mesh;
   if (mesh.triangles.size() > kMaxSearchItems) return {};
   progress_.check();
@@ -253,7 +253,7 @@ std::optional<Skin> Builder::pack(Surface& surface, const Vector3d& origin) cons
 
 Skin buildSkin(const TriangleMesh& solid, const TriangleMesh& sheets, const DistanceField& field, const Vector3d& origin,
                const SkinSettings& settings, Progress& progress) {
-  return Builder(solid, sheets, field, settings, progress).run(origin);
+  return SkinBuilder(solid, sheets, field, settings, progress).run(origin);
 }
 
 }  // namespace spheretree::builder

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kRounds = 60;  // of the solver; the error falls by 4 or more in each of the first, and is far below float after 30
+constexpr int kSolverRounds = 60;  // of the solver; the error falls by 4 or more in each of the first, and is far below float after 30
 
 /// Of the control vertex in the limit mask of a vertex with n neighbours, each of which has the weight 1.
 double loopWeight(std::size_t n) {
@@ -23,12 +23,12 @@ double loopWeight(std::size_t n) {
   return 0.375 / beta;
 }
 
-Vector3d unit(const Vector3d& n, const Vector3d& otherwise) {
+Vector3d unitOr(const Vector3d& n, const Vector3d& otherwise) {
   const double length = n.norm();
   return length > 0 ? Vector3d(n / length) : otherwise;
 }
 
-Vector3d without(const Vector3d& n, const Vector3d& direction) {
+Vector3d perpendicularTo(const Vector3d& n, const Vector3d& direction) {
   const double square = direction.squaredNorm();
   return square > 0 ? Vector3d(n - direction * (n.dot(direction) / square)) : n;
 }
@@ -45,13 +45,13 @@ Vector3d ringNormal(const Ring& ring) {
   return u.cross(v);
 }
 
-struct Corner {
+struct MeshCorner {
   std::uint32_t triangle, k;
 };
 
-class Builder {
+class LoopSurface {
  public:
-  Builder(const TriangleMesh& mesh, const SurfaceEdges& edges) : mesh_(mesh), edges_(edges) {}
+  LoopSurface(const TriangleMesh& mesh, const SurfaceEdges& edges) : mesh_(mesh), edges_(edges) {}
 
   SmoothSurface run() {
     collectCorners();
@@ -72,10 +72,10 @@ class Builder {
   }
 
  private:
-  std::uint32_t vertexAt(Corner c, std::uint32_t further = 0) const { return mesh_.triangles[c.triangle][(c.k + further) % 3]; }
+  std::uint32_t vertexAt(MeshCorner c, std::uint32_t further = 0) const { return mesh_.triangles[c.triangle][(c.k + further) % 3]; }
   const Vector3d& at(std::uint32_t v) const { return mesh_.positions[v]; }
-  std::uint32_t edgeAfter(Corner c) const { return edges_.edge[c.triangle][c.k]; }             // from its vertex on
-  std::uint32_t edgeBefore(Corner c) const { return edges_.edge[c.triangle][(c.k + 2) % 3]; }  // that ends in its vertex
+  std::uint32_t edgeAfter(MeshCorner c) const { return edges_.edge[c.triangle][c.k]; }             // from its vertex on
+  std::uint32_t edgeBefore(MeshCorner c) const { return edges_.edge[c.triangle][(c.k + 2) % 3]; }  // that ends in its vertex
 
   void collectCorners() {
     corners_.resize(mesh_.positions.size());
@@ -87,10 +87,10 @@ class Builder {
   void findRings() {
     rings_.resize(mesh_.positions.size());
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
-      const std::vector<Corner>& corners = corners_[v];
+      const std::vector<MeshCorner>& corners = corners_[v];
       if (edges_.is_fixed[v] || corners.size() < 3) continue;
       std::vector<std::pair<std::uint32_t, std::uint32_t>> next;
-      for (const Corner c : corners) next.emplace_back(vertexAt(c, 1), vertexAt(c, 2));
+      for (const MeshCorner c : corners) next.emplace_back(vertexAt(c, 1), vertexAt(c, 2));
       std::sort(next.begin(), next.end());
       std::vector<std::uint32_t> ring;
       std::uint32_t here = next[0].first;
@@ -115,7 +115,7 @@ class Builder {
       free.push_back(v);
       for (const std::uint32_t w : rings_[v]) reach[v] += (at(w) - at(v)).norm() / (2 * static_cast<double>(rings_[v].size()));
     }
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kSolverRounds; ++round) {
       for (const std::uint32_t v : free) {
         const auto n = static_cast<double>(rings_[v].size());
         const double weight = loopWeight(rings_[v].size());
@@ -131,24 +131,24 @@ class Builder {
   void placeLimitNormal(std::uint32_t v) {
     std::vector<Vector3d> ring;
     for (const std::uint32_t w : rings_[v]) ring.push_back(control_[w]);
-    const Vector3d n = unit(ringNormal(ring), facetNormal(corners_[v]));
-    for (const Corner c : corners_[v]) out_.corner_normal[c.triangle][c.k] = n;
+    const Vector3d n = unitOr(ringNormal(ring), facetNormal(corners_[v]));
+    for (const MeshCorner c : corners_[v]) out_.corner_normal[c.triangle][c.k] = n;
   }
 
   /// By the weights of Max: exact where the vertices lie on a sphere, and the same whichever way a rectangle is split.
-  Vector3d facetNormal(const std::vector<Corner>& corners) const {
+  Vector3d facetNormal(const std::vector<MeshCorner>& corners) const {
     Vector3d sum = Vector3d::Zero();
-    for (const Corner c : corners) {
+    for (const MeshCorner c : corners) {
       const Vector3d a = at(vertexAt(c, 1)) - at(vertexAt(c)), b = at(vertexAt(c, 2)) - at(vertexAt(c));
       const double squares = a.squaredNorm() * b.squaredNorm();
       if (squares > 0) sum += a.cross(b) / squares;
     }
-    return unit(sum, unit(edges_.triangle_normal[corners[0].triangle], Vector3d::UnitZ()));
+    return unitOr(sum, unitOr(edges_.triangle_normal[corners[0].triangle], Vector3d::UnitZ()));
   }
 
   // Vertices that a sharp edge or a flat face fixes have a normal for each sector between sharp edges.
   void placeSectorNormals(std::uint32_t v) {
-    const std::vector<Corner>& corners = corners_[v];
+    const std::vector<MeshCorner>& corners = corners_[v];
     if (corners.empty()) return;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // edge, place of the corner
     for (std::uint32_t i = 0; i < corners.size(); ++i)
@@ -158,44 +158,44 @@ class Builder {
     Groups sectors(corners.size());
     for (std::size_t i = 1; i < sides.size(); ++i)
       if (sides[i].first == sides[i - 1].first) sectors.join(sides[i].second, sides[i - 1].second);
-    std::vector<std::vector<Corner>> sector(corners.size());
+    std::vector<std::vector<MeshCorner>> sector(corners.size());
     for (std::uint32_t i = 0; i < corners.size(); ++i) sector[sectors.root(i)].push_back(corners[i]);
-    for (const std::vector<Corner>& one : sector)
+    for (const std::vector<MeshCorner>& one : sector)
       if (!one.empty()) placeSectorNormal(v, one);
   }
 
   // The normal of the flat face in the sector; where there are several, each keeps its own.
-  void placeSectorNormal(std::uint32_t v, const std::vector<Corner>& sector) {
+  void placeSectorNormal(std::uint32_t v, const std::vector<MeshCorner>& sector) {
     std::vector<std::uint32_t> faces;
-    for (const Corner c : sector)
+    for (const MeshCorner c : sector)
       if (const std::uint32_t f = edges_.flat_face[c.triangle]; f != kNoIndex) faces.push_back(f);
     std::sort(faces.begin(), faces.end());
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     Vector3d sum = Vector3d::Zero();
     for (const std::uint32_t f : faces) sum += edges_.face_normal[f];
-    const Vector3d shared = faces.empty()       ? unit(acrossCrease(v, sector, facetNormal(sector)), facetNormal(sector))
+    const Vector3d shared = faces.empty()       ? unitOr(acrossCrease(v, sector, facetNormal(sector)), facetNormal(sector))
                             : faces.size() == 1 ? edges_.face_normal[faces[0]]
-                                                : unit(sum, edges_.face_normal[faces[0]]);
-    for (const Corner c : sector) {
+                                                : unitOr(sum, edges_.face_normal[faces[0]]);
+    for (const MeshCorner c : sector) {
       const std::uint32_t f = edges_.flat_face[c.triangle];
       out_.corner_normal[c.triangle][c.k] = f == kNoIndex ? shared : edges_.face_normal[f];
     }
   }
 
   // Where a crease passes smoothly, the normal is made perpendicular to it: to the parabola through the vertex and the crease's next ones.
-  Vector3d acrossCrease(std::uint32_t v, const std::vector<Corner>& sector, const Vector3d& n) const {
+  Vector3d acrossCrease(std::uint32_t v, const std::vector<MeshCorner>& sector, const Vector3d& n) const {
     std::vector<Vector3d> ends;
-    for (const Corner c : sector) {
+    for (const MeshCorner c : sector) {
       if (edges_.isSharp(edgeAfter(c))) ends.emplace_back(at(vertexAt(c, 1)) - at(v));
       if (edges_.isSharp(edgeBefore(c))) ends.emplace_back(at(v) - at(vertexAt(c, 2)));
     }
     if (ends.size() != 2) return n;
     const double p = ends[0].norm(), q = ends[1].norm();
     if (!(p > 0 && q > 0) || ends[0].dot(ends[1]) < 0.5 * p * q) return n;  // a corner of the crease
-    return without(n, ends[0] * (q / p) + ends[1] * (p / q));
+    return perpendicularTo(n, ends[0] * (q / p) + ends[1] * (p / q));
   }
 
-  void placeMiddle(Corner c) {
+  void placeMiddle(MeshCorner c) {
     const std::uint32_t e = edgeAfter(c), a = vertexAt(c), b = vertexAt(c, 1);
     const Vector3d &m = out_.corner_normal[c.triangle][c.k], &n = out_.corner_normal[c.triangle][(c.k + 1) % 3];
     const Vector3d chord = at(b) - at(a);
@@ -212,14 +212,14 @@ class Builder {
       // The cubic curve whose ends are perpendicular to the normals there.
       const Vector3d u = chord - m * m.dot(chord), w = chord - n * n.dot(chord);
       if (is_first) out_.offset[e] = (u - w) / 8;
-      normal = unit(without(m + n, 1.5 * chord - 0.25 * (u + w)), unit(m + n, m));
+      normal = unitOr(perpendicularTo(m + n, 1.5 * chord - 0.25 * (u + w)), unitOr(m + n, m));
     } else {
-      normal = unit(without(m + n, chord), unit(m + n, m));
+      normal = unitOr(perpendicularTo(m + n, chord), unitOr(m + n, m));
     }
   }
 
   // The flat face of the triangle at a side, or of that across a side that is not sharp.
-  std::uint32_t faceBeside(Corner c) const {
+  std::uint32_t faceBeside(MeshCorner c) const {
     const std::uint32_t e = edgeAfter(c), own = edges_.flat_face[c.triangle];
     if (own != kNoIndex || edges_.isSharp(e)) return own;
     const auto [s, t] = edges_.triangle[e];
@@ -247,7 +247,7 @@ class Builder {
     Vector3d sum = 6 * edgePoint(a, b, left, right);
     for (const Vector3d& q : ring) sum += q;
     out_.offset[e] = sum / 12 - 0.5 * (at(a) + at(b));
-    return unit(ringNormal(ring), unit(edges_.triangle_normal[edges_.triangle[e][0]], Vector3d::UnitZ()));
+    return unitOr(ringNormal(ring), unitOr(edges_.triangle_normal[edges_.triangle[e][0]], Vector3d::UnitZ()));
   }
 
   /// Where one step of subdivision takes a control vertex.
@@ -262,13 +262,13 @@ class Builder {
   const TriangleMesh& mesh_;
   const SurfaceEdges& edges_;
   SmoothSurface out_;
-  std::vector<std::vector<Corner>> corners_;       // (vertices) in the order of the triangles
+  std::vector<std::vector<MeshCorner>> corners_;   // (vertices) in the order of the triangles
   std::vector<std::vector<std::uint32_t>> rings_;  // (vertices) empty: fixed
   std::vector<Vector3d> control_;                  // (vertices)
 };
 
 }  // namespace
 
-SmoothSurface loopSurface(const TriangleMesh& mesh, const SurfaceEdges& edges) { return Builder(mesh, edges).run(); }
+SmoothSurface loopSurface(const TriangleMesh& mesh, const SurfaceEdges& edges) { return LoopSurface(mesh, edges).run(); }
 
 }  // namespace spheretree::builder

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Of the diagonal: farther from its plane a triangle is not part of a flat face. Positions in float are off by 6e-8 of their size.
-constexpr double kFlatness = 1e-6;
+constexpr double kSkinFlatness = 1e-6;
 // A flat face is wider by this than the groups it runs into. Triangles and quads of one regular mesh differ by up to 2.
 constexpr double kFlatWidth = 3;
 // Longest side over height of a long thin triangle. Its normals say nothing about how the surface bends along it.
@@ -23,7 +23,7 @@ constexpr double kThin = 10;
 // Needles side by side take their normals from each other; more than two in a row do not happen in sound meshes.
 constexpr int kNeedleRounds = 3;
 
-struct Plane {
+struct MeanPlane {
   Vector3d area = Vector3d::Zero(), moment = Vector3d::Zero();  // sum of area vectors; of centroids, by area
   double weight = 0;
   void add(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -34,19 +34,19 @@ struct Plane {
 };
 
 /// Triangles in one plane, and what their border is like.
-struct Group {
+struct PlanarGroup {
   std::vector<std::uint32_t> triangles;
-  Plane plane;
+  MeanPlane plane;
   double width = 0;  // twice the area over the length of the border: that of a long strip
 };
 
-class Classifier {
+class EdgeClassifier {
  public:
-  Classifier(const TriangleMesh& mesh, double crease_angle) : mesh_(mesh), cos_crease_(std::cos(crease_angle)) {
+  EdgeClassifier(const TriangleMesh& mesh, double crease_angle) : mesh_(mesh), cos_crease_(std::cos(crease_angle)) {
     Eigen::AlignedBox3d box;
     for (const Triangle& t : mesh.triangles)
       for (const std::uint32_t v : t) box.extend(mesh.positions[v]);
-    flatness_ = kFlatness * box.diagonal().norm();
+    flatness_ = kSkinFlatness * box.diagonal().norm();
   }
 
   SurfaceEdges run() {
@@ -153,7 +153,7 @@ class Classifier {
       }
     }
     // The plane has moved while the group grew.
-    Group& group = groups_[g];
+    PlanarGroup& group = groups_[g];
     const bool is_flat =
         std::all_of(group.triangles.begin(), group.triangles.end(), [&](std::uint32_t t) { return fits(t, group.plane, 2); });
     if (is_flat) return;
@@ -162,7 +162,7 @@ class Classifier {
     take(seed, g);
   }
 
-  bool fits(std::uint32_t t, const Plane& plane, double times = 1) const {
+  bool fits(std::uint32_t t, const MeanPlane& plane, double times = 1) const {
     for (int k = 0; k < 3; ++k)
       if (!(plane.distance(mesh_.corner(t, k)) <= times * flatness_)) return false;
     return out_.triangle_normal[t].dot(plane.area) >= 0;
@@ -226,11 +226,11 @@ class Classifier {
   double flatness_ = 0;  // [mm]
   SurfaceEdges out_;
   std::vector<std::uint32_t> group_;  // (triangles)
-  std::vector<Group> groups_;
+  std::vector<PlanarGroup> groups_;
 };
 
 }  // namespace
 
-SurfaceEdges classifyEdges(const TriangleMesh& mesh, double crease_angle) { return Classifier(mesh, crease_angle).run(); }
+SurfaceEdges classifyEdges(const TriangleMesh& mesh, double crease_angle) { return EdgeClassifier(mesh, crease_angle).run(); }
 
 }  // namespace spheretree::builder
