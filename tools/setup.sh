@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# tools/setup.sh [--ci]: installs the Debian packages that building and testing need; with --ci those of .ci/run as well.
+# tools/setup.sh [--ci|--lanes]: installs the Debian packages that building and testing need; with --ci those of .ci/run
+# as well, with --lanes those of .ci/lane.
 # Only what is missing is installed, so that it needs neither network nor rights where all is there.
 set -euo pipefail
 
@@ -18,7 +19,8 @@ packages=(
   libgtest-dev            # tests
   libtet1.5-dev           # tests: TetGen, in a program of its own
 )
-if [[ "${1:-}" == --ci ]]; then packages+=(clang clang-format git chromium chromium-driver parallel slurmctld slurmd slurm-client munge); fi
+if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
+if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver parallel slurmctld slurmd slurm-client munge); fi
 
 missing=()
 for package in "${packages[@]}"; do

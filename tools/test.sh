@@ -13,4 +13,10 @@ jobs=${SPHERETREE_JOBS:-$(nproc)}
 tools/setup.sh
 cmake --preset "$preset" -DSPHERETREE_TESTS=ON >/dev/null
 cmake --build --preset "$preset" --parallel "$jobs" ${SPHERETREE_TARGETS:+--target $SPHERETREE_TARGETS}
-ctest --preset "$preset" --parallel "$jobs" "$@"
+results=build/$preset/tests.xml
+rm -f "$results"
+failed=0
+ctest --preset "$preset" --parallel "$jobs" --output-junit tests.xml "$@" || failed=1
+# A test that is skipped shows nothing: only those of tests/allowed_skips.txt may be.
+[[ ! -f "$results" ]] || python3 tests/skips.py "$results" >&2 || failed=1
+exit $failed
