@@ -19,7 +19,6 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr double kMetreMm = 1000;
 constexpr std::uint64_t kMinWorkLimit = 4'000'000;  // triangles, primitives and nodes that instances may add up to in a small file
 
 std::size_t sizeOf(std::uint64_t component) {
@@ -86,8 +85,8 @@ struct Positions {
 
 class GltfReader {
  public:
-  GltfReader(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder)
-      : assembly_(name, kMetreMm),
+  GltfReader(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder, double unit_mm)
+      : assembly_(name, unit_mm),
         format_(isGlb(bytes) ? "GLB" : "glTF"),
         work_limit_(std::max<std::uint64_t>(kMinWorkLimit, bytes.size())),
         work_left_(work_limit_),
@@ -306,8 +305,8 @@ class GltfReader {
 
 }  // namespace
 
-MeshFile readGltf(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder) {
-  return GltfReader(bytes, name, folder).read();
+MeshFile readGltf(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder, double unit_mm) {
+  return GltfReader(bytes, name, folder, unit_mm).read();
 }
 
 }  // namespace spheretree::formats

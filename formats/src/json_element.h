@@ -18,19 +18,13 @@
 
 namespace spheretree::formats {
 
-/// Where a text comes from and where its schema is explained; for messages.
+/// Where a text comes from and what it should be, as "a scene (.scene.json)"; for messages.
 struct JsonSource {
-  std::string name, page;
+  std::string name, what;
 };
 
-/// @throws FormatError with the place of the first mistake.
-inline nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
-  try {
-    return nlohmann::json::parse(text.begin(), text.end());
-  } catch (const nlohmann::json::exception& error) {
-    throw FormatError(source.name + ": is not JSON: " + error.what());
-  }
-}
+/// @throws FormatError with the place of the first mistake, a key that stands twice in one object included.
+nlohmann::json parseJson(std::string_view text, const JsonSource& source);
 
 /// Refers to the value and the source, which must outlive it.
 class JsonElement {
@@ -39,8 +33,7 @@ class JsonElement {
       : value_(value), path_(std::move(path)), source_(source) {}
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw FormatError(source_.name + ": " + (path_.empty() ? "the text" : path_) + " " + what + ". See " + source_.page +
-                      " for the schema.");
+    throw FormatError(source_.name + ": " + (path_.empty() ? "the text" : path_) + " " + what + ".");
   }
 
   // Objects
@@ -57,8 +50,11 @@ class JsonElement {
     for (const auto& item : value_.items()) {
       const std::string& key = item.key();
       if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-      const std::string_view shown = std::string_view(key).substr(0, 40);
-      fail("has the unknown key " + inQuotes(key) + "; the nearest known one is \"" + std::string(nearestWord(shown, known)) + "\"");
+      if (const auto nearest = nearestWord(std::string_view(key).substr(0, 40), known))
+        fail("has the unknown key " + inQuotes(key) + "; the nearest known one is \"" + std::string(*nearest) + "\"");
+      std::string all;
+      for (const std::string_view k : known) all += (all.empty() ? "" : ", ") + std::string(k);
+      fail("has the unknown key " + inQuotes(key) + "; known are " + all);
     }
   }
 

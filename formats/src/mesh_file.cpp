@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "content_kind.h"
 #include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -22,7 +23,7 @@
 namespace spheretree::formats {
 namespace {
 
-enum class Kind { Obj, Stl, Ply, Off, Gltf };
+using Kind = MeshKind;
 
 std::optional<Kind> kindOfExtension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -36,71 +37,24 @@ std::optional<Kind> kindOfExtension(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// What the content says without doubt; nothing for a binary STL.
-std::optional<Kind> kindOfContent(std::span<const char> bytes) {
-  std::string_view start(bytes.data(), std::min<std::size_t>(bytes.size(), 65536));
-  if (start.starts_with("glTF")) return Kind::Gltf;
-  if (start.starts_with("\xef\xbb\xbf")) start.remove_prefix(3);
-  if (start.starts_with("ply\n") || start.starts_with("ply\r")) return Kind::Ply;
-  Lines lines(std::span<const char>(start.data(), start.size()));
-  std::string_view line, rest;
-  bool begins_solid = false;
-  while (lines.next(line)) {
-    if (line.find('\0') != std::string_view::npos) return std::nullopt;
-    rest = line;
-    const std::string_view word = takeWord(rest);
-    if (word.empty() || word.starts_with('#')) continue;
-    if (begins_solid) return word == "facet" || word == "endsolid" ? std::optional(Kind::Stl) : std::nullopt;
-    if (word.starts_with('{')) return Kind::Gltf;
-    if (const std::size_t off = word.find("OFF"); off <= 4 && word.find_first_not_of("STCN4n") == off) return Kind::Off;
-    if (word == "solid")
-      begins_solid = true;
-    else if (word == "v" || word == "vn" || word == "vt" || word == "mtllib")
-      return Kind::Obj;
-    else if (word != "o" && word != "g" && word != "s" && word != "usemtl")
-      return std::nullopt;
-  }
-  return std::nullopt;
-}
-
-/// A binary STL has no mark, but says how many triangles follow: 80 bytes of anything, their number, 50 bytes each.
-bool hasSizeOfBinaryStl(std::span<const char> bytes) {
-  if (bytes.size() < 84) return false;
-  std::uint32_t triangles = 0;
-  for (int i = 3; i >= 0; --i) triangles = triangles << 8 | static_cast<unsigned char>(bytes[80 + static_cast<std::size_t>(i)]);
-  return bytes.size() == 84 + std::uint64_t{50} * triangles;
-}
-
-const char* nameOf(Kind kind) {
-  switch (kind) {
-    case Kind::Obj:
-      return "OBJ";
-    case Kind::Stl:
-      return "STL";
-    case Kind::Ply:
-      return "PLY";
-    case Kind::Off:
-      return "OFF";
-    case Kind::Gltf:
-      break;
-  }
-  return "glTF";
-}
-
 }  // namespace
 
-MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
-  if (!(std::isfinite(unit_mm) && unit_mm > 0)) throw std::invalid_argument("the unit of a mesh must be a finite number of mm above 0");
+MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf_unit_mm) {
+  for (const double unit : {unit_mm, gltf_unit_mm})
+    if (!(std::isfinite(unit) && unit > 0)) throw std::invalid_argument("the unit of a mesh must be a finite number of mm above 0");
   const std::string name = shownName(path);
   const std::vector<std::byte> file = readFile(path);
   const std::span<const char> bytes(reinterpret_cast<const char*>(file.data()), file.size());
   if (bytes.empty()) throw FormatError(name + ": is empty. Export the mesh again.");
 
   const std::optional<Kind> by_extension = kindOfExtension(path);
-  std::optional<Kind> by_content = kindOfContent(bytes);
+  std::optional<Kind> by_content = meshKindOf(bytes);
   if (!by_extension && !by_content && hasSizeOfBinaryStl(bytes)) by_content = Kind::Stl;
-  if (!by_extension && !by_content)
-    throw FormatError(name + ": is of no format that is read here: .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these.");
+  if (!by_extension && !by_content) {
+    const std::string kind = describedContent({bytes.data(), bytes.size()});
+    throw FormatError(name + ": is " + (kind.empty() ? "of no format that is read here" : kind + ", not a mesh") +
+                      ": .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these.");
+  }
   // A binary STL may begin with any text: its reader tells by the size.
   const Kind kind =
       by_extension == Kind::Stl && by_content != Kind::Ply && by_content != Kind::Gltf && by_content != Kind::Obj && by_content != Kind::Off
@@ -121,8 +75,7 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm) {
       result = readOff(bytes, name, unit_mm);
       break;
     case Kind::Gltf:
-      result = readGltf(bytes, name, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
-      if (unit_mm != 1.0) result.notes.push_back("The unit given was not used: glTF is in metres.");
+      result = readGltf(bytes, name, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."), gltf_unit_mm);
       break;
   }
   if (by_extension && by_extension != kind)

@@ -21,6 +21,7 @@ constexpr std::size_t kLongestName = 64, kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
 constexpr std::array<const char*, 3> kQualities{"quick", "standard", "best"};
+constexpr std::array<const char*, 2> kReferencePoints{"tip", "centre"};
 constexpr std::array<const char*, 3> kRepairs{"auto", "off", "wrap"};
 
 std::string shortNumber(double value) {
@@ -107,6 +108,10 @@ SceneItem readItem(const JsonElement& e) {
   const std::string path = shortText(source);
   if (path.empty()) source.fail("is empty");
   (e.has("mesh") ? item.mesh : item.tree) = path;
+  if (e.has("unit")) {
+    if (!e.has("mesh")) e.at("unit").fail("is for a mesh; a tree is in mm");
+    item.unit = oneOf(e.at("unit"), kUnits);
+  }
   if (e.has("part")) {
     if (!e.has("mesh")) e.at("part").fail("is for a mesh; a tree has no parts");
     item.part = shortText(e.at("part"));
@@ -157,18 +162,23 @@ void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
 }
 
 void refuseTwins(const JsonElement& root, const SceneFile& scene) {
-  std::map<std::string, std::string> seen;  // by the name in lower case: some file systems know no other
+  struct Item {
+    std::string place, name;
+  };
+  std::map<std::string, Item> seen;  // by the name in lower case: some file systems know no other
   const auto lower = [](std::string name) {
     for (char& c : name)
       if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     return name;
   };
-  seen[lower(scene.tool.name)] = "the tool";
+  seen[lower(scene.tool.name)] = {"the tool", scene.tool.name};
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const auto [other, is_new] = seen.emplace(lower(scene.objects[i].name), "objects[" + std::to_string(i) + "]");
+    const auto [other, is_new] =
+        seen.emplace(lower(scene.objects[i].name), Item{"objects[" + std::to_string(i) + "]", scene.objects[i].name});
     if (!is_new)
-      root.at("objects").item(i).at("name").fail("is " + inQuotes(scene.objects[i].name) + ", the name of " + other->second +
-                                                 " but for case; give it a name of its own");
+      root.at("objects").item(i).at("name").fail("is " + inQuotes(scene.objects[i].name) + ", the name of " + other->second.place +
+                                                 (other->second.name == scene.objects[i].name ? "" : " but for case") +
+                                                 "; give it a name of its own");
   }
 }
 
@@ -190,6 +200,7 @@ OrderedJson toJson(const SceneItem& item) {
     out["mesh"] = item.mesh.string();
   else
     out["tree"] = item.tree.string();
+  if (!item.unit.empty()) out["unit"] = item.unit;
   if (!item.part.empty()) out["part"] = item.part;
   return out;
 }
@@ -224,7 +235,7 @@ std::filesystem::path scenePath(const std::filesystem::path& scene_path, const s
 }
 
 SceneFile parseScene(std::string_view text, const std::string& name) {
-  const JsonSource source{name, "docs/scene_file.md"};
+  const JsonSource source{name, "a scene (.scene.json)"};
   const nlohmann::json parsed = parseJson(text, source);
   const JsonElement root(parsed, "", source);
   if (const JsonElement schema = root.at("schema"); schema.text() != kSceneSchema)
@@ -240,8 +251,12 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   readCouplingAndLimits(root, scene);
 
   const JsonElement tool = root.at("tool");
-  tool.onlyKeys({"name", "mesh", "tree", "part", "reference_point_mm", SPHERETREE_TREE_SETTINGS});
+  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", SPHERETREE_TREE_SETTINGS});
   scene.tool = readItem(tool);
+  if (tool.has("reference_point")) {
+    if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
+    scene.tool.reference_point = oneOf(tool.at("reference_point"), kReferencePoints);
+  }
   if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
 
   const JsonElement objects = root.at("objects");
@@ -250,7 +265,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
     objects.fail("has " + std::to_string(count) + " objects, not 1 to " + std::to_string(kMaxSceneObjects));
   for (std::size_t i = 0; i < count; ++i) {
     const JsonElement object = objects.item(i);
-    object.onlyKeys({"name", "mesh", "tree", "part", "position_mm", "quaternion_wxyz", SPHERETREE_TREE_SETTINGS});
+    object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", SPHERETREE_TREE_SETTINGS});
     SceneItem item = readItem(object);
     if (object.has("position_mm")) item.pose.position = vector(object.at("position_mm"));
     if (object.has("quaternion_wxyz")) item.pose.orientation = unitQuaternion(object.at("quaternion_wxyz"));
@@ -284,7 +299,10 @@ std::string sceneText(const SceneFile& scene) {
   out["coupling"] = {{"translation_n_per_mm", scene.translation_n_per_mm}, {"rotation_n_mm_per_rad", scene.rotation_n_mm_per_rad}};
   out["limits"] = {{"force_n", scene.force_n}, {"torque_n_mm", toJson(scene.torque_n_mm)}};
   out["tool"] = toJson(scene.tool);
-  out["tool"]["reference_point_mm"] = toJson(scene.tool.reference_point_mm);
+  if (scene.tool.reference_point.empty())
+    out["tool"]["reference_point_mm"] = toJson(scene.tool.reference_point_mm);
+  else
+    out["tool"]["reference_point"] = scene.tool.reference_point;
   addSettings(out["tool"], scene.tool.settings);
   out["objects"] = OrderedJson::array();
   for (const SceneItem& object : scene.objects) {

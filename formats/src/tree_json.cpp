@@ -111,7 +111,7 @@ std::string writeTreeJson(const SphereTree& tree) {
 }
 
 SphereTree parseTreeJson(std::string_view text, const std::string& name) {
-  const JsonSource source{name, "docs/file_format.md"};
+  const JsonSource source{name, "a sphere-tree as JSON"};
   const nlohmann::json parsed = parseJson(text, source);
   const JsonElement root(parsed, "", source);
   if (const JsonElement schema = root.at("schema"); schema.text() != kTreeSchema)

@@ -50,7 +50,11 @@ TEST(MeshFile, ReadsByContentWhereTheExtensionIsWrong) {
   }
   EXPECT_TRUE(has(readMesh(scratch.path() / "c.stl").notes.back(), "holds OBJ"));
   EXPECT_TRUE(readMesh(scratch.path() / "a.obj").notes.empty());
-  EXPECT_TRUE(has(readMesh(scratch.path() / "i.gltf", 10).notes.back(), "metres"));
+  // glTF says metres, and only a unit of its own changes that.
+  const double in_metres = readMesh(scratch.path() / "i.gltf", 10).mesh.positions[1].norm();
+  EXPECT_EQ(readMesh(scratch.path() / "i.gltf", 10).unit_mm, 1000);
+  EXPECT_DOUBLE_EQ(readMesh(scratch.path() / "i.gltf", 1, 10).mesh.positions[1].norm() * 100, in_metres);
+  EXPECT_EQ(readMesh(scratch.path() / "i.gltf", 1, 10).unit_mm, 10);
 }
 
 TEST(MeshFile, ErrorsTellFilesFromContents) {

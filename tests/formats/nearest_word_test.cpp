@@ -14,7 +14,7 @@ TEST(EditDistance, CountsLettersInsertedDroppedAndChanged) {
   EXPECT_EQ(editDistance("abc", ""), 3u);
   EXPECT_EQ(editDistance("level", "levels"), 1u);
   EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
-  EXPECT_EQ(editDistance("bulid", "build"), 2u);  // letters in each other's place are two changes
+  EXPECT_EQ(editDistance("bulid", "build"), 1u);  // letters in each other's place are one change
 }
 
 TEST(EditDistance, IsAMetric) {
@@ -31,7 +31,18 @@ TEST(NearestWord, IsTheFirstOfTheNearest) {
   constexpr std::array<std::string_view, 3> kKnown{"build", "batch", "check"};
   EXPECT_EQ(nearestWord("biuld", kKnown), "build");
   EXPECT_EQ(nearestWord("chek", kKnown), "check");
-  EXPECT_EQ(nearestWord("", kKnown), "build");
+}
+
+TEST(NearestWord, IsOneThatBeginsSoIfThereIsOne) {
+  constexpr std::array<std::string_view, 4> kKnown{"help", "tolerance_mm", "tolerance", "repair"};
+  EXPECT_EQ(nearestWord("tol", kKnown), "tolerance");
+  EXPECT_EQ(nearestWord("tolerance_", kKnown), "tolerance_mm");
+}
+
+TEST(NearestWord, IsNoneWhereNoneIsClose) {
+  constexpr std::array<std::string_view, 5> kKnown{"help", "progress", "quiet", "repair", "name"};
+  for (const char* word : {"scale", "dry-run", "out", "version", "view", "unit", "x", ""})
+    EXPECT_FALSE(nearestWord(word, kKnown)) << word << ": " << *nearestWord(word, kKnown);
 }
 
 }  // namespace

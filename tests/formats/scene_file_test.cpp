@@ -128,6 +128,11 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
       {"\"probe\"", "\"../probe\"", "tool.name is \"../probe\", not safe as a file name"},
       {"\"probe\"", "\"\"", "tool.name is \"\", not safe as a file name"},
       {"\"probe\"", "\".probe\"", "not safe as a file name"},
+      {"\"tool\": {", "\"tool\": {\"reference_point\": \"tip\", ", "tool has both \"reference_point\" and \"reference_point_mm\""},
+      {"\"tree\": \"trees/tongue.stree\"", "\"tree\": \"a\", \"unit\": \"m\"", "objects[1].unit is for a mesh"},
+      {"\"levels\": 4", "\"levels\": 4, \"levels\": 5", "the key \"levels\" stands twice in one object"},
+      {"\"radius_mm\": 0.25", "\"size\": 0.25", "reach has the unknown key \"size\"; known are radius_mm, tolerance_mm"},
+      {"\"probe\"", "\"tongue\"", "objects[1].name is \"tongue\", the name of the tool; give it"},
       {"\"probe\"", "\"Tongue\"", "objects[1].name is \"tongue\", the name of the tool but for case"},
       {"\"tongue\"", "\"tooth_11\"", "objects[1].name is \"tooth_11\", the name of objects[0]"},
       {"\"mesh\": \"mouth.obj\"", "\"mesh\": \"\"", "objects[0].mesh is empty"},
@@ -147,7 +152,7 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
     EXPECT_NE(said.find(message), std::string::npos) << from << " -> " << to << ": " << said;
     EXPECT_EQ(said.rfind("a.scene.json: ", 0), 0u);
   }
-  EXPECT_NE(sceneRefusal("").find("is not JSON"), std::string::npos);
+  EXPECT_NE(sceneRefusal("").find("is empty, not a scene"), std::string::npos);
   EXPECT_NE(sceneRefusal("[]").find("is not an object"), std::string::npos);
   EXPECT_NE(sceneRefusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
 }

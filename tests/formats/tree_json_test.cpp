@@ -54,7 +54,7 @@ TEST(TreeJson, RefusesWithThePath) {
   const std::string good = writeTreeJson(test::threeLevelTree());
   EXPECT_EQ(treeRefusal(good), "");
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"", "is not JSON"},
+      {"", "is empty, not a sphere-tree"},
       {"[", "is not JSON"},
       {"[]", "the text is not an object"},
       {"null", "the text is not an object"},

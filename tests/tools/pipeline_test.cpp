@@ -48,7 +48,8 @@ ObjectResult builtObject(const std::string& name) {
   f.tolerance_mm = 0.1;
   f.tolerance_met = false;
   f.certified = true;
-  f.repair = {"one step", "another \"step\""};
+  f.input_triangles = 14;
+  f.repair = {{"fill holes", "one step", 2, 0, 0.25}, {"drop buried", "another \"step\"", 1, 2, 0}};
   f.notes = {"a note"};
   f.levels = {{0, 1, std::nullopt, std::nullopt}, {1, 4, 0.2 / 3, levelAt(1, 2.0 / 3)}};
   f.levels[1].overhang_bound_mm = f.levels[1].measured->overhang.bound;

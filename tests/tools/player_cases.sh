@@ -116,10 +116,55 @@ case_player_interrupted() {
 case_player_scenario() {
   expect 0 --scenario F17 --quality quick --out stability
   says "^F17 " out
-  says "1 scenarios, 0 fall short" out
+  says "1 scenario, 0 fall short" out
   says '"schema": "spheretree.stability/1"' stability/stability.json
   expect 0 --scenario inside --quality quick --json
   says '"schema": "spheretree.stability/1"' out
   says '"verdict": "holds"' out
   if grep -q "^F17" out; then fail "the table among the JSON"; fi
+}
+
+# What went well by its figures but may not be what was meant.
+case_player_notes() {
+  write_touch "$1"
+  write_path path.csv
+  sed 's/{"name": "object", "tree": "object.stree"}/{"name": "a", "tree": "object.stree"}, {"name": "b", "tree": "object.stree", "position_mm": [50, 0, 0]}/' scene.json >two.json
+  expect 0 two.json --seconds 0.1 --clock stepped
+  says "The hand visited 1 of 2 objects; --seconds 10 visits all." out
+  says "The tool touched nothing." out
+  expect 0 two.json --seconds 0.1 --clock stepped --json
+  says '"The hand visited 1 of 2 objects' out
+  expect 0 scene.json --trajectory path.csv --clock stepped --seconds 5
+  says "The trajectory ended after 0.1 s of the 5 s asked for." out
+  expect 0 scene.json --trajectory path.csv --clock stepped
+  if grep -q "^note" out; then fail "a note on a run that did what was meant"; fi
+  sed 's/"tree": "tool.stree"/"tree": "tool.stree", "reference_point_mm": [0, 0, 105]/' scene.json >far.json
+  expect 0 far.json --trajectory path.csv --clock stepped
+  says "Its reference point is 10[0-9.]* mm away from its nearest sphere" out
+  expect 0 scene.json --seconds 0.001 --clock stepped
+  says "^1 step on" out
+  for bad in "--seconds nan" "--seconds -nan" "--seconds inf"; do
+    # shellcheck disable=SC2086
+    expect 2 scene.json $bad
+    says_in_a_line "is not a number from 0.001 to 86400"
+  done
+  expect 2 --scenario F6 --share nan
+  says_in_a_line "is not a number from 0.001 to 1"
+  expect 4 object.stree
+  says_in_a_line "object.stree: is a sphere-tree (.stree), not a scene"
+  expect 2 scene.json --device replay
+  says_in_a_line '\.$'
+  # A recording belongs to a scene, and is not shown in another one.
+  cp scene.json same.json
+  expect 0 scene.json --trajectory path.csv --clock stepped --record run.csv
+  "$1" report run.csv --scene scene.json -o work/a.html >out 2>err || fail "refused in its own scene"
+  "$1" report run.csv --scene same.json -o work/b.html >out 2>err || fail "refused in a copy of its scene"
+  "$1" report run.csv --scene two.json -o work/c.html >out 2>err
+  [ $? -eq 4 ] || fail "a recording in another scene is taken"
+  says_in_a_line "run.csv: was recorded in the scene .*scene.json, not in two.json"
+  [ ! -e work/c.html ] || fail "a page of a recording in another scene"
+  mkdir moved
+  mv run.csv moved
+  "$1" report moved/run.csv --scene two.json -o work/c.html >out 2>err || fail "refused although its scene is not there"
+  says "It names the scene scene.json, which is not there" work/c.html
 }

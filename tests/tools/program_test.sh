@@ -85,8 +85,6 @@ case_usage() {
   done
   expect 2 build mesh.obj -o work/a.sph
   says "convert" err
-  cp mesh.obj mesh.glb
-  expect 2 build mesh.glb -o work/a.stree --unit mm
   for verb in "check mesh.obj" "evaluate mesh.obj a.stree" "compare mesh.obj -o work/comparison"; do
     # shellcheck disable=SC2086
     expect 2 $verb --unit km
@@ -510,5 +508,6 @@ case_file_format() {
 . "${0%/*}/batch_cases.sh"
 . "${0%/*}/page_cases.sh"
 . "${0%/*}/player_cases.sh"
+. "${0%/*}/message_cases.sh"
 
 "case_$case" "$@"

@@ -12,9 +12,11 @@
 #include "program_end.h"
 #include "progress_bar.h"
 #include "run_files.h"
+#include "run_notes.h"
 #include "scenarios/stability.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "terminal.h"
 
 namespace spheretree::player {
 namespace {
@@ -32,7 +34,7 @@ struct Options {
 const std::string kProgram = "haptic-player";
 
 int listScenarios() {
-  for (const Scenario& s : scenarios()) std::printf("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
+  for (const Scenario& s : scenarios()) printResult("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
   return kExitOk;
 }
 
@@ -56,7 +58,7 @@ int runBench(const Options& options, builder::Progress& progress) try {
   Bench bench{bodies, {options.share}, progress};
   std::vector<ScenarioResult> results;
   int short_of = 0;
-  if (!options.json) std::printf("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
+  if (!options.json) printResult("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
   for (const Scenario* scenario : chosen) {
     const std::string stage = scenario->id + " " + scenario->title;
     bodies.setStage(stage);
@@ -64,13 +66,13 @@ int runBench(const Options& options, builder::Progress& progress) try {
     progress.check();
     results.push_back(runScenario(*scenario, bench, options.out));
     short_of += !holds(results.back().constrained);
-    if (!options.json) std::fputs(tableRows(results.back()).c_str(), stdout);
+    if (!options.json) writeResult(tableRows(results.back()));
     std::fflush(stdout);
   }
   if (options.json)
-    std::printf("%s\n", stabilityJson(results, quality).dump(1).c_str());
+    printResult("%s\n", stabilityJson(results, quality).dump(1).c_str());
   else
-    std::printf("%zu scenarios, %d fall short in constrained mode\n", results.size(), short_of);
+    printResult("%s, %d fall short in constrained mode\n", counted(results.size(), "scenario").c_str(), short_of);
   if (!options.out.empty()) writeStability(options.out, results, quality);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
@@ -80,25 +82,26 @@ int runBench(const Options& options, builder::Progress& progress) try {
 
 void printSummary(const nlohmann::ordered_json& s) {
   const auto& total = s["time_us"]["total"];
-  std::printf("%llu steps on %s, %s mode, %s clock: %s\n", static_cast<unsigned long long>(s["steps"].get<std::uint64_t>()),
+  printResult("%s on %s, %s mode, %s clock: %s\n", counted(s["steps"].get<std::uint64_t>(), "step").c_str(),
               s["device"].get<std::string>().c_str(), s["mode"].get<std::string>().c_str(), s["clock"].get<std::string>().c_str(),
               s["end"].get<std::string>().c_str());
-  std::printf("step time [us]     median %.1f, p99 %.1f, p99.9 %.1f, max %.1f; %llu deadlines missed\n", total["median"].get<double>(),
+  printResult("step time [us]     median %.1f, p99 %.1f, p99.9 %.1f, max %.1f; %llu deadlines missed\n", total["median"].get<double>(),
               total["p99"].get<double>(), total["p99_9"].get<double>(), total["max"].get<double>(),
               static_cast<unsigned long long>(s["missed_deadlines"].get<std::uint64_t>()));
   const auto by_clock = s["steps_over_ms"]["clock"].get<std::uint64_t>(),
              by_processor = s["steps_over_ms"]["processor"].get<std::uint64_t>();
-  std::printf("steps over 1 ms    %llu by the clock, %llu by processor time%s\n", static_cast<unsigned long long>(by_clock),
+  printResult("steps over 1 ms    %llu by the clock, %llu by processor time%s\n", static_cast<unsigned long long>(by_clock),
               static_cast<unsigned long long>(by_processor), by_clock > by_processor ? ": the others waited for other programs" : "");
-  std::printf("penetration [mm]   %.4g\n", s["largest_penetration_mm"].get<double>());
-  std::printf("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(),
+  printResult("penetration [mm]   %.4g\n", s["largest_penetration_mm"].get<double>());
+  printResult("force [N]          largest %.4g, largest step %.4g\n", s["largest_force_n"].get<double>(),
               s["wrench_step"]["force_n"].get<double>());
-  std::printf("energy [mJ]        smallest %.4g, final %.4g\n", s["energy_mj"]["smallest"].get<double>(),
+  printResult("energy [mJ]        smallest %.4g, final %.4g\n", s["energy_mj"]["smallest"].get<double>(),
               s["energy_mj"]["final"].get<double>());
-  std::printf("faults            ");
+  printResult("faults            ");
   for (const auto& [name, count] : s["faults"].items())
-    std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
-  std::printf("\n");
+    printResult(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
+  printResult("\n");
+  for (const auto& note : s["notes"]) printResult("note               %s\n", plainText(note.get<std::string>()).c_str());
 }
 
 /// Options that only one device heeds, given with another.
@@ -130,8 +133,12 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
   nlohmann::ordered_json summary;
   const PlayEnd end = play(play_settings, progress, summary);
+  summary["notes"] = nlohmann::ordered_json::array();
+  if (end == PlayEnd::Complete)
+    for (const std::string& note : notesOn(play_settings, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
+      summary["notes"].push_back(note);
   if (options.json)
-    std::printf("%s\n", jsonText(summary, 1).c_str());
+    printResult("%s\n", jsonText(summary, 1).c_str());
   else
     printSummary(summary);
   if (end == PlayEnd::DeviceFailed)
@@ -170,7 +177,7 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_option("--seconds", o.seconds,
                  "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C. Scenarios have "
                  "lengths of their own")
-      ->check(CLI::Range(0.001, 86400.0));
+      ->check(numberIn(0.001, 86400));
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
@@ -195,7 +202,7 @@ void addOptions(CLI::App& cli, Options& o) {
       ->check(CLI::IsMember({"quick", "standard"}))
       ->needs(scenario);
   cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
-      ->check(CLI::Range(0.001, 1.0))
+      ->check(numberIn(0.001, 1))
       ->needs(scenario);
   cli.add_option("--progress", o.progress, "auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
@@ -220,8 +227,8 @@ int runProgram(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return cli.exit(help);
   } catch (const CLI::ParseError& error) {
-    const std::string mistake = unknownOption(cli, "", kProgram);
-    return explain(kProgram, kExitUsage, mistake.empty() ? std::string(error.what()) + ". See haptic-player --help." : mistake);
+    const std::string mistake = unknownWord(cli, "", kProgram);
+    return explain(kProgram, kExitUsage, mistake.empty() ? explained(error) + ". See haptic-player --help." : mistake);
   } catch (const device::DeviceError& error) {
     return explain(kProgram, kExitFile, error.what());
   }

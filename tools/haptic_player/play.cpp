@@ -49,6 +49,9 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path) {
                                  " -o DIR; then play DIR/scene.json");
     return formats::readSphereTree(formats::scenePath(path, item.tree));
   };
+  if (!file.tool.reference_point.empty())
+    throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
+                               "reference_point_mm, or play the scene that batch writes.");
   runtime::SceneDescription d;
   d.tool = tree(file.tool);
   d.reference_point = file.tool.reference_point_mm;
@@ -172,7 +175,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
     stops.push_back({touch + Eigen::Vector3d(0, 0, 5), touch});
   }
   return [stops](double t) {
-    constexpr double kStop = 5;  // of each object [s]
+    constexpr double kStop = kTourStopSeconds;
     const std::size_t i = static_cast<std::size_t>(t / kStop) % stops.size();
     const double s = std::fmod(t, kStop) / kStop;  // 0..1: over, down, circle, up
     const Stop &now = stops[i], &next = stops[(i + 1) % stops.size()];

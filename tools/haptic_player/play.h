@@ -44,6 +44,8 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled
 runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress);
 
+inline constexpr double kTourStopSeconds = 5;  // that a tour spends on each object
+
 /// A hand's tour: down on every object in turn from above (+z), 2 mm deeper than the first touch, a small circle there, and up again.
 /// Defined for all t >= 0; begins again after the last.
 device::IntendedPath tourOf(const runtime::Scene& scene);

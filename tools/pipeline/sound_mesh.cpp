@@ -22,6 +22,10 @@ Json runsOf(const std::vector<std::uint32_t>& sorted) {
 
 }  // namespace
 
+formats::MeshFile readMeshIn(const std::filesystem::path& path, const std::string& unit) {
+  return unit.empty() ? formats::readMesh(path) : formats::readMesh(path, formats::unitInMm(unit), formats::unitInMm(unit));
+}
+
 builder::RepairKind repairKind(const std::string& option) {
   if (option == "off") return builder::RepairKind::Off;
   return option == "wrap" ? builder::RepairKind::Wrap : builder::RepairKind::Auto;
@@ -31,9 +35,9 @@ builder::RepairedMesh soundMesh(const TriangleMesh& mesh, const std::string& nam
                                 std::vector<std::string>& notes, builder::Progress& progress) {
   builder::RepairedMesh repaired = builder::repairMesh(mesh, kind, progress);
   if (!repaired.isSound()) {
-    std::string message = name + ": the mesh is refused:\n" + repaired.result.summary();
-    while (message.back() == '\n') message.pop_back();
-    message += kind == builder::RepairKind::Off ? "\n--repair auto may mend it; `spheretree check` says how." : "\nNo repair helps here.";
+    std::string message = name + ": the mesh is refused: " + repaired.result.summary();
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    message += kind == builder::RepairKind::Off ? "--repair auto may mend it; `spheretree check` says how." : "No repair helps here.";
     throw builder::BuildError(message);
   }
   for (const builder::RepairStep& step : repaired.steps) notes.push_back(step.text);

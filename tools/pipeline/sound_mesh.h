@@ -2,13 +2,18 @@
 // From a mesh as it was read to one that the builders take.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "spheretree/builder/repair_mesh.h"
+#include "spheretree/formats/mesh_file.h"
 
 namespace spheretree::pipeline {
+
+/// A mesh in the unit that a user gave, whatever the format says; "": in its own (glTF), or mm.
+formats::MeshFile readMeshIn(const std::filesystem::path& path, const std::string& unit);
 
 /// Of the option --repair: "auto", "off" or "wrap".
 builder::RepairKind repairKind(const std::string& option);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// "Did you mean ...?" for the command line.
+// What is wrong with a command line, in words of our own: the parser's are not meant for users.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,9 +7,14 @@
 
 namespace spheretree::tool {
 
-/// CLI11 names the first rule that is broken, often a missing argument, where the user mistyped an option: the sentence for the first
-/// word among `app`'s leftovers that looks like one, with the nearest that there is; empty if there is none. `of`: " of VERB" or empty;
-/// `command`: what to ask for help.
-std::string unknownOption(const CLI::App& app, const std::string& of, const std::string& command);
+/// Of a word that `app` did not take: an option that is unknown, with the nearest known one if one is close, or an argument too many.
+/// `of`: " of build"; `command`: whose --help tells more. Empty if every word was taken.
+std::string unknownWord(const CLI::App& app, const std::string& of, const std::string& command);
+
+/// What `error` says of options that are known, as one sentence.
+std::string explained(const CLI::ParseError& error);
+
+/// For CLI::Option::check(): a finite number from `least` to `most`.
+std::function<std::string(const std::string&)> numberIn(double least, double most);
 
 }  // namespace spheretree::tool

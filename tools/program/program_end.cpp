@@ -13,6 +13,7 @@
 
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/formats/errors.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -60,7 +61,8 @@ InterruptGuard::~InterruptGuard() {
 }
 
 int explain(const std::string& program, int code, const std::string& message) {
-  std::cerr << program << ": " << message << '\n';
+  const bool is_sentence = message.ends_with('.') || message.ends_with('!') || message.ends_with('?');
+  say(program + ": " + message + (is_sentence ? "" : "."));
   return code;
 }
 

@@ -27,7 +27,7 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Says `message` on stderr and returns `code`.
+/// Says `message` as one line on stderr, with a full stop, and returns `code`.
 int explain(const std::string& program, int code, const std::string& message);
 
 /// Runs the program proper, flushes stdout, and turns whatever goes wrong into a message and an exit code.

@@ -8,11 +8,27 @@
 #include <nlohmann/json.hpp>
 
 #include "json_text.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
 
 constexpr std::chrono::milliseconds kQuietStart{500}, kRedraw{100};
+constexpr std::chrono::seconds kPlainEvery{10};
+constexpr int kColumnsOfNoTerminal = 80;
+
+/// One column for each character: stages name files, whose letters may be of any width.
+std::string asciiText(std::string_view text) {
+  std::string ascii;
+  for (const char c : plainText(text)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 128)
+      ascii += c;
+    else if (byte >= 0xc0)
+      ascii += '?';
+  }
+  return ascii;
+}
 
 }  // namespace
 
@@ -25,13 +41,13 @@ ProgressBar::ProgressBar(const std::string& kind, bool quiet) {
     kind_ = Kind::Plain;
   else if (kind == "json")
     kind_ = Kind::Json;
+  else if (terminalColumns() > 0)
+    kind_ = Kind::Bar;
   else
-    kind_ = ::isatty(STDERR_FILENO) ? Kind::Bar : Kind::None;
+    kind_ = ::isatty(STDERR_FILENO) ? Kind::Plain : Kind::None;  // a terminal that cannot draw over its line
 }
 
-ProgressBar::~ProgressBar() {
-  if (bar_shown_) std::fprintf(stderr, "\r%79s\r", "");
-}
+ProgressBar::~ProgressBar() { clearProgressLine(); }
 
 void ProgressBar::stage(std::string_view name) {
   stage_ = name;
@@ -53,6 +69,30 @@ std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const 
   return text;
 }
 
+// A stage that has not said how far it is has no bar: one that stays at 0 % would say that nothing happens.
+std::string ProgressBar::barText(double fraction, Clock::time_point now, int columns) const {
+  char time[64], percent[16] = "";
+  std::snprintf(time, sizeof time, "%.1f s%s", seconds(), timeLeft(fraction, now).c_str());
+  if (fraction > 0) std::snprintf(percent, sizeof percent, "%3d %%", static_cast<int>(fraction * 100));
+  std::string name = asciiText(stage_).substr(0, 30);
+  if (columns < 70) return name.substr(0, 16) + (fraction > 0 ? "  " : "") + percent + "  " + time;
+  name.resize(30, ' ');
+  constexpr int kWidth = 20;
+  if (fraction <= 0) return name + "  " + time;
+  std::string bar(kWidth, ' ');
+  std::fill_n(bar.begin(), static_cast<int>(fraction * kWidth), '#');
+  return name + " [" + bar + "] " + percent + "  " + time;
+}
+
+void ProgressBar::drawPlain(double fraction, Clock::time_point now) {
+  if (stage_shown_ && now - last_plain_ < kPlainEvery) return;
+  char percent[16] = "";
+  if (fraction > 0) std::snprintf(percent, sizeof percent, "  %d %%", static_cast<int>(fraction * 100));
+  std::fprintf(stderr, "%7.1f s  %s%s%s\n", seconds(), plainText(stage_).c_str(), percent, timeLeft(fraction, now).c_str());
+  stage_shown_ = true;
+  last_plain_ = now;
+}
+
 void ProgressBar::draw(double fraction, bool new_stage) {
   if (kind_ == Kind::None) return;
   const Clock::time_point now = Clock::now();
@@ -65,17 +105,9 @@ void ProgressBar::draw(double fraction, bool new_stage) {
   }
   if (now - start_ < kQuietStart) return;
   last_drawn_ = now;
-  if (kind_ == Kind::Plain) {
-    if (!stage_shown_) std::fprintf(stderr, "%7.1f s  %s\n", seconds(), stage_.c_str());
-    stage_shown_ = true;
-    return;
-  }
-  constexpr int kWidth = 30;
-  const int filled = static_cast<int>(fraction * kWidth);
-  std::fprintf(stderr, "\r%-30.30s [%.*s%*s] %3d %% %6.1f s%-14s", stage_.c_str(), filled, "##############################",
-               kWidth - filled, "", static_cast<int>(fraction * 100), seconds(), timeLeft(fraction, now).c_str());
-  std::fflush(stderr);
-  bar_shown_ = true;
+  if (kind_ == Kind::Plain) return drawPlain(fraction, now);
+  const int columns = terminalColumns();
+  drawProgressLine(barText(fraction, now, columns > 0 ? columns : kColumnsOfNoTerminal), columns > 0 ? columns : kColumnsOfNoTerminal);
 }
 
 }  // namespace spheretree::tool

@@ -2,6 +2,7 @@
 #include "cover/build_cover.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "cover/optimise_cover.h"
 #include "geometry/surface_samples.h"
@@ -140,8 +141,11 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
     counts = levelCounts(leaves.balls.size(), settings.branching);
   std::vector<Cover> covers(counts.size());
   covers.back() = std::move(leaves);
+  const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  std::size_t done = 0;
   for (std::size_t level = counts.size() - 1; level-- > 0;) {
-    progress.advance(1 - static_cast<double>(level + 1) / static_cast<double>(counts.size()));
+    done += counts[level + 1];
+    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time goes by the spheres
     covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()));
   }
   LevelBalls levels;

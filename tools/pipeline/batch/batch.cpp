@@ -11,6 +11,7 @@
 #include "generator.h"
 #include "json_text.h"
 #include "pipeline/batch/budget_search.h"
+#include "pipeline/batch/reference_point.h"
 #include "pipeline/batch/speed_rows.h"
 #include "program_end.h"
 #include "run_files.h"
@@ -42,6 +43,7 @@ formats::SceneFile compiledScene(const formats::SceneFile& scene, const std::vec
     formats::SceneItem compiled = *item.source;
     compiled.mesh.clear();
     compiled.part.clear();
+    compiled.unit.clear();
     compiled.settings = {};
     compiled.tree = compiled.name + ".stree";
     if (item.is_tool)
@@ -107,7 +109,7 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   check(settings);
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  const formats::SceneFile scene = formats::readScene(settings.scene);
+  formats::SceneFile scene = formats::readScene(settings.scene);
   formats::makeFolder(settings.folder);
 
   progress.stage("read");
@@ -116,11 +118,13 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
   std::vector<BatchItem> items = loadItems(scene, settings.scene, meshes, threads, progress);
   if (settings.shard.count == 1) declareOutputs(settings, items, files);
+  if (items[0].status != ItemStatus::Failed) resolveReferencePoint(scene.tool, items[0]);
   const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
   const std::vector<BatchItem> source = items;
   BatchResult result;
   result.generator = tool::kGenerator;
   result.scene = settings.scene;
+  result.tool_distance_mm = items[0].status == ItemStatus::Failed ? 0 : distanceFrom(scene.tool.reference_point_mm, items[0]);
   if (settings.budget)
     result.budget = buildWithin(*settings.budget, items, paths, context);
   else

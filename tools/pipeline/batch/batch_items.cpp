@@ -48,28 +48,20 @@ void load(BatchItem& item, const formats::SceneFile& scene, const std::filesyste
   const formats::TreeSettings settings = formats::mergedSettings(source.settings, scene.defaults);
   TreeJob& job = item.job;
   job.path = formats::scenePath(scene_path, source.mesh);
-  job.file = meshes.read(job.path, formats::unitInMm(scene.unit));
+  job.file = meshes.read(scene, scene_path, source);
   job.part = source.part;
   job.repair = settings.repair.value_or("auto");
   job.settings = buildSettings(settings);
   job.pose = source.pose;
-  const std::vector<std::string>& parts = job.file->mesh.mesh.part_names;
-  if (!job.part.empty() && std::find(parts.begin(), parts.end(), job.part) == parts.end())
-    (void)formats::selectPart(job.file->mesh.mesh, job.part);  // says which parts there are
+  job.triangles = trianglesOf(job.file->mesh.mesh, job.part, job.file->components);  // says which parts there are
 }
 
 /// About how long the build takes, in no particular unit.
 double effortOf(const TreeJob& job) {
-  const TriangleMesh& mesh = job.file->mesh.mesh;
-  std::size_t triangles = mesh.triangles.size(), leaves = 1;
-  if (!job.part.empty()) {
-    const auto index =
-        static_cast<std::uint32_t>(std::find(mesh.part_names.begin(), mesh.part_names.end(), job.part) - mesh.part_names.begin());
-    triangles = static_cast<std::size_t>(std::count(mesh.part.begin(), mesh.part.end(), index));
-  }
+  std::size_t leaves = 1;
   for (int level = 1; level < job.settings.levels; ++level) leaves *= static_cast<std::size_t>(job.settings.branching);
   if (job.settings.most_leaves > 0) leaves = std::min(leaves, static_cast<std::size_t>(job.settings.most_leaves));
-  return (4000 + static_cast<double>(triangles)) * (50 + static_cast<double>(leaves));
+  return (4000 + static_cast<double>(job.triangles)) * (50 + static_cast<double>(leaves));
 }
 
 /// Objects that come as trees or cannot be read are left out: they shut nothing off.
@@ -80,8 +72,7 @@ void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, bu
     tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
       if (items[i].is_tool || !items[i].job.file || items[i].status == ItemStatus::Failed) return;
       try {
-        std::vector<std::string> ignored;
-        solids[i] = inWorld(items[i].job.solid(ignored, progress).mesh, items[i].source->pose);
+        solids[i] = inWorld(items[i].job.solid(progress).mesh, items[i].source->pose);
       } catch (const builder::BuildError&) {  // refused again, with its reasons, when its turn comes
       }
     });

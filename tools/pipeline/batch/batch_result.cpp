@@ -158,6 +158,7 @@ Json toJson(const BatchResult& result) {
   Json out{{"schema", kSchema},
            {"generator", result.generator},
            {"scene", result.scene.string()},
+           {"tool_distance_mm", result.tool_distance_mm},
            {"objects", Json::array()},
            {"totals",
             {{"objects", result.objects.size()},
@@ -185,6 +186,7 @@ BatchResult readBatchResult(const std::filesystem::path& path) {
     BatchResult result;
     result.generator = json.at("generator").get<std::string>();
     result.scene = json.at("scene").get<std::string>();
+    result.tool_distance_mm = json.at("tool_distance_mm").get<double>();
     for (const Json& object : json.at("objects")) result.objects.push_back(objectFromJson(object));
     if (json.contains("budget")) result.budget = budgetFromJson(json.at("budget"));
     if (json.contains("pareto")) {

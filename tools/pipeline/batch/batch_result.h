@@ -73,6 +73,7 @@ struct SpeedRow {
 struct BatchResult {
   std::string generator;
   std::filesystem::path scene;        // as it was given
+  double tool_distance_mm = 0;        // from the tool's reference point to the nearest vertex of its mesh, or sphere of its tree
   std::vector<ObjectResult> objects;  // the tool first
   std::optional<BudgetResult> budget;
   std::optional<std::vector<SpeedRow>> speed;

@@ -6,18 +6,25 @@
 
 namespace spheretree::pipeline {
 
-std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::path& path, double unit_mm) {
+std::shared_ptr<const MeshStore::File> MeshStore::read(const formats::SceneFile& scene, const std::filesystem::path& scene_path,
+                                                       const formats::SceneItem& item) {
+  const std::filesystem::path path = formats::scenePath(scene_path, item.mesh);
+  if (item.unit.empty()) return read(path, formats::unitInMm(scene.unit), formats::unitInMm("m"));
+  return read(path, formats::unitInMm(item.unit), formats::unitInMm(item.unit));
+}
+
+std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::path& path, double unit_mm, double gltf_unit_mm) {
   Entry* entry = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    std::unique_ptr<Entry>& slot = entries_[{path, unit_mm}];
+    std::unique_ptr<Entry>& slot = entries_[{path, unit_mm, gltf_unit_mm}];
     if (!slot) slot = std::make_unique<Entry>();
     entry = slot.get();
   }
   const std::lock_guard lock(entry->reading);  // other threads go on with other files
   if (!entry->file) {
     auto file = std::make_shared<File>();
-    file->mesh = formats::readMesh(path, unit_mm);
+    file->mesh = formats::readMesh(path, unit_mm, gltf_unit_mm);
     // A .gltf may keep its numbers in other files, whose change its own bytes do not show.
     file->hash = file->mesh.format == "glTF" ? builder::meshHash(file->mesh.mesh) : builder::bytesHash(formats::readFile(path));
     entry->file = std::move(file);

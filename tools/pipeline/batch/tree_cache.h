@@ -11,7 +11,7 @@
 namespace spheretree::pipeline {
 
 /// Version of the figures that an entry holds; part of its key.
-inline constexpr const char* kRecordSchema = "spheretree.batch-record/1";
+inline constexpr const char* kRecordSchema = "spheretree.batch-record/2";
 
 /// Trees and figures under DIR/KEY.stree and DIR/KEY.json. An entry counts only if both are whole and belong together.
 class TreeCache {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipeline/batch/tree_figures.h"
 
+#include <algorithm>
+
 #include "pipeline/evaluation_json.h"
 #include "pipeline/json_file.h"
 
@@ -23,7 +25,26 @@ LevelFigures levelFiguresFromJson(const Json& json) {
   return level;
 }
 
+Json toJson(const RepairFigures& step) {
+  return {{"step", step.step},
+          {"count", step.count},
+          {"change_mm", step.change_mm},
+          {"removed_triangles", step.removed_triangles},
+          {"text", step.text}};
+}
+
 }  // namespace
+
+double TreeFigures::repairChange() const {
+  double change = 0;
+  for (const RepairFigures& step : repair) change = std::max(change, step.change_mm);
+  return change;
+}
+
+bool TreeFigures::isRepairLarge() const {
+  const double change = repairChange();
+  return change > diagonal_mm / 100 || (tolerance_mm && change > *tolerance_mm);
+}
 
 TreeFigures figuresOf(const SphereTree& tree) {
   TreeFigures figures;
@@ -49,9 +70,13 @@ Json toJson(const TreeFigures& figures) {
            {"tolerance_mm", orNull(figures.tolerance_mm)},
            {"tolerance_met", orNull(figures.tolerance_met)},
            {"certified", figures.certified},
-           {"repair", figures.repair},
+           {"input_triangles", figures.input_triangles},
+           {"repair", Json::array()},
+           {"repair_change_mm", figures.repairChange()},
+           {"repair_large", figures.isRepairLarge()},
            {"notes", figures.notes},
            {"levels", Json::array()}};
+  for (const RepairFigures& step : figures.repair) out["repair"].push_back(toJson(step));
   for (const LevelFigures& level : figures.levels) out["levels"].push_back(toJson(level));
   if (figures.ratio) {
     out["tolerance_ratio"] = figures.ratio->ratio;
@@ -78,7 +103,10 @@ TreeFigures treeFiguresFromJson(const Json& json) {
   figures.tolerance_mm = optionalAt<double>(json, "tolerance_mm");
   figures.tolerance_met = optionalAt<bool>(json, "tolerance_met");
   figures.certified = json.at("certified").get<bool>();
-  figures.repair = json.at("repair").get<std::vector<std::string>>();
+  figures.input_triangles = json.at("input_triangles").get<std::size_t>();
+  for (const Json& step : json.at("repair"))
+    figures.repair.push_back({step.at("step").get<std::string>(), step.at("text").get<std::string>(), step.at("count").get<std::size_t>(),
+                              step.at("removed_triangles").get<std::size_t>(), step.at("change_mm").get<double>()});
   figures.notes = json.at("notes").get<std::vector<std::string>>();
   for (const Json& level : json.at("levels")) figures.levels.push_back(levelFiguresFromJson(level));
   if (const auto ratio = optionalAt<double>(json, "tolerance_ratio"))

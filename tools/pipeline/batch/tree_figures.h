@@ -34,19 +34,32 @@ struct ToleranceRatio {
   std::optional<double> least_met_mm;  // graded: the smallest tolerance of the object that its leaves meet
 };
 
+/// A step that changed the mesh before the build.
+struct RepairFigures {
+  std::string step;  // builder::name()
+  std::string text;  // a sentence for people
+  std::size_t count = 0, removed_triangles = 0;
+  double change_mm = 0;  // how far the surface moved at most; of a filling: how far it lies from what was there
+};
+
 struct TreeFigures {
   std::size_t triangles = 0, leaves = 0, nodes = 0;
   double diagonal_mm = 0;
   std::optional<double> tolerance_mm;  // none: the whole budget of leaves was used
   std::optional<bool> tolerance_met;   // with a tolerance
   bool certified = false;
-  std::vector<std::string> repair;  // a sentence for each step that changed the mesh
-  std::vector<std::string> notes;   // of the reader of the mesh
+  std::size_t input_triangles = 0;  // before the repair; 0 for a tree that came as a file
+  std::vector<RepairFigures> repair;
+  std::vector<std::string> notes;  // of the reader of the mesh
   std::vector<LevelFigures> levels;
   std::optional<ToleranceRatio> ratio;
   std::optional<double> least_tolerance_mm;      // graded: the smallest tolerance of any triangle
   std::optional<std::vector<WorkFigures>> work;  // with regions of work in the scene
 
+  /// How far the repair moved the surface at most; 0 without one.
+  double repairChange() const;
+  /// Whether the repair changed more than a user may take for granted: by more than the tolerance or a hundredth of the diagonal.
+  bool isRepairLarge() const;
   bool isGraded() const { return least_tolerance_mm.has_value(); }
   /// Proven overhang of the leaves; 0 where nothing is proven.
   double leafBound() const { return levels.empty() ? 0 : levels.back().overhang_bound_mm.value_or(0); }

@@ -73,6 +73,9 @@ TreeFigures figuresOf(const builder::BuildResult& built, const builder::Repaired
   figures.nodes = built.tree.nodeCount();
   figures.diagonal_mm = built.tree.provenance.diagonal_mm;
   figures.certified = true;
+  figures.input_triangles = repaired.report.triangles;
+  for (const builder::RepairStep& step : repaired.steps)
+    figures.repair.push_back({std::string(builder::name(step.kind)), step.text, step.count, step.removed.size(), step.change_mm});
   if (tolerance_mm > 0) {
     figures.tolerance_mm = tolerance_mm;
     figures.tolerance_met = built.statistics.tolerance_met;
@@ -102,16 +105,16 @@ std::string TreeJob::key() const {
                       (scale == 1 ? "" : "\nscale=" + shortest(scale))));
 }
 
-builder::RepairedMesh TreeJob::solid(std::vector<std::string>& steps, builder::Progress& progress) const {
-  const TriangleMesh input = part.empty() ? file->mesh.mesh : formats::selectPart(file->mesh.mesh, part);
+builder::RepairedMesh TreeJob::solid(builder::Progress& progress) const {
+  const TriangleMesh input = part.empty() ? file->mesh.mesh : partOf(file->mesh.mesh, part, file->components);
   progress.check();
-  return soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), steps, progress);
+  std::vector<std::string> ignored;  // the repaired mesh has them, too
+  return soundMesh(input, path.string() + (part.empty() ? "" : " part " + part), repairKind(repair), ignored, progress);
 }
 
 TreeResult TreeJob::run(builder::Progress& progress) const {
   const auto begun = std::chrono::steady_clock::now();
-  std::vector<std::string> steps;
-  const builder::RepairedMesh repaired = solid(steps, progress);
+  const builder::RepairedMesh repaired = solid(progress);
   const TriangleMesh& mesh = repaired.mesh;
   progress.check();
   builder::BuildSettings own = settings;
@@ -123,7 +126,6 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
 
   TreeFigures figures = figuresOf(built, repaired, settings.tolerance_mm);
-  figures.repair = std::move(steps);
   figures.notes = file->mesh.notes;
   figures.levels = levelsOf(repaired, built.tree, progress);
   if (is_graded) figures.least_tolerance_mm = least_tolerance;

@@ -26,6 +26,7 @@ struct TreeJob {
   std::shared_ptr<const MeshStore::File> file;
   std::filesystem::path path;  // for messages
   std::string part;            // "": the whole mesh
+  std::size_t triangles = 0;   // of the part
   std::string repair = "auto";
   builder::BuildSettings settings;
   Configuration pose;                       // of the object in the world
@@ -38,8 +39,8 @@ struct TreeJob {
   std::string key() const;
   /// Hash of the mesh alone, as it is built; 32 hexadecimal digits.
   std::string meshKey() const;
-  /// The mesh as it is built, with a sentence for each change. @throws builder::BuildError if it is refused; builder::Cancelled.
-  builder::RepairedMesh solid(std::vector<std::string>& steps, builder::Progress& progress) const;
+  /// The mesh as it is built. @throws builder::BuildError if it is refused; builder::Cancelled.
+  builder::RepairedMesh solid(builder::Progress& progress) const;
   /// @throws builder::BuildError, builder::Cancelled
   TreeResult run(builder::Progress& progress) const;
 };

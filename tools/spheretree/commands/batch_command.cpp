@@ -2,14 +2,16 @@
 // spheretree batch: every object of a scene to trees, with a compiled scene and a report.
 #include "pipeline/batch/batch.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "page/chart.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -23,36 +25,68 @@ using pipeline::ObjectResult;
 using pipeline::Shard;
 
 void printBudget(const BudgetResult& result) {
-  std::printf("budget: %.6g of %.6g %s", result.spent, result.budget.amount,
+  printResult("budget: %.6g of %.6g %s", result.spent, result.budget.amount,
               result.budget.is_time ? "us a step (99th percentile, by the model)" : "leaves");
-  if (result.worst_ratio) std::printf("; largest error %.4g times its tolerance (or mm without one)", *result.worst_ratio);
-  std::printf("\n");
-  if (!result.met) std::cerr << "spheretree: the budget is not met; the cheapest trees found were written. Allow more.\n";
+  if (result.worst_ratio) printResult("; largest error %.4g times its tolerance (or mm without one)", *result.worst_ratio);
+  printResult("\n");
+  if (!result.met) say("spheretree: the budget is not met; the cheapest trees found were written. Allow more.");
 }
 
 /// Says which objects failed or missed their tolerance, and returns how many missed it.
 std::size_t reportFaults(const BatchResult& result) {
   std::size_t missed = 0;
   for (const ObjectResult& object : result.objects) {
-    if (object.status == ItemStatus::Failed) std::cerr << "spheretree: " << object.name << ": " << object.error << '\n';
+    if (object.status == ItemStatus::Failed) say("spheretree: " + object.name + ": " + object.error);
     if (!object.hasTree() || object.figures.tolerance_met.value_or(true)) continue;
     if (result.budget) continue;  // that is what the budget costs; the report says it
     ++missed;
-    std::cerr << "spheretree: " << object.name << ": the tolerance of " << *object.figures.tolerance_mm
-              << " mm is not met; the best result was written. Allow more levels or a larger tolerance_mm.\n";
+    say("spheretree: " + object.name + ": the tolerance of " + shortNumber(*object.figures.tolerance_mm) +
+        " mm is not met; the best result was written. Allow more levels or a larger tolerance_mm.");
   }
   return missed;
 }
 
+/// What was done to the user's meshes, the largest change first; all of it is in report.json and on the page.
+void printRepairs(const BatchResult& result, const BatchSettings& settings) {
+  std::vector<const ObjectResult*> repaired;
+  for (const ObjectResult& object : result.objects)
+    if (object.hasTree() && !object.figures.repair.empty()) repaired.push_back(&object);
+  if (repaired.empty()) return;
+  std::stable_sort(repaired.begin(), repaired.end(),
+                   [](const ObjectResult* a, const ObjectResult* b) { return a->figures.repairChange() > b->figures.repairChange(); });
+  const auto large = static_cast<std::size_t>(
+      std::count_if(repaired.begin(), repaired.end(), [](const ObjectResult* o) { return o->figures.isRepairLarge(); }));
+  printResult("%s repaired", counted(repaired.size(), "mesh", "meshes").c_str());
+  if (large > 0) printResult(", %zu by more than the tolerance or a hundredth of the object", large);
+  printResult("; the largest changes:\n");
+  constexpr std::size_t kListed = 8;
+  for (std::size_t i = 0; i < std::min(kListed, repaired.size()); ++i) {
+    const pipeline::TreeFigures& f = repaired[i]->figures;
+    std::string text;
+    for (const pipeline::RepairFigures& step : f.repair) text += " " + step.text;
+    printResult("%s %s:%s\n", f.isRepairLarge() ? "!" : " ", repaired[i]->name.c_str(), plainText(text).c_str());
+  }
+  if (repaired.size() > kListed)
+    printResult("  and %zu more: %s\n", repaired.size() - kListed, plainText((settings.folder / "report.json").string()).c_str());
+}
+
 int printResults(const BatchSettings& settings, const BatchResult& result) {
   const std::size_t missed = reportFaults(result);
+  if (const ObjectResult& tool = result.objects[0]; tool.hasTree() && result.tool_distance_mm > tool.figures.diagonal_mm / 4)
+    say("spheretree: warning: the reference point of the tool is " + shortNumber(result.tool_distance_mm) +
+        " mm away from it, and forces are felt there. Set reference_point_mm, or reference_point to tip or centre.");
   const pipeline::BatchTotals totals = totalsOf(result);
-  std::printf("%s: %zu built, %zu unchanged, %zu failed", settings.folder.c_str(), totals.built, totals.cached, totals.failed);
+  printResult("%s: %zu built, %zu unchanged, %zu failed", plainText(settings.folder.string()).c_str(), totals.built, totals.cached,
+              totals.failed);
   if (settings.shard.count == 1)
-    std::printf("; %zu leaves\n", totals.leaves);
+    printResult("; %zu leaves\n", totals.leaves);
   else
-    std::printf("; %zu left to other shards. Run without --shard once all have ended.\n", totals.skipped);
+    printResult("; %zu left to other shards. Run without --shard once all have ended.\n", totals.skipped);
   if (result.budget) printBudget(*result.budget);
+  printRepairs(result, settings);
+  if (settings.shard.count == 1 && totals.failed < result.objects.size())
+    printResult("next: spheretree report %s -o PAGE.html, or haptic-player %s\n", plainText(settings.folder.string()).c_str(),
+                plainText((settings.folder / "scene.json").string()).c_str());
   if (totals.failed > 0) return kExitPartlyFailed;
   return missed > 0 || (result.budget && !result.budget->met) ? kExitTargetMissed : kExitOk;
 }
@@ -60,8 +94,7 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
 int runBatchCommand(const BatchSettings& settings, builder::Progress& progress) try {
   return printResults(settings, pipeline::runBatch(settings, progress));
 } catch (const builder::Cancelled&) {
-  std::cerr << "spheretree: interrupted. The trees that were finished are kept; the same command goes on from there.\n";
-  return kExitInterrupted;
+  return explain(kProgram, kExitInterrupted, "interrupted. The trees that were finished are kept; the same command goes on from there.");
 }
 
 std::string parseBudget(const std::string& text, std::optional<Budget>& budget) {
@@ -93,7 +126,9 @@ void addBatchCommand(Program& program) {
   CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; what has not changed is taken from a cache",
                           "spheretree batch mouth.scene.json -o mouth",
                           [options](builder::Progress& progress) { return runBatchCommand(*options, progress); });
-  app->add_option("SCENE", options->scene, "Scene to read (.scene.json); see docs/scene_file.md")->required()->type_name("FILE");
+  app->add_option("SCENE", options->scene, "Scene to read (.scene.json); spheretree help scene says what it holds")
+      ->required()
+      ->type_name("FILE");
   app->add_option("-o,--output", options->folder, "Folder for NAME.stree, scene.json and report.json; made if it is missing")
       ->required()
       ->type_name("DIR");

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "commands/common_options.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
+#include "page/chart.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
@@ -22,6 +22,7 @@
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sphere_tree_file.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -40,8 +41,6 @@ struct BuildOptions {
 void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
-  if (const std::string ending = endingOf(options.input); !options.unit.empty() && (ending == ".gltf" || ending == ".glb"))
-    throw UsageError("--unit is for meshes without a unit; glTF is in metres. Leave it out.");
   if (options.settings.most_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
   files.willRead(options.input);
@@ -107,12 +106,19 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
 
 void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
   const std::size_t nodes = result.tree.nodeCount();
-  std::printf("%s: %zu node%s, every level covers the surface\n", options.output.c_str(), nodes, nodes == 1 ? "" : "s");
-  std::printf("level  spheres  overhang bound [mm]\n");
+  printResult("%s: %zu node%s, every level covers the surface\n", plainText(options.output.string()).c_str(), nodes, nodes == 1 ? "" : "s");
+  printResult("level  spheres  overhang bound [mm]\n");
   for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
     const builder::LevelBuildStatistics& l = result.statistics.levels[level];
-    std::printf("%5zu  %7zu  %19.6g\n", level, l.spheres, l.overhang_bound_mm);
+    printResult("%5zu  %7zu  %19.6g\n", level, l.spheres, l.overhang_bound_mm);
   }
+}
+
+/// Whether --leaves, and not the size of the tree, is what limits the number of leaves.
+bool leavesBind(const builder::BuildSettings& settings) {
+  std::size_t allowed = 1;
+  for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
+  return settings.most_leaves > 0 && static_cast<std::size_t>(settings.most_leaves) <= allowed;
 }
 
 int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
@@ -124,7 +130,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
 
   progress.stage("read");
-  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
+  formats::MeshFile file = pipeline::readMeshIn(options.input, options.unit);
   options.settings.unit_mm = file.unit_mm;
   const TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   std::vector<std::string> notes = std::move(file.notes);
@@ -133,7 +139,7 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   const builder::RepairedMesh repaired =
       pipeline::soundMesh(mesh, options.input.string(), pipeline::repairKind(options.repair), notes, progress);
   if (!quiet)
-    for (const std::string& note : notes) std::cerr << options.input.string() << ": " << note << '\n';
+    for (const std::string& note : notes) say(formats::shownName(options.input) + ": " + note);
   progress.check();
 
   const builder::BuildResult result = builder::buildSphereTree(repaired.mesh, options.settings, progress, repaired.to_cover);
@@ -142,9 +148,10 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   if (!options.report.empty()) formats::writeWhole(options.report, jsonText(reportOf(options, repaired, result, notes), 2) + "\n");
   if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
-    std::cerr << "spheretree: the tolerance of " << options.settings.tolerance_mm
-              << " mm is not met; the best result was written. Allow more --levels or a larger --tolerance.\n";
-    return kExitTargetMissed;
+    const std::string more = leavesBind(options.settings) ? "--leaves" : "--levels";
+    return explain(kProgram, kExitTargetMissed,
+                   "the tolerance of " + shortNumber(options.settings.tolerance_mm) +
+                       " mm is not met; the best result was written. Allow more " + more + " or a larger --tolerance.");
   }
   return kExitOk;
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -23,6 +22,7 @@
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/marked_glb.h"
 #include "spheretree/formats/mesh_file.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -170,35 +170,36 @@ void printText(const CheckOptions& options, const formats::MeshFile& file, const
                const builder::MeshSurvey& survey) {
   const builder::MeshReport& report = repaired.report;
   const Eigen::Vector3d size = report.high - report.low;
-  std::printf("%s: %s, %zu triangles, %zu vertices", options.input.c_str(), file.format.c_str(), report.triangles, report.vertices);
-  if (!report.components.empty()) std::printf(", %zu component%s", report.components.size(), report.components.size() == 1 ? "" : "s");
-  std::printf("\nbox %.6g x %.6g x %.6g mm, area %.6g mm2, volume %.6g mm3\n", size.x(), size.y(), size.z(), report.area, report.volume);
-  for (const std::string& note : file.notes) std::printf("note: %s\n", note.c_str());
+  printResult("%s: %s, %zu triangles, %zu vertices", plainText(formats::shownName(options.input)).c_str(), file.format.c_str(),
+              report.triangles, report.vertices);
+  if (!report.components.empty()) printResult(", %zu component%s", report.components.size(), report.components.size() == 1 ? "" : "s");
+  printResult("\nbox %.6g x %.6g x %.6g mm, area %.6g mm2, volume %.6g mm3\n", size.x(), size.y(), size.z(), report.area, report.volume);
+  for (const std::string& note : file.notes) printResult("note: %s\n", plainText(note).c_str());
   for (const builder::Component& c : report.components) {
     if (!c.buried && !c.cavity) continue;
     const std::string part = partOf(mesh, c.first_triangle);
-    std::printf("note: the component of %zu triangles from triangle %u on%s %s\n", c.triangles, c.first_triangle,
-                part.empty() ? "" : (" (part \"" + part + "\")").c_str(),
+    printResult("note: the component of %zu triangles from triangle %u on%s %s\n", c.triangles, c.first_triangle,
+                part.empty() ? "" : (" (part \"" + plainText(part) + "\")").c_str(),
                 c.buried ? "lies wholly within solid matter: a build leaves it out." : "is a cavity.");
   }
-  std::printf("%s%s", report.summary().c_str(), summaryOf(survey, report).c_str());
+  printResult("%s%s", report.summary().c_str(), summaryOf(survey, report).c_str());
   if (survey.has_inside) {
     const builder::Thickness& t = survey.thickness;
-    std::printf("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, least %.4g mm\nleaves for an overhang of", t.median,
+    printResult("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, least %.4g mm\nleaves for an overhang of", t.median,
                 t.fifth_percentile, t.least);
     const char* separator = " ";
     for (const builder::LeafEstimate& e : survey.leaf_estimates) {
-      std::printf("%s%.3g mm: %zu", separator, e.overhang, e.leaves);
+      printResult("%s%.3g mm: %zu", separator, e.overhang, e.leaves);
       separator = ", ";
     }
-    std::printf(" (a formula; builds need 0.7 to 1.2 times as many)\n");
+    printResult(" (a formula; builds need 0.7 to 1.2 times as many)\n");
   }
   if (report.clean())
-    std::printf("no defects: a build takes this mesh.\n");
+    printResult("no defects: a build takes this mesh.\n");
   else
-    std::printf(repaired.isSound() ? "a build repairs this mesh, and says so:\n" : "a build refuses this mesh.\n");
+    printResult(repaired.isSound() ? "a build repairs this mesh, and says so:\n" : "a build refuses this mesh.\n");
   if (!report.clean())
-    for (const builder::RepairStep& step : repaired.steps) std::printf("  %s\n", step.text.c_str());
+    for (const builder::RepairStep& step : repaired.steps) printResult("  %s\n", step.text.c_str());
 }
 
 /// A colour for each kind, in the order of the report; then the findings of the survey.
@@ -244,8 +245,8 @@ Json partsJson(const std::vector<PartLine>& parts) {
 }
 
 void printParts(const std::vector<PartLine>& parts) {
-  std::printf("triangles    volume [mm3]  state       part\n");
-  for (const PartLine& p : parts) std::printf("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, p.name.c_str());
+  printResult("triangles    volume [mm3]  state       part\n");
+  for (const PartLine& p : parts) printResult("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, plainText(p.name).c_str());
 }
 
 int runCheck(const CheckOptions& options, builder::Progress& progress) {
@@ -255,7 +256,7 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   if (isDash(options.output) && options.json)
     throw UsageError("--json and the marked mesh cannot both go to standard output. Name a file.");
   progress.stage("read");
-  formats::MeshFile file = formats::readMesh(options.input, formats::unitInMm(options.unit));
+  formats::MeshFile file = pipeline::readMeshIn(options.input, options.unit);
   progress.check();
   progress.stage("check");
   const TriangleMesh mesh = pipeline::choosePart(file.mesh, options.parts);
@@ -272,7 +273,7 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   if (options.json) {
     Json out = toJson(file, mesh, report, repaired, survey);
     if (options.list_parts) out["part_list"] = partsJson(parts);
-    std::cout << jsonText(out, 2) << '\n';
+    writeResult(jsonText(out, 2) + "\n");
   } else {
     printText(options, file, mesh, repaired, survey);
     if (options.list_parts) printParts(parts);

@@ -1,28 +1,55 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands/command.h"
 
+#include <algorithm>
+#include <vector>
+
+#include "commands/scene_help.h"
 #include "mistyped.h"
 #include "progress_bar.h"
 #include "run_files.h"
 #include "spheretree/formats/nearest_word.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
 
 /// What the user mistyped, a verb or an option; empty if neither.
 std::string mistyped(const CLI::App& cli) {
-  const auto chosen = cli.get_subcommands();
-  if (!chosen.empty()) {
-    const std::string verb = chosen.front()->get_name();
-    return unknownOption(*chosen.front(), " of " + verb, kProgram + " " + verb);
+  const std::vector<std::string> before = cli.remaining(false);  // words that no verb took
+  if (!before.empty()) {
+    const std::string& word = before.front();
+    if (word.starts_with('-')) return unknownWord(cli, "", kProgram);
+    std::vector<std::string> known;
+    for (const CLI::App* verb : cli.get_subcommands(nullptr)) known.push_back(verb->get_name());
+    const auto nearest = formats::nearestWord(word, known);
+    return "unknown verb '" + word + "'" + (nearest ? "; the nearest is '" + std::string(*nearest) + "'" : "") + ". See spheretree --help.";
   }
-  const std::vector<std::string> rest = cli.remaining(true);
-  if (rest.empty()) return {};
-  if (rest.front().rfind('-', 0) == 0) return "unknown option '" + rest.front() + "'. See spheretree --help.";
-  std::vector<std::string> known;
-  for (const CLI::App* verb : cli.get_subcommands(nullptr)) known.push_back(verb->get_name());
-  return "unknown verb '" + rest.front() + "'; the nearest is '" + std::string(formats::nearestWord(rest.front(), known)) +
-         "'. See spheretree --help.";
+  const auto chosen = cli.get_subcommands();
+  if (chosen.empty()) return {};
+  const std::string verb = chosen.front()->get_name();
+  return unknownWord(*chosen.front(), " of " + verb, kProgram + " " + verb);
+}
+
+/// `help VERB` is `VERB --help`, and `help` alone is `--help`. The parser takes the words from the end.
+std::vector<std::string> wordsOf(int argc, char** argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && words[0] == "help") {
+    words.erase(words.begin());
+    if (words.empty() || words[0].starts_with('-')) return {"--help"};
+    words.insert(words.begin() + 1, "--help");
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
+void addTalkOptions(CLI::App& app, Program& program, const std::string& group) {
+  app.add_option("--progress", program.progress,
+                 "How progress is shown on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}))
+      ->group(group);
+  app.add_flag("-q,--quiet", program.quiet, "Say nothing on stderr but errors")->group(group);
 }
 
 int runVerb(Program& program) {
@@ -38,12 +65,7 @@ CLI::App* addVerb(Program& program, const std::string& verb, const std::string& 
                   std::function<int(builder::Progress&)> run) {
   CLI::App* app = program.cli.add_subcommand(verb, description);
   app->footer("Example:\n  " + example);
-  app->add_option("--progress", program.progress,
-                  "How progress is shown on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
-      ->type_name("KIND")
-      ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}))
-      ->group("Options of every verb");
-  app->add_flag("-q,--quiet", program.quiet, "Say nothing on stderr but errors")->group("Options of every verb");
+  addTalkOptions(*app, program, "Options of every verb");
   app->callback([&program, run = std::move(run)] { program.run = run; });
   return app;
 }
@@ -53,20 +75,29 @@ int runProgram(Program& program, int argc, char** argv) {
   cli.name(kProgram);
   cli.set_version_flag("--version", kGenerator);
   cli.require_subcommand(1);
+  addTalkOptions(cli, program, "Options, before or after the verb");
   cli.footer(
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written, 4 input refused,\n"
       "  5 target missed and best result written, 6 batch partly failed, 130 interrupted.\n"
-      "Help of a verb: spheretree VERB --help");
+      "Help of a verb: spheretree help VERB. What a scene file holds: spheretree help scene");
   try {
-    cli.parse(argc, argv);
+    std::vector<std::string> words = wordsOf(argc, argv);
+    if (words.size() == 2 && words[0] == "--help" && words[1] == "scene") {
+      writeResult(kSceneHelp);
+      return kExitOk;
+    }
+    cli.parse(words);
     return runVerb(program);
   } catch (const CLI::Success& help) {
+    // The parser lets --help win over whatever else is wrong.
+    if (const std::string mistake = cli.get_subcommands().empty() ? mistyped(cli) : ""; !mistake.empty())
+      return explain(kProgram, kExitUsage, mistake);
     return cli.exit(help);
   } catch (const CLI::ParseError& error) {
     const std::string mistake = mistyped(cli);
     const auto chosen = cli.get_subcommands();
     const std::string help = "spheretree " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
-    const std::string rule = argc == 1 ? "a verb is required" : error.what();
+    const std::string rule = chosen.empty() && dynamic_cast<const CLI::RequiredError*>(&error) ? "a verb is required" : explained(error);
     return explain(kProgram, kExitUsage, mistake.empty() ? rule + ". See " + help + "." : mistake);
   }
 }

@@ -8,7 +8,7 @@
 namespace spheretree::tool {
 
 void addUnit(CLI::App& app, std::string& unit) {
-  app.add_option("--unit", unit, "Unit of a mesh without one (not glTF): mm, cm, m or in; default mm")
+  app.add_option("--unit", unit, "Unit of the numbers in the mesh file: mm, cm, m or in; default mm, and m for glTF")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
 }

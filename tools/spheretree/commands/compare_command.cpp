@@ -2,7 +2,6 @@
 // spheretree compare: every builder and quality on every mesh, speed against accuracy.
 #include <cctype>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <set>
 
@@ -17,6 +16,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -48,17 +48,17 @@ std::string nameOf(const fs::path& file, std::set<std::string>& taken) {
 
 std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, builder::Progress& progress) {
   std::vector<ComparedMesh> out;
-  const double unit_mm = formats::unitInMm(options.unit);
   std::set<std::string> taken{"comparison"};  // the chart of all meshes has this name
   for (const fs::path& file : options.meshes) {
     progress.stage("read " + file.filename().string());
     progress.check();
     std::vector<std::string> notes;
-    builder::RepairedMesh mesh =
-        pipeline::soundMesh(formats::readMesh(file, unit_mm).mesh, file.string(), builder::RepairKind::Auto, notes, progress);
+    const formats::MeshFile read = pipeline::readMeshIn(file, options.unit);
+    builder::RepairedMesh mesh = pipeline::soundMesh(read.mesh, file.string(), builder::RepairKind::Auto, notes, progress);
     if (!quiet)
-      for (const std::string& note : notes) std::cerr << file.string() << ": " << note << '\n';
-    out.push_back({nameOf(file, taken), fs::absolute(file).lexically_normal(), unit_mm, std::move(mesh.mesh), std::move(mesh.to_cover)});
+      for (const std::string& note : notes) say(file.string() + ": " + note);
+    out.push_back(
+        {nameOf(file, taken), fs::absolute(file).lexically_normal(), read.unit_mm, std::move(mesh.mesh), std::move(mesh.to_cover)});
   }
   return out;
 }
@@ -71,10 +71,10 @@ void declareOutputs(const CompareOptions& options, const std::vector<ComparedMes
 }
 
 void printMeans(const std::vector<MeanFigures>& means) {
-  std::printf("Geometric means, leaves; D is the diagonal of a mesh\n");
-  std::printf("builder   quality   processor [s]  worst overhang [%% D]  p99 [%% D]  excess volume [%%]\n");
+  printResult("Geometric means, leaves; D is the diagonal of a mesh\n");
+  printResult("builder   quality   processor [s]  worst overhang [%% D]  p99 [%% D]  excess volume [%%]\n");
   for (const MeanFigures& m : means)
-    std::printf("%-9s %-9s %13s  %20s  %9s  %17s\n", std::string(name(m.method.builder)).c_str(),
+    printResult("%-9s %-9s %13s  %20s  %9s  %17s\n", std::string(name(m.method.builder)).c_str(),
                 std::string(name(m.method.quality)).c_str(), shortNumber(m.figures.processor_seconds).c_str(),
                 shortNumber(m.figures.overhang_percent).c_str(), shortNumber(m.figures.p99_percent).c_str(),
                 shortNumber(m.figures.excess_percent).c_str());
@@ -105,18 +105,17 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   for (const Run& run : comparison.runs) {
     if (run.isBuilt()) continue;
     ++failed;
-    std::cerr << "spheretree: " << run.mesh << ", " << name(run.method.builder) << " " << name(run.method.quality) << ": " << run.error
-              << '\n';
+    say("spheretree: " + run.mesh + ", " + std::string(name(run.method.builder)) + " " + std::string(name(run.method.quality)) + ": " +
+        run.error);
   }
-  std::printf("%s: open this page in a browser\n", (folder / "index.html").c_str());
+  printResult("%s: open this page in a browser\n", plainText((folder / "index.html").string()).c_str());
   return failed > 0 ? kExitPartlyFailed : kExitOk;
 }
 
 int runCompare(const CompareOptions& options, bool quiet, builder::Progress& progress) try {
   return compare(options, quiet, progress);
 } catch (const builder::Cancelled&) {
-  std::cerr << "spheretree: interrupted. The runs that were finished are kept; the same command goes on from there.\n";
-  return kExitInterrupted;
+  return explain(kProgram, kExitInterrupted, "interrupted. The runs that were finished are kept; the same command goes on from there.");
 }
 
 }  // namespace

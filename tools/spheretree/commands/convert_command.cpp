@@ -8,6 +8,7 @@
 
 #include "commands/command.h"
 #include "commands/tree_input.h"
+#include "mistyped.h"
 #include "page/picture.h"
 #include "run_files.h"
 #include "spheretree/formats/file_io.h"
@@ -32,7 +33,8 @@ std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const 
   if (!options.view.empty()) std::copy(options.view.begin(), options.view.end(), settings.view.begin());
   if (options.width > 0) settings.width = options.width;
   if (options.mesh.empty()) return drawPicture(nullptr, tree, kind, settings);
-  const TriangleMesh mesh = formats::readMesh(options.mesh, tree.provenance.unit_mm).mesh;
+  const double unit = tree.provenance.unit_mm;
+  const TriangleMesh mesh = formats::readMesh(options.mesh, unit, unit == 1 ? formats::unitInMm("m") : unit).mesh;
   return drawPicture(&mesh, tree, kind, settings);
 }
 
@@ -98,7 +100,7 @@ void addConvertCommand(Program& program) {
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::Range(-1e6, 1e6));
+      ->check(numberIn(-1e6, 1e6));
   app->add_option("--width", options->width, "Width of the .png in pixels, 100 to 3000; default 1600")
       ->type_name("N")
       ->check(CLI::Range(kMinPictureWidth, kMaxPictureWidth));

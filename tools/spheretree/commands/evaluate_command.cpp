@@ -2,7 +2,6 @@
 // spheretree evaluate: how well a tree stands for a mesh. What the figures mean: docs/measures.md
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -18,7 +17,9 @@
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -32,32 +33,32 @@ struct EvaluateOptions {
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
   const double percent = 100 / evaluation.diagonal;
-  std::printf("%s against %s: %zu triangles, diagonal D = %.6g mm\n\n", options.tree.c_str(), options.mesh.c_str(), triangles,
-              evaluation.diagonal);
-  std::printf("               overhang [mm]                                overhang [%% of D]\n");
-  std::printf("level  spheres        max      bound        p99       mean       max    bound      p99     mean\n");
+  printResult("%s against %s: %zu triangles, diagonal D = %.6g mm\n\n", plainText(formats::shownName(options.tree)).c_str(),
+              plainText(formats::shownName(options.mesh)).c_str(), triangles, evaluation.diagonal);
+  printResult("               overhang [mm]                                overhang [%% of D]\n");
+  printResult("level  spheres        max      bound        p99       mean       max    bound      p99     mean\n");
   for (const builder::LevelEvaluation& level : evaluation.levels) {
     const builder::Overhang& o = level.overhang;
-    std::printf("%5d  %7zu  %9.5g  %9.5g  %9.5g  %9.5g  %8.4f %8.4f %8.4f %8.4f\n", level.level, level.spheres, o.max, o.bound, o.p99,
+    printResult("%5d  %7zu  %9.5g  %9.5g  %9.5g  %9.5g  %8.4f %8.4f %8.4f %8.4f\n", level.level, level.spheres, o.max, o.bound, o.p99,
                 o.mean, o.max * percent, o.bound * percent, o.p99 * percent, o.mean * percent);
   }
-  std::printf("\nlevel  uncovered [%%]  max gap [mm]  max gap [%% of D]  excess volume [%%]  missing volume [%%]\n");
+  printResult("\nlevel  uncovered [%%]  max gap [mm]  max gap [%% of D]  excess volume [%%]  missing volume [%%]\n");
   for (const builder::LevelEvaluation& level : evaluation.levels)
-    std::printf("%5d  %13.4f  %12.5g  %16.4f  %17.4f  %18.4f\n", level.level, 100 * level.coverage.uncovered_fraction,
+    printResult("%5d  %13.4f  %12.5g  %16.4f  %17.4f  %18.4f\n", level.level, 100 * level.coverage.uncovered_fraction,
                 level.coverage.max_gap, level.coverage.max_gap * percent, 100 * level.excess_volume_fraction,
                 100 * level.missing_volume_fraction);
   const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
-  std::printf("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
+  printResult("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
               hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
   if (!evaluation.limits) return;
   const builder::CoverLimits& limits = *evaluation.limits;
   const builder::LevelEvaluation& leaves = evaluation.levels.back();
   const auto line = [&](const char* name, double limit, const char* note) {
-    std::printf("%s = %.5g mm (%.4f %% of D)%s", name, limit, limit * percent, note);
-    if (limit > 0) std::printf("; overhang max is %.2f times that", leaves.overhang.max / limit);
-    std::printf("\n");
+    printResult("%s = %.5g mm (%.4f %% of D)%s", name, limit, limit * percent, note);
+    if (limit > 0) printResult("; overhang max is %.2f times that", leaves.overhang.max / limit);
+    printResult("\n");
   };
-  std::printf("limits for %zu spheres that cover the surface:\n", leaves.spheres);
+  printResult("limits for %zu spheres that cover the surface:\n", leaves.spheres);
   line("  h_fin", limits.h_fin, "");
   line("  h_low", limits.h_low, limits.h_low_in_range ? "" : " (end of the range)");
 }
@@ -68,23 +69,23 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   files.willRead(options.tree);
   progress.stage("read");
   SphereTree tree = readTree(options.tree);
-  formats::MeshFile file = formats::readMesh(options.mesh, formats::unitInMm(options.unit));
+  formats::MeshFile file = pipeline::readMeshIn(options.mesh, options.unit);
   TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
   // The same solid that a build takes.
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, pipeline::repairKind(options.repair), progress);
   if (!program.quiet) {
-    for (const builder::RepairStep& step : repaired.steps) std::cerr << options.mesh.string() << ": " << step.text << '\n';
+    for (const builder::RepairStep& step : repaired.steps) say(formats::shownName(options.mesh) + ": " + step.text);
     if (!repaired.isSound())
-      std::cerr << "spheretree: warning: " << options.mesh.string()
-                << " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.\n";
+      say("spheretree: warning: " + formats::shownName(options.mesh) +
+          " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.");
   }
   mesh = repaired.mesh;
   progress.check();
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
-    std::cerr << "spheretree: warning: " << options.tree.string() << " was built from another mesh than " << options.mesh.string()
-              << " (or with another --unit, --parts or --repair). The figures compare the two as they are.\n";
+    say("spheretree: warning: " + formats::shownName(options.tree) + " was built from another mesh than " +
+        formats::shownName(options.mesh) + " (or with another --unit, --parts or --repair). The figures compare the two as they are.");
   options.settings.limits = !options.no_limits;
   builder::Evaluation evaluation;
   try {
@@ -93,7 +94,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }
   if (options.json)
-    std::cout << jsonText(pipeline::evaluationJson(evaluation), 2) << '\n';
+    writeResult(jsonText(pipeline::evaluationJson(evaluation), 2) + "\n");
   else
     printText(options, mesh.triangles.size(), evaluation);
   return kExitOk;

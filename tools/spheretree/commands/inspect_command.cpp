@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -15,6 +14,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -112,20 +112,20 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
 
 void printText(const SphereTree& tree, const InspectOptions& options, const FileFacts& file) {
   const Provenance& p = tree.provenance;
-  std::printf("%s: sound, %zu bytes, format %s\n", formats::shownName(options.tree).c_str(), file.bytes, file.version.c_str());
-  std::printf("made by     %s, builder %s, quality %s, seed %ju\n", p.generator.empty() ? "?" : p.generator.c_str(),
-              p.builder.empty() ? "?" : p.builder.c_str(), p.quality.empty() ? "?" : p.quality.c_str(),
+  printResult("%s: sound, %zu bytes, format %s\n", plainText(formats::shownName(options.tree)).c_str(), file.bytes, file.version.c_str());
+  printResult("made by     %s, builder %s, quality %s, seed %ju\n", p.generator.empty() ? "?" : plainText(p.generator).c_str(),
+              p.builder.empty() ? "?" : plainText(p.builder).c_str(), p.quality.empty() ? "?" : plainText(p.quality).c_str(),
               static_cast<std::uintmax_t>(p.seed));
-  if (p.tolerance_mm > 0) std::printf("tolerance   %g mm\n", p.tolerance_mm);
+  if (p.tolerance_mm > 0) printResult("tolerance   %g mm\n", p.tolerance_mm);
   if (p.work_overhang_mm > 0)
-    std::printf("at work     leaves reach out at most %g mm, and farther only where their own tolerance allows it\n",
+    printResult("at work     leaves reach out at most %g mm, and farther only where their own tolerance allows it\n",
                 static_cast<double>(p.work_overhang_mm));
-  std::printf("mesh        %ju triangles, diagonal %g mm, area %g mm^2, volume %g mm^3, unit %g mm\n",
+  printResult("mesh        %ju triangles, diagonal %g mm, area %g mm^2, volume %g mm^3, unit %g mm\n",
               static_cast<std::uintmax_t>(p.triangle_count), p.diagonal_mm, p.area_mm2, p.volume_mm3, p.unit_mm);
-  std::printf("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
-  std::printf("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-  std::printf("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
-  std::printf("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
+  printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
+  printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  printResult("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
+  printResult("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
   const std::vector<Tightness> tightness = measureTightness(tree);
   for (std::size_t level = 0; level < tightness.size(); ++level) {
     const LevelStatistics& s = tree.statistics[level];
@@ -138,7 +138,7 @@ void printText(const SphereTree& tree, const InspectOptions& options, const File
     }
     char radii[64];
     std::snprintf(radii, sizeof radii, "%g to %g", static_cast<double>(s.smallest_radius), static_cast<double>(s.largest_radius));
-    std::printf("%5zu  %7u  %19s  %-23s  %29s  %s\n", level, s.sphere_count, overhang, radii, over_smallest, over_cover);
+    printResult("%5zu  %7u  %19s  %-23s  %29s  %s\n", level, s.sphere_count, overhang, radii, over_smallest, over_cover);
   }
 }
 
@@ -149,11 +149,11 @@ int runInspect(const InspectOptions& options) {
   try {
     tree = formats::parseSphereTree(bytes, formats::shownName(options.tree));
   } catch (const formats::FormatError& error) {
-    if (options.json) std::cout << jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) << '\n';
+    if (options.json) writeResult(jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) + "\n");
     throw;
   }
   if (options.json)
-    std::cout << jsonText(toJson(tree, factsOf(bytes)), 2) << '\n';
+    writeResult(jsonText(toJson(tree, factsOf(bytes)), 2) + "\n");
   else
     printText(tree, options, factsOf(bytes));
   return kExitOk;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree report: one page from a comparison, a batch, a recording or the stability scenarios.
 #include <cstdio>
-#include <iostream>
 #include <memory>
 
 #include "commands/command.h"
@@ -13,6 +12,7 @@
 #include "run_files.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
@@ -58,9 +58,9 @@ int runReport(const ReportOptions& options, builder::Progress& progress) {
   progress.check();
   formats::writeWhole(options.output, report.html);
   if (options.json)
-    std::cout << jsonText(report.figures, 1) << '\n';
+    writeResult(jsonText(report.figures, 1) + "\n");
   else if (!isDash(options.output))
-    std::printf("%s: %zu bytes; open this page in a browser\n", options.output.c_str(), report.html.size());
+    printResult("%s: %zu bytes; open this page in a browser\n", plainText(options.output.string()).c_str(), report.html.size());
   return kExitOk;
 }
 

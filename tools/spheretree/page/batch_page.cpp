@@ -27,7 +27,11 @@ constexpr const char* kDash = "\u2013";
 
 std::string numberOrDash(const std::optional<double>& value) { return value ? shortNumber(*value) : kDash; }
 
-std::string count(std::size_t n, const std::string& thing) { return std::to_string(n) + " " + thing + (n == 1 ? "" : "s"); }
+std::string count(std::size_t n, const std::string& thing, const std::string& things = "") {
+  return std::to_string(n) + " " + (n == 1 ? thing : things.empty() ? thing + "s" : things);
+}
+
+bool isRepairLarge(const ObjectResult& object) { return object.hasTree() && object.figures.isRepairLarge(); }
 
 bool missed(const ObjectResult& object) { return object.hasTree() && !object.figures.tolerance_met.value_or(true); }
 
@@ -36,7 +40,11 @@ std::string leadOf(const BatchResult& result) {
   const std::size_t objects = result.objects.size();
   const auto missing = static_cast<std::size_t>(std::count_if(result.objects.begin(), result.objects.end(), missed));
   std::string out = "<p>";
-  if (totals.failed == 0)
+  const auto large = static_cast<std::size_t>(std::count_if(result.objects.begin(), result.objects.end(), isRepairLarge));
+  if (totals.failed == 0 && large > 0)
+    out += "<span class=\"warn\">All " + count(objects, "tree") + " are certified, but " + count(large, "mesh", "meshes") +
+           " had to be changed by more than the tolerance or a hundredth of the object</span> (<a href=\"#repairs\">what was done</a>)";
+  else if (totals.failed == 0)
     out += "<span class=\"good\">All " + count(objects, "tree") + " are whole and certified</span>";
   else
     out += "<span class=\"bad\">" + count(totals.failed, "object") + " of " + std::to_string(objects) +
@@ -64,19 +72,51 @@ std::string objectTable(const BatchResult& result, const std::map<std::string, s
                                 escaped(o.name) + "</button> <button type=\"button\" data-eye=\"" + std::to_string(at->second) +
                                 "\" aria-pressed=\"false\" aria-label=\"Hide " + escaped(o.name) + " in the view\">hide</button>";
     if (!o.hasTree()) {
-      table.rows.push_back({head, "<span class=\"bad\">failed: " + escaped(o.error) + "</span>"});
+      table.rows.push_back({head, "<span class=\"bad\">failed:</span> " + escaped(o.error)});
       continue;
     }
     const pipeline::TreeFigures& f = o.figures;
     const pipeline::LevelFigures& leaves = f.levels.back();
     const std::string tolerance = numberOrDash(f.tolerance_mm);
-    table.rows.push_back({head, std::string(o.is_tool ? "tool, " : "") + (o.status == ItemStatus::Built ? "built" : "cached"),
+    const std::string repaired = f.repair.empty() ? "" : f.isRepairLarge() ? ", <span class=\"warn\">repaired</span>" : ", repaired";
+    table.rows.push_back({head, std::string(o.is_tool ? "tool, " : "") + (o.status == ItemStatus::Built ? "built" : "cached") + repaired,
                           std::to_string(f.triangles), std::to_string(f.leaves), numberOrDash(leaves.overhang_bound_mm),
                           leaves.measured ? shortNumber(leaves.measured->overhang.p99) : kDash,
                           missed(o) ? "<span class=\"bad\">" + tolerance + " missed</span>" : tolerance, shortNumber(f.diagonal_mm),
                           shortNumber(o.seconds)});
   }
   return table.html();
+}
+
+/// What was done to the meshes before the build, the largest change first; empty if nothing was.
+std::string repairTable(const BatchResult& result) {
+  std::vector<const ObjectResult*> repaired;
+  for (const ObjectResult& o : result.objects)
+    if (o.hasTree() && !o.figures.repair.empty()) repaired.push_back(&o);
+  if (repaired.empty()) return "";
+  std::stable_sort(repaired.begin(), repaired.end(),
+                   [](const ObjectResult* a, const ObjectResult* b) { return a->figures.repairChange() > b->figures.repairChange(); });
+  HtmlTable table{"Meshes that were not sound; the largest change first",
+                  {"Object", "Largest change [mm]", "Of its diagonal [%]", "Triangles left out", "What was done"},
+                  {}};
+  for (const ObjectResult* o : repaired) {
+    const pipeline::TreeFigures& f = o->figures;
+    std::string steps;
+    std::size_t removed = 0;
+    for (const pipeline::RepairFigures& step : f.repair) {
+      steps += (steps.empty() ? "" : " ") + escaped(step.text);
+      removed += step.removed_triangles;
+    }
+    const std::string change = shortNumber(f.repairChange());
+    table.rows.push_back({escaped(o->name), f.isRepairLarge() ? "<span class=\"warn\">" + change + "</span>" : change,
+                          shortNumber(100 * f.repairChange() / f.diagonal_mm),
+                          std::to_string(removed) + " of " + std::to_string(f.input_triangles),
+                          "<span class=\"wrap words\">" + steps + "</span>"});
+  }
+  return "<p>The trees cover what was given and what was added. A change in colour is larger than the tolerance of the object or a "
+         "hundredth "
+         "of its diagonal: look at it.</p>" +
+         table.html();
 }
 
 /// Of the whole scene.
@@ -118,8 +158,11 @@ std::string objectCharts(const BatchResult& result) {
     p.x = o.figures.diagonal_mm;
     size.points.push_back(p);
   }
-  return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" + scatterSvg(leaves) +
-         scatterSvg(size) + "</div>\n";
+  if (objects.size() < 3) return "";  // a dot says no more than its row of the table
+  const bool same_leaves =
+      std::all_of(objects.begin(), objects.end(), [&](const ObjectResult* o) { return o->figures.leaves == objects[0]->figures.leaves; });
+  return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" +
+         (same_leaves ? "" : scatterSvg(leaves)) + scatterSvg(size) + "</div>\n";
 }
 
 std::string charts(const BatchResult& result) {
@@ -145,9 +188,11 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
   if (recording_file) recording = readRecording(*recording_file);
   const fs::path scene_file = folder / "scene.json";
   std::optional<formats::SceneFile> scene;
-  std::map<std::string, ShownMesh> meshes;
+  std::string remark;
+  ShownMeshes meshes;
   if (fs::exists(scene_file)) {
     scene = formats::readScene(scene_file);
+    if (recording) remark = remarkOnScene(*recording, *recording_file, scene_file);
     progress.stage("meshes");
     // As it was given to batch: from the folder where batch ran, which is often the one beside its results.
     const fs::path& source = result.scene;
@@ -172,13 +217,17 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
       if (recording) shown["replays"].push_back(packRecording(page.data, recording_file->stem().string(), *recording));
       page.data.root["scenes"].push_back(shown);
       view = viewSection(recording.has_value(),
-                         std::string("A name in the table above shows the object's worst spot; a double click hides what is in front.") +
+                         std::string("A name in the table below shows the object's worst spot; a double click hides what is in front.") +
                              (meshes.empty() ? " The meshes were not found: spheres without colours of overhang." : ""));
     }
-    page.addSection("charts", "Size against accuracy", charts(result));
-    page.addSection("objects", "Objects", objectTable(result, index));
     page.addSection("view", "In 3D", view);
-    if (recording) page.addSection("run", "The recorded run", recordingBoxes(recordingFigures(*recording)) + recordingCharts(*recording));
+    page.addSection("objects", "Objects", objectTable(result, index));
+    if (const std::string repairs = repairTable(result); !repairs.empty()) page.addSection("repairs", "Repaired meshes", repairs);
+    if (const std::string drawn = charts(result); !drawn.empty()) page.addSection("charts", "Size against accuracy", drawn);
+    if (recording)
+      page.addSection("run", "The recorded run",
+                      runVerdict(recordingFigures(*recording)) + (remark.empty() ? "" : "<p>" + escaped(remark) + "</p>") +
+                          recordingBoxes(recordingFigures(*recording)) + recordingCharts(*recording));
     out.html = scene ? page.html(std::array{embedded::viewScript(), embedded::reportScript()}) : page.html({});
     if (out.html.size() <= most_bytes) break;
   }

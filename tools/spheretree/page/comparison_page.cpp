@@ -214,8 +214,8 @@ std::vector<MeshInMemory> readMeshes(const Comparison& comparison, builder::Prog
     mesh.figures = &figures;
     try {
       std::vector<std::string> notes;
-      builder::RepairedMesh repaired = pipeline::soundMesh(formats::readMesh(figures.file, figures.unit_mm).mesh, figures.file.string(),
-                                                           builder::RepairKind::Auto, notes, progress);
+      builder::RepairedMesh repaired = pipeline::soundMesh(formats::readMesh(figures.file, figures.unit_mm, figures.unit_mm).mesh,
+                                                           figures.file.string(), builder::RepairKind::Auto, notes, progress);
       mesh.mesh = std::move(repaired.mesh);
       mesh.surface = builder::surfaceWithSheets(mesh.mesh, repaired.to_cover);
     } catch (const formats::FileError&) {  // moved since: the trees are shown without it

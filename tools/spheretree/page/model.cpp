@@ -101,11 +101,15 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
   }
   std::vector<std::uint8_t> ends;  // 1: a leaf
   for (std::size_t node = 0; node < tree.nodeCount(); ++node) ends.push_back(tree.isLeaf(node));
+  std::vector<std::uint8_t> branch(tree.nodeCount(), 0);  // which child of the root a node comes from
+  for (std::size_t node = 0; node < tree.nodeCount(); ++node)
+    for (std::uint8_t k = 0; k < tree.child_count[node]; ++k) branch[tree.first_child[node] + k] = node == 0 ? k : branch[node];
   Json out{{"low", {box.min().x(), box.min().y(), box.min().z()}},
            {"step", step},
            {"levels", tree.level_begin},
            {"spheres", data.add(std::span<const std::uint16_t>(spheres))},
-           {"ends", data.add(std::span<const std::uint8_t>(ends))}};
+           {"ends", data.add(std::span<const std::uint8_t>(ends))},
+           {"branch", data.add(std::span<const std::uint8_t>(branch))}};
   if (!field) return out;
   // By levels, since the root's would drown the leaves': 255 stands for the most of its level.
   std::vector<std::uint8_t> shares;

@@ -62,13 +62,19 @@ std::string PageData::packed() const {
 }
 
 std::string HtmlTable::html() const {
-  std::string out = "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><caption>" +
-                    escaped(caption) + "</caption><thead><tr>";
+  constexpr std::size_t kTall = 40;  // rows, from which on the table scrolls by itself
+  std::string out = std::string("<div class=\"scroll") + (rows.size() > kTall ? " tall" : "") +
+                    "\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><caption>" + escaped(caption) +
+                    "</caption><thead><tr>";
   for (const std::string& head : heads) out += "<th scope=\"col\">" + head + "</th>";
   out += "</tr></thead><tbody>\n";
   for (const std::vector<std::string>& row : rows) {
     out += "<tr>";
-    for (std::size_t i = 0; i < row.size(); ++i) out += (i == 0 ? "<th scope=\"row\">" : "<td>") + row[i] + (i == 0 ? "</th>" : "</td>");
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool takes_rest = i > 0 && i + 1 == row.size() && row.size() < heads.size();
+      const std::string cell = takes_rest ? "<td class=\"rest\" colspan=\"" + std::to_string(heads.size() - i) + "\">" : "<td>";
+      out += (i == 0 ? "<th scope=\"row\">" : cell) + row[i] + (i == 0 ? "</th>" : "</td>");
+    }
     out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";

@@ -35,7 +35,8 @@ class PageData {
 /// zlib at its strongest, then base64.
 std::string deflatedBase64(std::string_view bytes);
 
-/// A table whose columns sort when their heads are pressed. Cells are HTML; the first cell of a row is its head.
+/// A table whose columns sort when their heads are pressed. Cells are HTML; the first cell of a row is its head. The last cell of a row
+/// with fewer cells than the table takes the rest of its width, and its text wraps.
 struct HtmlTable {
   std::string caption;
   std::vector<std::string> heads;

@@ -74,6 +74,19 @@ double quantile(std::vector<float> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
+/// Of a field in which a byte may stand as %XX.
+std::string decoded(std::string_view field) {
+  std::string text;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    unsigned byte = 0;
+    const char* digits = field.data() + std::min(i + 1, field.size());
+    const bool is_escape = field[i] == '%' && i + 2 < field.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    text += is_escape ? static_cast<char>(byte) : field[i];
+    if (is_escape) i += 2;
+  }
+  return text;
+}
+
 }  // namespace
 
 Recording readRecording(const std::filesystem::path& path) {
@@ -97,7 +110,10 @@ Recording readRecording(const std::filesystem::path& path) {
                                  "'. Give a recording of haptic-player --record.");
     at[c] = static_cast<std::size_t>(found - heads.begin());
   }
-  const auto depth = static_cast<std::size_t>(std::find(heads.begin(), heads.end(), "penetration_mm") - heads.begin());
+  const auto placeOf = [&](const char* head) {
+    return static_cast<std::size_t>(std::find(heads.begin(), heads.end(), head) - heads.begin());
+  };
+  const std::size_t depth = placeOf("penetration_mm"), scene = placeOf("scene");
   Recording out;
   while (!text.empty()) {
     const std::vector<std::string_view> fields = fieldsOf(nextLine());
@@ -116,6 +132,7 @@ Recording readRecording(const std::filesystem::path& path) {
     std::array<double, kColumns.size()> v{};
     for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = number(at[c]);
     if (depth < heads.size()) out.penetration.push_back(static_cast<float>(number(depth)));
+    if (scene < heads.size() && out.scene.empty()) out.scene = decoded(fields[scene]);  // it stands in the first row
     const auto f = [&](std::size_t c) { return static_cast<float>(v[c]); };
     if (!out.time.empty() && !(f(0) >= out.time.back())) refuse("column t_s: the time runs backwards");
     out.time.push_back(f(0));
@@ -128,6 +145,20 @@ Recording readRecording(const std::filesystem::path& path) {
   }
   if (out.steps() == 0) throw formats::FormatError(path.string() + ": no step was recorded. Record the run again.");
   return out;
+}
+
+std::string remarkOnScene(const Recording& recording, const std::filesystem::path& file, const std::filesystem::path& scene_file) {
+  namespace fs = std::filesystem;
+  if (recording.scene.empty()) return "";
+  std::error_code none;
+  const fs::path made_in = fs::absolute(file).parent_path() / recording.scene;
+  if (fs::equivalent(made_in, scene_file, none)) return "";
+  if (recording.scene != "sample" && !fs::exists(made_in, none))
+    return "It names the scene " + recording.scene + ", which is not there to compare with this one.";
+  if (recording.scene != "sample" && formats::readFile(made_in) == formats::readFile(scene_file)) return "";
+  throw formats::FormatError(file.string() + ": was recorded in the scene " +
+                             (recording.scene == "sample" ? "that is built into haptic-player" : made_in.lexically_normal().string()) +
+                             ", not in " + scene_file.string() + ". Name a recording of this scene.");
 }
 
 std::vector<float> energyTaken(const Recording& r) {

@@ -22,6 +22,7 @@ struct Recording {
   std::vector<float> pairs;
   std::vector<std::uint32_t> faults;
   std::vector<float> penetration;  // of leaf spheres [mm]; empty where it was not recorded
+  std::string scene;               // path of its scene file from the folder of the recording, or "sample"; empty where it is not said
   std::size_t steps() const { return time.size(); }
 };
 
@@ -29,6 +30,10 @@ struct Recording {
 /// lack.
 /// @throws formats::FileError, formats::FormatError with line and column.
 Recording readRecording(const std::filesystem::path& path);
+
+/// What is to be said of a recording that is shown in the scene of `scene_file`; empty if it was made there, or does not say where.
+/// @throws formats::FormatError if it was made in another scene, which is still there to compare.
+std::string remarkOnScene(const Recording& recording, const std::filesystem::path& file, const std::filesystem::path& scene_file);
 
 /// Energy that the renderer has taken from the hand until each step [mJ]: each wrench is held until the next pose. Below 0 it has given
 /// energy, which a passive object cannot. A hand that is more than 10 mm farther in a step has begun anew: that step adds nothing.

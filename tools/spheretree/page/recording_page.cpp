@@ -19,17 +19,6 @@ namespace fs = std::filesystem;
 
 constexpr std::array<std::size_t, 3> kTriangles{2000, 800, 200};  // of a mesh in a page; fewer until the page is small enough
 
-std::string runVerdict(const Json& figures) {
-  const double given = -figures.at("energy_mj").at("smallest").get<double>();
-  const std::size_t faults = figures.at("steps_with_faults").get<std::size_t>();
-  std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s of touch with forces up to <b>" +
-                    shortNumber(figures.at("largest_force_n").get<double>()) + " N</b>. ";
-  out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand: it was not passive at every moment. "
-                      : "The renderer never gave energy: it was passive. ";
-  out += faults == 0 ? "No step had a fault." : "<span class=\"bad\">" + std::to_string(faults) + " steps had a fault.</span>";
-  return out + "</p>";
-}
-
 std::string numberOrDash(const Json& value) { return value.is_number() ? shortNumber(value.get<double>()) : "\u2013"; }
 
 std::string verdictCell(const std::string& verdict) {
@@ -181,6 +170,17 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
 
 }  // namespace
 
+std::string runVerdict(const Json& figures) {
+  const double given = -figures.at("energy_mj").at("smallest").get<double>();
+  const std::size_t faults = figures.at("steps_with_faults").get<std::size_t>();
+  std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s of touch with forces up to <b>" +
+                    shortNumber(figures.at("largest_force_n").get<double>()) + " N</b>. ";
+  out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand: it was not passive at every moment. "
+                      : "The renderer never gave energy: it was passive. ";
+  out += faults == 0 ? "No step had a fault." : "<span class=\"bad\">" + std::to_string(faults) + " steps had a fault.</span>";
+  return out + "</p>";
+}
+
 std::string recordingBoxes(const Json& f) {
   return figureBoxes({{"Duration", shortNumber(f.at("seconds").get<double>()) + " s"},
                       {"Largest force", shortNumber(f.at("largest_force_n").get<double>()) + " N"},
@@ -203,13 +203,15 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
     Page page("Recording " + file.filename().string(), runVerdict(figures));
     page.addSection("run", "The run", recordingBoxes(figures) + recordingCharts(recording));
     if (scene_file) {
+      const std::string remark = remarkOnScene(recording, file, *scene_file);
       page.data.root["scenes"] = Json::array();
       ModelStore models(page.data, triangles);
       Json scene = sceneForView(formats::readScene(*scene_file), *scene_file, {}, models);
       scene["replays"].push_back(packRecording(page.data, file.stem().string(), recording));
       page.data.root["scenes"].push_back(scene);
-      page.addSection("view", "Replay",
-                      viewSection(true, "Grey: the tool as it is shown. Blue glass: where the hand is. Arrow: the force on the hand."));
+      page.addSection(
+          "view", "Replay",
+          viewSection(true, "Grey: the tool as it is shown. Blue glass: where the hand is. Arrow: the force on the hand. " + remark));
       report.html = page.html(std::array{embedded::viewScript(), embedded::reportScript()});
     } else {
       report.html = page.html({});

@@ -33,6 +33,9 @@ std::string viewSection(bool has_replay, const std::string& note);
 /// Boxes of large figures: name and value.
 std::string figureBoxes(const std::vector<std::pair<std::string, std::string>>& boxes);
 
+/// What came of a run, in sentences.
+std::string runVerdict(const Json& figures);
+
 /// The boxes of a run.
 std::string recordingBoxes(const Json& figures);
 

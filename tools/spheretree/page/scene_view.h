@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "page/page.h"
@@ -22,20 +23,22 @@ class ModelStore {
  public:
   /// `triangles`: of a mesh in the page.
   ModelStore(PageData& data, std::size_t triangles) : data_(data), triangles_(triangles) { data.root["models"] = Json::object(); }
-  /// The tree, and the mesh if there is one. Once for each name.
-  void add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
+  /// The tree, and the mesh if there is one. Returns the name of the model: that of an earlier one if the trees have the same bytes.
+  std::string add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
 
  private:
   PageData& data_;
   std::size_t triangles_;
+  std::map<std::string, std::string> name_of_;  // by the hash of a tree's file
 };
 
-/// The meshes behind a compiled scene, as its source scene names them; those that cannot be read any more are absent.
-std::map<std::string, ShownMesh> meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
+/// The meshes behind a compiled scene, as its source scene names them, by the names of the items; those that cannot be read any more are
+/// absent. Items of the same mesh share it.
+using ShownMeshes = std::map<std::string, std::shared_ptr<const ShownMesh>>;
+ShownMeshes meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
 
 /// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a scene of
 /// trees; its models are added. @throws what the readers throw.
-Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const std::map<std::string, ShownMesh>& meshes,
-                  ModelStore& models);
+Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const ShownMeshes& meshes, ModelStore& models);
 
 }  // namespace spheretree::tool

@@ -12,10 +12,11 @@
 
 namespace spheretree::formats {
 
-/// `name` stands for the file in messages. Buffers in other files are looked for in `folder`, never outside it; an empty `folder`
+/// `name` stands for the file in messages. `unit_mm`: one unit of the file; glTF says metres, but some programs write what they have.
+/// Buffers in other files are looked for in `folder`, never outside it; an empty `folder`
 /// refuses them. Cost: O(size of the file and its buffers, and of the triangles of all nodes, which are limited to 4 million or to
 /// as many as the file has bytes, whichever is more).
 /// @throws FileError if a buffer cannot be read; FormatError for the rest.
-MeshFile readGltf(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder = {});
+MeshFile readGltf(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder = {}, double unit_mm = 1000);
 
 }  // namespace spheretree::formats

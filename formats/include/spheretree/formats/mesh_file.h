@@ -15,18 +15,18 @@ namespace spheretree::formats {
 
 struct MeshFile {
   TriangleMesh mesh;               // [mm]; at least one triangle, every coordinate finite
-  double unit_mm = 1;              // one unit of the file [mm]; 1000 for glTF
+  double unit_mm = 1;              // one unit of the file [mm]
   std::string format;              // "OBJ", "STL (ASCII)", "STL (binary)", "PLY (ASCII)", ..., "glTF", "GLB"
   std::vector<std::string> notes;  // what a user may want to know: what was ignored, cut or doubtful; plain sentences
 };
 
 /// Reads by content where the extension is wrong, else by extension (any case).
-/// `unit_mm`: one unit of an OBJ, STL, PLY or OFF file [mm], finite, > 0. glTF is in metres and takes no unit.
+/// `unit_mm`, `gltf_unit_mm`: one unit of an OBJ, STL, PLY or OFF file, and of a glTF file [mm], finite, > 0. glTF says metres.
 /// Cost: O(size of the file); memory at most some ten times the file.
 /// @throws FileError if the file, or a buffer that a .gltf names, cannot be opened or read.
 /// @throws FormatError if its content is refused; the message names the line or face, the value and what to do.
 /// @throws std::invalid_argument for a unit that is not finite or not positive.
-MeshFile readMesh(const std::filesystem::path& path, double unit_mm = 1.0);
+MeshFile readMesh(const std::filesystem::path& path, double unit_mm = 1.0, double gltf_unit_mm = 1000.0);
 
 /// One cm, m or in [mm]; 1 for mm and for no unit ("").
 double unitInMm(std::string_view unit);

@@ -4,32 +4,46 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 namespace spheretree::formats {
 
-/// Letters to insert, drop or change until `a` is `b` (Levenshtein).
+/// Letters to insert, drop or change, and neighbours to swap, until `a` is `b` (optimal string alignment).
 inline std::size_t editDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  std::iota(last.begin(), last.end(), std::size_t{0});
   for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
     row[0] = i + 1;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+      row[j + 1] = std::min({last[j] + (a[i] != b[j]), row[j] + 1, last[j + 1] + 1});
+      if (i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j]) row[j + 1] = std::min(row[j + 1], before[j - 1] + 1);
     }
+    before.swap(last);
+    last.swap(row);
   }
-  return row.back();
+  return last.back();
 }
 
-/// The word of `known` (not empty) with the least edit distance to `word`; the first of several.
+/// The word of `known` that was most likely meant: the shortest that begins with `word`, else the one with the least edit distance, the
+/// first of several, if that is at most a third of the letters of `word` (and at least one). None if nothing is that close.
 template <class Words>
-std::string_view nearestWord(std::string_view word, const Words& known) {
-  return *std::min_element(std::begin(known), std::end(known),
-                           [&](std::string_view a, std::string_view b) { return editDistance(word, a) < editDistance(word, b); });
+std::optional<std::string_view> nearestWord(std::string_view word, const Words& known) {
+  std::optional<std::string_view> best;
+  if (word.size() >= 2)
+    for (const std::string_view k : known)
+      if (k.starts_with(word) && (!best || k.size() < best->size())) best = k;
+  if (best) return best;
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const std::string_view k : known) {
+    const std::size_t distance = editDistance(word, k);
+    if (distance < least && distance < word.size()) {
+      least = distance;
+      best = k;
+    }
+  }
+  return best;
 }
 
 }  // namespace spheretree::formats

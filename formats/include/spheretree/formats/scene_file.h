@@ -38,9 +38,11 @@ TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& default
 struct SceneItem {
   std::string name;                             // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
   std::filesystem::path mesh, tree;             // exactly one is set; as written: relative to the folder of the scene file, or absolute
-  std::string part;                             // of the mesh file; "": all of it
+  std::string unit;                             // of the mesh file, glTF included: mm, cm, m, in; "": that of the scene (glTF: m)
+  std::string part;                             // of the mesh file: a name, or #N, its component N; "": all of it
   Configuration pose;                           // of the mesh frame in the world; of the tool: unused, it is where the hand is
   Eigen::Vector3d reference_point_mm{0, 0, 0};  // of the tool, in its mesh frame; of an object: unused
+  std::string reference_point;                  // of the tool: "tip" or "centre", to be found from its shape; "": reference_point_mm
   TreeSettings settings;                        // its own, not merged
 };
 

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json_element.h"
+
+#include <set>
+
+#include "content_kind.h"
+
+namespace spheretree::formats {
+namespace {
+
+using Json = nlohmann::json;
+
+/// "line 3, column 5", both from 1.
+std::string placeAt(std::string_view text, std::size_t at) {
+  const std::string_view before = text.substr(0, std::min(at, text.size()));
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t begin = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
+  return "line " + std::to_string(line) + ", column " + std::to_string(before.size() - begin + 1);
+}
+
+/// What people write that JSON does not have.
+std::string adviceAt(std::string_view text, std::size_t at) {
+  const std::string_view rest = text.substr(std::min(at, text.size()));
+  if (rest.empty()) return "it ends too early; a bracket or a quotation mark is not closed";
+  if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with("#")) return "JSON has no comments; leave them out";
+  if (rest.starts_with("NaN") || rest.starts_with("nan") || rest.starts_with("Inf") || rest.starts_with("-Inf"))
+    return "JSON has no NaN and no infinity; give a number";
+  if (rest.starts_with("'")) return "texts stand in double quotation marks";
+  if (rest[0] == ']' || rest[0] == '}') return "a comma before a closing bracket, or a value is missing";
+  return "something else is expected at " + inQuotes(rest.substr(0, std::min<std::size_t>(20, rest.find('\n'))));
+}
+
+/// Whether the parser stopped at a number that no double holds: it then names no place.
+[[noreturn]] void failParse(std::string_view text, const JsonSource& source, const Json::exception& error) {
+  const std::string kind = describedContent(text);
+  if (!kind.empty() && kind != "JSON") throw FormatError(source.name + ": is " + kind + ", not " + source.what + ".");
+  const auto* parse_error = dynamic_cast<const Json::parse_error*>(&error);
+  if (!parse_error) throw FormatError(source.name + ": is not JSON: a number is too large.");
+  // The parser names the last byte that it read, from 1: the end of the word that does not fit.
+  std::size_t at = parse_error->byte > 0 ? parse_error->byte - 1 : 0;
+  const auto isWord = [&](std::size_t i) {
+    const char c = text[i];
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '/';
+  };
+  const bool ends_word = at > 0 && at < text.size() && !isWord(at) && isWord(at - 1);  // "tru}" stops at the bracket
+  if (ends_word) --at;
+  while (at > 0 && at < text.size() && isWord(at) && isWord(at - 1)) --at;
+  throw FormatError(source.name + ": " + placeAt(text, at) + ": is not JSON: " + adviceAt(text, at) + ".");
+}
+
+}  // namespace
+
+Json parseJson(std::string_view text, const JsonSource& source) {
+  // The keys of the objects that are open. Of two equal ones a parser keeps one, and the other would be lost without a word.
+  std::vector<std::set<std::string>> open;
+  const auto refuseTwins = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) open.emplace_back();
+    if (event == Json::parse_event_t::object_end) open.pop_back();
+    if (event == Json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
+      throw FormatError(source.name + ": the key " + inQuotes(parsed.get<std::string>()) + " stands twice in one object. Leave one out.");
+    return true;
+  };
+  try {
+    return Json::parse(text.begin(), text.end(), refuseTwins);
+  } catch (const Json::exception& error) {
+    failParse(text, source, error);
+  }
+}
+
+}  // namespace spheretree::formats

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+# What the program says, and where: cases of program_test.sh, whose functions they use.
+
+# says_in_a_line PATTERN: stderr is one line with PATTERN.
+says_in_a_line() {
+  says "$1" err
+  [ "$(wc -l <err)" -eq 1 ] || fail "not one line"
+}
+
+# Suggestions only where one is close; a prefix counts first.
+case_mistyped() {
+  write_tetrahedron mesh.obj
+  for pair in "--tol --tolerance" "--tol=3 --tolerance" "--out --output" "--qualty --quality" "--thread --threads"; do
+    expect 2 build mesh.obj -o work/a.stree "${pair% *}"
+    says_in_a_line "the nearest is '${pair#* }'"
+  done
+  for option in --scale --dry-run --version -x; do
+    expect 2 build mesh.obj -o work/a.stree $option
+    says_in_a_line "unknown option '$option' of build. See"
+  done
+  expect 2 biuld
+  says_in_a_line "the nearest is 'build'"
+  expect 2 view
+  says_in_a_line "unknown verb 'view'. See"
+  expect 2 --verbose build
+  says_in_a_line "unknown option '--verbose'"
+  expect 2 xyz build
+  says_in_a_line "unknown verb 'xyz'"
+  expect 2 help nothing
+  says_in_a_line "unknown verb 'nothing'"
+  expect 0 help
+  says "^  build" out
+  expect 0 help build
+  says "^  --tolerance" out
+  expect 0 help scene
+  says "spheretree.scene/1" out
+  expect 2 build mesh.obj -o work/a.stree --quality quick --quality best
+  says_in_a_line "quality is given more than once"
+  expect 2 build mesh.obj -o work/a.stree --tolerance
+  says_in_a_line "tolerance needs a value"
+  expect 2 build mesh.obj more.obj -o work/a.stree
+  says_in_a_line "unexpected argument 'more.obj' of build"
+  is_empty work
+  # After -- every word is a file name.
+  cp mesh.obj ./-dash.obj
+  expect 0 -q build -o work/a.stree --quality quick --levels 2 -- -dash.obj
+  [ ! -s err ] || fail "-q before the verb is not quiet"
+  expect 2 build -- -dash.obj -o work/b.stree
+  says_in_a_line "unexpected argument '-o' of build: after --"
+}
+
+# Messages are ours, not a library's, and say where a text stops to be JSON.
+case_no_json() {
+  write_tetrahedron mesh.obj
+  expect 4 batch mesh.obj -o work/a
+  says_in_a_line "mesh.obj: is a mesh (OBJ), not a scene"
+  expect 0 build mesh.obj -o tree.stree --levels 2 --quality quick
+  expect 4 batch tree.stree -o work/a
+  says_in_a_line "tree.stree: is a sphere-tree (.stree), not a scene"
+  expect 4 check tree.stree
+  says_in_a_line "tree.stree: is a sphere-tree (.stree), not a mesh"
+  while IFS='|' read -r text place advice; do
+    printf '%b' "$text" >bad.json
+    expect 4 batch bad.json -o work/a
+    says_in_a_line "bad.json: $place: is not JSON: $advice"
+    if grep -q 'json.exception' err; then fail "the words of a library"; fi
+  done <<'END'
+{"schema": NaN}|line 1, column 12|JSON has no NaN
+// mine\n{}|line 1, column 1|JSON has no comments
+{"a": 1,\n }|line 2, column 2|a comma before a closing bracket
+{"a": 1|line 1, column 8|it ends too early
+{'a': 1}|line 1, column 2|texts stand in double
+{"a": tru}|line 1, column 7|something else is expected at "tru}"
+END
+  printf '{"a": 1e999}' >bad.json
+  expect 4 batch bad.json -o work/a
+  says_in_a_line "a number is too large"
+  printf '{"schema": "spheretree.scene/1", "unit": "mm", "unit": "cm"}' >bad.json
+  expect 4 batch bad.json -o work/a
+  says_in_a_line 'the key "unit" stands twice in one object'
+}
+
+# Names from outside neither break a line nor send commands to the terminal.
+case_control_characters() {
+  name=$(printf 'a\nb.obj')
+  expect 3 check "$name"
+  says_in_a_line '^spheretree: a\\nb.obj: cannot be read'
+  write_tetrahedron "$name"
+  expect 0 check "$name"
+  says '^a\\nb.obj: OBJ' out
+  { printf 'g red\033[31m\007\n'; cat "$name"; } >colours.obj
+  expect 0 check colours.obj --list-parts
+  says 'red\\x1b\[31m\\x07' out
+  if grep -q "$(printf '\033')" out; then fail "an escape sequence went out"; fi
+}
+
+# The option that binds is the one to change.
+case_advice() {
+  write_tetrahedron mesh.obj
+  expect 5 build mesh.obj -o work/a.stree --quality quick --tolerance 0.001 --leaves 20
+  says_in_a_line "Allow more --leaves or a larger --tolerance"
+  expect 5 build mesh.obj -o work/a.stree --quality quick --tolerance 0.001 --levels 2
+  says_in_a_line "Allow more --levels or a larger --tolerance"
+}
+
+# --unit means the numbers of the file, for every verb and every format.
+case_units() {
+  write_tetrahedron mesh.obj
+  expect 0 build mesh.obj -o tree.stree --quality quick --levels 2 --unit cm
+  expect 0 convert tree.stree tree.glb  # a GLB, in metres
+  expect 4 check tree.glb --json
+  metres=$(grep -A 4 '"high"' out | sed -n '2s/[ ,]//gp')
+  for unit in mm cm in; do
+    expect 4 check tree.glb --json --unit $unit
+    if grep -q '"notes": \[$' out; then fail "a note where the unit is used"; fi
+    own=$(grep -A 4 '"high"' out | sed -n '2s/[ ,]//gp')
+    case $unit in mm) factor=1000 ;; cm) factor=100 ;; in) factor=39.370078740157 ;; esac
+    awk -v a="$metres" -v b="$own" -v f=$factor 'BEGIN { exit !(a / b / f > 0.999999 && a / b / f < 1.000001) }' || fail "$unit: $own of $metres"
+  done
+  # An object and the tool have units of their own.
+  printf '{"schema": "spheretree.scene/1", "unit": "cm", "defaults": {"quality": "quick", "levels": 2},
+    "tool": {"name": "tool", "mesh": "mesh.obj", "unit": "mm"}, "objects": [{"name": "a", "mesh": "mesh.obj"}]}' >a.scene.json
+  expect 0 batch a.scene.json -o work/b
+  expect 0 inspect work/b/tool.stree
+  says "unit 1 mm" out
+  expect 0 inspect work/b/a.stree
+  says "unit 10 mm" out
+}
+
+# A part may be the component that check --list-parts counts.
+case_components() {
+  write_tetrahedron one.obj
+  { cat one.obj; printf 'v 40 0 0\nv 53 0 0\nv 40 11 0\nv 40 0 9\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >both.obj
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2}, "tool": {"name": "tool", "mesh": "one.obj"},
+    "objects": [{"name": "left", "mesh": "both.obj", "part": "#0"}, {"name": "right", "mesh": "both.obj", "part": "#1"}%s]}' "" >a.scene.json
+  expect 0 batch a.scene.json -o work/a
+  expect 0 build both.obj --parts '#1' -o right.stree --quality quick --levels 2
+  cmp right.stree work/a/right.stree || fail "another component than of build"
+  expect 0 report work/a -o work/a.html
+  sed 's/#1/#2/' a.scene.json >b.scene.json
+  expect 6 batch b.scene.json -o work/b
+  says "right: the mesh has no component #2; it has 2" err
+}
+
+# What was done to a mesh is said by batch and on its page, the largest change first.
+case_repairs_are_said() {
+  write_tetrahedron whole.obj
+  grep -v 'f 2 3 4' whole.obj >open.obj
+  sed 's/^f \(.\) \(.\) \(.\)/f \3 \2 \1/' whole.obj >turned.obj
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 2}, "tool": {"name": "tool", "mesh": "whole.obj"},
+    "objects": [{"name": "turned", "mesh": "turned.obj"}, {"name": "open", "mesh": "open.obj"}, {"name": "whole", "mesh": "whole.obj"}]}' >a.scene.json
+  for run in first again; do
+    expect 0 batch a.scene.json -o work/a
+    says "^2 meshes repaired, 1 by more than the tolerance or a hundredth of the object" out
+    says "^! open: 1 opening closed" out
+    says "^  turned: " out
+    [ "$(grep -n '^! open' out | cut -d: -f1)" -lt "$(grep -n '^  turned' out | cut -d: -f1)" ] || fail "$run: not the largest first"
+  done
+  says '"repair_large": true' work/a/report.json
+  says '"change_mm"' work/a/report.json
+  expect 0 report work/a -o work/a.html
+  says "1 opening closed" work/a.html
+  if grep -q 'class="good">All 4 trees' work/a.html; then fail "all is good on the page of a batch with a large repair"; fi
+  # A reference point that the tool does not have near it.
+  sed 's/"mesh": "whole.obj"}, "objects"/"mesh": "whole.obj", "reference_point_mm": [0, 0, 90]}, "objects"/; s/}$/}/' a.scene.json |
+    sed 's/"mesh": "whole.obj"},$/"mesh": "whole.obj", "reference_point_mm": [0, 0, 90]},/' >far.scene.json
+  expect 0 batch far.scene.json -o work/far
+  says "the reference point of the tool is 80 mm away from it" err
+  sed 's/"reference_point_mm": \[0, 0, 90\]/"reference_point": "centre"/' far.scene.json >centre.scene.json
+  expect 0 batch centre.scene.json -o work/centre
+  [ "$(tr -d ' \n' <work/centre/scene.json | sed 's/.*"reference_point_mm":\[\([^]]*\)\].*/\1/')" = "5.0,5.0,5.0" ] || fail "not the centre of the box"
+}

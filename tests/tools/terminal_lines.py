@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""terminal_lines.py SPHERETREE HAPTIC_PLAYER: what a terminal shows in the end is results and messages, each from the start of a line.
+
+Runs the programs on pseudo-terminals of several widths and draws what they write as a terminal does: \\r, \\n, and a new line
+where one is full. No line may hold progress beside anything else, and no line of progress may stay behind.
+"""
+import fcntl
+import os
+import pty
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+from pathlib import Path
+
+spheretree, player = (str(Path(p).resolve()) for p in sys.argv[1:3])
+failures = []
+
+
+def on_terminal(words, columns, term, cwd):
+    """The bytes that a program writes to a terminal, and its exit code."""
+    pid, fd = pty.fork()
+    if pid == 0:
+        os.chdir(cwd)
+        os.environ["TERM"] = term
+        os.read(0, 1)  # until the size is set
+        os.execvp(words[0], words)
+    settings = termios.tcgetattr(fd)
+    settings[3] &= ~termios.ECHO
+    termios.tcsetattr(fd, termios.TCSANOW, settings)
+    fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    os.write(fd, b"\n")
+    out = b""
+    while True:
+        try:
+            part = os.read(fd, 65536)
+        except OSError:
+            break
+        if not part:
+            break
+        out += part
+    return out, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+def screen(text, columns):
+    """Lines as they stand in the end; how often a line was begun because the one before was full."""
+    lines, column, wraps = [""], 0, 0
+    for c in text.replace("\r\n", "\n"):
+        if c == "\n":
+            lines.append("")
+            column = 0
+        elif c == "\r":
+            column = 0
+        else:
+            if column == columns:
+                lines.append("")
+                column = 0
+                wraps += 1
+            lines[-1] = lines[-1][:column].ljust(column) + c + lines[-1][column + 1:]
+            column += 1
+    return [line.rstrip() for line in lines], wraps
+
+
+PROGRESS = re.compile(r"\d %  \d|\[#|^ *(read|check|distances|balls|cover|certify|hierarchy|medial axis)  +[0-9.]+ s")
+
+
+def trial(words, columns, term, cwd):
+    written, code = on_terminal(words, columns, term, cwd)
+    text = written.decode(errors="replace")
+    what = f"{' '.join(words[1:])} at {columns} columns, TERM={term}"
+    if code != 0:
+        failures.append(f"{what}: exit code {code}: {text!r}")
+        return
+    if term == "dumb":
+        if "\r" in text.replace("\r\n", "\n"):
+            failures.append(f"{what}: goes back in a line")
+        return
+    if "\x1b" in text:
+        failures.append(f"{what}: an escape sequence")
+    drawn = [part for part in text.replace("\r\n", "\n").split("\r") if part.strip()]
+    for part in drawn[:-1]:
+        if len(part.rstrip("\n")) >= columns and "\n" not in part:
+            failures.append(f"{what}: progress is as wide as the terminal: {part!r}")
+    for line in screen(text, columns)[0]:
+        if PROGRESS.search(line):
+            failures.append(f"{what}: progress in a line that stays: {line!r}")
+
+
+def prepare(folder):
+    subprocess.run([spheretree, "--version"], check=True, capture_output=True)
+    import math
+    n = 60
+    rows = []
+    for i in range(n):
+        for j in range(n):
+            u, v = 2 * math.pi * i / n, 2 * math.pi * j / n
+            r = 10 + 3 * math.cos(v)
+            rows.append(f"v {r * math.cos(u):.9f} {r * math.sin(u):.9f} {3 * math.sin(v):.9f}")
+    for i in range(n):
+        for j in range(n):
+            a, b = i * n + j + 1, (i + 1) % n * n + j + 1
+            c, d = (i + 1) % n * n + (j + 1) % n + 1, i * n + (j + 1) % n + 1
+            rows += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
+    (folder / "torus.obj").write_text("\n".join(rows) + "\n")
+    (folder / "torus.scene.json").write_text(
+        '{"schema": "spheretree.scene/1", "tool": {"name": "tool", "mesh": "torus.obj", "levels": 3},'
+        ' "objects": [{"name": "a", "mesh": "torus.obj"}, {"name": "b", "mesh": "torus.obj", "levels": 3}]}')
+
+
+def main():
+    with tempfile.TemporaryDirectory() as base:
+        folder = Path(base)
+        prepare(folder)
+        for columns, term in ((40, "xterm"), (80, "xterm"), (200, "xterm"), (80, "dumb")):
+            trial([spheretree, "build", "torus.obj", "-o", "a.stree"], columns, term, folder)
+        shown = on_terminal([spheretree, "build", "torus.obj", "-o", "a.stree"], 80, "xterm", folder)[0]
+        if b"\r" not in shown.replace(b"\r\n", b"\n"):
+            failures.append("no progress was shown at all: this test cannot fail")
+        for words in (["evaluate", "torus.obj", "a.stree"], ["batch", "torus.scene.json", "-o", "out"],
+                      ["compare", "torus.obj", "-o", "cmp", "--builders", "cover,octree", "--levels", "3"]):
+            trial([spheretree, *words], 60, "xterm", folder)
+        result = subprocess.run([spheretree, "build", "torus.obj", "-o", "a.stree"], cwd=folder, capture_output=True, text=True)
+        if result.stderr:
+            failures.append(f"progress although stderr is no terminal: {result.stderr!r}")
+        trial([player, "out/scene.json", "--seconds", "1.2"], 80, "xterm", folder)
+    for failure in failures:
+        print("FAILED:", failure)
+    return 1 if failures else 0
+
+
+sys.exit(main())

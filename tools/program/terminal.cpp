@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terminal.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <mutex>
+
+namespace spheretree::tool {
+namespace {
+
+std::mutex mutex;
+std::size_t drawn = 0;  // characters of the line of progress that is shown
+
+void clearLocked() {
+  if (drawn == 0) return;
+  const int columns = terminalColumns();  // the window may be narrower by now
+  const int blanks = columns > 0 ? std::min(static_cast<int>(drawn), columns - 1) : static_cast<int>(drawn);
+  std::fprintf(stderr, "\r%*s\r", blanks, "");
+  std::fflush(stderr);
+  drawn = 0;
+}
+
+}  // namespace
+
+std::string plainText(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    // U+0080 to U+009F are control characters, too: C2 80 to C2 9F in UTF-8.
+    const bool is_c1 = c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) >= 0x80 &&
+                       static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (c >= 32 && c != 127 && !is_c1) {
+      plain += text[i];
+      continue;
+    }
+    const unsigned char code = is_c1 ? static_cast<unsigned char>(text[++i]) : c;
+    char escaped[8];
+    std::snprintf(escaped, sizeof escaped, "\\x%02x", static_cast<unsigned>(code));
+    plain += code == '\n' ? "\\n" : code == '\t' ? "\\t" : escaped;
+  }
+  return plain;
+}
+
+std::string counted(std::size_t count, std::string_view what, std::string_view plural) {
+  if (count != 1 && !plural.empty()) return std::to_string(count) + " " + std::string(plural);
+  return std::to_string(count) + " " + std::string(what) + (count == 1 ? "" : "s");
+}
+
+void printResult(const char* format, ...) {
+  clearProgressLine();
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vprintf(format, arguments);
+  va_end(arguments);
+}
+
+void writeResult(std::string_view text) {
+  clearProgressLine();
+  std::fwrite(text.data(), 1, text.size(), stdout);
+}
+
+void say(std::string_view line) {
+  std::fflush(stdout);  // in the order in which it was said
+  const std::lock_guard lock(mutex);
+  clearLocked();
+  std::fprintf(stderr, "%s\n", plainText(line).c_str());
+}
+
+int terminalColumns() {
+  if (!::isatty(STDERR_FILENO)) return 0;
+  if (const char* term = std::getenv("TERM"); term && std::string_view(term) == "dumb") return 0;
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+void drawProgressLine(std::string_view text, int columns) {
+  const std::lock_guard lock(mutex);
+  // The last column stays free: a character there makes some terminals begin a new line.
+  const std::size_t length = std::min(text.size(), static_cast<std::size_t>(std::max(1, columns - 1)));
+  const std::size_t blanks = std::min(drawn, static_cast<std::size_t>(std::max(1, columns - 1)));
+  std::fprintf(stderr, "\r%.*s%*s", static_cast<int>(length), text.data(), static_cast<int>(blanks > length ? blanks - length : 0), "");
+  std::fflush(stderr);
+  drawn = std::max(length, blanks);
+}
+
+void clearProgressLine() {
+  const std::lock_guard lock(mutex);
+  clearLocked();
+}
+
+}  // namespace spheretree::tool

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `spheretree help scene`: what a scene file holds, where no documentation is at hand. The whole of it: docs/scene_file.md
+#pragma once
+
+#include <string_view>
+
+namespace spheretree::tool {
+
+inline constexpr std::string_view kSceneHelp = R"(A scene (NAME.scene.json) names a tool and the objects that it touches:
+
+{"schema": "spheretree.scene/1", "unit": "mm",
+ "defaults": {"builder": "cover", "levels": 4, "tolerance_mm": 0.1},
+ "coupling": {"translation_n_per_mm": 1.0, "rotation_n_mm_per_rad": 1000.0},
+ "limits": {"force_n": 8.0, "torque_n_mm": [188, 188, 48]},
+ "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [0, 0, 0]},
+ "objects": [{"name": "tooth_11", "mesh": "mouth.obj", "part": "tooth_11",
+              "position_mm": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}]}
+
+schema        spheretree.scene/1; needed
+unit          mm, cm, m or in: of meshes that carry none (glTF is in metres); default mm
+defaults      settings of every tree that does not say otherwise
+coupling      spring between the hand and the tool; default 1 N/mm and 1000 N mm/rad
+limits        largest force, and largest component of the torque; default 8 N and 188, 188, 48 N mm
+tool          needed; what the hand holds. reference_point_mm: about which forces are rendered; default 0, 0, 0;
+              or "reference_point": "tip" (the thinner end) or "centre" (of its box)
+objects       needed; 1 to 4096
+work          regions with a tolerance of their own:
+              [{"name": "pocket", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 6}, "tolerance_mm": 0.05}]
+reach         {"radius_mm": 0.2, "tolerance_mm": 0.5}: what a ball of this radius cannot touch needs no more
+
+The tool and each object:
+name          needed; letters, digits, _, - and .; unique, upper and lower case being the same
+mesh or tree  one is needed: a path from the folder of the scene file, or an absolute one
+unit          of this mesh, glTF included
+part          a part of the mesh by its name, or #N as `spheretree check --list-parts` counts them; default all of it
+position_mm, quaternion_wxyz                          objects only: from the frame of the mesh to the world
+builder, quality, repair, levels, branching, tolerance_mm, seed        as the options of `spheretree build`
+)";
+
+}  // namespace spheretree::tool
