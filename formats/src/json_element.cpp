@@ -8,8 +8,6 @@
 namespace spheretree::formats {
 namespace {
 
-using Json = nlohmann::json;
-
 /// "line 3, column 5", both from 1.
 std::string placeAt(std::string_view text, std::size_t at) {
   const std::string_view before = text.substr(0, std::min(at, text.size()));
@@ -31,10 +29,10 @@ std::string adviceAt(std::string_view text, std::size_t at) {
 }
 
 /// Whether the parser stopped at a number that no double holds: it then names no place.
-[[noreturn]] void failParse(std::string_view text, const JsonSource& source, const Json::exception& error) {
+[[noreturn]] void failParse(std::string_view text, const JsonSource& source, const nlohmann::json::exception& error) {
   const std::string kind = describedContent(text);
   if (!kind.empty() && kind != "JSON") throw FormatError(source.name + ": is " + kind + ", not " + source.what + ".");
-  const auto* parse_error = dynamic_cast<const Json::parse_error*>(&error);
+  const auto* parse_error = dynamic_cast<const nlohmann::json::parse_error*>(&error);
   if (!parse_error) throw FormatError(source.name + ": is not JSON: a number is too large.");
   // The parser names the last byte that it read, from 1: the end of the word that does not fit.
   std::size_t at = parse_error->byte > 0 ? parse_error->byte - 1 : 0;
@@ -50,19 +48,19 @@ std::string adviceAt(std::string_view text, std::size_t at) {
 
 }  // namespace
 
-Json parseJson(std::string_view text, const JsonSource& source) {
+nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
   // The keys of the objects that are open. Of two equal ones a parser keeps one, and the other would be lost without a word.
   std::vector<std::set<std::string>> open;
-  const auto refuseTwins = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) open.emplace_back();
-    if (event == Json::parse_event_t::object_end) open.pop_back();
-    if (event == Json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
+  const auto refuseTwins = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
+    if (event == nlohmann::json::parse_event_t::object_start) open.emplace_back();
+    if (event == nlohmann::json::parse_event_t::object_end) open.pop_back();
+    if (event == nlohmann::json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
       throw FormatError(source.name + ": the key " + inQuotes(parsed.get<std::string>()) + " stands twice in one object. Leave one out.");
     return true;
   };
   try {
-    return Json::parse(text.begin(), text.end(), refuseTwins);
-  } catch (const Json::exception& error) {
+    return nlohmann::json::parse(text.begin(), text.end(), refuseTwins);
+  } catch (const nlohmann::json::exception& error) {
     failParse(text, source, error);
   }
 }

@@ -14,16 +14,16 @@
 namespace spheretree::tool {
 namespace {
 
-std::mutex mutex;
-std::size_t drawn = 0;  // characters of the line of progress that is shown
+std::mutex line_mutex;
+std::size_t drawn_columns = 0;  // characters of the line of progress that is shown
 
 void clearLocked() {
-  if (drawn == 0) return;
+  if (drawn_columns == 0) return;
   const int columns = terminalColumns();  // the window may be narrower by now
-  const int blanks = columns > 0 ? std::min(static_cast<int>(drawn), columns - 1) : static_cast<int>(drawn);
+  const int blanks = columns > 0 ? std::min(static_cast<int>(drawn_columns), columns - 1) : static_cast<int>(drawn_columns);
   std::fprintf(stderr, "\r%*s\r", blanks, "");
   std::fflush(stderr);
-  drawn = 0;
+  drawn_columns = 0;
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ void writeResult(std::string_view text) {
 
 void say(std::string_view line) {
   std::fflush(stdout);  // in the order in which it was said
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(line_mutex);
   clearLocked();
   std::fprintf(stderr, "%s\n", plainText(line).c_str());
 }
@@ -80,17 +80,17 @@ int terminalColumns() {
 }
 
 void drawProgressLine(std::string_view text, int columns) {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(line_mutex);
   // The last column stays free: a character there makes some terminals begin a new line.
   const std::size_t length = std::min(text.size(), static_cast<std::size_t>(std::max(1, columns - 1)));
-  const std::size_t blanks = std::min(drawn, static_cast<std::size_t>(std::max(1, columns - 1)));
+  const std::size_t blanks = std::min(drawn_columns, static_cast<std::size_t>(std::max(1, columns - 1)));
   std::fprintf(stderr, "\r%.*s%*s", static_cast<int>(length), text.data(), static_cast<int>(blanks > length ? blanks - length : 0), "");
   std::fflush(stderr);
-  drawn = std::max(length, blanks);
+  drawn_columns = std::max(length, blanks);
 }
 
 void clearProgressLine() {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(line_mutex);
   clearLocked();
 }
 
