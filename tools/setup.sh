@@ -16,11 +16,14 @@ packages=(
   libtinygltf-dev         # formats: glTF
   libcli11-dev libpng-dev # program: command line, pictures
   zlib1g-dev libjs-three  # program: pages
+  libglfw3-dev libimgui-dev # view: window, panels
+  libegl-dev              # view: pictures without a display
+  fonts-dejavu-core       # view: text
   libgtest-dev            # tests
   libtet1.5-dev           # tests: TetGen, in a program of its own
 )
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
-if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver parallel slurmctld slurmd slurm-client munge); fi
+if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge); fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -103,11 +103,12 @@ TreeSettings readSettings(const JsonElement& e) {
 SceneItem readItem(const JsonElement& e) {
   SceneItem item;
   item.name = fileSafeName(e.at("name"));
-  if (e.has("mesh") == e.has("tree")) e.fail(e.has("mesh") ? "has both \"mesh\" and \"tree\"" : "has neither \"mesh\" nor \"tree\"");
-  const JsonElement source = e.at(e.has("mesh") ? "mesh" : "tree");
-  const std::string path = shortText(source);
-  if (path.empty()) source.fail("is empty");
-  (e.has("mesh") ? item.mesh : item.tree) = path;
+  if (!e.has("mesh") && !e.has("tree")) e.fail("has neither \"mesh\" nor \"tree\"");
+  for (const auto& [key, path] : {std::pair("mesh", &item.mesh), std::pair("tree", &item.tree)}) {
+    if (!e.has(key)) continue;
+    *path = shortText(e.at(key));
+    if (path->empty()) e.at(key).fail("is empty");
+  }
   if (e.has("unit")) {
     if (!e.has("mesh")) e.at("unit").fail("is for a mesh; a tree is in mm");
     item.unit = oneOf(e.at("unit"), kUnits);
@@ -196,10 +197,8 @@ void addSettings(OrderedJson& out, const TreeSettings& s) {
 
 OrderedJson toJson(const SceneItem& item) {
   OrderedJson out{{"name", item.name}};
-  if (!item.mesh.empty())
-    out["mesh"] = item.mesh.string();
-  else
-    out["tree"] = item.tree.string();
+  if (!item.tree.empty()) out["tree"] = item.tree.string();
+  if (!item.mesh.empty()) out["mesh"] = item.mesh.string();
   if (!item.unit.empty()) out["unit"] = item.unit;
   if (!item.part.empty()) out["part"] = item.part;
   return out;

@@ -8,6 +8,7 @@
 
 #include "json_text.h"
 #include "mistyped.h"
+#include "model/view_error.h"
 #include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
@@ -17,6 +18,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "terminal.h"
+#include "view/view_options.h"
 
 namespace spheretree::player {
 namespace {
@@ -25,6 +27,7 @@ using namespace spheretree::tool;
 
 struct Options {
   PlaySettings play;
+  ViewOptions view;
   std::string device, mode = "constrained", clock = "real", scenario, quality = "standard", progress = "auto";
   std::filesystem::path out, cache;
   double share = 1, seconds = 0;
@@ -132,7 +135,9 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (options.seconds > 0) play_settings.seconds = options.seconds;
   play_settings.status_line = !options.quiet && ::isatty(STDERR_FILENO);
   nlohmann::ordered_json summary;
-  const PlayEnd end = play(play_settings, progress, summary);
+  const PlayEnd end =
+      options.view.isAsked() ? runView(options.view, play_settings, progress, summary) : play(play_settings, progress, summary);
+  if (summary.is_null()) return kExitOk;  // a replay
   summary["notes"] = nlohmann::ordered_json::array();
   if (end == PlayEnd::Complete)
     for (const std::string& note : notesOn(play_settings, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))
@@ -193,6 +198,7 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_flag("--hd-gimbal-torque", o.gimbal_torque,
                "With --device phantom: send torques about the gimbal's joints, not as a vector; docs/device.md says how to find out")
       ->excludes(scenario);
+  addViewOptions(cli, o.view);
   cli.add_option("--record", o.play.record, "Writes one row of CSV for each step")->excludes(scenario);
   cli.add_flag("--json", o.json, "Prints the summary, or the figures of the scenarios, as JSON");
   cli.add_flag("--list", o.list, "Lists the scenarios");
@@ -223,12 +229,18 @@ int runProgram(int argc, char** argv) {
   addOptions(cli, options);
   try {
     cli.parse(argc, argv);
+    if (argc == 1) {
+      options.view.view = canShowWindow();
+      if (!options.view.view) std::fprintf(stderr, "haptic-player: %s\n", whyNoWindow());
+    }
     return run(cli, options);
   } catch (const CLI::Success& help) {
     return cli.exit(help);
   } catch (const CLI::ParseError& error) {
     const std::string mistake = unknownWord(cli, "", kProgram);
     return explain(kProgram, kExitUsage, mistake.empty() ? explained(error) + ". See haptic-player --help." : mistake);
+  } catch (const view::ViewError& error) {
+    return explain(kProgram, kExitFile, error.what());
   } catch (const device::DeviceError& error) {
     return explain(kProgram, kExitFile, error.what());
   }

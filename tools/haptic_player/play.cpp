@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -71,14 +72,16 @@ device::IntendedPath sampledPath(std::vector<Configuration> poses) {
 }
 
 /// What needs no hardware.
-std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene) {
+std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene, PlayObserver* observer) {
   std::vector<Configuration> poses;
   if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory);
   if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(std::move(poses));
   device::SimulatedSettings simulated;
   simulated.hand = *device::findHand(settings.hand);
   simulated.duration = settings.seconds.value_or(poses.empty() ? 10.0 : static_cast<double>(poses.size()) / 1000);
+  if (observer && !settings.seconds) simulated.duration = std::numeric_limits<double>::infinity();
   simulated.path = poses.empty() ? tourOf(scene) : sampledPath(std::move(poses));
+  if (observer) simulated.path = observer->handPath(std::move(simulated.path));
   return std::make_unique<device::SimulatedDevice>(simulated);
 }
 
@@ -103,17 +106,16 @@ void showStatus(const device::DeviceStatus& status, const ServoLoop& loop) {
 }
 
 /// Until the device ends, the time is over, or a stop is asked for.
-void runDevice(device::Device& device, const PlaySettings& settings, const ServoLoop& loop) {
+void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& loop, PlayObserver* observer) {
   const auto limit = settings.seconds ? static_cast<std::uint64_t>(std::llround(*settings.seconds * 1000)) : ~std::uint64_t{0};
   auto shown = std::chrono::steady_clock::now();
   bool told = false;
   for (;;) {
     const device::DeviceStatus status = device.status();
     if (status.phase != device::Phase::Running || status.ticks >= limit) break;
-    if (settings.clock == device::Clock::Stepped)
-      device.step();
-    else
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (settings.clock == device::Clock::Stepped) device.step();
+    if (observer && !observer->onTurn(device.status(), loop)) break;
+    if (settings.clock == device::Clock::Real && !observer) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     if (settings.clock == device::Clock::Real && !told && status.ticks > 0) {
       reportPriority(loop.priorityError());
       told = true;
@@ -129,7 +131,12 @@ void runDevice(device::Device& device, const PlaySettings& settings, const Servo
 
 const char* modeName(runtime::Mode mode) { return mode == runtime::Mode::Paper ? "paper" : "constrained"; }
 
-/// Of a run that is recorded there.
+const char* endName(PlayEnd end) {
+  return end == PlayEnd::Complete ? "complete" : end == PlayEnd::Interrupted ? "interrupted" : "device failed";
+}
+
+}  // namespace
+
 RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording) {
   RunIdentity identity{kSampleScene, std::string("mode=") + modeName(settings.mode) + " bridges=" + (settings.bridges ? "on" : "off")};
   if (settings.scene.empty()) return identity;
@@ -138,20 +145,22 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
   return identity;
 }
 
-const char* endName(PlayEnd end) {
-  return end == PlayEnd::Complete ? "complete" : end == PlayEnd::Interrupted ? "interrupted" : "device failed";
+runtime::SceneDescription describeScene(const std::filesystem::path& path, builder::Progress& progress) {
+  return path.empty() ? sampleScene(progress) : readDescription(path);
 }
 
-}  // namespace
-
-runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress) {
-  runtime::SceneDescription description = path.empty() ? sampleScene(progress) : readDescription(path);
-  description.bridges = bridges;
+runtime::Scene compiledScene(const runtime::SceneDescription& description, const std::filesystem::path& path) {
   runtime::Scene scene;
   std::string fault;
   if (!runtime::compileScene(description, scene, fault))
     throw formats::FormatError((path.empty() ? "sample scene" : path.string()) + ": " + fault);
   return scene;
+}
+
+runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress) {
+  runtime::SceneDescription description = describeScene(path, progress);
+  description.bridges = bridges;
+  return compiledScene(description, path);
 }
 
 device::IntendedPath tourOf(const runtime::Scene& scene) {
@@ -190,19 +199,22 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
   };
 }
 
-PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary) {
+PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer) {
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
   if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // fails at once
-  const runtime::Scene scene = loadScene(settings.scene, settings.bridges, progress);
-  if (!device) device = openInput(settings, scene);
+  runtime::SceneDescription description = describeScene(settings.scene, progress);
+  description.bridges = settings.bridges;
+  const runtime::Scene scene = compiledScene(description, settings.scene);
+  if (observer) observer->onScene(description);
+  if (!device) device = openInput(settings, scene, observer);
   std::unique_ptr<RecordingWriter> recording;
   if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
   ServoLoop::Options options;
   options.mode = settings.mode;
   options.wait = !real;
   options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own
-  ServoLoop loop(scene, recording.get(), options);
+  ServoLoop loop(scene, recording.get(), options, observer ? observer->streams() : nullptr);
   const device::EmergencyStop emergency_stop;  // from here on Ctrl-C means the device first
   progress.check();
   const Json locked = real ? lockMemory() : Json(nullptr);
@@ -211,14 +223,15 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   safety.max_force = scene.wrench_limits.force;
   safety.max_torque = scene.wrench_limits.torque;
   device->start(loop, safety, settings.clock);
-  runDevice(*device, settings, loop);
+  runDevice(*device, settings, loop, observer);
   const device::DeviceStatus status = device->status();
   device->stop();
   if (recording) recording->finish();
 
-  const PlayEnd end = device::EmergencyStop::requested()      ? PlayEnd::Interrupted
-                      : status.phase == device::Phase::Failed ? PlayEnd::DeviceFailed
-                                                              : PlayEnd::Complete;
+  const bool was_closed = observer && device::EmergencyStop::signal() == 0;  // the window was: an end like any other
+  const PlayEnd end = device::EmergencyStop::requested() && !was_closed ? PlayEnd::Interrupted
+                      : status.phase == device::Phase::Failed           ? PlayEnd::DeviceFailed
+                                                                        : PlayEnd::Complete;
   summary = {{"schema", "spheretree.run/1"},       {"scene", settings.scene.empty() ? Json("sample") : Json(settings.scene.string())},
              {"device", device->info().model},     {"mode", modeName(settings.mode)},
              {"clock", real ? "real" : "stepped"}, {"end", endName(end)}};

@@ -7,14 +7,18 @@
 #include <optional>
 #include <string>
 
+#include "recording.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/device/device.h"
 #include "spheretree/device/phantom_device.h"
 #include "spheretree/device/simulated_device.h"
 #include "spheretree/runtime/scene.h"
 #include "spheretree/runtime/step.h"
+#include "streams/live_streams.h"
 
 namespace spheretree::player {
+
+class ServoLoop;
 
 enum class DeviceKind { Simulated, Replay, Phantom };
 
@@ -35,12 +39,37 @@ struct PlaySettings {
 /// How a run ended, with its summary.
 enum class PlayEnd { Complete, Interrupted, DeviceFailed };
 
-/// Runs to the end, or until an emergency stop is requested: zero wrench, clean stop, the recording whole under its name.
-/// `summary`: what --json prints (schema spheretree.run/1). Talks on stderr.
-/// @throws formats::FileError, formats::FormatError, device::DeviceError, builder::Cancelled
-PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary);
+/// What looks at a run while it lasts, as a window does. Called from the thread that called play().
+class PlayObserver {
+ public:
+  virtual ~PlayObserver() = default;
+  /// Once, before anything moves.
+  virtual void onScene(const runtime::SceneDescription& scene) = 0;
+  /// Where each step goes and where the hand's goals come from. Must outlive the run.
+  virtual view::LiveStreams* streams() = 0;
+  /// Where a simulated hand means to be, if not on `path`, which the settings say; called in the thread of the steps.
+  virtual device::IntendedPath handPath(device::IntendedPath path) { return path; }
+  /// Over and over: after each step of a stepped run, at once after the one before in a real one. False ends the run.
+  virtual bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) = 0;
+};
 
-/// The scene of a file that names trees, or the built-in sample.
+/// Runs to the end, or until an emergency stop is requested: zero wrench, clean stop, the recording whole under its name.
+/// `summary`: what --json prints (schema spheretree.run/1). Talks on stderr. `observer` may be null; without `seconds` it says when a
+/// simulated hand ends.
+/// @throws formats::FileError, formats::FormatError, device::DeviceError, builder::Cancelled, and what the observer throws
+PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer = nullptr);
+
+/// What a scene file that names trees describes, or the built-in sample.
+/// @throws formats::FileError, formats::FormatError, builder::Cancelled
+runtime::SceneDescription describeScene(const std::filesystem::path& path, builder::Progress& progress);
+
+/// `description`, checked and compiled; `path` of its file for messages. @throws formats::FormatError
+runtime::Scene compiledScene(const runtime::SceneDescription& description, const std::filesystem::path& path);
+
+/// How a recording of a run with these settings names what it belongs to.
+RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording);
+
+/// The scene of a file that names trees, or the built-in sample, compiled.
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled
 runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress);
 

@@ -32,18 +32,16 @@ void check(const BatchSettings& settings) {
     throw UsageError("--trajectory is for --chart and for a --budget in us. Leave it out, or add one of them.");
 }
 
-/// The scene that the player loads: trees in place of meshes, without the objects that failed.
-formats::SceneFile compiledScene(const formats::SceneFile& scene, const std::vector<BatchItem>& items) {
+/// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects that failed.
+formats::SceneFile compiledScene(const formats::SceneFile& scene, const BatchSettings& settings, const std::vector<BatchItem>& items) {
   formats::SceneFile out = scene;
-  out.unit = "mm";
   out.defaults = {};
   out.objects.clear();
   for (const BatchItem& item : items) {
     if (item.status == ItemStatus::Failed) continue;
     formats::SceneItem compiled = *item.source;
-    compiled.mesh.clear();
-    compiled.part.clear();
-    compiled.unit.clear();
+    if (!compiled.mesh.empty() && !compiled.mesh.is_absolute())
+      compiled.mesh = std::filesystem::proximate(formats::scenePath(settings.scene, compiled.mesh), settings.folder);
     compiled.settings = {};
     compiled.tree = compiled.name + ".stree";
     if (item.is_tool)
@@ -85,7 +83,7 @@ void writeResults(const BatchSettings& settings, const formats::SceneFile& scene
     result.objects[i].bytes = bytes.size();
     formats::writeWhole(settings.folder / result.objects[i].tree, bytes);
   }
-  const formats::SceneFile compiled = compiledScene(scene, items);
+  const formats::SceneFile compiled = compiledScene(scene, settings, items);
   // Without a tool or any object there is no scene to load, and an older one would pass for this one.
   if (!items[0].hasTree() || compiled.objects.empty())
     std::filesystem::remove(settings.folder / "scene.json");

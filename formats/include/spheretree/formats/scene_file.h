@@ -34,10 +34,10 @@ struct TreeSettings {
 /// `own` where it says something, else `defaults`.
 TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults);
 
-/// The tool or an object: a mesh to build a tree from, or a tree.
+/// The tool or an object: a mesh to build a tree from, or a tree, which may name the mesh that it was built from, to be shown.
 struct SceneItem {
   std::string name;                             // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
-  std::filesystem::path mesh, tree;             // exactly one is set; as written: relative to the folder of the scene file, or absolute
+  std::filesystem::path mesh, tree;             // one or both are set; as written: relative to the folder of the scene file, or absolute
   std::string unit;                             // of the mesh file, glTF included: mm, cm, m, in; "": that of the scene (glTF: m)
   std::string part;                             // of the mesh file: a name, or #N, its component N; "": all of it
   Configuration pose;                           // of the mesh frame in the world; of the tool: unused, it is where the hand is

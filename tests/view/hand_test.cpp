@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Inputs to where the hand means to be: hand_input.h, hand_filter.h, space_mouse.h
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "hand/hand_filter.h"
+#include "hand/hand_input.h"
+#include "hand/space_mouse.h"
+#include "support/scratch_folder.h"
+
+namespace spheretree::view {
+namespace {
+
+using Eigen::Vector3d;
+
+Camera fromTheFront() {
+  Camera camera;
+  camera.lookFrom(1);
+  return camera;
+}
+
+TEST(HandFilter, ArrivesWithoutOvershoot) {
+  HandFilter filter;
+  filter.resetTo({});
+  const Configuration target{{2, 0, 0}, rotationOf({0, 0, 0.2})};
+  double last = 0;
+  for (int n = 0; n < 500; ++n) {
+    const double x = filter.towards(target, 1e-3).position.x();
+    EXPECT_GE(x, last);
+    EXPECT_LE(x, 2 + 1e-9);
+    last = x;
+  }
+  EXPECT_NEAR(last, 2, 1e-6);
+  EXPECT_LT(displacementBetween(filter.pose(), target).rotation.norm(), 1e-6);
+}
+
+TEST(HandFilter, FollowsTheFormulaOfACriticallyDampedFilter) {
+  HandFilter filter;
+  filter.resetTo({});
+  const double omega = 2 * 3.14159265358979 * 8;
+  for (int n = 1; n <= 100; ++n) {
+    const double t = n * 1e-3, expected = 1 - (1 + omega * t) * std::exp(-omega * t);
+    EXPECT_NEAR(filter.towards({{1, 0, 0}, {1, 0, 0, 0}}, 1e-3).position.x(), expected, 1e-9) << n;
+  }
+}
+
+TEST(HandFilter, IsNeverFasterThanAHand) {
+  HandFilter filter;
+  filter.resetTo({});
+  Configuration before = filter.pose();
+  for (int n = 0; n < 2000; ++n) {
+    const Configuration target{n % 400 < 200 ? Vector3d(80, 0, 0) : Vector3d(-80, 30, 0), rotationOf({n % 300 < 150 ? 2.5 : -2.5, 0, 0})};
+    const Configuration now = filter.towards(target, 1e-3);
+    const Displacement way = displacementBetween(before, now);
+    EXPECT_LE(way.translation.norm(), HandFilter::kFastest * 1e-3 + 1e-9);
+    EXPECT_LE(way.rotation.norm(), HandFilter::kFastestTurn * 1e-3 + 1e-9);
+    before = now;
+  }
+}
+
+TEST(HandInput, ADragMovesTheHandWithThePointer) {
+  HandInput hand;
+  hand.resetTo({{3, 8, -2}, {1, 0, 0, 0}});
+  Camera camera = fromTheFront();
+  camera.orbit(0.4, 0.3);
+  const Viewport viewport{0, 0, 640, 480};
+  const Eigen::Vector2d before = *camera.pixelOf(hand.pose().position, viewport);
+  hand.drag(40, -25, camera, viewport);
+  const Eigen::Vector2d after = *camera.pixelOf(hand.pose().position, viewport);
+  EXPECT_LT((after - before - Eigen::Vector2d(40, -25)).norm(), 1e-9);
+  // By as many millimetres as the pixels are long there, and not towards the eye.
+  const Vector3d way = hand.pose().position - Vector3d(3, 8, -2);
+  EXPECT_NEAR(way.norm(), std::hypot(40, 25) * camera.pixelAt({3, 8, -2}, viewport), 1e-9);
+  EXPECT_NEAR(way.dot(camera.towardsEye()), 0, 1e-9);
+}
+
+TEST(HandInput, EverythingIsMeantAsItLooks) {
+  const Camera camera = fromTheFront();  // right is x, up is z, away is y
+  HandInput hand;
+  hand.push(2.5, camera);
+  EXPECT_LT((hand.pose().position - Vector3d(0, 2.5, 0)).norm(), 1e-12);
+  hand.resetTo({});
+  hand.turn(10, 0, camera);  // to the right: about the axis that points up
+  EXPECT_LT((rotationVector(hand.pose().orientation) - Vector3d(0, 0, 10 * HandInput::kTurnOfPixel)).norm(), 1e-12);
+  hand.resetTo({});
+  hand.hold({1, 0, 0, 0, 0, 0}, 0.5, camera);
+  EXPECT_LT((hand.pose().position - Vector3d(0.5 * HandInput::kKeySpeed, 0, 0)).norm(), 1e-12);
+}
+
+TEST(HandInput, DiagonalKeysAreNoFaster) {
+  HandInput hand;
+  hand.hold({1, 1, 1, 0, 0, 0}, 1, fromTheFront());
+  EXPECT_NEAR(hand.pose().position.norm(), HandInput::kKeySpeed, 1e-12);
+}
+
+TEST(HandInput, SticksHaveADeadZoneAndAFineMiddle) {
+  EXPECT_EQ(withDeadZone(0.149, 0.15), 0);
+  EXPECT_EQ(withDeadZone(-0.15, 0.15), 0);
+  EXPECT_NEAR(withDeadZone(0.575, 0.15), 0.5, 1e-12);
+  EXPECT_EQ(withDeadZone(-3, 0.15), -1);
+  HandInput hand;
+  hand.steer({0.5, 0, 0, 0, 0, 0}, 1, fromTheFront());
+  EXPECT_NEAR(hand.pose().position.x(), HandInput::kStickSpeed / 8, 1e-12);
+}
+
+TEST(HandInput, GamepadAtRestMovesNothing) {
+  for (const double d : gamepadDeflection({0.1f, -0.1f, 0.05f, 0, -1, -1}, false)) EXPECT_EQ(d, 0);
+  const Deflection left_up = gamepadDeflection({-1, -1, 0, 0, -1, 1}, false);
+  EXPECT_EQ(left_up[0], -1);
+  EXPECT_EQ(left_up[1], 1);   // up is negative on a stick
+  EXPECT_EQ(left_up[2], -1);  // the right trigger pushes away
+  EXPECT_EQ(gamepadDeflection({0, 0, 1, 0, -1, -1}, false)[4], 1);
+  EXPECT_EQ(gamepadDeflection({0, 0, 1, 0, -1, -1}, true)[5], -1);
+}
+
+/// Stands in for spacenavd: a socket that takes one connection and sends events.
+class FakeDaemon {
+ public:
+  explicit FakeDaemon(const std::string& path) : listener_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(::listen(listener_, 1), 0);
+  }
+  ~FakeDaemon() {
+    close();
+    ::close(listener_);
+  }
+  void accept() { connection_ = ::accept(listener_, nullptr, nullptr); }
+  void send(const std::array<std::int32_t, 8>& event, std::size_t bytes = 32) {
+    EXPECT_EQ(::send(connection_, event.data(), bytes, 0), static_cast<ssize_t>(bytes));
+  }
+  void close() {
+    if (connection_ >= 0) ::close(connection_);
+    connection_ = -1;
+  }
+
+ private:
+  int listener_, connection_ = -1;
+};
+
+TEST(SpaceMouse, TakesTheNewestMotionAndNoticesTheEnd) {
+  const test::ScratchFolder folder;
+  const std::string path = (folder.path() / "spnav.sock").string();
+  ::setenv("SPNAV_SOCKET", path.c_str(), 1);
+  {
+    const SpaceMouse nobody;
+    EXPECT_FALSE(nobody.isOpen());
+    EXPECT_NE(nobody.fault().find(path), std::string::npos);
+  }
+  FakeDaemon daemon(path);
+  SpaceMouse mouse;
+  ASSERT_TRUE(mouse.isOpen()) << mouse.fault();
+  daemon.accept();
+  EXPECT_EQ(mouse.poll(), (std::array<int, 6>{}));  // nothing yet, and no waiting
+  daemon.send({0, 10, 20, 30, 1, 2, 3, 16});
+  daemon.send({1, 0, 1, 0, 0, 0, 0, 0});  // a button
+  daemon.send({0, 350, -20, 30, 1, 2, 3, 16});
+  EXPECT_EQ(mouse.poll(), (std::array<int, 6>{350, -20, -30, 1, 2, -3}));
+  const std::array<std::int32_t, 8> halved{0, 7, 0, 0, 0, 0, 0, 0};
+  daemon.send(halved, 12);  // an event in pieces waits for its rest
+  EXPECT_EQ(mouse.poll()[0], 350);
+  daemon.close();
+  EXPECT_EQ(mouse.poll(), (std::array<int, 6>{}));
+  ::unsetenv("SPNAV_SOCKET");
+}
+
+TEST(SpaceMouse, FullDeflectionIsOneAndNoiseIsNothing) {
+  const Deflection d = spaceMouseDeflection({350, -700, 10, 0, 175, -10});
+  EXPECT_EQ(d[0], 1);
+  EXPECT_EQ(d[1], -1);
+  EXPECT_EQ(d[2], 0);  // 10 of 350 is below 3 %
+  EXPECT_NEAR(d[4], (0.5 - 0.03) / 0.97, 1e-12);
+  EXPECT_EQ(d[5], 0);
+}
+
+}  // namespace
+}  // namespace spheretree::view

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A run with a window: shows each step, hands on where the hand means to be, records when asked to.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "hand/hand_filter.h"
+#include "hand/space_mouse.h"
+#include "panel/viewer.h"
+#include "play.h"
+#include "recording.h"
+#include "streams/live_streams.h"
+#include "window/window.h"
+
+namespace spheretree::player {
+
+/// What both a window and pictures take from a run.
+class RunShown {
+ public:
+  view::LiveStreams streams;
+  view::ViewerState state;
+
+  /// The stage, its name, and notes on what cannot be shown.
+  void setScene(const runtime::SceneDescription& scene, const std::filesystem::path& path);
+  /// Takes over what the loop has published since.
+  void update();
+  const view::Stage& stage() const { return stage_; }
+  view::Pane& pane() { return state.panes[0]; }
+
+ private:
+  view::Stage stage_;
+  view::History history_;
+  std::uint32_t faults_so_far_ = 0;
+  view::StepTimes times_;
+  std::size_t times_due_ = 0;
+};
+
+class LiveView final : public PlayObserver {
+ public:
+  struct Options {
+    view::HandSource hand = view::HandSource::Mouse;
+    view::Look look;
+    int width = 1280, height = 800;
+    double scale = 0;
+    bool panels = true;
+  };
+  /// Opens the window. `settings` must outlive it. @throws view::ViewError
+  LiveView(const Options& options, const PlaySettings& settings);
+  ~LiveView() override;
+
+  void onScene(const runtime::SceneDescription& scene) override;
+  view::LiveStreams* streams() override { return &shown_.streams; }
+  device::IntendedPath handPath(device::IntendedPath path) override;
+  bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
+
+ private:
+  void steer(double seconds);
+  void showStatus(const device::DeviceStatus& status);
+  void toggleRecording(ServoLoop& loop);
+  std::filesystem::path nextRecording() const;
+
+  using Clock = std::chrono::steady_clock;
+  Options options_;
+  const PlaySettings& settings_;
+  view::Window window_;
+  RunShown shown_;
+  std::unique_ptr<view::Viewer> viewer_;
+  std::optional<view::SpaceMouse> space_mouse_;
+  view::HandInput hand_;
+  Configuration start_;                         // of the hand
+  std::unique_ptr<RecordingWriter> recording_;  // that the key began
+  bool first_recording_ = false;                // the one that --record began is still on
+  Clock::time_point rated_;
+  std::uint64_t rated_ticks_ = 0;
+  double rate_ = 0;
+  bool has_camera_ = false, stop_asked_ = false;
+};
+
+/// Where a hand means to be that an input drives: the newest goal of `streams`, through a HandFilter; `start` until there is one.
+device::IntendedPath drivenPath(view::LiveStreams& streams, const Configuration& start);
+
+}  // namespace spheretree::player

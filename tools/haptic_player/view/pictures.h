@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Pictures of a run without a window: the same frame as the window's, drawn offscreen at chosen steps.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "draw/offscreen.h"
+#include "panel/viewer.h"
+#include "view/live_view.h"
+
+namespace spheretree::player {
+
+/// The steps to draw: one, or several at equal distances.
+struct PictureSteps {
+  std::uint64_t first = 0, last = 0, every = 1;
+  bool has(std::uint64_t step) const { return step >= first && step <= last && (step - first) % every == 0; }
+  bool isOne() const { return first == last; }
+};
+/// "2000" or "FROM:TO:EVERY"; nothing else. @throws tool::UsageError
+PictureSteps pictureSteps(const std::string& text);
+
+/// "1280x800", each from 64 to 8192. @throws tool::UsageError
+std::array<int, 2> pictureSize(const std::string& text);
+
+/// OUT.png for one picture; OUT.00042.png for the 42nd of several.
+std::filesystem::path pictureName(const std::filesystem::path& out, const PictureSteps& steps, std::uint64_t step);
+
+struct PictureSettings {
+  std::filesystem::path out;
+  PictureSteps steps;
+  int width = 1280, height = 800;
+  double scale = 1;
+};
+
+/// Draws `state` as it is, each pixel the mean of sixteen. One for each process at a time.
+class PictureMaker {
+ public:
+  /// @throws view::ViewError
+  PictureMaker(const PictureSettings& settings, view::ViewerState& state);
+  /// @throws formats::FileError
+  void draw(std::uint64_t step);
+  const view::Layout layout() const;
+
+ private:
+  const PictureSettings& settings_;
+  view::ViewerState& state_;
+  view::OffscreenContext context_;
+  view::Interface interface_;
+  view::Viewer viewer_;
+  view::Canvas canvas_;
+};
+
+/// Draws pictures of a stepped run as it goes.
+class PictureObserver final : public PlayObserver {
+ public:
+  PictureObserver(const PictureSettings& settings, const view::Look& look, bool panels, const PlaySettings& play)
+      : settings_(settings), look_(look), panels_(panels), play_(play) {}
+  void onScene(const runtime::SceneDescription& scene) override;
+  view::LiveStreams* streams() override { return &shown_.streams; }
+  bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
+  /// How many were drawn.
+  int count() const { return count_; }
+
+ private:
+  const PictureSettings& settings_;
+  view::Look look_;
+  bool panels_;
+  const PlaySettings& play_;
+  RunShown shown_;
+  std::unique_ptr<PictureMaker> maker_;
+  int count_ = 0;
+};
+
+}  // namespace spheretree::player

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "view/shown_stage.h"
+
+#include <map>
+
+#include "molar.h"
+#include "probe.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/scene_file.h"
+
+namespace spheretree::player {
+namespace {
+
+/// Names and meshes: tool, then objects.
+struct ShownItems {
+  std::vector<std::string> names;
+  std::vector<TriangleMesh> meshes;  // without triangles: there is none
+};
+
+ShownItems itemsOf(const std::filesystem::path& path, std::vector<std::string>& notes) {
+  ShownItems out;
+  if (path.empty()) return {{"probe", "molar"}, sampleMeshes()};
+  const formats::SceneFile file = formats::readScene(path);
+  std::map<std::filesystem::path, TriangleMesh> read;  // a file with many parts is read once
+  const auto add = [&](const formats::SceneItem& item) {
+    out.names.push_back(item.name);
+    TriangleMesh& mesh = out.meshes.emplace_back();
+    if (item.mesh.empty()) return;
+    try {
+      const std::filesystem::path from = formats::scenePath(path, item.mesh);
+      auto found = read.find(from);
+      if (found == read.end()) found = read.emplace(from, formats::readMesh(from, formats::unitInMm(file.unit)).mesh).first;
+      mesh = item.part.empty() ? found->second : formats::selectPart(found->second, item.part);
+    } catch (const formats::FileError& error) {
+      notes.push_back(item.name + " is shown by its spheres: " + error.what());
+    } catch (const formats::FormatError& error) {
+      notes.push_back(item.name + " is shown by its spheres: " + error.what());
+    }
+  };
+  add(file.tool);
+  for (const formats::SceneItem& object : file.objects) add(object);
+  return out;
+}
+
+}  // namespace
+
+std::vector<TriangleMesh> sampleMeshes() { return {samples::makeProbe(), samples::makeMolar()}; }
+
+view::Stage stageOf(const runtime::SceneDescription& scene, const std::filesystem::path& path, std::vector<std::string>& notes) {
+  const ShownItems items = itemsOf(path, notes);
+  view::Stage stage;
+  const auto add = [&](const SphereTree& tree, std::size_t i) {
+    const TriangleMesh* mesh = items.meshes[i].triangles.empty() ? nullptr : &items.meshes[i];
+    stage.bodies.push_back(view::bodyOf(items.names[i], &tree, mesh, view::colourOf(items.names[i], i)));
+    return stage.bodies.size() - 1;
+  };
+  stage.tool = add(scene.tool, 0);
+  stage.reference_point = scene.reference_point;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    stage.objects.push_back({add(scene.objects[i].tree, i + 1), scene.objects[i].pose});
+  stage.force_limit = scene.wrench_limits.force;
+  stage.torque_limit = scene.wrench_limits.torque;
+  return stage;
+}
+
+}  // namespace spheretree::player

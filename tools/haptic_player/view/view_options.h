@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The options of haptic-player that show something, and what they lead to.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "play.h"
+#include "spheretree/builder/progress.h"
+
+namespace spheretree::player {
+
+struct ViewOptions {
+  bool view = false;
+  std::string hand_from;  // mouse, keyboard, gamepad, spacemouse or file; empty: file with a trajectory, else mouse
+  std::filesystem::path replay, compare, picture;
+  std::string at;    // TICK or FROM:TO:EVERY
+  std::string size;  // WxH
+  std::string theme = "dark", show = "meshes", panels = "on";
+  double scale = 0;  // of text and marks; 0: that of the display
+  bool isAsked() const { return view || !replay.empty() || !picture.empty(); }
+};
+
+void addViewOptions(CLI::App& cli, ViewOptions& options);
+
+/// Whether a window can be opened: there is a display, and the program was built with a view.
+bool canShowWindow();
+
+/// Why not, and what to do: one line.
+const char* whyNoWindow();
+
+/// Runs or replays with a window or for pictures. `summary` is that of play(), null after a replay.
+/// @throws tool::UsageError, view::ViewError, and what play() throws
+PlayEnd runView(const ViewOptions& options, PlaySettings& play, builder::Progress& progress, nlohmann::ordered_json& summary);
+
+}  // namespace spheretree::player

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The eye: it looks at a target from a direction and a distance. z of the world points up. Units: mm, rad; pixels from the upper left
+// corner.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+namespace spheretree::view {
+
+/// A part of the window, in pixels from its upper left corner.
+struct Viewport {
+  int x = 0, y = 0, width = 1, height = 1;
+  double aspect() const { return static_cast<double>(width) / height; }
+};
+
+struct Ray {
+  Eigen::Vector3d origin, direction;  // of unit length
+};
+
+class Camera {
+ public:
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+  double azimuth = -1.1, elevation = 0.45;  // of the eye seen from the target; azimuth from x towards y, elevation in [-pi/2, pi/2]
+  double distance = 100;                    // > 0
+  double opening = 0.6;                     // angle between the upper and the lower edge of the picture
+
+  Eigen::Vector3d towardsEye() const;
+  Eigen::Vector3d right() const;
+  Eigen::Vector3d up() const;
+  Eigen::Vector3d eye() const { return target + distance * towardsEye(); }
+
+  Eigen::Matrix4d view() const;
+  /// Depth from 0 (near) to 1; both distances along the view direction, 0 < near < far.
+  Eigen::Matrix4d projection(double aspect, double near, double far) const;
+  /// Nearest and farthest distance that hold a ball, with room for what is drawn about it.
+  std::array<double, 2> depthRange(const Eigen::Vector3d& centre, double radius) const;
+
+  /// By angles, as if the hand turned the scene.
+  void orbit(double to_the_left, double upwards);
+  /// Moves the target so that what lies in the plane of the target follows the pointer.
+  void pan(double right_pixels, double down_pixels, const Viewport& viewport);
+  /// Above 1: nearer.
+  void zoom(double factor);
+  /// The whole ball in the picture, from the same direction.
+  void frame(const Eigen::Vector3d& centre, double radius, const Viewport& viewport);
+  /// 1 to 6: from the front (-y), the back, the left (-x), the right, above, below.
+  void lookFrom(int side);
+
+  /// Length of a pixel at the depth of `point` [mm].
+  double pixelAt(const Eigen::Vector3d& point, const Viewport& viewport) const;
+  /// Where a point stands in the window; nothing behind the eye.
+  std::optional<Eigen::Vector2d> pixelOf(const Eigen::Vector3d& point, const Viewport& viewport) const;
+  /// From the eye through a pixel.
+  Ray rayThrough(const Eigen::Vector2d& pixel, const Viewport& viewport) const;
+};
+
+}  // namespace spheretree::view

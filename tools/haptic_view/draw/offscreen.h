@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An OpenGL context without a window or a display, by EGL: for pictures and tests. One at a time, used by the thread that made it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "draw/gl.h"
+
+namespace spheretree::view {
+
+/// Pixels row by row from the upper left corner, three bytes each: red, green, blue.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+class OffscreenContext {
+ public:
+  /// @throws ViewError that says what to install.
+  OffscreenContext();
+  ~OffscreenContext();
+  OffscreenContext(const OffscreenContext&) = delete;
+  OffscreenContext& operator=(const OffscreenContext&) = delete;
+  const Gl& gl() const { return gl_; }
+
+ private:
+  void* display_ = nullptr;
+  void* surface_ = nullptr;
+  void* context_ = nullptr;
+  Gl gl_;
+};
+
+/// What `canvas` holds.
+Picture readPixels(const Gl& gl, const Canvas& canvas);
+/// Depth of each pixel, from 0 (near) to 1, in the order of a Picture.
+std::vector<float> readDepth(const Gl& gl, const Canvas& canvas);
+
+/// A PNG file. Same picture, same bytes.
+std::vector<std::byte> encodePng(const Picture& picture);
+
+}  // namespace spheretree::view

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Draws a stage and the state of its tool. Balls are ray-cast in the fragment shader, so that they are round at any size and meet surfaces
+// where they should. Everything of the stage goes to the graphics card once.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "draw/camera.h"
+#include "draw/gl.h"
+#include "draw/look.h"
+#include "draw/shapes.h"
+#include "model/stage.h"
+
+namespace spheretree::view {
+
+/// The arrow of the force on the hand: from the graphic tool's reference point, its length by arrowShare() of 150 pixels.
+struct ForceArrow {
+  Eigen::Vector3d from, along;
+  double newtons;
+};
+/// `pixel`: of the screen, in pixels of the viewport. Nothing below 0.1 N.
+std::optional<ForceArrow> forceArrow(const ShownState& state, const Camera& camera, const Viewport& viewport, double pixel);
+
+class SceneDrawer {
+ public:
+  /// `stage` must outlive it. @throws ViewError
+  SceneDrawer(const Gl& gl, const Stage& stage);
+  ~SceneDrawer();
+  SceneDrawer(const SceneDrawer&) = delete;
+  SceneDrawer& operator=(const SceneDrawer&) = delete;
+
+  /// Into the bound frame, which is `frame_height` pixels high; `viewport` is from its upper left corner. `pixel`: how many of its pixels
+  /// one of the screen has. Leaves the viewport and the scissor as it needed them.
+  void draw(const Camera& camera, const Look& look, const ShownState& state, const Viewport& viewport, int frame_height, double pixel);
+
+  const Stage& stage() const { return stage_; }
+
+ private:
+  struct BodyBuffers;
+  struct Programs;
+  struct Pass;  // what all draw calls of a picture share
+  void drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour, bool own_colours);
+  void drawSurface(const Pass& pass, const BodyBuffers& buffers, bool skin, const Configuration& pose, Colour colour);
+  void drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint);
+  void drawHapticTool(const Pass& pass);
+  void drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts);
+  Shapes marks(const Pass& pass) const;
+
+  const Gl& gl_;
+  const Stage& stage_;
+  std::unique_ptr<Programs> programs_;
+  std::vector<std::unique_ptr<BodyBuffers>> bodies_;
+  VertexArray empty_, shape_array_;
+  GlBuffer shape_buffer_;
+};
+
+/// A picture of `width` x `height` pixels, drawn finer and averaged, so that edges are smooth.
+class Screen {
+ public:
+  explicit Screen(const Gl& gl) : gl_(gl) {}
+  /// Binds the frame to draw into; it has `samples` x `samples` pixels for each of the picture. 1, 2 or 4.
+  void begin(int width, int height, int samples);
+  int frameHeight() const { return frame_->height(); }
+  int samples() const { return samples_; }
+  /// Averages into the frame `target` (0: the window) and binds that.
+  void resolve(GLuint target);
+  const Canvas& frame() const { return *frame_; }
+
+ private:
+  const Gl& gl_;
+  int width_ = 0, height_ = 0, samples_ = 1;
+  std::optional<Canvas> frame_, half_;
+};
+
+}  // namespace spheretree::view

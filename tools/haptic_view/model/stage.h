@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Everything that is shown and does not change: bodies as meshes, spheres of every level and the surface that contact is computed with, and
+// where they stand. Units: mm; world frame, bodies in their own.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/surface.h"
+#include "spheretree/core/rigid.h"
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::view {
+
+/// Red, green, blue, opacity.
+struct Colour {
+  std::uint8_t r = 255, g = 255, b = 255, a = 255;
+  friend bool operator==(const Colour&, const Colour&) = default;
+};
+
+struct Ball {
+  float x, y, z, radius;  // [mm]
+  Colour colour;
+};
+static_assert(sizeof(Ball) == 20);
+
+/// A mark at a place that matters: where a sphere reaches farthest out of the object.
+struct Spot {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::UnitZ();
+  double length = 0;  // [mm]
+};
+
+/// One body in its own frame. Any part may be missing.
+struct Body {
+  std::string name;
+  Surface mesh;                                // as the user gave it
+  Surface skin;                                // what a tool rests on, if the tree has one
+  std::vector<std::vector<Ball>> levels;       // cover spheres of each level set; the last one holds the leaves
+  std::vector<std::vector<Ball>> bounds;       // bounding spheres of the inner nodes of each level
+  std::vector<std::vector<Colour>> overhangs;  // (levels) in place of the balls' colours: how far each reaches out; empty: not known
+  std::vector<double> overhang_most;           // (levels) what the strongest colour stands for [mm]
+  std::vector<std::optional<Spot>> worst;      // (levels) the ball that reaches farthest out
+  Colour colour;                               // of the mesh
+  Eigen::AlignedBox3d box;                     // of the mesh, or of the leaves
+  bool empty() const { return mesh.empty() && levels.empty(); }
+};
+
+struct PlacedObject {
+  std::size_t body = 0;
+  Configuration pose;  // of the body's frame in the world
+};
+
+struct Stage {
+  std::vector<Body> bodies;
+  std::optional<std::size_t> tool;                            // index into bodies
+  Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // of the tool, in its frame
+  std::vector<PlacedObject> objects;
+  double force_limit = 8;                      // [N]
+  Eigen::Vector3d torque_limit{188, 188, 48};  // [N mm]
+
+  /// A ball about all objects.
+  Eigen::Vector3d centre() const;
+  double radius() const;
+  /// Of the tool from its reference point to its farthest point; 0 without a tool [mm].
+  double toolReach() const;
+  int levelCount() const;
+};
+
+/// A colour for the mesh of the `index`th object: that of its kind where the name tells it (tooth, jaw or gum, tongue, face), else one of
+/// eight that colour-blind people can tell apart.
+Colour colourOf(const std::string& name, std::size_t index);
+
+/// From dark violet (0) by blue and green to yellow (1): brighter all the way, so that colour-blind people and grey prints keep the order.
+Colour heat(double share);
+
+/// `mesh` may be null. Balls that descend from the same child of the root share a hue.
+Body bodyOf(std::string name, const SphereTree* tree, const TriangleMesh* mesh, Colour colour);
+
+}  // namespace spheretree::view

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Triangles to be drawn: corners with normals, smooth but for sharp edges. Units: mm.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "spheretree/core/skin.h"
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::view {
+
+struct SurfaceCorner {
+  Eigen::Vector3f position, normal;
+};
+
+struct Surface {
+  std::vector<SurfaceCorner> corners;
+  std::vector<std::uint32_t> indices;  // three for each triangle
+  bool empty() const { return indices.empty(); }
+};
+
+/// Normals are the mean over the faces at a corner, weighted by area, that meet at less than `crease` [rad].
+Surface surfaceOf(const TriangleMesh& mesh, double crease = 0.8);
+
+/// The patches, each as four flat triangles through its six nodes, with the normals of the patch: what a tool feels.
+Surface surfaceOf(const Skin& skin);
+
+}  // namespace spheretree::view

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Pointer and keys: what they do to camera, hand, replay and look. Reads ImGui::GetIO(), whose keys are numbered as GLFW numbers them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panel/viewer_state.h"
+
+namespace spheretree::view {
+
+/// Keys as GLFW numbers them.
+enum Key : int {
+  kKeySpace = 32,
+  kKey1 = 49,
+  kKeyA = 65,
+  kKeyBracketLeft = 91,
+  kKeyBracketRight = 93,
+  kKeyEscape = 256,
+  kKeyRight = 262,
+  kKeyLeft = 263,
+  kKeyDown = 264,
+  kKeyUp = 265,
+  kKeyPageUp = 266,
+  kKeyPageDown = 267,
+  kKeyHome = 268,
+  kKeyEnd = 269,
+  kKeyF1 = 290,
+};
+constexpr Key keyOf(char letter) { return static_cast<Key>(kKeyA + (letter - 'A')); }
+
+/// Call once a frame, before the panels are drawn.
+void applyControls(ViewerState& state, const Layout& layout, double seconds);
+
+/// What the help lists: key or gesture, and what it does, for the state's way of working.
+struct HelpLine {
+  std::string key, does;
+};
+std::vector<HelpLine> helpLines(const ViewerState& state);
+
+}  // namespace spheretree::view

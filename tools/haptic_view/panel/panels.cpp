@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "panel/panels.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "draw/scene_drawer.h"
+#include "panel/controls.h"
+#include "panel/interface.h"
+#include "panel/plots.h"
+
+namespace spheretree::view {
+namespace {
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoNav;
+
+/// A window of its own that fills `place`.
+bool beginPlace(const char* name, const Viewport& place, ImGuiWindowFlags more = 0) {
+  ImGui::SetNextWindowPos({static_cast<float>(place.x), static_cast<float>(place.y)});
+  ImGui::SetNextWindowSize({static_cast<float>(place.width), static_cast<float>(place.height)});
+  return ImGui::Begin(name, nullptr, kFixed | more);
+}
+
+void heading(const char* text, const Theme& theme) {
+  ImGui::Spacing();
+  ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.spring));
+  ImGui::TextUnformatted(text);
+  ImGui::PopStyleColor();
+}
+
+void drawLamp(const Lamp& lamp, const Theme& theme) {
+  const float size = ImGui::GetFontSize();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const ImVec2 middle{at.x + 0.45f * size, at.y + 0.5f * size};
+  // On: a full disc. Was on: half of one. Never: a ring. Shape and colour both tell.
+  const Colour colour = lamp.is_fault ? (lamp.is_on ? theme.bad : theme.warning) : theme.spring;
+  if (lamp.is_on)
+    list.AddCircleFilled(middle, 0.34f * size, packed(colour));
+  else if (lamp.was_on)
+    list.AddCircleFilled(middle, 0.2f * size, packed(colour));
+  list.AddCircle(middle, 0.34f * size, packed(lamp.is_on || lamp.was_on ? colour : theme.faint), 0, 1.3f);
+  ImGui::Dummy({0.95f * size, size});
+  ImGui::SameLine(0, 0.25f * size);
+  ImGui::PushStyleColor(ImGuiCol_Text, packed(lamp.is_on || lamp.was_on ? theme.text : theme.faint));
+  ImGui::TextUnformatted(lamp.name.c_str());
+  ImGui::PopStyleColor();
+  if (!ImGui::IsItemHovered()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(22 * size);
+  ImGui::TextUnformatted(lamp.sentence.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+void drawFigures(const Pane& pane, const Theme& theme) {
+  const float right = ImGui::GetWindowContentRegionMax().x;
+  for (const FigureLine& line : pane.figures) {
+    ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.faint));
+    ImGui::TextUnformatted(line.name.c_str());
+    ImGui::PopStyleColor();
+    ImGui::SameLine(right - ImGui::CalcTextSize(line.value.c_str()).x);
+    ImGui::PushStyleColor(ImGuiCol_Text, packed(line.is_bad ? theme.bad : theme.text));
+    ImGui::TextUnformatted(line.value.c_str());
+    ImGui::PopStyleColor();
+  }
+  for (const std::string& note : pane.notes) {
+    ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.warning));
+    ImGui::TextWrapped("%s", note.c_str());
+    ImGui::PopStyleColor();
+  }
+}
+
+void drawLamps(const Pane& pane, const Theme& theme) {
+  if (pane.lamps.empty()) return;
+  heading("Faults and safety", theme);
+  if (!ImGui::BeginTable("lamps", 2)) return;
+  for (const Lamp& lamp : pane.lamps) {
+    ImGui::TableNextColumn();
+    drawLamp(lamp, theme);
+  }
+  ImGui::EndTable();
+}
+
+bool chooseGeometry(const char* label, Geometry& geometry) {
+  const char* const names[] = {"meshes", "spheres of a level", "bounding spheres", "what contact uses"};
+  int index = static_cast<int>(geometry);
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2f);
+  if (!ImGui::Combo(label, &index, names, 4)) return false;
+  geometry = static_cast<Geometry>(index);
+  return true;
+}
+
+void drawLook(ViewerState& state, const Theme& theme) {
+  heading("Show", theme);
+  Look& look = state.look;
+  const Stage& stage = *state.panes[0].stage;
+  const bool has_tool = state.panes[0].has_state;
+  chooseGeometry("objects", look.objects);
+  if (has_tool) chooseGeometry("tool", look.tool);
+  const bool by_level = look.objects == Geometry::Spheres || look.objects == Geometry::Bounds || look.tool == Geometry::Spheres ||
+                        look.tool == Geometry::Bounds;
+  const int last = stage.levelCount() - 1;
+  if (by_level && last > 0) {
+    int level = std::min(look.level, last);
+    ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2f);
+    if (ImGui::SliderInt("level", &level, 0, last)) look.level = level;
+  }
+  const auto check = [](const char* name, bool& value) { ImGui::Checkbox(name, &value); };
+  if (ImGui::BeginTable("shown", 2)) {
+    const auto cell = [&](const char* name, bool& value) {
+      ImGui::TableNextColumn();
+      check(name, value);
+    };
+    if (has_tool) {
+      cell("force", look.force);
+      cell("torque", look.torque);
+      cell("spring", look.spring);
+      cell("contacts", look.contacts);
+      cell("haptic tool", look.haptic_tool);
+      cell("cut away", look.cut);
+      cell("follow tool", state.follow);
+    }
+    bool overhangs = false;
+    for (const Body& body : stage.bodies) overhangs = overhangs || !body.overhangs.empty();
+    if (overhangs) cell("overhang", look.overhang);
+    bool light = look.theme == ThemeKind::Light;
+    cell("light", light);
+    look.theme = light ? ThemeKind::Light : ThemeKind::Dark;
+    ImGui::EndTable();
+  }
+}
+
+void drawObjects(ViewerState& state, const Theme& theme) {
+  const Stage& stage = *state.panes[0].stage;
+  if (stage.objects.size() < 2) return;
+  heading("Objects", theme);
+  state.look.hidden.resize(stage.objects.size(), false);
+  if (ImGui::SmallButton("all")) std::fill(state.look.hidden.begin(), state.look.hidden.end(), false);
+  ImGui::SameLine();
+  if (ImGui::SmallButton("none")) std::fill(state.look.hidden.begin(), state.look.hidden.end(), true);
+  if (ImGui::BeginChild("objects", {0, 0})) {
+    for (std::size_t i = 0; i < stage.objects.size(); ++i) {
+      const Body& body = stage.bodies[stage.objects[i].body];
+      bool shown = !state.look.hidden[i];
+      ImGui::PushID(static_cast<int>(i));
+      ImGui::Checkbox(body.name.c_str(), &shown);
+      ImGui::PopID();
+      state.look.hidden[i] = !shown;
+    }
+  }
+  ImGui::EndChild();
+}
+
+void drawSide(ViewerState& state, const Viewport& place, const Theme& theme) {
+  if (beginPlace("side", place)) {
+    ImGui::TextUnformatted(state.title.c_str());
+    if (state.can_record) {
+      if (ImGui::Button(state.recording.empty() ? "Record (R)" : "Stop recording (R)")) state.wants_record = true;
+      if (!state.recording.empty()) {
+        ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.bad));
+        ImGui::TextWrapped("to %s", state.recording.c_str());
+        ImGui::PopStyleColor();
+      }
+    }
+    for (const Pane& pane : state.panes) {
+      ImGui::PushID(&pane);
+      if (!pane.title.empty()) heading(pane.title.c_str(), theme);
+      ImGui::Separator();
+      drawFigures(pane, theme);
+      drawLamps(pane, theme);
+      ImGui::PopID();
+    }
+    drawLook(state, theme);
+    drawObjects(state, theme);
+  }
+  ImGui::End();
+}
+
+void drawPlots(ViewerState& state, const Viewport& place, const Theme& theme) {
+  if (beginPlace("plots", place, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse)) {
+    const std::span<const PlotSample> all = state.panes[0].samples;
+    double begin = 0, end = 1;
+    std::optional<double> mark;
+    if (state.playback) {
+      // The whole run fits in, or a window about the mark.
+      const double at = all[std::min(state.playback->step(), all.size() - 1)].time, first = all.front().time, last = all.back().time;
+      mark = at;
+      const double half = state.plot_seconds / 2;
+      begin = std::clamp(at - half, first, std::max(first, last - 2 * half));
+      end = std::min(last, begin + 2 * half);
+    } else {
+      end = all.back().time;
+      begin = end - state.plot_seconds;
+    }
+    const auto part = [&](std::span<const PlotSample> samples) {
+      const auto from = std::partition_point(samples.begin(), samples.end(), [&](const PlotSample& s) { return s.time < begin; });
+      const auto to = std::partition_point(from, samples.end(), [&](const PlotSample& s) { return s.time <= end; });
+      return samples.subspan(static_cast<std::size_t>(from - samples.begin()), static_cast<std::size_t>(to - from));
+    };
+    const std::span<const PlotSample> other = state.panes.size() > 1 ? part(state.panes[1].samples) : std::span<const PlotSample>();
+    const std::vector<Plot> plots = plotsOf(part(all), other, theme, state.limits);
+    const float gap = 0.4f * ImGui::GetFontSize(), seconds_width = 3.1f * ImGui::GetFontSize();
+    const ImVec2 room = ImGui::GetContentRegionAvail();
+    const auto count = static_cast<float>(plots.size());
+    const float width = (room.x - seconds_width - count * gap) / count;
+    ImGui::BeginGroup();
+    for (const double seconds : {2.0, 10.0, 60.0}) {
+      char name[16];
+      std::snprintf(name, sizeof name, "%g s", seconds);
+      if (ImGui::RadioButton(name, state.plot_seconds == seconds)) state.plot_seconds = seconds;
+    }
+    if (state.frozen) ImGui::TextColored(ImColor(packed(theme.warning)), "frozen");
+    ImGui::EndGroup();
+    for (const Plot& plot : plots) {
+      ImGui::SameLine(0, gap);
+      ImGui::BeginGroup();
+      drawPlot(plot, begin, end, mark, width, room.y, theme);
+      ImGui::EndGroup();
+    }
+  }
+  ImGui::End();
+}
+
+void drawScrubber(Playback& playback, const Viewport& place) {
+  if (beginPlace("scrubber", place, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse)) {
+    if (ImGui::Button(playback.isPlaying() ? "wait" : "play", {3.4f * ImGui::GetFontSize(), 0})) playback.toggle();
+    ImGui::SameLine();
+    char speed[32];
+    std::snprintf(speed, sizeof speed, "%.3gx", playback.speed());
+    ImGui::SetNextItemWidth(5 * ImGui::GetFontSize());
+    if (ImGui::BeginCombo("##speed", speed)) {
+      for (const double s : {0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0}) {
+        char name[32];
+        std::snprintf(name, sizeof name, "%.3gx", s);
+        if (ImGui::Selectable(name, s == playback.speed())) playback.setSpeed(s);
+      }
+      ImGui::EndCombo();
+    }
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    int step = static_cast<int>(playback.step());
+    char shown[64];
+    std::snprintf(shown, sizeof shown, "step %d of %zu  (%.3f s)", step, playback.steps(), step / 1000.0);
+    if (ImGui::SliderInt("##step", &step, 0, static_cast<int>(playback.steps()) - 1, shown)) {
+      playback.pause();
+      playback.seek(step);
+    }
+  }
+  ImGui::End();
+}
+
+/// A bar of a round length, so that one sees how large things are.
+void drawScaleBar(ImDrawList& list, const ViewerState& state, const Viewport& pane, const Theme& theme) {
+  const float text = ImGui::GetFontSize();
+  const double pixel = state.camera.pixelAt(state.camera.target, pane);
+  double mm = roundEnd(5 * static_cast<double>(text) * pixel);
+  const auto length = static_cast<float>(mm / pixel);
+  const ImVec2 left{static_cast<float>(pane.x) + text, static_cast<float>(pane.y + pane.height) - 1.1f * text};
+  const ImVec2 right{left.x + length, left.y};
+  const unsigned colour = packed(theme.text, 0.85);
+  list.AddLine(left, right, colour, 2);
+  list.AddLine({left.x, left.y - 4}, {left.x, left.y + 4}, colour, 2);
+  list.AddLine({right.x, right.y - 4}, {right.x, right.y + 4}, colour, 2);
+  char name[32];
+  std::snprintf(name, sizeof name, "%g mm", mm);
+  list.AddText({left.x, left.y - 1.35f * text}, colour, name);
+}
+
+/// Text with a shadow, readable on anything.
+void label(ImDrawList& list, ImVec2 at, Colour colour, const Theme& theme, const char* text) {
+  list.AddText({at.x + 1, at.y + 1}, packed(theme.bottom), text);
+  list.AddText(at, packed(colour), text);
+}
+
+void drawLabels(const ViewerState& state, const Layout& layout, double scale, const Theme& theme) {
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const float text = ImGui::GetFontSize();
+  for (std::size_t k = 0; k < state.panes.size(); ++k) {
+    const Pane& pane = state.panes[k];
+    const Viewport& place = layout.panes[k];
+    list.PushClipRect({static_cast<float>(place.x), static_cast<float>(place.y)},
+                      {static_cast<float>(place.x + place.width), static_cast<float>(place.y + place.height)});
+    drawScaleBar(list, state, place, theme);
+    if (state.panes.size() > 1 && !pane.title.empty())
+      label(list, {static_cast<float>(place.x) + text, static_cast<float>(place.y) + 0.6f * text}, theme.text, theme, pane.title.c_str());
+    if (k > 0)
+      list.AddLine({static_cast<float>(place.x), 0}, {static_cast<float>(place.x), static_cast<float>(place.height)}, packed(theme.line),
+                   2);
+    ShownState shown;
+    shown.has_tool = pane.has_state;
+    shown.graphic = pane.state.step.graphic;
+    shown.wrench = pane.state.step.wrench;
+    const auto arrow = state.look.force ? forceArrow(shown, state.camera, place, scale) : std::nullopt;
+    const auto tip = arrow ? state.camera.pixelOf(arrow->from + 1.08 * arrow->along, place) : std::nullopt;
+    if (tip) {
+      char newtons[32];
+      std::snprintf(newtons, sizeof newtons, "%.2f N", arrow->newtons);
+      label(list, {static_cast<float>(tip->x()) + 0.4f * text, static_cast<float>(tip->y()) - 0.6f * text}, theme.force, theme, newtons);
+    }
+    list.PopClipRect();
+  }
+}
+
+void drawOverhangScale(const ViewerState& state, const Viewport& place, const Theme& theme) {
+  if (!state.look.overhang) return;
+  double most = 0;
+  for (const Pane& pane : state.panes)
+    for (const Body& body : pane.stage->bodies)
+      if (!body.overhang_most.empty())
+        most = std::max(
+            most, body.overhang_most[std::min(static_cast<std::size_t>(std::max(state.look.level, 0)), body.overhang_most.size() - 1)]);
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const float text = ImGui::GetFontSize(), width = 12 * text;
+  const ImVec2 at{static_cast<float>(place.x + place.width) - width - text, static_cast<float>(place.y + place.height) - 1.6f * text};
+  for (int k = 0; k < 64; ++k)
+    list.AddRectFilled({at.x + width * static_cast<float>(k) / 64, at.y},
+                       {at.x + width * static_cast<float>(k + 1) / 64, at.y + 0.6f * text}, packed(heat((k + 0.5) / 64)));
+  char name[64];
+  std::snprintf(name, sizeof name, "overhang: 0 to %.3g mm", most);
+  list.AddText({at.x, at.y - 1.3f * text}, packed(theme.text), name);
+}
+
+void drawHelp(ViewerState& state, const Layout& layout) {
+  if (!state.help) return;
+  ImGui::SetNextWindowPos({static_cast<float>(layout.scene.width) / 2, static_cast<float>(layout.scene.height) / 2}, ImGuiCond_Always,
+                          {0.5f, 0.5f});
+  if (ImGui::Begin(
+          "Keys", &state.help,
+          ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoMove)) {
+    if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
+      for (const HelpLine& line : helpLines(state)) {
+        ImGui::TableNextColumn();
+        ImGui::TextDisabled("%s", line.key.c_str());
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(line.does.c_str());
+      }
+      ImGui::EndTable();
+    }
+  }
+  ImGui::End();
+}
+
+void drawHint(const ViewerState& state, const Layout& layout, const Theme& theme) {
+  std::string text = state.message;
+  if (text.empty()) {
+    for (const HelpLine& line : helpLines(state)) {
+      text += line.key + ": " + line.does + "    ";
+      if (text.size() > 90) break;
+    }
+    text += "?: all keys";
+  }
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const float size = ImGui::GetFontSize();
+  label(list, {static_cast<float>(layout.scene.x) + size, static_cast<float>(layout.scene.y) + (state.panes.size() > 1 ? 2 : 0.6f) * size},
+        state.message.empty() ? theme.faint : theme.warning, theme, text.c_str());
+}
+
+}  // namespace
+
+void drawPanels(ViewerState& state, const Layout& layout, double scale) {
+  const Theme theme = themeOf(state.look.theme);
+  drawLabels(state, layout, scale, theme);
+  drawOverhangScale(state, layout.scene, theme);
+  if (state.panels) drawHint(state, layout, theme);
+  if (layout.panel.width > 1) drawSide(state, layout.panel, theme);
+  if (layout.plots.width > 1) drawPlots(state, layout.plots, theme);
+  if (layout.scrubber.width > 1 && state.playback && state.panels) drawScrubber(*state.playback, layout.scrubber);
+  drawHelp(state, layout);
+}
+
+}  // namespace spheretree::view

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "panel/viewer.h"
+
+#include <imgui.h>
+
+#include "panel/controls.h"
+#include "panel/panels.h"
+
+namespace spheretree::view {
+namespace {
+
+ShownState shownState(const Pane& pane) {
+  ShownState out;
+  out.has_tool = pane.has_state;
+  out.haptic = pane.state.step.haptic;
+  out.graphic = pane.state.step.graphic;
+  out.wrench = pane.state.step.wrench;
+  out.contacts = {pane.state.contacts.data(), pane.state.contact_count};
+  return out;
+}
+
+Viewport times(const Viewport& v, int samples) { return {v.x * samples, v.y * samples, v.width * samples, v.height * samples}; }
+
+}  // namespace
+
+Viewer::Viewer(const Gl& gl, Interface& interface, ViewerState& state) : gl_(gl), interface_(interface), state_(state), screen_(gl) {
+  for (const Pane& pane : state.panes) drawers_.push_back(std::make_unique<SceneDrawer>(gl, *pane.stage));
+}
+
+void Viewer::frame(int width, int height, int samples, double seconds, GLuint target) {
+  interface_.setTheme(state_.look.theme);
+  const Layout layout = layoutOf(state_, width, height, interface_.scale());
+  applyControls(state_, layout, seconds);
+  const Pane& first = state_.panes[0];
+  if (first.has_state) {
+    const Eigen::Vector3d& at = first.state.step.graphic.position;
+    if (state_.follow && has_followed_) state_.camera.target += at - followed_;
+    followed_ = at;
+    has_followed_ = true;
+  }
+  drawPanels(state_, layout, interface_.scale());
+
+  screen_.begin(width, height, samples);
+  const Theme theme = themeOf(state_.look.theme);
+  gl_.Disable(GL_SCISSOR_TEST);
+  gl_.ClearColor(static_cast<float>(theme.bottom.r) / 255, static_cast<float>(theme.bottom.g) / 255,
+                 static_cast<float>(theme.bottom.b) / 255, 1);
+  gl_.Clear(GL_COLOR_BUFFER_BIT);
+  for (std::size_t k = 0; k < drawers_.size(); ++k)
+    drawers_[k]->draw(state_.camera, state_.look, shownState(state_.panes[k]), times(layout.panes[k], samples), screen_.frameHeight(),
+                      samples * interface_.scale());
+  screen_.resolve(target);
+  interface_.end();
+}
+
+}  // namespace spheretree::view
