@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
     addEvaluateCommand(program);
     addInspectCommand(program);
     addReportCommand(program);
+    addViewCommand(program);
     return runProgram(program, argc, argv);
   });
 }

@@ -13,8 +13,6 @@
 namespace spheretree::player {
 namespace {
 
-constexpr int kSamples = 4;  // of a pixel, in each direction
-
 /// Whole numbers between dividers; empty if anything else stands there.
 std::vector<std::uint64_t> numbersIn(std::string_view text, char divider) {
   std::vector<std::uint64_t> out;
@@ -41,10 +39,8 @@ PictureSteps pictureSteps(const std::string& text) {
 }
 
 std::array<int, 2> pictureSize(const std::string& text) {
-  const std::vector<std::uint64_t> n = numbersIn(text, 'x');
-  if (n.size() != 2 || n[0] < 64 || n[1] < 64 || n[0] > 8192 || n[1] > 8192)
-    throw tool::UsageError("--size " + text + ": give WIDTHxHEIGHT, each from 64 to 8192, as 1280x800");
-  return {static_cast<int>(n[0]), static_cast<int>(n[1])};
+  if (const auto size = view::sizeOf(text)) return *size;
+  throw tool::UsageError("--size " + text + ": give WIDTHxHEIGHT, each from 64 to 8192, as 1280x800");
 }
 
 std::filesystem::path pictureName(const std::filesystem::path& out, const PictureSteps& steps, std::uint64_t step) {
@@ -55,29 +51,15 @@ std::filesystem::path pictureName(const std::filesystem::path& out, const Pictur
   return name.replace_filename(out.stem().string() + number + out.extension().string());
 }
 
-PictureMaker::PictureMaker(const PictureSettings& settings, view::ViewerState& state)
-    : settings_(settings),
-      state_(state),
-      interface_(settings.scale),
-      viewer_(context_.gl(), interface_, state),
-      canvas_(context_.gl(), settings.width, settings.height) {}
-
-const view::Layout PictureMaker::layout() const { return view::layoutOf(state_, settings_.width, settings_.height, settings_.scale); }
-
-void PictureMaker::draw(std::uint64_t step) {
-  // Windows of the interface find their size in their first frame and show it in the second.
-  for (int n = 0; n < 2; ++n) {
-    interface_.begin(settings_.width, settings_.height, 1.0 / 60);
-    viewer_.frame(settings_.width, settings_.height, n == 0 ? 1 : kSamples, 0, canvas_.id());
-  }
-  formats::writeWhole(pictureName(settings_.out, settings_.steps, step), view::encodePng(view::readPixels(context_.gl(), canvas_)));
+void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std::uint64_t step) {
+  formats::writeWhole(pictureName(settings.out, settings.steps, step), view::encodePng(maker.draw()));
 }
 
 void PictureObserver::onScene(const runtime::SceneDescription& scene) {
   shown_.setScene(scene, play_.scene);
   shown_.state.look = look_;
   shown_.state.panels = panels_;
-  maker_ = std::make_unique<PictureMaker>(settings_, shown_.state);
+  maker_ = std::make_unique<view::PictureMaker>(settings_.width, settings_.height, settings_.scale, shown_.state);
 }
 
 bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop&) {
@@ -89,7 +71,7 @@ bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop&) {
     shown_.pane().lamps.insert(shown_.pane().lamps.end(), safety.begin(), safety.end());
     if (count_++ == 0)
       shown_.state.camera = view::firstCamera(shown_.stage(), shown_.pane().state.step.graphic.position, maker_->layout().panes[0]);
-    maker_->draw(step);
+    drawPicture(*maker_, settings_, step);
   } else {
     shown_.update();
   }

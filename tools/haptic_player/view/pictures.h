@@ -2,14 +2,14 @@
 // Pictures of a run without a window: the same frame as the window's, drawn offscreen at chosen steps.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
 
-#include "draw/offscreen.h"
-#include "panel/viewer.h"
 #include "view/live_view.h"
+#include "window/picture_maker.h"
 
 namespace spheretree::player {
 
@@ -35,23 +35,8 @@ struct PictureSettings {
   double scale = 1;
 };
 
-/// Draws `state` as it is, each pixel the mean of sixteen. One for each process at a time.
-class PictureMaker {
- public:
-  /// @throws view::ViewError
-  PictureMaker(const PictureSettings& settings, view::ViewerState& state);
-  /// @throws formats::FileError
-  void draw(std::uint64_t step);
-  const view::Layout layout() const;
-
- private:
-  const PictureSettings& settings_;
-  view::ViewerState& state_;
-  view::OffscreenContext context_;
-  view::Interface interface_;
-  view::Viewer viewer_;
-  view::Canvas canvas_;
-};
+/// Under the name that pictureName() says. @throws formats::FileError
+void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std::uint64_t step);
 
 /// Draws pictures of a stepped run as it goes.
 class PictureObserver final : public PlayObserver {
@@ -70,7 +55,7 @@ class PictureObserver final : public PlayObserver {
   bool panels_;
   const PlaySettings& play_;
   RunShown shown_;
-  std::unique_ptr<PictureMaker> maker_;
+  std::unique_ptr<view::PictureMaker> maker_;
   int count_ = 0;
 };
 

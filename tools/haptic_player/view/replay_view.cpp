@@ -96,7 +96,7 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
   if (settings.steps.first >= replay.playback.steps())
     throw tool::UsageError("--at " + std::to_string(settings.steps.first) + ": the run has " + std::to_string(replay.playback.steps()) +
                            " steps, and the first is step 0");
-  PictureMaker maker(settings, replay.state);
+  view::PictureMaker maker(settings.width, settings.height, settings.scale, replay.state);
   bool has_camera = false;
   for (std::uint64_t step = settings.steps.first; step <= settings.steps.last && step < replay.playback.steps();
        step += settings.steps.every) {
@@ -106,7 +106,7 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
     if (!has_camera)
       replay.state.camera = view::firstCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, maker.layout().panes[0]);
     has_camera = true;
-    maker.draw(step);
+    drawPicture(maker, settings, step);
   }
 }
 

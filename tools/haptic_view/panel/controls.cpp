@@ -22,7 +22,9 @@ bool movesHand(const ViewerState& state) { return state.hand && state.hand_sourc
 /// The pane under the pointer; the first where there is none.
 Viewport paneUnder(const Layout& layout, ImVec2 pointer) {
   for (const Viewport& pane : layout.panes)
-    if (pointer.x >= static_cast<float>(pane.x) && pointer.x < static_cast<float>(pane.x + pane.width)) return pane;
+    if (pointer.x >= static_cast<float>(pane.x) && pointer.x < static_cast<float>(pane.x + pane.width) &&
+        pointer.y >= static_cast<float>(pane.y) && pointer.y < static_cast<float>(pane.y + pane.height))
+      return pane;
   return layout.panes[0];
 }
 

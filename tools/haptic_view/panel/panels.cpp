@@ -289,9 +289,9 @@ void drawLabels(const ViewerState& state, const Layout& layout, double scale, co
     drawScaleBar(list, state, place, theme);
     if (state.panes.size() > 1 && !pane.title.empty())
       label(list, {static_cast<float>(place.x) + text, static_cast<float>(place.y) + 0.6f * text}, theme.text, theme, pane.title.c_str());
-    if (k > 0)
-      list.AddLine({static_cast<float>(place.x), 0}, {static_cast<float>(place.x), static_cast<float>(place.height)}, packed(theme.line),
-                   2);
+    if (place.x > 0)
+      list.AddLine({static_cast<float>(place.x), static_cast<float>(place.y)},
+                   {static_cast<float>(place.x), static_cast<float>(place.y + place.height)}, packed(theme.line), 2);
     ShownState shown;
     shown.has_tool = pane.has_state;
     shown.graphic = pane.state.step.graphic;

@@ -49,10 +49,13 @@ Layout layoutOf(const ViewerState& state, int width, int height, double scale) {
     out.scrubber = {0, bottom, out.scene.width, high};
   }
   out.scene.height = bottom;
+  // Up to three side by side, more in rows.
   const auto count = static_cast<int>(std::max<std::size_t>(1, state.panes.size()));
+  const int rows = count <= 3 ? 1 : 2, columns = (count + rows - 1) / rows;
   for (int k = 0; k < count; ++k) {
-    const int left = out.scene.width * k / count, right = out.scene.width * (k + 1) / count;
-    out.panes.push_back({left, 0, std::max(1, right - left), out.scene.height});
+    const int left = out.scene.width * (k % columns) / columns, right = out.scene.width * (k % columns + 1) / columns;
+    const int top = out.scene.height * (k / columns) / rows, end = out.scene.height * (k / columns + 1) / rows;
+    out.panes.push_back({left, top, std::max(1, right - left), std::max(1, end - top)});
   }
   return out;
 }

@@ -30,7 +30,7 @@ struct FigureLine {
   bool is_bad = false;
 };
 
-/// One of up to two scenes side by side, or the only one.
+/// One of up to six scenes side by side, or the only one.
 struct Pane {
   const Stage* stage = nullptr;
   std::string title;

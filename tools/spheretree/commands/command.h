@@ -34,6 +34,7 @@ void addConvertCommand(Program& program);
 void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
 void addReportCommand(Program& program);
+void addViewCommand(Program& program);
 
 /// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.
 /// @throws what a verb throws, which runAndExplain() turns into messages.

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree view: meshes, trees, scenes and comparisons in a window or a picture.
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "commands/command.h"
+#include "run_files.h"
+#include "spheretree/formats/file_io.h"
+#include "spheretree/formats/mesh_file.h"
+
+#ifdef SPHERETREE_VIEW
+#include "draw/offscreen.h"
+#include "view/shown_files.h"
+#include "window/picture_maker.h"
+#include "window/window.h"
+#endif
+
+namespace spheretree::tool {
+namespace {
+
+struct ViewCommand {
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path picture;
+  std::string size, theme = "dark", show, mesh, unit = "mm", panels = "on";
+  int level = -1;
+  double scale = 0;
+  bool overhang = false;
+  std::vector<double> from;
+};
+
+#ifdef SPHERETREE_VIEW
+
+void setLook(view::ViewerState& state, const ViewCommand& o) {
+  view::Look& look = state.look;
+  look.theme = o.theme == "light" ? view::ThemeKind::Light : view::ThemeKind::Dark;
+  const bool by_level = o.level >= 0 || o.overhang;
+  look.objects = o.show == "meshes"                ? view::Geometry::Meshes
+                 : o.show == "bounds"              ? view::Geometry::Bounds
+                 : o.show == "contact"             ? view::Geometry::Contact
+                 : o.show == "spheres" || by_level ? view::Geometry::Spheres
+                                                   : view::Geometry::Meshes;
+  if (o.level >= 0) look.level = o.level;
+  look.overhang = o.overhang;
+  state.panels = o.panels == "on";
+}
+
+void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewport& pane) {
+  const view::Stage& stage = *state.panes[0].stage;
+  state.camera = view::firstCamera(stage, std::nullopt, pane);
+  if (o.from.size() != 3) return;
+  const Eigen::Vector3d from(o.from[0], o.from[1], o.from[2]);
+  state.camera.azimuth = std::atan2(from.y(), from.x());
+  state.camera.elevation = std::atan2(from.z(), std::hypot(from.x(), from.y()));
+}
+
+int runView(const ViewCommand& o, builder::Progress& progress) try {
+  const RunFiles files;
+  for (const std::filesystem::path& file : o.files) files.willRead(file);
+  if (!o.picture.empty()) files.willWrite(o.picture, {".png"}, "the picture", false);
+  std::array<int, 2> size{1280, 800};
+  if (!o.size.empty()) {
+    const auto given = view::sizeOf(o.size);
+    if (!given) throw UsageError("--size " + o.size + ": give WIDTHxHEIGHT, each from 64 to 8192, as 1280x800");
+    size = *given;
+  }
+  const auto shown = shownFiles(o.files, o.mesh, formats::unitInMm(o.unit), progress);
+  view::ViewerState state;
+  for (const auto& file : shown) {
+    view::Pane& pane = state.panes.emplace_back();
+    pane.stage = &file->stage;
+    pane.title = file->title;
+    pane.figures = file->figures;
+    pane.notes = file->notes;
+  }
+  if (state.panes.empty()) throw UsageError("there is nothing to show: no run of the comparison was built");
+  state.title = "spheretree view";
+  setLook(state, o);
+  if (!o.picture.empty()) {
+    view::PictureMaker maker(size[0], size[1], o.scale > 0 ? o.scale : 1, state);
+    setCamera(state, o, maker.layout().panes[0]);
+    formats::writeWhole(o.picture, view::encodePng(maker.draw()));
+    return kExitOk;
+  }
+  view::Window window("spheretree view", size[0], size[1], o.scale);
+  view::Viewer viewer(window.gl(), window.interface(), state);
+  for (bool is_first = true; window.isOpen() && !state.wants_quit; is_first = false) {
+    progress.check();
+    const double seconds = window.begin();
+    if (is_first) setCamera(state, o, view::layoutOf(state, window.width(), window.height(), window.interface().scale()).panes[0]);
+    viewer.frame(window.width(), window.height(), window.samples(), seconds, 0);
+    window.present();
+  }
+  return kExitOk;
+} catch (const view::ViewError& error) {
+  return explain(kProgram, kExitFile, error.what());
+}
+
+#else
+
+int runView(const ViewCommand&, builder::Progress&) {
+  throw UsageError(
+      "this spheretree was built without its view. Install libglfw3-dev, libimgui-dev and libegl-dev, and build it again "
+      "(-DSPHERETREE_VIEW=ON)");
+}
+
+#endif
+
+}  // namespace
+
+void addViewCommand(Program& program) {
+  const auto o = std::make_shared<ViewCommand>();
+  CLI::App* app =
+      addVerb(program, "view", "Show meshes, trees, a scene or a comparison in a window or a picture",
+              "spheretree view tooth.obj tooth.stree --overhang", [o](builder::Progress& progress) { return runView(*o, progress); });
+  app->add_option(
+         "FILE", o->files,
+         "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare and batch. Trees "
+         "after a mesh are measured against it; several things stand side by side")
+      ->required()
+      ->type_name("FILE");
+  app->add_option("--picture", o->picture, "Draws a picture (.png) and needs no display; default: opens a window")->type_name("OUT.png");
+  app->add_option("--show", o->show,
+                  "meshes, spheres, bounds (bounding spheres) or contact (what contact is computed with); default meshes, or spheres with "
+                  "--level or --overhang")
+      ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
+  app->add_option("--level", o->level, "Level of the spheres, 0 to 5; default: the leaves")->check(CLI::Range(0, 5));
+  app->add_flag("--overhang", o->overhang, "Colours spheres by how far they reach out of the mesh before them, and points at the worst");
+  app->add_option("--mesh", o->mesh, "Of a comparison: which mesh; default: its first")->type_name("NAME");
+  app->add_option("--from", o->from, "Direction from the object to the eye, three numbers; default 1,-2,1 or so")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::Range(-1e6, 1e6));
+  app->add_option("--unit", o->unit, "Of a mesh without one: mm, cm, m, in; default mm")->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  app->add_option("--size", o->size, "Pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800")->type_name("WxH");
+  app->add_option("--theme", o->theme, "dark or light; default dark")->check(CLI::IsMember({"dark", "light"}));
+  app->add_option("--panels", o->panels, "on or off; default on")->check(CLI::IsMember({"on", "off"}));
+  app->add_option("--scale", o->scale, "Of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
+      ->check(CLI::Range(0.5, 4.0));
+}
+
+}  // namespace spheretree::tool
