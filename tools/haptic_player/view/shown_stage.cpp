@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "view/shown_stage.h"
 
-#include <map>
-
 #include "molar.h"
+#include "pipeline/batch/mesh_store.h"
+#include "pipeline/part_choice.h"
 #include "probe.h"
 #include "spheretree/formats/errors.h"
-#include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/scene_file.h"
 
 namespace spheretree::player {
@@ -22,16 +21,14 @@ ShownItems itemsOf(const std::filesystem::path& path, std::vector<std::string>& 
   ShownItems out;
   if (path.empty()) return {{"probe", "molar"}, sampleMeshes()};
   const formats::SceneFile file = formats::readScene(path);
-  std::map<std::filesystem::path, TriangleMesh> read;  // a file with many parts is read once
+  pipeline::MeshStore files;
   const auto add = [&](const formats::SceneItem& item) {
     out.names.push_back(item.name);
     TriangleMesh& mesh = out.meshes.emplace_back();
     if (item.mesh.empty()) return;
     try {
-      const std::filesystem::path from = formats::scenePath(path, item.mesh);
-      auto found = read.find(from);
-      if (found == read.end()) found = read.emplace(from, formats::readMesh(from, formats::unitInMm(file.unit)).mesh).first;
-      mesh = item.part.empty() ? found->second : formats::selectPart(found->second, item.part);
+      const auto read = files.read(file, path, item);
+      mesh = item.part.empty() ? read->mesh.mesh : pipeline::partOf(read->mesh.mesh, item.part, read->components);
     } catch (const formats::FileError& error) {
       notes.push_back(item.name + " is shown by its spheres: " + error.what());
     } catch (const formats::FormatError& error) {

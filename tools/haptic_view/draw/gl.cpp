@@ -21,11 +21,12 @@ GLuint compile(const Gl& gl, GLenum kind, const char* source) {
 
 Gl loadGl(void (*(*find)(const char*))()) {
   Gl gl;
-#define ST_GL_LOAD(Type, Name)                                                                                     \
-  gl.Name = reinterpret_cast<Type>(find("gl" #Name));                                                              \
-  if (!gl.Name)                                                                                                    \
-    throw ViewError("the graphics driver lacks gl" #Name ": OpenGL 3.3 is needed. Install a newer driver, or set " \
-                                                         "LIBGL_ALWAYS_SOFTWARE=1");
+#define ST_GL_LOAD(Type, Name)                                                \
+  gl.Name = reinterpret_cast<Type>(find("gl" #Name));                         \
+  if (!gl.Name)                                                               \
+    throw ViewError("the graphics driver lacks gl" #Name                      \
+                    ": OpenGL 3.3 is needed. Install a newer driver, or set " \
+                    "LIBGL_ALWAYS_SOFTWARE=1");
   ST_GL_FUNCTIONS(ST_GL_LOAD)
 #undef ST_GL_LOAD
   return gl;

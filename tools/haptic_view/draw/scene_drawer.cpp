@@ -65,22 +65,23 @@ struct SceneDrawer::Programs {
         sky_bottom(sky.uniform("bottom")) {}
 };
 
-struct SceneDrawer::BodyBuffers {
-  struct Triangles {
-    VertexArray array;
-    GlBuffer corners, indices;
-    GLsizei count;
-    Triangles(const Gl& gl, const Surface& surface)
-        : array(gl), corners(gl), indices(gl), count(static_cast<GLsizei>(surface.indices.size())) {
-      array.bind();
-      corners.fill(GL_ARRAY_BUFFER, surface.corners.data(), surface.corners.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
-      indices.fill(GL_ELEMENT_ARRAY_BUFFER, surface.indices.data(), surface.indices.size() * sizeof(std::uint32_t), GL_STATIC_DRAW);
-      for (const GLuint k : {0u, 1u}) {
-        gl.EnableVertexAttribArray(k);
-        gl.VertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, sizeof(SurfaceCorner), offset(k * sizeof(Eigen::Vector3f)));
-      }
+struct SceneDrawer::Triangles {
+  VertexArray array;
+  GlBuffer corners, indices;
+  GLsizei count;
+  Triangles(const Gl& gl, const Surface& surface)
+      : array(gl), corners(gl), indices(gl), count(static_cast<GLsizei>(surface.indices.size())) {
+    array.bind();
+    corners.fill(GL_ARRAY_BUFFER, surface.corners.data(), surface.corners.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
+    indices.fill(GL_ELEMENT_ARRAY_BUFFER, surface.indices.data(), surface.indices.size() * sizeof(std::uint32_t), GL_STATIC_DRAW);
+    for (const GLuint k : {0u, 1u}) {
+      gl.EnableVertexAttribArray(k);
+      gl.VertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, sizeof(SurfaceCorner), offset(k * sizeof(Eigen::Vector3f)));
     }
-  };
+  }
+};
+
+struct SceneDrawer::BodyBuffers {
   struct Balls {
     VertexArray array;
     GlBuffer balls;
@@ -96,19 +97,24 @@ struct SceneDrawer::BodyBuffers {
       gl.VertexAttribDivisor(1, 1);
     }
   };
+  struct Tinted : Triangles {
+    GlBuffer colours;
+    Tinted(const Gl& gl, const TintedSurface& tinted) : Triangles(gl, tinted.surface), colours(gl) {
+      colours.fill(GL_ARRAY_BUFFER, tinted.colours.data(), tinted.colours.size() * sizeof(Colour), GL_STATIC_DRAW);
+      gl.EnableVertexAttribArray(2);
+      gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Colour), offset(0));
+    }
+  };
   std::optional<Triangles> mesh, skin;
-  std::vector<Balls> levels, bounds, overhangs;
+  std::vector<Balls> levels, bounds;
+  std::vector<std::unique_ptr<Tinted>> overhangs;
 
   BodyBuffers(const Gl& gl, const Body& body) {
     if (!body.mesh.empty()) mesh.emplace(gl, body.mesh);
     if (!body.skin.empty()) skin.emplace(gl, body.skin);
     for (const auto& set : body.levels) levels.emplace_back(gl, set);
     for (const auto& set : body.bounds) bounds.emplace_back(gl, set);
-    for (std::size_t level = 0; level < body.overhangs.size(); ++level) {
-      std::vector<Ball> set = body.levels[level];
-      for (std::size_t k = 0; k < set.size(); ++k) set[k].colour = body.overhangs[level][k];
-      overhangs.emplace_back(gl, set);
-    }
+    for (const TintedSurface& tinted : body.overhangs) overhangs.push_back(std::make_unique<Tinted>(gl, tinted));
   }
 };
 
@@ -167,8 +173,7 @@ void setSolid(const Gl& gl, const SolidUniforms& at, const Pass& pass, const Eig
 
 }  // namespace
 
-void SceneDrawer::drawSurface(const Pass& pass, const BodyBuffers& buffers, bool skin, const Configuration& pose, Colour colour) {
-  const BodyBuffers::Triangles& triangles = skin ? *buffers.skin : *buffers.mesh;
+void SceneDrawer::drawSurface(const Pass& pass, const Triangles& triangles, const Configuration& pose, Colour colour) {
   programs_->surface.use();
   setSolid(gl_, programs_->surface_at, pass, matrixOf(pose, pass.camera.target), std::nullopt);
   triangles.array.bind();
@@ -178,12 +183,11 @@ void SceneDrawer::drawSurface(const Pass& pass, const BodyBuffers& buffers, bool
 
 void SceneDrawer::drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint) {
   const BodyBuffers& buffers = *bodies_[body];
-  const bool overhang = pass.look.overhang && !bounds && level < buffers.overhangs.size();
-  const BodyBuffers::Balls& balls = overhang ? buffers.overhangs[level] : bounds ? buffers.bounds[level] : buffers.levels[level];
+  if (pass.look.overhang && !bounds && level < buffers.overhangs.size()) return drawSurface(pass, *buffers.overhangs[level], pose, {});
+  const BodyBuffers::Balls& balls = bounds ? buffers.bounds[level] : buffers.levels[level];
   programs_->ball.use();
   setSolid(gl_, programs_->ball_at, pass, matrixOf(pose, pass.camera.target), tint.a ? std::optional(tint) : std::nullopt);
-  if (tint.a && !overhang) gl_.Uniform1f(programs_->ball_at.tint_share, 0.75f);
-  if (overhang) gl_.Uniform1f(programs_->ball_at.tint_share, 0);
+  if (tint.a) gl_.Uniform1f(programs_->ball_at.tint_share, 0.75f);
   balls.array.bind();
   gl_.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, balls.count);
 }
@@ -193,8 +197,8 @@ void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configurati
                            bool own_colours) {
   const BodyBuffers& buffers = *bodies_[body];
   if (buffers.levels.empty()) geometry = Geometry::Meshes;
-  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin) return drawSurface(pass, buffers, true, pose, colour);
-  if (geometry == Geometry::Meshes && buffers.mesh) return drawSurface(pass, buffers, false, pose, colour);
+  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin) return drawSurface(pass, *buffers.skin, pose, colour);
+  if (geometry == Geometry::Meshes && buffers.mesh) return drawSurface(pass, *buffers.mesh, pose, colour);
   if (buffers.levels.empty()) return;
   const std::size_t last = buffers.levels.size() - 1;
   const bool by_level = geometry == Geometry::Spheres || geometry == Geometry::Bounds;

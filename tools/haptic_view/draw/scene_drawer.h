@@ -38,11 +38,12 @@ class SceneDrawer {
   const Stage& stage() const { return stage_; }
 
  private:
+  struct Triangles;
   struct BodyBuffers;
   struct Programs;
   struct Pass;  // what all draw calls of a picture share
   void drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour, bool own_colours);
-  void drawSurface(const Pass& pass, const BodyBuffers& buffers, bool skin, const Configuration& pose, Colour colour);
+  void drawSurface(const Pass& pass, const Triangles& triangles, const Configuration& pose, Colour colour);
   void drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint);
   void drawHapticTool(const Pass& pass);
   void drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts);

@@ -27,6 +27,12 @@ struct Ball {
 };
 static_assert(sizeof(Ball) == 20);
 
+/// A surface with a colour for each corner.
+struct TintedSurface {
+  Surface surface;
+  std::vector<Colour> colours;  // (corners)
+};
+
 /// A mark at a place that matters: where a sphere reaches farthest out of the object.
 struct Spot {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::UnitZ();
@@ -36,15 +42,15 @@ struct Spot {
 /// One body in its own frame. Any part may be missing.
 struct Body {
   std::string name;
-  Surface mesh;                                // as the user gave it
-  Surface skin;                                // what a tool rests on, if the tree has one
-  std::vector<std::vector<Ball>> levels;       // cover spheres of each level set; the last one holds the leaves
-  std::vector<std::vector<Ball>> bounds;       // bounding spheres of the inner nodes of each level
-  std::vector<std::vector<Colour>> overhangs;  // (levels) in place of the balls' colours: how far each reaches out; empty: not known
-  std::vector<double> overhang_most;           // (levels) what the strongest colour stands for [mm]
-  std::vector<std::optional<Spot>> worst;      // (levels) the ball that reaches farthest out
-  Colour colour;                               // of the mesh
-  Eigen::AlignedBox3d box;                     // of the mesh, or of the leaves
+  Surface mesh;                            // as the user gave it
+  Surface skin;                            // what a tool rests on, if the tree has one
+  std::vector<std::vector<Ball>> levels;   // cover spheres of each level set; the last one holds the leaves
+  std::vector<std::vector<Ball>> bounds;   // bounding spheres of the inner nodes of each level
+  std::vector<TintedSurface> overhangs;    // (levels) the balls in the colours of how far they reach out, place by place; empty: not known
+  std::vector<double> overhang_most;       // (levels) what the strongest colour stands for [mm]
+  std::vector<std::optional<Spot>> worst;  // (levels) the ball that reaches farthest out
+  Colour colour;                           // of the mesh
+  Eigen::AlignedBox3d box;                 // of the mesh, or of the leaves
   bool empty() const { return mesh.empty() && levels.empty(); }
 };
 

@@ -2,8 +2,11 @@
 #include "model/surface.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace spheretree::view {
 namespace {
@@ -24,7 +27,53 @@ struct FacesAround {
   }
 };
 
+/// Points of the unit ball and triangles between them: an icosahedron, each triangle cut in four `rounds` times.
+struct UnitBall {
+  std::vector<Vector3d> points;
+  std::vector<Triangle> triangles;
+
+  explicit UnitBall(int rounds) {
+    const double t = (1 + std::sqrt(5.0)) / 2;
+    for (const double a : {-1.0, 1.0})
+      for (const double b : {-t, t})
+        for (const Vector3d& p : {Vector3d(a, b, 0), Vector3d(0, a, b), Vector3d(b, 0, a)}) points.push_back(p.normalized());
+    // Three corners are a face if all are an edge apart.
+    const double edge = 2 / std::sqrt(1 + t * t) + 1e-9;
+    for (std::uint32_t i = 0; i < 12; ++i)
+      for (std::uint32_t j = i + 1; j < 12; ++j)
+        for (std::uint32_t k = j + 1; k < 12; ++k) {
+          const Vector3d &a = points[i], &b = points[j], &c = points[k];
+          if ((a - b).norm() > edge || (b - c).norm() > edge || (c - a).norm() > edge) continue;
+          triangles.push_back((b - a).cross(c - a).dot(a) > 0 ? Triangle{i, j, k} : Triangle{i, k, j});
+        }
+    for (int round = 0; round < rounds; ++round) cutInFour();
+  }
+  void cutInFour() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(points.size()));
+      if (is_new) points.push_back((points[a] + points[b]).normalized());
+      return found->second;
+    };
+    std::vector<Triangle> finer;
+    for (const auto& [a, b, c] : triangles) {
+      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const Triangle& part : {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}})
+        finer.push_back(part);
+    }
+    triangles = std::move(finer);
+  }
+};
+
 }  // namespace
+
+void addBall(Surface& surface, const Vector3d& centre, double radius, int rounds) {
+  const UnitBall unit(rounds);
+  const auto first = static_cast<std::uint32_t>(surface.corners.size());
+  for (const Vector3d& p : unit.points) surface.corners.push_back({(centre + radius * p).cast<float>(), p.cast<float>()});
+  for (const Triangle& t : unit.triangles)
+    for (const std::uint32_t corner : t) surface.indices.push_back(first + corner);
+}
 
 Surface surfaceOf(const TriangleMesh& mesh, double crease) {
   const FacesAround around(mesh);

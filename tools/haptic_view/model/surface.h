@@ -27,4 +27,7 @@ Surface surfaceOf(const TriangleMesh& mesh, double crease = 0.8);
 /// The patches, each as four flat triangles through its six nodes, with the normals of the patch: what a tool feels.
 Surface surfaceOf(const Skin& skin);
 
+/// Adds a ball of 20 * 4^`rounds` triangles.
+void addBall(Surface& surface, const Eigen::Vector3d& centre, double radius, int rounds);
+
 }  // namespace spheretree::view

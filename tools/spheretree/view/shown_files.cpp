@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <optional>
 
 #include "commands/tree_input.h"
 #include "geometry/distance_field.h"
+#include "pipeline/batch/mesh_store.h"
 #include "pipeline/comparison/comparison_json.h"
+#include "pipeline/part_choice.h"
 #include "program_end.h"
 #include "run_files.h"
 #include "spheretree/formats/errors.h"
@@ -35,29 +36,40 @@ std::string number(const char* format, double value) {
   return text;
 }
 
-/// How far each ball reaches out of the mesh at most, and where the one that reaches farthest does.
+constexpr int kMostTriangles = 200'000;  // of the balls of a level in the colours of their overhang
+
+/// The ball that reaches farthest out of the mesh, and where.
+std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const builder::DistanceField& field) {
+  std::optional<view::Spot> worst;
+  for (const view::Ball& ball : balls) {
+    const Eigen::Vector3d centre(ball.x, ball.y, ball.z);
+    builder::NearestPoint nearest;
+    const double overhang = static_cast<double>(ball.radius) + field.signedDistance(centre, &nearest);
+    if (worst && overhang <= worst->length) continue;
+    const Eigen::Vector3d way = nearest.point - centre, outward = field.isInside(centre, nearest) ? way : Eigen::Vector3d(-way);
+    const Eigen::Vector3d direction = outward.norm() > 1e-9 ? outward.normalized() : Eigen::Vector3d::UnitZ();
+    worst = view::Spot{centre + static_cast<double>(ball.radius) * direction, direction, std::max(0.0, overhang)};
+  }
+  return worst;
+}
+
+/// The balls of each level in colours: how far each place of them is out of the mesh.
 void addOverhangs(view::Body& body, const builder::DistanceField& field, builder::Progress& progress) {
   for (const std::vector<view::Ball>& level : body.levels) {
-    progress.check();
-    std::vector<double> out;
-    std::optional<view::Spot> worst;
-    for (const view::Ball& ball : level) {
-      const Eigen::Vector3d centre(ball.x, ball.y, ball.z);
-      builder::NearestPoint nearest;
-      const double overhang = std::max(0.0, static_cast<double>(ball.radius) + field.signedDistance(centre, &nearest));
-      if (!worst || overhang > worst->length) {
-        const Eigen::Vector3d outward =
-            field.isInside(centre, nearest) ? Eigen::Vector3d(nearest.point - centre) : Eigen::Vector3d(centre - nearest.point);
-        const Eigen::Vector3d direction = outward.norm() > 1e-9 ? outward.normalized() : Eigen::Vector3d::UnitZ();
-        worst = view::Spot{centre + static_cast<double>(ball.radius) * direction, direction, overhang};
-      }
-      out.push_back(overhang);
+    int rounds = 1;
+    while (rounds < 5 && static_cast<double>(level.size()) * 20 * std::pow(4, rounds + 1) <= kMostTriangles) ++rounds;
+    view::TintedSurface& tinted = body.overhangs.emplace_back();
+    for (const view::Ball& ball : level) view::addBall(tinted.surface, {ball.x, ball.y, ball.z}, static_cast<double>(ball.radius), rounds);
+    std::vector<double> outside;
+    double most = 0;
+    for (const view::SurfaceCorner& corner : tinted.surface.corners) {
+      if (outside.size() % 4096 == 0) progress.check();
+      outside.push_back(std::max(0.0, field.signedDistance(corner.position.cast<double>())));
+      most = std::max(most, outside.back());
     }
-    const double most = worst ? worst->length : 0;
-    std::vector<view::Colour>& colours = body.overhangs.emplace_back();
-    for (const double overhang : out) colours.push_back(view::heat(most > 0 ? overhang / most : 0));
+    for (const double distance : outside) tinted.colours.push_back(view::heat(most > 0 ? distance / most : 0));
     body.overhang_most.push_back(most);
-    body.worst.push_back(worst);
+    body.worst.push_back(worstOf(level, field));
   }
 }
 
@@ -106,17 +118,15 @@ std::unique_ptr<ShownFile> shownScene(const fs::path& path, builder::Progress& p
   const formats::SceneFile scene = formats::readScene(path);
   auto shown = std::make_unique<ShownFile>();
   shown->title = path.filename().string();
-  std::map<fs::path, TriangleMesh> meshes;  // a file with many parts is read once
+  pipeline::MeshStore meshes;
   for (const formats::SceneItem& item : scene.objects) {
     progress.check();
     std::optional<SphereTree> tree;
     if (!item.tree.empty()) tree = readTree(formats::scenePath(path, item.tree));
     TriangleMesh mesh;
     if (!item.mesh.empty()) try {
-        const fs::path from = formats::scenePath(path, item.mesh);
-        auto found = meshes.find(from);
-        if (found == meshes.end()) found = meshes.emplace(from, formats::readMesh(from, formats::unitInMm(scene.unit)).mesh).first;
-        mesh = item.part.empty() ? found->second : formats::selectPart(found->second, item.part);
+        const auto file = meshes.read(scene, path, item);
+        mesh = item.part.empty() ? file->mesh.mesh : pipeline::partOf(file->mesh.mesh, item.part, file->components);
       } catch (const formats::FileError& error) {
         if (!tree) throw;
         shown->notes.push_back(item.name + " is shown by its spheres: " + error.what());
