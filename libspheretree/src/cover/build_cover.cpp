@@ -2,6 +2,7 @@
 #include "cover/build_cover.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "cover/optimise_cover.h"
@@ -31,11 +32,44 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {12, 300, 6, 1500, 300, 300'000, 1, 0.4, 8'000'000, 0.06, 4, 0.03};
+      return {.samples_a_sphere = 12,
+              .least_samples = 300,
+              .candidates_a_sphere = 6,
+              .medial_samples = 1500,
+              .touching_samples = 300,
+              .swap_work = 300'000,
+              .gap_rounds = 1,
+              .search_moves = 0.4,
+              .search_work = 8'000'000,
+              .search_step = 0.06,
+              .search_failures = 4,
+              .gap_tolerance = 0.03};
     case Quality::Standard:
-      return {24, 1000, 20, 6000, 1500, 10'000'000, 3, 0.6, 60'000'000, 0.04, 5, 0.02};
+      return {.samples_a_sphere = 24,
+              .least_samples = 1000,
+              .candidates_a_sphere = 20,
+              .medial_samples = 6000,
+              .touching_samples = 1500,
+              .swap_work = 10'000'000,
+              .gap_rounds = 3,
+              .search_moves = 0.6,
+              .search_work = 60'000'000,
+              .search_step = 0.04,
+              .search_failures = 5,
+              .gap_tolerance = 0.02};
     case Quality::Best:
-      return {24, 1000, 20, 6000, 1500, 10'000'000, 10, 2, 400'000'000, 0.03, 12, 0.01};
+      return {.samples_a_sphere = 24,
+              .least_samples = 1000,
+              .candidates_a_sphere = 20,
+              .medial_samples = 6000,
+              .touching_samples = 1500,
+              .swap_work = 10'000'000,
+              .gap_rounds = 10,
+              .search_moves = 2,
+              .search_work = 400'000'000,
+              .search_step = 0.03,
+              .search_failures = 12,
+              .gap_tolerance = 0.01};
   }
   return {};
 }
@@ -66,6 +100,33 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
   const std::vector<Ball> touching = shrinkingBalls(thinned(samples, thin ? samples.size() : effort.touching_samples), field);
   pool.insert(pool.end(), touching.begin(), touching.end());
   return pool;
+}
+
+/// The levels above `leaves`, each by `cover` with as many balls as it may have; `full`: leaves of a full tree.
+LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, const std::function<Cover(std::size_t)>& cover,
+                       Progress& progress) {
+  // With a tolerance, no more spheres above than the leaves need as parents.
+  std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
+  for (std::size_t level = 1; level < counts.size(); ++level)
+    counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
+  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.most_leaves > 0))
+    counts = levelCounts(leaves.balls.size(), settings.branching);
+  std::vector<Cover> covers(counts.size());
+  covers.back() = std::move(leaves);
+  const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  std::size_t done = 0;
+  for (std::size_t level = counts.size() - 1; level-- > 0;) {
+    done += counts[level + 1];
+    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time goes by the spheres
+    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()));
+  }
+  LevelBalls levels;
+  for (std::size_t level = 0; level < covers.size(); ++level) {
+    // Of a round object eight balls may reach out no farther than 64 that are each searched for less.
+    if (level > 0 && covers[level].stand_off > covers[level - 1].stand_off) covers[level] = covers[level - 1];
+    levels.balls.push_back(covers[level].balls);
+  }
+  return levels;
 }
 
 }  // namespace
@@ -132,29 +193,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
       }
     }
   }
-
-  // With a tolerance, no more spheres above than the leaves need as parents.
-  std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
-  for (std::size_t level = 1; level < counts.size(); ++level)
-    counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
-  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.most_leaves > 0))
-    counts = levelCounts(leaves.balls.size(), settings.branching);
-  std::vector<Cover> covers(counts.size());
-  covers.back() = std::move(leaves);
-  const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-  std::size_t done = 0;
-  for (std::size_t level = counts.size() - 1; level-- > 0;) {
-    done += counts[level + 1];
-    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time goes by the spheres
-    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()));
-  }
-  LevelBalls levels;
-  for (std::size_t level = 0; level < covers.size(); ++level) {
-    // Of a round object eight balls may reach out no farther than 64 that are each searched for less.
-    if (level > 0 && covers[level].stand_off > covers[level - 1].stand_off) covers[level] = covers[level - 1];
-    levels.balls.push_back(covers[level].balls);
-  }
-  return levels;
+  return levelsAbove(std::move(leaves), full, settings, cover, progress);
 }
 
 }  // namespace spheretree::builder

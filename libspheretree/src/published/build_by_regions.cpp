@@ -48,13 +48,40 @@ struct Effort {
 Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
-      return {8, 200'000, 120, 120, 4, 0.15, 0.06, 2, 2'000, 0.04};
+      return {.points_a_ball = 8,
+              .most_points = 200'000,
+              .reducer_points = 120,
+              .reducer_balls = 120,
+              .exchange_rounds = 4,
+              .search_moves = 0.15,
+              .search_step = 0.06,
+              .search_failures = 2,
+              .search_work = 2'000,
+              .gap_tolerance = 0.04};
     case Quality::Standard:
       break;
     case Quality::Best:
-      return {48, 800'000, 1000, 1000, 40, 0.5, 0.03, 6, 40'000, 0.01};
+      return {.points_a_ball = 48,
+              .most_points = 800'000,
+              .reducer_points = 1000,
+              .reducer_balls = 1000,
+              .exchange_rounds = 40,
+              .search_moves = 0.5,
+              .search_step = 0.03,
+              .search_failures = 6,
+              .search_work = 40'000,
+              .gap_tolerance = 0.01};
   }
-  return {12, 400'000, 100, 150, 8, 0.6, 0.1, 2, 6'000, 0.04};
+  return {.points_a_ball = 12,
+          .most_points = 400'000,
+          .reducer_points = 100,
+          .reducer_balls = 150,
+          .exchange_rounds = 8,
+          .search_moves = 0.6,
+          .search_step = 0.1,
+          .search_failures = 2,
+          .search_work = 6'000,
+          .gap_tolerance = 0.04};
 }
 
 // At most `most` of a list, evenly picked.

@@ -16,29 +16,33 @@ namespace {
 
 using runtime::Mode;
 
+// A cube whose faces are grids: all vertices are cospherical or coplanar.
+TriangleMesh gridCube() {
+  TriangleMesh mesh = box({-5, -5, -5}, {5, 5, 5});
+  for (int round = 0; round < 2; ++round) {
+    TriangleMesh finer;
+    std::map<std::array<long, 3>, std::uint32_t> index;
+    const auto at = [&](const Eigen::Vector3d& p) {
+      const auto [it, is_new] = index.try_emplace({std::lround(p.x() * 1e6), std::lround(p.y() * 1e6), std::lround(p.z() * 1e6)},
+                                                  static_cast<std::uint32_t>(finer.positions.size()));
+      if (is_new) finer.positions.push_back(p);
+      return it->second;
+    };
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Eigen::Vector3d a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
+      const std::uint32_t ia = at(a), ib = at(b), ic = at(c), ab = at((a + b) / 2), bc = at((b + c) / 2), ca = at((c + a) / 2);
+      finer.triangles.insert(finer.triangles.end(), {{ia, ab, ca}, {ab, ib, bc}, {ca, bc, ic}, {ab, bc, ca}});
+    }
+    mesh = std::move(finer);
+  }
+  return mesh;
+}
+
 // F12: meshes that medial axes are degenerate for. The builder's: the same in both modes.
 Outcome degenerate(Bench& bench, Mode) {
   Outcome out;
-  const auto grid = [] {  // a cube whose faces are grids: all vertices are cospherical or coplanar
-    TriangleMesh mesh = box({-5, -5, -5}, {5, 5, 5});
-    for (int round = 0; round < 2; ++round) {
-      TriangleMesh finer;
-      std::map<std::array<long, 3>, std::uint32_t> index;
-      const auto at = [&](const Eigen::Vector3d& p) {
-        const auto [it, is_new] = index.try_emplace({std::lround(p.x() * 1e6), std::lround(p.y() * 1e6), std::lround(p.z() * 1e6)},
-                                                    static_cast<std::uint32_t>(finer.positions.size()));
-        if (is_new) finer.positions.push_back(p);
-        return it->second;
-      };
-      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Eigen::Vector3d a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
-        const std::uint32_t ia = at(a), ib = at(b), ic = at(c), ab = at((a + b) / 2), bc = at((b + c) / 2), ca = at((c + a) / 2);
-        finer.triangles.insert(finer.triangles.end(), {{ia, ab, ca}, {ab, ib, bc}, {ca, bc, ic}, {ab, bc, ca}});
-      }
-      mesh = std::move(finer);
-    }
-    return mesh;
-  }();
+  const TriangleMesh grid = gridCube();
+
   std::vector<Eigen::Vector2d> half_circle;
   for (int i = 0; i <= 16; ++i)
     half_circle.emplace_back(i % 16 ? 5 * std::sin(i * std::numbers::pi / 16) : 0, -5 * std::cos(i * std::numbers::pi / 16));

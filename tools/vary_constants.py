@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of the builder do. Writes build/vary/figures.csv
+
+Builds the program once, in a copy of the checkout in which every numeric constant of libspheretree/src asks the environment for a
+factor, then runs it for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors 0.5, 1 and 2. Figures: the
+bound of the overhang of the leaves, the bytes of the tree and processor time, each summed over the cases of the constant's wing and
+divided by those of factor 1. Rows of docs/constants.md of the kind `measured` come from here."""
+import csv
+import fnmatch
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+WORK = ROOT / "build/vary"
+SOURCE, BUILD = WORK / "source", WORK / "build"
+DECLARATION = re.compile(r"^(\s*)((?:inline |static )*)constexpr (double|float|int|std::size_t|std::uint64_t|std::uint32_t) (k[A-Z][^;()]*);", re.MULTILINE)
+HEADER = """#pragma once
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <type_traits>
+template <class T>
+T varied(const char* name, T value) {
+  const char* wanted = std::getenv("SPHERETREE_VARY");  // NAME=FACTOR
+  const std::size_t size = std::strlen(name);
+  if (!wanted || std::strncmp(wanted, name, size) != 0 || wanted[size] != '=') return value;
+  const double product = static_cast<double>(value) * std::atof(wanted + size + 1);
+  if constexpr (std::is_integral_v<T>) return static_cast<T>(product < 1 ? 1 : std::llround(product));
+  return static_cast<T>(product);
+}
+"""
+# Wing or file: how it is driven. Mesh and options of `spheretree build`; "evaluate" measures the tree, too.
+CASES = {"default": ["molar", "probe", "molar --tolerance 0.3 --quality quick"],
+         "repair": ["broken", "broken --repair wrap --quality quick"],
+         "measure": ["evaluate molar --quality quick", "evaluate probe --quality quick"],
+         "published": [f"probe --builder {b} --levels 3" for b in ("merge", "expand")] + ["molar --builder merge --levels 3"]}
+for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"):
+    CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3" for mesh in ("molar", "probe")]
+
+
+def rewritten(text, name, keep):
+    """The source with each constant asking for its factor; `keep`: FILE:NAME that have to stay constant expressions."""
+    def declaration(found):
+        indent, storage, kind, rest = found.groups()
+        parts = [part.strip() for part in re.split(r",\s*(?=k[A-Z]\w*\s*=)", rest)]
+        names = [part.split("=")[0].strip() for part in parts]
+        if any(f"{name}:{n}" in keep or not re.fullmatch(r"k\w+", n) for n in names) or re.search(r"numeric_limits|0xffff", rest):
+            return found.group(0)
+        storage = storage.replace("static", "inline static") if "inline" not in storage else storage
+        values = (f'{n} = varied<{kind}>("{name}:{n}", {part.split("=", 1)[1].strip()})' for n, part in zip(names, parts))
+        return f"{indent}{storage}const {kind} {', '.join(values)};"
+    return DECLARATION.sub(declaration, text)
+
+
+def make_copy(keep):
+    constants = []
+    for name in subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines():
+        target = SOURCE / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        data = (ROOT / name).read_bytes() if (ROOT / name).is_file() else b""
+        if name.startswith("libspheretree/src/") and name.endswith((".h", ".cpp")):
+            short = name.removeprefix("libspheretree/src/")
+            text = rewritten(data.decode(), short, keep)
+            constants += re.findall(r'varied<[^>]*>\("([^"]+)"', text)
+            data = text.encode()
+        if not target.exists() or target.read_bytes() != data:
+            target.write_bytes(data)
+            shutil.copymode(ROOT / name, target) if (ROOT / name).is_file() else None
+    return constants
+
+
+def build():
+    """Builds; constants that have to be constant expressions are left alone, as the compiler names them."""
+    keep = set()
+    WORK.mkdir(parents=True, exist_ok=True)
+    (WORK / "varied.h").write_text(HEADER)
+    launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
+    for _ in range(12):
+        constants = make_copy(keep)
+        subprocess.run(["cmake", "-S", SOURCE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DSPHERETREE_TESTS=OFF",
+                        f"-DCMAKE_CXX_FLAGS=-w -include {WORK}/varied.h", *launcher], check=True, stdout=subprocess.DEVNULL)
+        run = subprocess.run(["ninja", "-k0", "-C", BUILD, "spheretree", "make_samples"], capture_output=True, text=True)
+        if run.returncode == 0:
+            return constants
+        found = {f"{path}:{name}" for path, name in re.findall(r"libspheretree/src/([\w/.]+):\d+:\d+: (?:error|note):[^\n]*?‘(?:[\w:{}]*::)?(k[A-Z]\w*)’",
+                                                                run.stdout)}
+        found |= {c for c in constants for path, name in [c.split(":")]
+                  if re.search(rf"{re.escape(path)}:\d+:\d+: [^\n]*\n[^\n]*\b{name}\b", run.stdout)}
+        if not found - keep:
+            sys.exit(run.stdout[-3000:])
+        keep |= found
+    sys.exit("vary_constants: the copy cannot be built")
+
+
+def broken_molar(folder):
+    """The molar as a soup with holes, a flipped patch and a doubled face."""
+    lines = (folder / "molar.obj").read_text().splitlines()
+    vertices, faces = [l for l in lines if l.startswith("v ")], [l.split()[1:] for l in lines if l.startswith("f ")]
+    faces = [f[::-1] if 500 <= i < 520 else f for i, f in enumerate(faces) if i % 400 > 5] + [faces[40]]
+    (folder / "broken.obj").write_text("\n".join(vertices + ["f " + " ".join(f) for f in faces]) + "\n")
+
+
+def figures(cases, variation):
+    overhang = size = 0.0
+    environment = os.environ | {"SPHERETREE_VARY": variation}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    for case in cases:
+        words = case.split()
+        evaluates = words[0] == "evaluate"
+        mesh, *options = words[1:] if evaluates else words
+        program, tree = BUILD / "tools/spheretree/spheretree", WORK / "tree.stree"
+        try:
+            subprocess.run([program, "build", WORK / f"{mesh}.obj", "-o", tree, "-q", "--threads", "1", "--report", WORK / "report.json", *options],
+                           env=environment, capture_output=True, timeout=300)
+            overhang += json.loads((WORK / "report.json").read_text())["levels"][-1]["overhang_bound_mm"]
+            size += tree.stat().st_size
+            if evaluates:
+                run = subprocess.run([program, "evaluate", WORK / f"{mesh}.obj", tree, "--json", "--threads", "1"], env=environment,
+                                     capture_output=True, text=True, check=True, timeout=300)
+                overhang += json.loads(run.stdout)["levels"][-1]["overhang_mm"]["max"]
+        except (OSError, subprocess.SubprocessError, ValueError, KeyError):
+            return None
+    return overhang, size, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def main():
+    patterns = sys.argv[1:] or ["*"]
+    constants = [c for c in build() if any(fnmatch.fnmatch(c, pattern) for pattern in patterns)]
+    subprocess.run([BUILD / "samples/make_samples/make_samples", WORK], check=True, stdout=subprocess.DEVNULL)
+    broken_molar(WORK)
+    base = {}
+    with (WORK / "figures.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["constant", "factor", "overhang", "bytes", "time"])
+        for constant in constants:
+            key = next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
+            if key not in base:
+                base[key] = figures(CASES[key], "")
+            for factor in (0.5, 2):
+                found = figures(CASES[key], f"{constant}={factor}")
+                row = [f"{a / b:.4f}" for a, b in zip(found, base[key])] if found and base[key] else ["failed"] * 3
+                writer.writerow([constant, factor, *row])
+                file.flush()
+    print(f"{len(constants)} constants: {WORK}/figures.csv")
+
+
+if __name__ == "__main__":
+    main()
