@@ -57,9 +57,9 @@ def prose(path, text):
     for number, line in enumerate(text.splitlines(), 1):
         if path.suffix == ".md":
             fenced ^= line.startswith("```")
-            if not fenced and not line.startswith(("|", "    ", "```")):
+            if not fenced and not line.startswith(("|", "    ", "```", "![")):
                 yield number, line
-        elif path.suffix in CODE and line.lstrip().startswith(("//", "*")) or path.suffix not in CODE and line.lstrip().startswith(("# ", "// ")):
+        elif path.suffix in CODE and line.lstrip().startswith(("//", "/*", "* ")) or path.suffix not in CODE and line.lstrip().startswith(("# ", "// ")):
             yield number, line
 
 
