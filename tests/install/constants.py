@@ -74,7 +74,7 @@ def main():
                 faults.append(f"{file}: {name} is {value}, docs/constants.md says {row[0]}; its figures may be out of date")
             elif row[1] not in KINDS:
                 faults.append(f"docs/constants.md: the kind of {name} ({file}) is '{row[1]}', none of {', '.join(sorted(KINDS))}")
-            elif len(row[2]) < 8:
+            elif len(row[2]) < 6:
                 faults.append(f"docs/constants.md: {name} ({file}) has no reason")
     faults += [f"docs/constants.md: {file} has no constant {name}" for file, names in table.items() for name in names if name not in code.get(file, {})]
     count = sum(map(len, code.values()))
