@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look glass|solid|mesh] [--most-bytes N]
+"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look mesh|solid|heat|glass] [--most-bytes N]
 
 Opens a page of spheretree from disk in headless Chromium and fails if it asks the network for anything, writes an error to the console,
 or if its 3D view does not answer: every level of the slider must change what is drawn, and so must the buttons of the worst spots.
@@ -96,7 +96,7 @@ def check_view(browser):
         pictures.append(browser.run(SEEN))
     assert min(lit for _, lit in pictures) > 0.01, f"the view is empty: {pictures}"
     assert len({picture for picture, _ in pictures}) == len(pictures), f"levels look the same: {pictures}"
-    for look in ("solid", "mesh", "glass"):
+    for look in ("solid", "mesh", "heat", "glass"):
         browser.run(f"const s = document.querySelector('.look'); s.value = '{look}'; s.dispatchEvent(new Event('change', {{bubbles: true}}))")
         pictures.append(browser.run(SEEN))
     jumped = browser.run("const b = document.querySelector('.spots button:enabled'); if (b) b.click(); return Boolean(b)")
@@ -104,6 +104,21 @@ def check_view(browser):
         assert browser.run(SEEN) != pictures[-1], "the button of the worst spot does nothing"
         assert browser.run("return document.querySelector('.says').textContent.length") > 5, "the worst spot is not named"
         browser.run("document.querySelector('.all').click()")
+
+
+def check_layout(browser):
+    """Nothing is wider than the window but what scrolls by itself, at the width of a desk and of a phone; no button's words are cut."""
+    for width in (1400, 390):
+        browser.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": {
+            "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}})
+        wide = browser.run("""const limit = document.documentElement.clientWidth + 1;
+            return [...document.querySelectorAll('body *')].filter(e => !e.closest('.scroll, .skip, svg') && e.getBoundingClientRect().right > limit)
+              .map(e => e.tagName + '.' + e.className + ' ' + e.textContent.slice(0, 40));""")
+        assert not wide, f"beyond the window of {width} pixels: {wide[:5]}"
+        cut = browser.run("""return [...document.querySelectorAll('button, summary, th')].filter(e => e.scrollWidth > e.clientWidth + 1)
+            .map(e => e.textContent);""")
+        assert not cut, f"cut at {width} pixels: {cut[:5]}"
+    browser.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.clearDeviceMetricsOverride", "params": {}})
 
 
 def check_hiding(browser):
@@ -166,6 +181,7 @@ def main():
         if has_view:
             wait_for(browser, "document.documentElement.dataset.ready && window.sphereView", "the 3D view")
         opened = time.monotonic() - begun
+        check_layout(browser)
         if has_view:
             check_view(browser)
             check_hiding(browser)

@@ -48,7 +48,10 @@ std::string leadOf(const BatchResult& result) {
     out += "<span class=\"good\">All " + count(objects, "tree") + " are whole and certified</span>";
   else
     out += "<span class=\"bad\">" + count(totals.failed, "object") + " of " + std::to_string(objects) +
-           " failed</span>; the others are certified";
+           " failed</span>; the others are certified" +
+           (large > 0 ? ", but <span class=\"warn\">" + count(large, "mesh", "meshes") +
+                            " had to be changed by more than the tolerance or a hundredth of the object</span>"
+                      : "");
   out += ": " + std::to_string(totals.leaves) + " leaves stand for " + std::to_string(totals.triangles) +
          " triangles, and none reaches farther than <b>" + shortNumber(totals.overhang_bound_mm) + " mm</b> out of its object.</p>\n";
   if (missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
@@ -159,8 +162,9 @@ std::string objectCharts(const BatchResult& result) {
     size.points.push_back(p);
   }
   if (objects.size() < 3) return "";  // a dot says no more than its row of the table
-  const bool same_leaves =
-      std::all_of(objects.begin(), objects.end(), [&](const ObjectResult* o) { return o->figures.leaves == objects[0]->figures.leaves; });
+  const auto [fewest, most] = std::minmax_element(
+      objects.begin(), objects.end(), [](const ObjectResult* a, const ObjectResult* b) { return a->figures.leaves < b->figures.leaves; });
+  const bool same_leaves = 10 * (*most)->figures.leaves < 13 * (*fewest)->figures.leaves;  // dots in a line say nothing
   return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" +
          (same_leaves ? "" : scatterSvg(leaves)) + scatterSvg(size) + "</div>\n";
 }

@@ -14,7 +14,7 @@ namespace spheretree::tool {
 namespace {
 
 constexpr double kWidth = 400, kHeight = 340;  // of a chart [px]
-constexpr double kLeft = 58, kRight = 18, kTop = 34, kBottom = 46;
+constexpr double kLeft = 62, kRight = 18, kTop = 34, kBottom = 46;
 constexpr double kStrip = 26;  // above the axis of a chart, for dots that lie off it [px]
 constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
 constexpr double kLetter = 6.7, kBoldLetter = 7.6;  // mean width of a letter of the labels in a wide font [px]
@@ -313,6 +313,9 @@ std::string traceSvg(const TraceChart& chart) {
     return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
   if (chart.limit) least = std::min(least, chart.limit->y), most = std::max(most, chart.limit->y);
   if (chart.log_y) least = std::max(least, most * 1e-6);
+  const double clear = chart.log_y ? 0 : 0.05 * (most - least);  // between the curves and the frame
+  if (least != 0) least -= clear;
+  most += clear;
   const double right = kTraceWidth - kTraceRight, bottom = kTraceHeight - kBottom;
   const Axis y =
       chart.log_y ? logAxis(least, most, bottom, kTop) : linearAxis(least > 0 && least < 0.5 * most ? 0 : least, most, bottom, kTop, 5);

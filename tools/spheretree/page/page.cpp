@@ -63,9 +63,8 @@ std::string PageData::packed() const {
 
 std::string HtmlTable::html() const {
   constexpr std::size_t kTall = 40;  // rows, from which on the table scrolls by itself
-  std::string out = std::string("<div class=\"scroll") + (rows.size() > kTall ? " tall" : "") +
-                    "\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><caption>" + escaped(caption) +
-                    "</caption><thead><tr>";
+  std::string out = "<p class=\"caption\">" + escaped(caption) + "</p><div class=\"scroll" + (rows.size() > kTall ? " tall" : "") +
+                    "\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><thead><tr>";
   for (const std::string& head : heads) out += "<th scope=\"col\">" + head + "</th>";
   out += "</tr></thead><tbody>\n";
   for (const std::vector<std::string>& row : rows) {

@@ -18,6 +18,7 @@ class Replay {
     this.hand.setLook('glass');
     if (this.shown.surface) this.shown.surface.material.uniforms.tinted.value = 0;
     this.hand.balls.material.uniforms.tinted.value = this.shown.balls.material.uniforms.tinted.value = 0;
+    this.hand.balls.material.uniforms.branched.value = this.shown.balls.material.uniforms.branched.value = 0;
     this.hand.balls.material.uniforms.plain.value = new THREE.Color('#4f8fd6');
     Object.assign(this.hand.balls.material, {transparent: true, depthWrite: false});
     this.hand.balls.material.uniforms.opacity.value = 0.35;
@@ -62,7 +63,10 @@ class Replay {
     const box = new THREE.Box3(), p = this.replay.poses;
     for (let i = 0; i < p.length; i += 14) box.expandByPoint(new THREE.Vector3(p[i + 7], p[i + 8], p[i + 9]));
     box.getCenter(this.view.target);
-    this.view.distance = 2.2 * Math.max(box.getSize(new THREE.Vector3()).length(), 0.8 * this.size);
+    for (const object of this.view.objects) if (object.shown) box.union(object.box());
+    box.getCenter(this.view.target);
+    this.view.extent = box.getSize(new THREE.Vector3()).length() + this.size;  // a long tool is not cut off, and does not make all small
+    this.view.distance = 1.6 * box.getSize(new THREE.Vector3()).length();
     this.view.draw();
   }
 }
@@ -102,7 +106,13 @@ spheretreePage.whenReady(data => {
       if (figures.worst_gap_at_mm) worst.push([figures.max_gap_mm, i, figures.worst_gap_at_mm, `${object.name}: gap of ${figures.max_gap_mm.toPrecision(3)} mm`]);
     });
     worst.sort((a, b) => b[0] - a[0]);
-    for (const [height, index, at, words] of worst.slice(0, 12)) {
+    if (worst.length) {
+      const head = document.createElement('div');
+      head.className = 'note';
+      head.textContent = `Worst spots of this level${worst.length > 6 ? `, 6 of ${worst.length}` : ''}`;
+      places.append(head);
+    }
+    for (const [height, index, at, words] of worst.slice(0, 6)) {
       const button = document.createElement('button');
       button.type = 'button';
       button.textContent = words;
@@ -199,11 +209,15 @@ spheretreePage.whenReady(data => {
   document.querySelectorAll('[data-object]').forEach(button => button.addEventListener('click', () => {
     const index = Number(button.dataset.object);
     view.setShown(index, true);
+    view.setLevel(view.levelCount() - 1);  // the figures in the table are those of the leaves
+    controls.refresh();
+    spots();
     const object = current().objects[index], last = object.levels && object.levels[object.levels.length - 1];
     if (last && last.worst_overhang_at_mm) view.jump(index, last.worst_overhang_at_mm, last.overhang_mm.max, `${object.name}: out by ${last.overhang_mm.max.toPrecision(3)} mm`);
     else {
       const box = view.objects[index].box();
       box.getCenter(view.target);
+      view.says.textContent = object.name;
       view.distance = 2.2 * box.getSize(new THREE.Vector3()).length();
       view.draw();
     }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The 3D view: meshes with the spheres of a level around them, coloured by overhang and gap. Draws only when something changes.
+// The 3D view: meshes with the spheres of a level around them, coloured by overhang and gap. Draws only when something changes. Objects of
+// the same model share its geometry: a scene may have thousands of them.
 'use strict';
 
 class SphereView {
   static RAMP = ['#f3efdc', '#f5c766', '#e8743b', '#b3263c', '#5a1846'];  // none to most
   static GAP = '#1e6bff';
+  static BONE = '#e6dcc6';
+  static TONES = ['#4e79a7', '#f28e2b', '#59a14f', '#e15759', '#76b7b2', '#edc948', '#b07aa1', '#9c755f'];  // branches, objects
 
   // `place`: an element of class view. Throws if the browser has no WebGL.
   constructor(place) {
@@ -23,7 +26,8 @@ class SphereView {
     this.layers = [0, 1, 2].map(() => { const group = new THREE.Group(); this.scene.add(group); return group; });
     this.objects = [];
     this.level = 0;
-    this.look = 'glass';
+    this.look = 'mesh';
+    this.ownScale = false;  // colours from 0 to the worst of the object, not of the scene
     this.target = new THREE.Vector3();
     this.direction = new THREE.Vector3(0.5, -1, 0.45).normalize();
     this.distance = this.extent = 10;
@@ -91,7 +95,12 @@ class SphereView {
   // objects: [{name, mesh, tree, position_mm, quaternion_wxyz, levels}], mesh or tree may be absent; as model.cpp packs them.
   setObjects(objects) {
     for (const layer of this.layers) while (layer.children.length) this.drop(layer, layer.children[0]);
-    this.objects = objects.map(object => new ViewObject(object));
+    const models = new Map();
+    this.objects = objects.map((object, i) => {
+      const key = object.tree || object.mesh;
+      if (!models.has(key)) models.set(key, new ViewModel(object));
+      return new ViewObject(object, models.get(key), objects.length > 1 ? SphereView.TONES[i % SphereView.TONES.length] : null);
+    });
     for (const object of this.objects) {
       if (object.surface) this.layers[0].add(object.surface);
       if (object.balls) { this.layers[1].add(object.depth); this.layers[2].add(object.balls); }
@@ -109,18 +118,23 @@ class SphereView {
     for (const object of this.objects) object.setLevel(level);
     this.setLook(this.look);
   }
-  // glass: spheres over the mesh; solid; mesh: the mesh alone, coloured by how far the spheres stand off
+  // mesh: the mesh alone, coloured by how far the spheres stand off; solid: spheres, by branch or object; heat: spheres, by overhang;
+  // glass: spheres over the mesh
   setLook(look) {
     this.look = look;
-    for (const object of this.objects) object.setLook(look);
+    const most = this.ownScale ? 0 : this.most();
+    for (const object of this.objects) object.setLook(look, most);
     this.draw();
   }
+
+  // The worst of all objects at this level.
+  most() { return this.objects.reduce((most, object) => Math.max(most, object.most || 0), 0); }
 
   // `onShown`, if a page sets it, is called after each change.
   setShown(index, shown) {
     const object = this.objects[index];
     object.shown = shown;
-    object.setLook(this.look);
+    object.setLook(this.look, this.ownScale ? 0 : this.most());
     if (this.onShown) this.onShown();
     this.draw();
   }
@@ -143,7 +157,8 @@ class SphereView {
     if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
     box.getCenter(this.target);
     this.extent = box.getSize(new THREE.Vector3()).length();
-    this.distance = this.extent / (2 * Math.tan(this.camera.fov * Math.PI / 360)) * 0.95;
+    const stage = this.canvas.parentElement, aspect = Math.min(1, stage.clientWidth / Math.max(1, stage.clientHeight));
+    this.distance = this.extent / (2 * Math.tan(this.camera.fov * Math.PI / 360) * aspect) * 0.95;
     this.says.textContent = '';
     if (this.marks) this.marks.children.slice().forEach(child => this.drop(this.marks, child));
     this.draw();
@@ -158,7 +173,7 @@ class SphereView {
     this.target.copy(p);
     this.direction.copy(side).addScaledVector(out, 0.8).normalize();
     const size = object.box().getSize(new THREE.Vector3()).length();
-    this.distance = Math.max(height * 12, size * 0.35);
+    this.distance = Math.max(height * 12, size * 1.2);  // the whole object is seen, so that one knows which it is
     this.marks.children.slice().forEach(child => this.drop(this.marks, child));
     const material = () => new THREE.MeshBasicMaterial({color: SphereView.GAP, depthTest: false, transparent: true});
     const dot = new THREE.Mesh(new THREE.SphereBufferGeometry(this.distance * 0.006, 16, 12), material());
@@ -172,29 +187,15 @@ class SphereView {
   }
 }
 
-class ViewObject {
+// A tree and a mesh as a page brings them; shared by the objects that look alike.
+class ViewModel {
   constructor(object) {
     this.given = object;
-    this.shown = true;
-    this.pose = new THREE.Matrix4();
-    const [x, y, z] = object.position_mm || [0, 0, 0], [qw, qx, qy, qz] = object.quaternion_wxyz || [1, 0, 0, 0];
-    this.pose.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(qx, qy, qz, qw), new THREE.Vector3(1, 1, 1));
+    this.level = -1;
     if (object.mesh) this.makeSurface(object.mesh);
     if (object.tree) this.makeBalls(object.tree);
-    for (const part of [this.surface, this.depth, this.balls]) if (part) this.place(part);
   }
-  place(part) {
-    part.matrixAutoUpdate = false;
-    part.matrix.copy(this.pose);
-    part.frustumCulled = false;
-  }
-  setPose(position, quaternion) {  // THREE.Vector3, THREE.Quaternion
-    this.pose.compose(position, quaternion, new THREE.Vector3(1, 1, 1));
-    for (const part of [this.surface, this.depth, this.balls]) if (part) { part.matrix.copy(this.pose); part.matrixWorldNeedsUpdate = true; }
-  }
-  toWorld(point) { return new THREE.Vector3(...point).applyMatrix4(this.pose); }
   levelCount() { return this.given.tree ? this.given.tree.levels.length - 1 : 1; }
-
   static summed(deltas) {  // the differences of model.cpp, undone
     const out = new Uint32Array(deltas.length);
     let last = 0;
@@ -205,17 +206,17 @@ class ViewObject {
   makeSurface(mesh) {
     const count = mesh.positions.length / 3, positions = new Float32Array(3 * count);
     for (let axis = 0; axis < 3; ++axis) {
-      const q = ViewObject.summed(mesh.positions.subarray(axis * count, (axis + 1) * count));
+      const q = ViewModel.summed(mesh.positions.subarray(axis * count, (axis + 1) * count));
       for (let i = 0; i < count; ++i) positions[3 * i + axis] = mesh.low[axis] + q[i] * mesh.step;
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    geometry.setIndex(new THREE.BufferAttribute(ViewObject.summed(mesh.indices), 1));
+    geometry.setIndex(new THREE.BufferAttribute(ViewModel.summed(mesh.indices), 1));
     geometry.computeVertexNormals();
     this.heat = new THREE.BufferAttribute(new Float32Array(count), 1);
     geometry.setAttribute('heat', this.heat);
     geometry.computeBoundingBox();
-    this.surface = new THREE.Mesh(geometry, surfaceMaterial());
+    this.surface = geometry;
   }
 
   makeBalls(tree) {
@@ -228,9 +229,16 @@ class ViewObject {
     }
     this.at = new Float32Array(tree.spheres.length);
     for (let i = 0; i < this.at.length; ++i) this.at[i] = tree.spheres[i] * tree.step + (i % 4 < 3 ? tree.low[i % 4] : 0);
-    this.balls = new THREE.Mesh(new THREE.InstancedBufferGeometry(), ballMaterial());
-    this.depth = new THREE.Mesh(this.balls.geometry, ballMaterial());
-    this.depth.material.colorWrite = false;
+    const tones = SphereView.TONES.map(tone => new THREE.Color(tone));
+    this.tone = node => tones[(tree.branch ? tree.branch[node] : node) % tones.length];
+  }
+  leafBox() {
+    const box = new THREE.Box3();
+    for (const node of this.sets[this.sets.length - 1]) {
+      const c = new THREE.Vector3(this.at[4 * node], this.at[4 * node + 1], this.at[4 * node + 2]), r = this.at[4 * node + 3];
+      box.expandByPoint(c.clone().addScalar(r)).expandByPoint(c.addScalar(-r));
+    }
+    return box;
   }
 
   overhangOf(node) {
@@ -242,14 +250,16 @@ class ViewObject {
   }
 
   setLevel(level) {
-    if (!this.balls) return;
-    this.level = Math.min(level, this.levelCount() - 1);
-    const nodes = this.sets[this.level], sphere = new Float32Array(4 * nodes.length), heat = new Float32Array(nodes.length);
+    const wanted = Math.min(level, this.levelCount() - 1);
+    if (wanted === this.level) return;
+    this.level = wanted;
+    const nodes = this.sets[this.level], sphere = new Float32Array(4 * nodes.length), heat = new Float32Array(nodes.length), tone = new Float32Array(3 * nodes.length);
     const figures = this.given.levels && this.given.levels[this.level];
     let most = 0;
     nodes.forEach((node, i) => {
       sphere.set(this.at.subarray(4 * node, 4 * node + 4), 4 * i);
       heat[i] = this.overhangOf(node);
+      this.tone(node).toArray(tone, 3 * i);
       most = Math.max(most, heat[i]);
     });
     this.most = figures ? figures.overhang_mm.max : most;
@@ -258,33 +268,23 @@ class ViewObject {
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
     geometry.setAttribute('sphere', new THREE.InstancedBufferAttribute(sphere, 4));
     geometry.setAttribute('heat', new THREE.InstancedBufferAttribute(heat.map(value => this.most > 0 ? value / this.most : 0), 1));
+    geometry.setAttribute('tone', new THREE.InstancedBufferAttribute(tone, 3));
     geometry.maxInstancedCount = nodes.length;
-    this.balls.geometry.dispose();
-    this.balls.geometry = this.depth.geometry = geometry;
+    if (this.balls) this.balls.dispose();
+    this.balls = geometry;
     this.sphere = sphere;
     this.stale = true;  // the surface is coloured when that is looked at: it takes most of the time of a large scene
   }
   // Share of the surface's vertices that are in no sphere.
   get gaps() {
-    if (this.stale && this.surface) this.heatSurface(this.sphere);
+    if (this.surface) this.heatSurface();
     return this.gapShare || 0;
   }
-  // How far along the ray (world) it meets a sphere of the level; Infinity: it does not.
-  firstHit(ray) {
-    const local = ray.clone().applyMatrix4(new THREE.Matrix4().getInverse(this.pose)), {origin: o, direction: d} = local, s = this.sphere || [];
-    let least = Infinity;
-    for (let i = 0; i < s.length; i += 4) {
-      const x = s[i] - o.x, y = s[i + 1] - o.y, z = s[i + 2] - o.z, along = x * d.x + y * d.y + z * d.z;
-      const under = along * along - x * x - y * y - z * z + s[i + 3] * s[i + 3];
-      if (under > 0 && along > 0) least = Math.min(least, along - Math.sqrt(under));
-    }
-    return least;
-  }
-
   // For each vertex, how far the union of the spheres reaches above it along its normal; below 0: the vertex is in no sphere.
-  heatSurface(sphere) {
-    const p = this.surface.geometry.getAttribute('position').array, n = this.surface.geometry.getAttribute('normal').array;
-    const size = this.surface.geometry.boundingBox.getSize(new THREE.Vector3()).length(), tolerance = 1e-4 * size;
+  heatSurface() {
+    if (!this.stale) return;
+    const sphere = this.sphere, p = this.surface.getAttribute('position').array, n = this.surface.getAttribute('normal').array;
+    const size = this.surface.boundingBox.getSize(new THREE.Vector3()).length(), tolerance = 1e-4 * size;
     const balls = sphere.length / 4, enter = new Float64Array(balls), leave = new Float64Array(balls);
     let gaps = 0;
     for (let v = 0; v < this.heat.array.length; ++v) {
@@ -311,10 +311,67 @@ class ViewObject {
     this.gapShare = gaps / this.heat.array.length;
     this.stale = false;
   }
+}
 
-  setLook(look) {
+// A model at its place in the scene.
+class ViewObject {
+  // `tone`: the colour of its spheres; null: they are coloured by branch.
+  constructor(object, model = new ViewModel(object), tone = null) {
+    this.given = object;
+    this.model = model;
+    this.shown = true;
+    this.pose = new THREE.Matrix4();
+    const [x, y, z] = object.position_mm || [0, 0, 0], [qw, qx, qy, qz] = object.quaternion_wxyz || [1, 0, 0, 0];
+    this.pose.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(qx, qy, qz, qw), new THREE.Vector3(1, 1, 1));
+    if (object.mesh) this.surface = new THREE.Mesh(model.surface, surfaceMaterial());
+    if (object.tree) {
+      this.balls = new THREE.Mesh(new THREE.InstancedBufferGeometry(), ballMaterial());
+      this.depth = new THREE.Mesh(this.balls.geometry, ballMaterial());
+      this.depth.material.colorWrite = false;
+      this.balls.material.uniforms.plain.value = new THREE.Color(tone || SphereView.BONE);
+      this.balls.material.uniforms.branched.value = tone ? 0 : 1;
+    }
+    for (const part of [this.surface, this.depth, this.balls]) if (part) this.place(part);
+  }
+  place(part) {
+    part.matrixAutoUpdate = false;
+    part.matrix.copy(this.pose);
+    part.frustumCulled = false;
+  }
+  setPose(position, quaternion) {  // THREE.Vector3, THREE.Quaternion
+    this.pose.compose(position, quaternion, new THREE.Vector3(1, 1, 1));
+    for (const part of [this.surface, this.depth, this.balls]) if (part) { part.matrix.copy(this.pose); part.matrixWorldNeedsUpdate = true; }
+  }
+  toWorld(point) { return new THREE.Vector3(...point).applyMatrix4(this.pose); }
+  levelCount() { return this.model.levelCount(); }
+  get sets() { return this.model.sets; }
+  get level() { return this.model.level; }
+  get most() { return this.model.most; }
+  get gaps() { return this.model.gaps; }
+
+  setLevel(level) {
+    if (!this.balls) return;
+    this.model.setLevel(level);
+    this.balls.geometry = this.depth.geometry = this.model.balls;
+  }
+  // How far along the ray (world) it meets a sphere of the level; Infinity: it does not.
+  firstHit(ray) {
+    const local = ray.clone().applyMatrix4(new THREE.Matrix4().getInverse(this.pose)), {origin: o, direction: d} = local, s = this.model.sphere || [];
+    let least = Infinity;
+    for (let i = 0; i < s.length; i += 4) {
+      const x = s[i] - o.x, y = s[i + 1] - o.y, z = s[i + 2] - o.z, along = x * d.x + y * d.y + z * d.z;
+      const under = along * along - x * x - y * y - z * z + s[i + 3] * s[i + 3];
+      if (under > 0 && along > 0) least = Math.min(least, along - Math.sqrt(under));
+    }
+    return least;
+  }
+
+  // `most`: at the end of the colours; 0: the worst of the object.
+  setLook(look, most = 0) {
+    for (const part of [this.surface, this.balls]) if (part) part.material.uniforms.gain.value = most > 0 && this.most ? this.most / most : 1;
     if (this.balls) {
       this.balls.visible = this.shown && (look !== 'mesh' || !this.surface);
+      this.balls.material.uniforms.tinted.value = look === 'heat' || (look === 'mesh' && !this.surface) ? 1 : 0;
       this.depth.visible = this.balls.visible && look === 'glass';
       const glass = look === 'glass' && this.surface !== undefined;
       this.balls.material.uniforms.opacity.value = glass ? 0.42 : 1;
@@ -322,22 +379,16 @@ class ViewObject {
       this.balls.material.depthWrite = !glass;
     }
     if (this.surface) {
-      if (look === 'mesh' && this.balls && this.stale) this.heatSurface(this.sphere);
-      this.surface.visible = this.shown && (look !== 'solid' || !this.balls);
+      if (look === 'mesh' && this.balls) this.model.heatSurface();
+      this.surface.visible = this.shown && (look === 'mesh' || look === 'glass' || !this.balls);
       this.surface.material.uniforms.tinted.value = look === 'mesh' && this.balls ? 1 : 0;
     }
   }
 
   box() {
     const box = new THREE.Box3();
-    if (this.surface) box.copy(this.surface.geometry.boundingBox);
-    else if (this.at) {
-      const leaves = this.sets[this.sets.length - 1];
-      for (const node of leaves) {
-        const c = new THREE.Vector3(this.at[4 * node], this.at[4 * node + 1], this.at[4 * node + 2]), r = this.at[4 * node + 3];
-        box.expandByPoint(c.clone().addScalar(r)).expandByPoint(c.addScalar(-r));
-      }
-    }
+    if (this.surface) box.copy(this.model.surface.boundingBox);
+    else if (this.model.at) box.copy(this.model.leafBox());
     return box.isEmpty() ? box : box.applyMatrix4(this.pose);
   }
 
@@ -356,21 +407,21 @@ class ViewObject {
 // Colour by `heat`: 0..1 along the ramp, below 0 a gap. One light from the eye and one from above.
 function heatUniforms() {
   return {ramp: {value: SphereView.RAMP.map(colour => new THREE.Color(colour))}, gap: {value: new THREE.Color(SphereView.GAP)},
-    plain: {value: new THREE.Color('#b9c0c8')}, tinted: {value: 1}, opacity: {value: 1}};
+    plain: {value: new THREE.Color(SphereView.BONE)}, branched: {value: 0}, gain: {value: 1}, tinted: {value: 1}, opacity: {value: 1}};
 }
-const HEAT = `uniform vec3 ramp[5]; uniform vec3 gap; uniform vec3 plain; uniform float tinted; uniform float opacity; varying float vHeat;
-  vec4 lit(vec3 n) { float t = clamp(vHeat, 0.0, 1.0) * 4.0;
+const HEAT = `uniform vec3 ramp[5]; uniform vec3 gap; uniform float tinted; uniform float gain; uniform float opacity; varying float vHeat; varying vec3 vPlain;
+  vec4 lit(vec3 n) { float t = clamp(vHeat * gain, 0.0, 1.0) * 4.0;
   vec3 c = mix(ramp[0], ramp[1], clamp(t, 0.0, 1.0)); c = mix(c, ramp[2], clamp(t - 1.0, 0.0, 1.0));
   c = mix(c, ramp[3], clamp(t - 2.0, 0.0, 1.0)); c = mix(c, ramp[4], clamp(t - 3.0, 0.0, 1.0));
-  c = mix(plain, vHeat < -0.5 ? gap : c, tinted);
+  c = mix(vPlain, vHeat < -0.5 ? gap : c, tinted);
   float light = 0.35 + 0.5 * max(n.z, 0.0) + 0.22 * max(dot(n, normalize(vec3(-0.4, 0.8, 0.5))), 0.0);
   return vec4(c * light, opacity); }`;
 
 function surfaceMaterial() {
   return new THREE.ShaderMaterial({
     uniforms: heatUniforms(), side: THREE.DoubleSide,
-    vertexShader: `attribute float heat; varying float vHeat; varying vec3 vNormal;
-      void main() { vHeat = heat; vNormal = normalMatrix * normal; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
+    vertexShader: `uniform vec3 plain; attribute float heat; varying float vHeat; varying vec3 vPlain; varying vec3 vNormal;
+      void main() { vHeat = heat; vPlain = plain; vNormal = normalMatrix * normal; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
     fragmentShader: `${HEAT} varying vec3 vNormal;
       void main() { vec3 n = normalize(vNormal); gl_FragColor = lit(gl_FrontFacing ? n : -n); }`,
   });
@@ -381,8 +432,9 @@ function surfaceMaterial() {
 function ballMaterial() {
   return new THREE.ShaderMaterial({
     uniforms: heatUniforms(), side: THREE.DoubleSide, extensions: {fragDepth: true},
-    vertexShader: `attribute float heat; attribute vec4 sphere; varying float vHeat; varying vec3 vPlace; varying vec3 vCentre; varying float vRadius;
-      void main() { vHeat = heat; vRadius = sphere.w; vCentre = (modelViewMatrix * vec4(sphere.xyz, 1.0)).xyz;
+    vertexShader: `uniform vec3 plain; uniform float branched; attribute float heat; attribute vec4 sphere; attribute vec3 tone;
+      varying float vHeat; varying vec3 vPlain; varying vec3 vPlace; varying vec3 vCentre; varying float vRadius;
+      void main() { vHeat = heat; vRadius = sphere.w; vPlain = mix(plain * (0.8 + 0.4 * tone.g), tone, branched); vCentre = (modelViewMatrix * vec4(sphere.xyz, 1.0)).xyz;
       float d2 = dot(vCentre, vCentre), size = vRadius * sqrt(d2 / max(d2 - vRadius * vRadius, 1e-3 * d2));
       vec3 to = normalize(vCentre), right = normalize(cross(vec3(0.0, 1.0, 0.0001), to)), up = cross(to, right);
       vPlace = vCentre + size * (position.x * right + position.y * up);
@@ -402,24 +454,34 @@ function addViewControls(view, onLevel) {
   const box = document.createElement('div');
   box.className = 'panel';
   box.innerHTML = `<label>Level <output></output><input type="range" class="level" min="0" step="1"></label>
-    <label>Show <select class="look"><option value="glass">Spheres as glass, mesh within</option><option value="solid">Spheres</option>
-    <option value="mesh">Mesh, coloured by stand-off and gaps</option></select></label>
-    <div class="legend"><div class="ramp"></div><div class="ends"><span>0</span><span class="most"></span></div>
-    <div class="note"></div></div><button type="button" class="all">Show all</button>`;
+    <label>Show <select class="look"><option value="mesh">Mesh by stand-off</option>
+    <option value="solid">Spheres</option><option value="heat">Spheres by overhang</option>
+    <option value="glass">Glass spheres, mesh within</option></select></label>
+    <div class="legend"><div class="scale"><div class="ramp"></div><div class="ends"><span>0</span><span class="most"></span></div>
+    <label class="check"><input type="checkbox" class="own"> each object by its own worst</label></div>
+    <div class="note says-what"></div><div class="note says-gap"></div></div><button type="button" class="all">Show all</button>`;
   view.panel.append(box);
-  const slider = box.querySelector('.level'), output = box.querySelector('output'), most = box.querySelector('.most'), note = box.querySelector('.note');
+  const slider = box.querySelector('.level'), output = box.querySelector('output'), most = box.querySelector('.most'), what = box.querySelector('.says-what'), gap = box.querySelector('.says-gap'), own = box.querySelector('.own');
   box.querySelector('.ramp').style.background = `linear-gradient(90deg,${SphereView.RAMP.join(',')})`;
   box.querySelector('.all').addEventListener('click', () => view.showAll());
+  own.addEventListener('change', () => { view.ownScale = own.checked; view.setLook(view.look); describe(); });
+  box.querySelector('.look').value = view.look;
   box.querySelector('.look').addEventListener('change', e => { view.setLook(e.target.value); describe(); });
   function describe() {
     output.textContent = `${view.level} of ${view.levelCount() - 1}` +
       (view.objects.length === 1 && view.objects[0].sets ? ` · ${view.objects[0].sets[view.objects[0].level].length} spheres` : '');
     slider.setAttribute('aria-valuetext', output.textContent);
-    const one = view.objects.length === 1 ? view.objects[0] : null;
-    most.textContent = one && one.most ? one.most.toPrecision(3) + ' mm' : 'worst of the object';
-    box.querySelector('.legend').hidden = !view.objects.some(object => object.given.tree && object.given.tree.overhang);
-    note.innerHTML = (view.look === 'mesh' ? 'How far the spheres stand above the surface, along its normal' : 'How far a sphere reaches out of the object, at most') +
-      ` <span style="color:${SphereView.GAP}">&#9632;</span> in no sphere` + (one && one.surface && one.balls ? `: ${(100 * (one.gaps || 0)).toPrecision(2)} % of the vertices` : '');
+    const one = view.objects.length === 1 ? view.objects[0] : null, heats = view.look === 'mesh' || view.look === 'heat';
+    const all = view.objects.map(object => object.most || 0), digits = value => value.toPrecision(3) + ' mm';
+    const low = all.reduce((a, b) => Math.min(a, b), Infinity), high = all.reduce((a, b) => Math.max(a, b), 0);
+    own.parentElement.hidden = Boolean(one);
+    most.textContent = one || low === high || !view.ownScale ? digits(high) : `${digits(low)} to ${digits(high)}`;
+    box.querySelector('.legend').hidden = !view.objects.length;
+    box.querySelector('.scale').hidden = !heats || !view.objects.some(object => object.given.tree && object.given.tree.overhang);
+    what.textContent = view.look === 'mesh' ? 'How far the spheres stand above the surface, along its normal.' :
+      view.look === 'heat' ? 'How far a sphere reaches out of the object.' : one ? 'A colour for each branch below the root.' : 'A colour for each object.';
+    gap.innerHTML = view.look === 'mesh' ? `<span style="color:${SphereView.GAP}">&#9632;</span> in no sphere` +
+      (one && one.surface && one.balls ? `: ${one.gaps ? (100 * one.gaps).toPrecision(2) : 0} % of the vertices` : '') : '';
   }
   function refresh() {
     slider.max = view.levelCount() - 1;
