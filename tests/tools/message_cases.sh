@@ -20,8 +20,8 @@ case_mistyped() {
   done
   expect 2 biuld
   says_in_a_line "the nearest is 'build'"
-  expect 2 view
-  says_in_a_line "unknown verb 'view'. See"
+  expect 2 paint
+  says_in_a_line "unknown verb 'paint'. See"
   expect 2 --verbose build
   says_in_a_line "unknown option '--verbose'"
   expect 2 xyz build
