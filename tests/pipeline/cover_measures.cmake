@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds trees of the sample meshes and of some of the shared ones, and measures them.
 add_executable(cover_measures_test pipeline/cover_measures_test.cpp)
+target_include_directories(cover_measures_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_definitions(cover_measures_test PRIVATE SPHERETREE_SHARED_DIR="${SPHERETREE_SHARED_DIR}")
 target_link_libraries(cover_measures_test PRIVATE sample_meshes spheretree::builder_internal spheretree::formats spheretree_flags GTest::gtest_main)
 gtest_discover_tests(cover_measures_test DISCOVERY_MODE PRE_TEST PROPERTIES LABELS pipeline TIMEOUT 600)

@@ -10,7 +10,6 @@
 #include <Eigen/Dense>
 
 #include "kernel.h"
-#include "support/quadprog_peer.h"
 #include "support/random.h"
 
 namespace spheretree::runtime {
@@ -263,53 +262,6 @@ TEST(Qp6, KernelsGiveTheSameBits) {
     EXPECT_EQ(a.y, b.y);
     EXPECT_EQ(a.active, b.active);
   }
-}
-
-TEST(Qp6, AgreesWithAnIndependentSolver) {
-  test::QuadprogPeer peer;
-  if (!peer.isThere()) GTEST_SKIP() << "r-cran-quadprog is not installed";
-  Random random(77);
-  int optimal = 0, infeasible = 0;
-  for (int n = 0; n < 3000; ++n) {
-    const std::size_t count = 1 + random.below(n % 3 ? 40 : 300);
-    std::vector<Vec> normals;
-    std::vector<double> bounds;
-    // Rows that turn towards one side leave room; rows of every direction often do not.
-    const double side = n % 4 ? 1 : 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      Vec normal;
-      for (int k = 0; k < 6; ++k) normal[k] = random.between(-1, 1) + (k == 2 ? side : 0);
-      normals.push_back(normal);
-      bounds.push_back(random.between(-1, 0.3));
-    }
-    Problem p(normals, bounds);
-    for (int k = 0; k < 6; ++k) p.target[k] = random.between(-2, 2);
-    std::vector<double> a(6 * count), b(count);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      Eigen::Map<Vec>(a.data() + 6 * i) = p.normal(i);
-      b[i] = static_cast<double>(p.rows.b[i]);
-    }
-    peer.reserve(count);
-    Vec y;
-    const bool solved = peer.solve(a.data(), b.data(), static_cast<int>(count), p.target.data(), y.data());
-    const QpAnswer answer = solve(p);
-    ASSERT_NE(answer.status, QpStatus::IterationLimit);
-    if (answer.status == QpStatus::Infeasible) {  // within the tolerance of a row both may be right
-      if (solved) {
-        ASSERT_GT(y.norm(), 1e3) << n;
-      }
-      ++infeasible;
-      continue;
-    }
-    ASSERT_TRUE(solved) << n;
-    ++optimal;
-    // A row may be violated by the tolerance: then the objective differs by that times the multipliers, and the point by the root of it.
-    double weights = 0;
-    for (std::size_t k = 0; k < answer.active_count; ++k) weights += answer.multiplier[k];
-    EXPECT_LT((Vec(answer.y) - y).norm(), std::sqrt(2 * tolerance(answer) * weights) + 1e-9) << n;
-  }
-  EXPECT_GT(optimal, 1000);
-  EXPECT_GT(infeasible, 100);
 }
 
 }  // namespace
