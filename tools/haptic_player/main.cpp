@@ -28,13 +28,17 @@ using namespace spheretree::tool;
 struct Options {
   PlaySettings play;
   ViewOptions view;
-  std::string device, mode = "constrained", clock = "real", scenario, quality = "standard", progress = "auto";
+  std::string device, mode = "constrained", contact = "skin", clock = "real", scenario, quality = "standard", progress = "auto";
   std::filesystem::path out, cache;
   double share = 1, seconds = 0;
-  bool list = false, json = false, quiet = false, bridges = true, gimbal_torque = false;
+  bool list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
 const std::string kProgram = "haptic-player";
+
+runtime::ContactSurface contactOf(const Options& options) {
+  return options.contact == "skin" ? runtime::ContactSurface::Skin : runtime::ContactSurface::Leaves;
+}
 
 int listScenarios() {
   for (const Scenario& s : scenarios()) printResult("%-4s %-12s %s\n", s.id.c_str(), s.alias.c_str(), s.title.c_str());
@@ -57,7 +61,7 @@ int runBench(const Options& options, builder::Progress& progress) try {
     formats::checkWritable(options.out / "stability.json");
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
-  BodyLibrary bodies(quality, options.bridges, progress, options.cache);
+  BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
   Bench bench{bodies, {options.share}, progress};
   std::vector<ScenarioResult> results;
   int short_of = 0;
@@ -116,7 +120,7 @@ void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
 
 int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
-  play_settings.bridges = options.bridges;
+  play_settings.contact = contactOf(options);
   const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   refuseStrayOptions(cli, device);
@@ -175,7 +179,9 @@ void addOptions(CLI::App& cli, Options& o) {
       ->excludes(scenario);
   cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios run in both")
       ->check(CLI::IsMember({"constrained", "paper"}));
-  cli.add_flag("--bridges,!--no-bridges", o.bridges, "Constrained mode slides over the pits between leaves (default), or feels every leaf");
+  cli.add_option("--contact", o.contact, "What the tool rests on in constrained mode: the skin of objects that have one, or their leaves")
+      ->check(CLI::IsMember({"skin", "leaves"}))
+      ->capture_default_str();
   cli.add_option("--clock", o.clock,
                  "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real. Scenarios are stepped")
       ->check(CLI::IsMember({"real", "stepped"}));

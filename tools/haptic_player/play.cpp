@@ -9,11 +9,13 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <thread>
 
+#include "compiled_scene.h"
 #include "molar.h"
 #include "probe.h"
 #include "servo_loop.h"
@@ -43,18 +45,21 @@ runtime::SceneDescription sampleScene(builder::Progress& progress) {
 
 runtime::SceneDescription readDescription(const std::filesystem::path& path) {
   const formats::SceneFile file = formats::readScene(path);
+  std::map<std::filesystem::path, runtime::SharedTree> trees;  // objects of one file share it
   const auto tree = [&](const formats::SceneItem& item) {
     if (item.tree.empty())
       throw formats::FormatError(path.string() + ": " + item.name +
                                  " names a mesh, and the player needs trees. Build them: spheretree batch " + path.string() +
                                  " -o DIR; then play DIR/scene.json");
-    return formats::readSphereTree(formats::scenePath(path, item.tree));
+    const std::filesystem::path tree_file = formats::scenePath(path, item.tree);
+    const auto found = trees.find(tree_file);
+    return found != trees.end() ? found->second : trees.emplace(tree_file, formats::readSphereTree(tree_file)).first->second;
   };
   if (!file.tool.reference_point.empty())
     throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
                                "reference_point_mm, or play the scene that batch writes.");
   runtime::SceneDescription d;
-  d.tool = tree(file.tool);
+  d.tool = *tree(file.tool);
   d.reference_point = file.tool.reference_point_mm;
   for (const formats::SceneItem& object : file.objects) d.objects.push_back({tree(object), object.pose});
   d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad};
@@ -138,7 +143,8 @@ const char* endName(PlayEnd end) {
 }  // namespace
 
 RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording) {
-  RunIdentity identity{kSampleScene, std::string("mode=") + modeName(settings.mode) + " bridges=" + (settings.bridges ? "on" : "off")};
+  RunIdentity identity{kSampleScene, std::string("mode=") + modeName(settings.mode) +
+                                         " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves")};
   if (settings.scene.empty()) return identity;
   identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
   if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
@@ -170,10 +176,11 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
   };
   std::vector<Stop> stops;
   runtime::Workspace workspace(scene);
+  const runtime::CompiledScene& compiled = scene.compiled();
   double top = 0;
-  for (const runtime::CompiledObject& object : scene.objects)
-    top = std::max(top, object.anchor.z() + object.root_radius + scene.tool.reach + 5);
-  for (const runtime::CompiledObject& object : scene.objects) {
+  for (std::size_t i = 0; i < compiled.objects.size(); ++i)
+    top = std::max(top, compiled.objects[i].anchor.z() + compiled.bodyOf(i).radius + compiled.tool.reach + 5);
+  for (const runtime::CompiledObject& object : compiled.objects) {
     const Eigen::Vector3d high(object.anchor.x(), object.anchor.y(), top);
     runtime::resetTo({high, {1, 0, 0, 0}}, workspace);
     Eigen::Vector3d touch = high;
@@ -204,7 +211,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   std::unique_ptr<device::Device> device;
   if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // fails at once
   runtime::SceneDescription description = describeScene(settings.scene, progress);
-  description.bridges = settings.bridges;
+  description.contact = settings.contact;
   const runtime::Scene scene = compiledScene(description, settings.scene);
   if (observer) observer->onScene(description);
   if (!device) device = openInput(settings, scene, observer);
@@ -220,8 +227,8 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const Json locked = real ? lockMemory() : Json(nullptr);
 
   device::SafetySettings safety;
-  safety.max_force = scene.wrench_limits.force;
-  safety.max_torque = scene.wrench_limits.torque;
+  safety.max_force = scene.wrenchLimits().force;
+  safety.max_torque = scene.wrenchLimits().torque;
   device->start(loop, safety, settings.clock);
   runDevice(*device, settings, loop, observer);
   const device::DeviceStatus status = device->status();

@@ -32,7 +32,7 @@ struct PlaySettings {
   std::filesystem::path record;   // empty: no recording
   std::string hand = "fine";      // of the simulated device
   device::PhantomSettings phantom;
-  bool bridges = true;  // runtime::SceneDescription::bridges
+  runtime::ContactSurface contact = runtime::ContactSurface::Skin;
   bool status_line = false;
 };
 
@@ -71,7 +71,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
 
 /// The scene of a file that names trees, or the built-in sample, compiled.
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled
-runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress);
+runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurface contact, builder::Progress& progress);
 
 inline constexpr double kTourStopSeconds = 5;  // that a tour spends on each object
 

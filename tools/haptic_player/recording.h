@@ -20,7 +20,7 @@ namespace spheretree::player {
 /// What a recording belongs to. It stands in the first row, so that a replay finds its scene.
 struct RunIdentity {
   std::string scene;     // path of the scene file from the folder of the recording, or kSampleScene; empty: not said
-  std::string settings;  // what else the steps depend on, as "mode=constrained bridges=on"
+  std::string settings;  // what else the steps depend on, as "mode=constrained contact=skin"
 };
 inline constexpr const char* kSampleScene = "sample";  // the built-in one
 

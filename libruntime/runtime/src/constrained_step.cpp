@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "force_rate_limit.h"
+#include "inside.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
@@ -16,14 +18,10 @@ constexpr double kConverged = 2e-5;      // the graphic tool rests if the next s
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostHalvings = 5;
+constexpr int kFeltHalvings = 2;    // for the sake of smooth patches, which hold nothing back for long
 constexpr double kPiecesAhead = 8;  // that the pairs in the list are meant to last for
 constexpr int kPatience = 8;        // pieces that bring the graphic tool
 constexpr double kProgress = 1e-3;  // nearer by less than this are the last of a step: it goes to and fro [mm, scaled]
-
-// A hand hardly feels a step of 0.1 N or 7 % of the force, 5 N mm or 13 % of the torque. These leave room for the last push out of a
-// contact.
-constexpr double kForceStep = 0.0995, kForceStepPart = 0.0695;  // [N]
-constexpr double kTorqueStep = 4.95, kTorqueStepPart = 0.1295;  // [N mm]
 
 /// Of the stretch of the springs in a step, at most: of all of it, of its translation, of its rotation [mm, scaled].
 struct Change {
@@ -49,16 +47,18 @@ class ConstrainedStep {
   double acceptedPart(const Displacement& step, double part, bool is_straight);
   bool isIdle();
   void pushOut();
+  void noteContacts();
   void makeRows();
   void record();
   Change mostChange();
   double partWithin(const Vector6& way, double most) const;
-  void accelerate(const Vector6& want, const Vector6& plain);
+  double damping(const Vector6& plain) const;
+  bool accelerate(const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet pairs);
 
   StepParts& parts_;
-  const Scene& scene_;
-  Workspace& workspace_;
+  const CompiledScene& scene_;
+  StepMemory& memory_;
   StepResult& result_;
   const Configuration& haptic_;
   const double path_tolerance_;  // deepest a leaf may dip in the middle of a piece [mm]
@@ -66,10 +66,11 @@ class ConstrainedStep {
   Vector6 stretch_before_;       // of the springs, when the last step ended [mm, scaled]
   Change change_;
 
-  Configuration now_, best_;  // the end of the last piece; of all of them the last that was free, or the least deep
-  double depth_ = 0, best_depth_ = kInfinity;
-  PairSet pairs_;  // all that a way of `margin_` from where they were found can meet
-  RowSet rows_;    // of the pairs and bridges at `now_`
+  Configuration now_, best_;                   // the end of the last piece; of all of them the last that was free, or the least deep
+  double depth_ = 0, best_depth_ = kInfinity;  // in what is guaranteed [mm]
+  double felt_depth_ = 0;                      // in the smooth patches [mm]
+  PairSet pairs_;                              // all that a way of `margin_` from where they were found can meet
+  RowSet rows_;                                // of the pairs at `now_`
   double margin_, margin_limit_ = kInfinity;
   double used_ = 0;    // of the margin
   bool stale_ = true;  // the pairs are not those of `margin_` about `now_`
@@ -77,22 +78,23 @@ class ConstrainedStep {
   double nearest_ = kInfinity;     // to the haptic pose, some pieces ago [mm, scaled]
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
   bool has_last_ = false;
+  bool is_settled_ = false;  // the last QP is that of the haptic pose at `now_`, and says to stay
 };
 
 ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
     : parts_(parts),
       scene_(parts.scene),
-      workspace_(parts.workspace),
+      memory_(parts.memory),
       result_(parts.result),
       haptic_(haptic),
-      path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.smallest_radius_sum)),
+      path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.least_contact)),
       largest_turn_(std::sqrt(1.6 * path_tolerance_ / std::max(scene_.tool.reach, 1e-6))),
       change_(mostChange()),
-      now_(workspace_.graphic),
+      now_(memory_.graphic),
       best_(now_) {
-  const double motion = parts_.reach(displacementBetween(workspace_.haptic, haptic));
+  const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
   margin_ = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
-  if (workspace_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
+  if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
 }
 
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
@@ -106,20 +108,23 @@ void ConstrainedStep::run() {
       break;
     }
     if (stale_ && !findPairs()) break;
-    piece = parts_.isFree(pairs_) ? freePiece() : contactPiece();
+    piece = pairs_.pairs.empty() ? freePiece() : contactPiece();
   }
-  workspace_.is_behind = piece != Piece::Arrived;
+  memory_.is_behind = piece != Piece::Arrived;
   pushOut();
   if (best_depth_ < kInfinity) {
-    workspace_.graphic = best_;
+    memory_.graphic = best_;
     result_.penetration = best_depth_;
   }
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
+  noteContacts();
 }
 
 void ConstrainedStep::makeRows() {
-  rows_ = parts_.allRows(pairs_, now_, margin_);
+  rows_ = parts_.rows(pairs_, now_);
+  parts_.addFelt(now_, margin_, rows_);
   depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_gap));
+  felt_depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_felt_gap));
 }
 
 void ConstrainedStep::record() {
@@ -128,27 +133,27 @@ void ConstrainedStep::record() {
   best_depth_ = depth_;
 }
 
-// Pairs, bridges and rows for the pieces to come. False if the list is full even for the shortest way: then the step ends here.
+// Pairs and rows for the pieces to come. False if the list is full even for the shortest way: then the step ends here.
 bool ConstrainedStep::findPairs() {
-  pairs_ = parts_.search(now_, margin_, false);
-  while (margin_ > (pairs_.coarse ? kLeastMargin : kContactMargin) && !pairs_.pairs.empty() &&
-         parts_.workLeft()) {  // a shorter way has fewer pairs
-    margin_ = std::max(pairs_.coarse ? kLeastMargin : kContactMargin, margin_ / 4);
+  for (;;) {
+    pairs_ = parts_.search(now_, margin_, PairsOf::ContactSurface);
+    if (!pairs_.coarse) {
+      rows_ = parts_.rows(pairs_, now_);
+      parts_.keepNear(margin_, pairs_, rows_);
+    }
+    const double least = pairs_.coarse ? kLeastMargin : kContactMargin;
+    if (margin_ <= least || pairs_.pairs.empty() || !parts_.workLeft()) break;
+    margin_ = std::max(least, margin_ / 4);  // a shorter way has fewer pairs
     if (pairs_.coarse) margin_limit_ = margin_;
-    pairs_ = parts_.search(now_, margin_, false);
   }
   if (pairs_.coarse) {
     result_.faults |= parts_.workLeft() ? kPairsFull : kWorkLimit;
     if (parts_.workLeft() && best_depth_ == kInfinity) coarseMove(pairs_);
     return false;
   }
-  parts_.searchBridges(now_, margin_);
-  if (margin_ > kContactMargin && parts_.anyBridges()) {
-    margin_ = kContactMargin;
-    parts_.searchBridges(now_, margin_);
-  }
-  parts_.findActive(pairs_);
-  makeRows();
+  parts_.addFelt(now_, margin_, rows_);
+  depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_gap));
+  felt_depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_felt_gap));
   if (depth_ > kGapTolerance) change_ = kAnyChange;
   used_ = 0;
   stale_ = false;
@@ -158,7 +163,7 @@ bool ConstrainedStep::findPairs() {
 
 // Nothing within the margin: straight on, as far as it reaches and the force may change.
 Piece ConstrainedStep::freePiece() {
-  workspace_.active_count = 0;
+  memory_.active_count = 0;
   result_.active = 0;
   const Displacement want = displacementBetween(now_, haptic_);
   const double length = parts_.reach(want), left = std::max(0.0, margin_ - used_);
@@ -178,15 +183,17 @@ Piece ConstrainedStep::freePiece() {
 
 // As far as the rows let the tool come to the haptic pose.
 Piece ConstrainedStep::contactPiece() {
-  const QpAnswer& answer = workspace_.answer;
+  const QpAnswer& answer = memory_.answer;
   const Vector6 want = parts_.scaledVector(displacementBetween(now_, haptic_));
   const double back = parts_.solve(rows_, want);
   const Vector6 plain = answer.y;
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
     parts_.keepActive(pairs_);
+    is_settled_ = true;
     return Piece::Arrived;
   }
-  if (back == 0 && answer.active_count > 0) accelerate(want, plain);
+  const double damped = damping(plain);
+  const bool is_accelerated = damped == 1 && back == 0 && answer.active_count > 0 && accelerate(want, plain);
   const Displacement step = parts_.displacement(answer.y);
   const bool is_straight = answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
   const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
@@ -195,15 +202,23 @@ Piece ConstrainedStep::contactPiece() {
   if (turn * most > largest_turn_) most = largest_turn_ / turn;
   double part = partWithin(answer.y, most);
   const bool is_held_back = part < most;
+  part = std::min(part, damped);
   parts_.keepActive(pairs_);
   // Pieces shrink, and so does what the next few of them can meet.
   if (const double enough = kPiecesAhead * part * length + kLeastMargin; back == 0 && enough < 0.5 * left) {
-    parts_.narrowTo(enough, rows_, now_, pairs_);
+    parts_.keepNear(enough, pairs_, rows_);
     margin_ = enough;
     used_ = 0;
   }
+  const Configuration from = now_;
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
+  if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
+    now_ = from;  // where the contact turns, the sum of the series is no guide: the next piece is a plain one
+    makeRows();
+    has_last_ = false;
+    return Piece::GoesOn;
+  }
   last_plain_ = plain;
   last_way_ = part * answer.y;
   has_last_ = true;
@@ -221,11 +236,11 @@ Piece ConstrainedStep::contactPiece() {
 // Goes `part` of `step`, or half of it and so on, until it ends no deeper than it may. 0: rows that conflict, no way on from here.
 double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool is_straight) {
   const Configuration from = now_;
-  const double deepest = std::max(path_tolerance_, depth_ + 1e-6);
+  const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
   for (int halving = 0; halving <= kMostHalvings; ++halving, part /= 2) {
     now_ = is_straight && part == 1 ? haptic_ : moved(from, scaled(step, part));
     makeRows();
-    if (depth_ <= deepest) return part;
+    if (depth_ <= deepest && (felt_depth_ <= deepest_felt || halving >= kFeltHalvings)) return part;
   }
   return 0;
 }
@@ -242,9 +257,11 @@ bool ConstrainedStep::isIdle() {
 // A way that ends with a turn may end a little inside. Straight out, if that works; else the last pose that was free is the answer.
 void ConstrainedStep::pushOut() {
   for (int attempt = 0; attempt < 2; ++attempt) {
-    if (parts_.isFree(pairs_) || stale_ || pairs_.coarse || depth_ <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
+    const double deepest = std::max(depth_, felt_depth_);
+    if (pairs_.pairs.empty() || stale_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
+    is_settled_ = false;
     parts_.solve(rows_, Vector6::Zero());
-    const Displacement step = parts_.displacement(workspace_.answer.y);
+    const Displacement step = parts_.displacement(memory_.answer.y);
     used_ += parts_.reach(step);
     if (used_ > margin_) return;
     now_ = moved(now_, step);
@@ -253,17 +270,37 @@ void ConstrainedStep::pushOut() {
   }
 }
 
+// What holds the graphic tool where it is now. A step that ended for another reason than that the QP says to stay asks it once more.
+void ConstrainedStep::noteContacts() {
+  memory_.contact_count = 0;
+  if (pairs_.pairs.empty() || stale_ || pairs_.coarse) return;
+  if (!is_settled_) {
+    parts_.solve(rows_, parts_.scaledVector(displacementBetween(now_, haptic_)));
+    parts_.keepActive(pairs_);
+  }
+  parts_.noteContacts(rows_);
+}
+
+// In a hollow the plain steps go to and fro: the rows are tangents, and the deeper the haptic tool is below it, the farther each step goes
+// beyond its aim. The part of the step that ends there, by the last two of them (a secant).
+double ConstrainedStep::damping(const Vector6& plain) const {
+  if (!has_last_ || !(plain.dot(last_way_) < 0)) return 1;
+  const double overshoot = (last_plain_ - plain).dot(last_way_), square = last_way_.squaredNorm();
+  return overshoot > square ? square / overshoot : 1;
+}
+
 // Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents, and the deeper the
 // haptic tool is below a bump, the slower. The last two of them tell the factor (a secant, as in Anderson's mixing), and the sum of the
 // series. The QP aims there instead; its rows are the same, so the step is as safe as the plain one.
-void ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
-  if (!has_last_) return;
+bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
+  if (!has_last_) return false;
   const Vector6 change = plain - last_plain_;
   const double shrink = -change.dot(last_way_), square = last_way_.squaredNorm();
-  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return;  // a corner lies between
-  Vector6 further = 3 * plain;                                                      // off a ridge, where steps grow
+  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return false;  // a corner lies between
+  Vector6 further = 3 * plain;                                                            // off a ridge, where steps grow
   if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
   parts_.solve(rows_, want + further);
+  return true;
 }
 
 // Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps: force
@@ -271,10 +308,10 @@ void ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
 // nearest point of a convex set is firmly non-expansive: a motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool
 // that had not yet arrived for want of work is free to catch up.
 Change ConstrainedStep::mostChange() {
-  stretch_before_ = parts_.scaledVector(displacementBetween(workspace_.graphic, workspace_.haptic));
-  if (workspace_.is_behind) return kAnyChange;
-  const Vector6 hand = parts_.scaledVector(displacementBetween(workspace_.haptic, haptic_)),
-                at_rest = parts_.scaledVector(displacementBetween(workspace_.graphic, haptic_)) - stretch_before_;
+  stretch_before_ = parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic));
+  if (memory_.is_behind) return kAnyChange;
+  const Vector6 hand = parts_.scaledVector(displacementBetween(memory_.haptic, haptic_)),
+                at_rest = parts_.scaledVector(displacementBetween(memory_.graphic, haptic_)) - stretch_before_;
   const double both = std::max(hand.norm(), at_rest.norm()), translation = hand.head<3>().norm(),
                rotation = std::max(hand.tail<3>().norm(), at_rest.tail<3>().norm());
   const double force = translation + std::max(kForceStep / scene_.coupling.translation, kForceStepPart * stretch_before_.head<3>().norm()),
@@ -302,29 +339,33 @@ double ConstrainedStep::partWithin(const Vector6& way, double most) const {
 // That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and
 // finds none.
 void ConstrainedStep::coarseMove(PairSet pairs) {
-  const Configuration from = workspace_.graphic;
+  const Configuration from = memory_.graphic;
   parts_.findActive(pairs);
-  const RowSet set = parts_.rows(pairs, from);
+  RowSet set = parts_.rows(pairs, from);
   parts_.allowStaying(set);
   parts_.solve(set, parts_.scaledVector(displacementBetween(from, haptic_)));
   parts_.keepActive(pairs);
-  const Displacement step = parts_.displacement(workspace_.answer.y);
-  const double most = std::min({kLeastMargin, path_tolerance_, 0.25 * scene_.smallest_radius_sum}), length = parts_.reach(step),
+  const Displacement step = parts_.displacement(memory_.answer.y);
+  const double most = std::min({kLeastMargin, path_tolerance_, 0.25 * scene_.least_contact}), length = parts_.reach(step),
                turn = step.rotation.norm();
   double part = 1;
   if (length > most) part = most / length;
   if (turn * part > largest_turn_) part = largest_turn_ / turn;
   const Configuration to = moved(from, scaled(step, part));
-  pairs = parts_.search(to, 0, false);
+  pairs = parts_.search(to, 0, PairsOf::ContactSurface);
   if (pairs.coarse) return;
   const double depth = std::max(0.0, -static_cast<double>(parts_.rows(pairs, to).smallest_gap));
   if (depth > 0.5 * kGapTolerance) return;
-  workspace_.graphic = to;
+  memory_.graphic = to;
   result_.penetration = depth;
 }
 
 }  // namespace
 
-void constrainedStep(StepParts& parts, const Configuration& haptic) { ConstrainedStep(parts, haptic).run(); }
+void constrainedStep(StepParts& parts, const Configuration& haptic) {
+  settleSides(parts);
+  ConstrainedStep(parts, haptic).run();
+  leaveInsides(parts);
+}
 
 }  // namespace spheretree::runtime

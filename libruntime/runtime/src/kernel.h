@@ -6,23 +6,32 @@
 #include <array>
 #include <cstdint>
 
-#include "spheretree/runtime/scene.h"
+#include "compiled_skin.h"
+#include "compiled_tree.h"
 
 namespace spheretree::runtime {
 
-/// An object as the search sees it; all that it reads of an object before the blocks.
+/// An object as the search and the rows see it: what they read of it before the blocks. `patches` is null where leaves are felt.
 struct alignas(64) ObjectView {
   const Block* bound;
   const BlockLinks* links;
-  const std::array<double, 3>* exact;  // (slot) world axes, about the anchor
+  const std::array<double, 3>* exact;  // (slot) about the anchor, axes of the object
   const double* anchor;                // world
-  float offset[3];                     // reference point of the tool from the anchor, world axes [mm]; of a near object
+  const Sphere* spheres;               // (slot)
+  const CompiledPatch* patches;        // (triangle)
+  const std::uint32_t* items;          // (slot) triangle
+  double to_world[9];                  // axes of the object to world axes, row-major
+};
+
+/// Where the tool is in the axes of an object.
+struct RelativePose {
+  float rotation[9];  // tool axes to those of the object, row-major
+  float offset[3];    // reference point of the tool from the anchor [mm]
 };
 
 /// Up to 8 pairs that one test found: one node of the tool or of an object, and some lanes of a block of the other side.
 struct HitGroup {
   std::uint32_t name;             // of the pair of lane 0: tool slot << 16 | object slot
-  std::uint32_t near : 16;        // which of the near objects
   std::uint32_t many : 16;        // block to be tested next, of the side that is opened; the children of lane 0, if it is the lanes' side
   std::uint32_t lanes : 8;        // bit k: lane k was hit
   std::uint32_t tool_varies : 1;  // the lanes are slots of the tool, not of the object
@@ -31,7 +40,7 @@ struct HitGroup {
 struct PairSearch {
   const Block *tool, *object_roots;
   const BlockLinks* tool_links;
-  const std::array<double, 3>* exact_tool;  // (slot) about the reference point, tool axes; null: no pair is in doubt
+  const std::array<double, 3>* exact_tool;  // (slot) about the reference point, tool axes
   const ObjectView* objects;
   std::uint32_t object_count;
   double rotation[9];                          // tool axes to world axes, row-major
@@ -39,12 +48,11 @@ struct PairSearch {
   double margin;                               // [mm]
   float root[4];                               // bounding sphere of the tool in the world, radius with all that the broad phase adds
   float inner_margin;                          // the margin and all that rounding can lose; beyond it no pair is in
-  float sure_margin;                           // pairs of leaves within this are in, in float; between, double decides
-  Block* turned_tool;                          // a block is turned into world axes, about the reference point, when it is first met
-  std::uint32_t* turned_when;                  // (block) the `now` of its last turn
-  std::uint32_t now;                           // names the pose
+  float sure_margin;                           // pairs of items within this are in, in float; between, double decides
+  Block* turned_tool;                          // a block is turned into the axes of an object when it is first met there
+  std::uint32_t* turned_when;                  // (block) the `turn_count` of its last turn
+  std::uint32_t turn_count;                    // of the searches of objects before this search
   std::uint32_t* near_objects;                 // output; [0, object_count + 8)
-  ObjectView* near_views;                      // of them
   HitGroup *leaves, *open_tool, *open_object;  // scratch, list_capacity each
   std::uint32_t* pairs;                        // output; [0, capacity + 8), by object
   std::uint32_t* near_counts;                  // output: pairs of each near object
@@ -56,35 +64,21 @@ struct PairSearchResult {
   bool coarse;
 };
 
+/// Rows of pairs of one object.
 struct RowRequest {
-  const std::uint32_t* pairs;
+  const std::uint32_t* pairs;  // tool slot << 16 | object slot
   std::uint32_t count;
-  const Sphere* tool;    // (slot) as it stands in the scene
-  float rotation[9];     // tool axes to world axes, row-major
-  const Sphere* object;  // (slot)
-  float offset[3];
+  const Sphere* tool;            // (slot) about the reference point, tool axes
+  RelativePose pose;             // of the tool in the axes of the object
+  float to_world[9];             // axes of the object to world axes, row-major
+  const Sphere* object;          // (slot)
+  const CompiledPatch* patches;  // (triangle); null: the object's spheres are met
+  const std::uint32_t* items;    // (slot) triangle
   float inverse_angle_length;
-  bool squared;   // RowForm::SquaredDistance
-  float axes[9];  // row k: the axis of angle k; used if `squared`
-  float* a[6];    // written to [0, count + 8)
-  float* b;
-  float* weight;
-};
-
-/// Balls of the tool with bridges of one tree.
-struct BridgeRequest {
-  const std::uint32_t* pairs;  // readable to [0, count + 8)
-  std::uint32_t count;
-  const Sphere* tool;     // (slot) as it stands in the scene
-  float rotation[9];      // tool axes to world axes, row-major
-  const Bridge* bridges;  // (slot)
-  float offset[3];
-  float inverse_angle_length, most_gap;
-};
-
-/// Where rows are written to, [0, count + 8).
-struct RowMemory {
-  float* a[6];
+  float most_gap;  // of felt rows: a plane beside the patch that is farther off is in no one's way [mm]
+  bool squared;    // RowForm::SquaredDistance, of spheres
+  float axes[9];   // row k: the axis of angle k; used if `squared`
+  float* a[6];     // written to [0, count + 8)
   float* b;
   float* weight;
 };
@@ -96,14 +90,13 @@ struct WorstRow {
 
 struct KernelTable {
   PairSearchResult (*findPairs)(const PairSearch&);
-  float (*makeRows)(const RowRequest&);  // returns the smallest gap
-  // Those of the pairs whose ball may come to touch the bridge before it has moved by most_gap, to `to`, which may be q.pairs; their
-  // number.
-  std::uint32_t (*nearBridges)(const BridgeRequest& q, std::uint32_t* to);
-  // True distances; a bridge that the ball does not touch where it is gets a row that is in no one's way.
-  void (*makeBridgeRows)(const BridgeRequest&, const RowMemory&);
+  float (*sphereRows)(const RowRequest&);  // ball and ball; returns the smallest gap
+  float (*flatRows)(const RowRequest&);    // ball, less what the patch gives way, and flat triangle; returns the smallest gap
+  float (*feltRows)(const RowRequest&);    // ball and patch; a row is in no one's way where the patch is not what holds the ball
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
+
+RelativePose relativePose(const ObjectView& object, const double rotation[9], const double position[3]);
 
 const KernelTable& scalarKernel();
 const KernelTable* avx2Kernel();  // null if this machine or this build has none

@@ -133,25 +133,41 @@ inline unsigned within(const Hits& h, float margin) {
 
 constexpr U8 kLanes{0, 1, 2, 3, 4, 5, 6, 7};
 
-// One search. Breadth first over all near objects together, in straight loops: of two nodes that touch the one that promises more is
-// opened, and its children meet the other one all at once; what they hit is only appended to a list.
+// One search, object by object. Breadth first in straight loops: of two nodes that touch the one that promises more is opened, and its
+// children meet the other one all at once; what they hit is only appended to a list.
 class PairFinder {
  public:
-  explicit PairFinder(const PairSearch& s) : s_(s), leaf_end_(s.leaves), open_tool_end_(s.open_tool), open_object_end_(s.open_object) {
-    for (int k = 0; k < 9; ++k) rotation_[k] = static_cast<float>(s.rotation[k]);
-  }
+  explicit PairFinder(const PairSearch& s) : s_(s), pairs_end_(s.pairs) {}
 
   PairSearchResult run() {
     const std::uint32_t near_count = findNear();
     live_ = near_count;
-    for (std::uint32_t n = 0; n < near_count; ++n)  // the roots
-      open<true>({0, n & 0xffff, 0, 1, 0});
-    HitGroup *tool = s_.open_tool, *object = s_.open_object;
     bool full = false;
+    for (std::uint32_t n = 0; n < near_count; ++n) {
+      const std::uint32_t* const from = pairs_end_;
+      full = searchObject(s_.objects[s_.near_objects[n]], s_.turn_count + n + 1, full) || full;
+      s_.near_counts[n] = static_cast<std::uint32_t>(pairs_end_ - from);
+    }
+    return {static_cast<std::uint32_t>(pairs_end_ - s_.pairs), near_count, work_, full};
+  }
+
+ private:
+  // Appends the pairs of one object. Out of room or work (true), or if that is so from the start, what is still to open stands for what
+  // is below it.
+  bool searchObject(const ObjectView& view, std::uint32_t turn, bool full) {
+    view_ = &view;
+    turn_ = turn;
+    pose_ = relativePose(view, s_.rotation, s_.position);
+    leaf_end_ = s_.leaves;
+    open_tool_end_ = s_.open_tool;
+    open_object_end_ = s_.open_object;
+    *open_object_end_++ = {0, 0, 1, 0};  // the roots
+    turnedTool(0);
+    HitGroup *tool = s_.open_tool, *object = s_.open_object;
     // A group is at most 8 tests, and each adds at most one group to a list and 8 pairs in place of one.
     const HitGroup *const tool_limit = s_.open_tool + s_.list_capacity - 8, *const object_limit = s_.open_object + s_.list_capacity - 8;
     const auto goesOn = [&] {
-      full = live_ + 64 > s_.capacity || work_ + 8 > s_.max_work || open_tool_end_ > tool_limit || open_object_end_ > object_limit;
+      full = full || live_ + 64 > s_.capacity || work_ + 8 > s_.max_work || open_tool_end_ > tool_limit || open_object_end_ > object_limit;
       return !full;
     };
     while (!full && (tool != open_tool_end_ || object != open_object_end_)) {
@@ -160,34 +176,13 @@ class PairFinder {
       for (; object != open_object_end_ && goesOn(); ++object) open<true>(*object);
       if (object == open_object_end_) object = open_object_end_ = s_.open_object;
     }
-    // Out of room or work: what is still to open stands for the leaves below it.
-    for (; tool != open_tool_end_; ++tool) *leaf_end_++ = *tool;
-    for (; object != open_object_end_; ++object) *leaf_end_++ = *object;
-    return {gather(near_count), near_count, work_, full};
+    for (const HitGroup* g = s_.leaves; g != leaf_end_; ++g) appendPairs(*g);
+    for (; tool != open_tool_end_; ++tool) appendPairs(*tool);
+    for (; object != open_object_end_; ++object) appendPairs(*object);
+    return full;
   }
 
- private:
-  // The pairs, by object.
-  std::uint32_t gather(std::uint32_t near_count) {
-    for (std::uint32_t n = 0; n < near_count; ++n) s_.near_counts[n] = 0;
-    for (const HitGroup* g = s_.leaves; g != leaf_end_; ++g) ++s_.near_counts[g->near];
-    std::uint32_t begin = 0;
-    for (std::uint32_t n = 0; n < near_count; ++n) {
-      const std::uint32_t count = s_.near_counts[n];
-      s_.near_counts[n] = begin;
-      begin += count;
-    }
-    for (const HitGroup* g = s_.leaves; g != leaf_end_; ++g) s_.open_tool[s_.near_counts[g->near]++] = *g;
-    std::uint32_t* end = s_.pairs;
-    const HitGroup* g = s_.open_tool;
-    for (std::uint32_t n = 0; n < near_count; ++n) {
-      const std::uint32_t* const from = end;
-      for (const HitGroup* const last = s_.open_tool + s_.near_counts[n]; g != last; ++g)
-        end = append(end, splatU(g->name) + (kLanes << splatU(16 * g->tool_varies)), g->lanes);
-      s_.near_counts[n] = static_cast<std::uint32_t>(end - from);
-    }
-    return static_cast<std::uint32_t>(end - s_.pairs);
-  }
+  void appendPairs(const HitGroup& g) { pairs_end_ = append(pairs_end_, splatU(g.name) + (kLanes << splatU(16 * g.tool_varies)), g.lanes); }
 
   // The objects whose bounding spheres the tool's meets.
   std::uint32_t findNear() {
@@ -195,34 +190,27 @@ class PairFinder {
     std::uint32_t* end = s_.near_objects;
     for (std::uint32_t i = 0; i < s_.object_count; i += 8, ++work_)
       end = append(end, splatU(i) + kLanes, within(measure(root, ballsOf(s_.object_roots[i / 8])), 0));
-    const auto count = static_cast<std::uint32_t>(end - s_.near_objects);
-    if (count > 0) turnedTool(0);
-    for (std::uint32_t n = 0; n < count; ++n) {
-      ObjectView& view = s_.near_views[n];
-      view = s_.objects[s_.near_objects[n]];
-      for (int k = 0; k < 3; ++k) view.offset[k] = static_cast<float>(s_.position[k] - view.anchor[k]);
-    }
-    return count;
+    return static_cast<std::uint32_t>(end - s_.near_objects);
   }
 
   const Block& turnedTool(std::uint32_t b) {
     Block& out = s_.turned_tool[b];
-    if (s_.turned_when[b] == s_.now) return out;
+    if (s_.turned_when[b] == turn_) return out;
     const Block& in = s_.tool[b];
-    const Turned t = turn(load(in.x), load(in.y), load(in.z), rotation_);
+    const Turned t = turn(load(in.x), load(in.y), load(in.z), pose_.rotation);
     store(out.x, t.x);
     store(out.y, t.y);
     store(out.z, t.z);
     store(out.r, load(in.r));
-    s_.turned_when[b] = s_.now;
+    s_.turned_when[b] = turn_;
     return out;
   }
 
   // The tests that a group asks for. Of tool and object one is the one node (`kToolIsOne`), the other has the many.
   template <bool kToolIsOne>
   void open(const HitGroup& g) {
-    const ObjectView& view = s_.near_views[g.near];
-    const F8 ox = splat(view.offset[0]), oy = splat(view.offset[1]), oz = splat(view.offset[2]);
+    const ObjectView& view = *view_;
+    const F8 ox = splat(pose_.offset[0]), oy = splat(pose_.offset[1]), oz = splat(pose_.offset[2]);
     const auto moved = [&](Balls b) { return Balls{b.x + ox, b.y + oy, b.z + oz, b.r}; };
     const auto one = [&](std::uint32_t slot) {
       return kToolIsOne ? moved(ballOf(s_.turned_tool[slot >> 3], slot & 7)) : ballOf(view.bound[slot >> 3], slot & 7);
@@ -236,20 +224,20 @@ class PairFinder {
       const Balls fixed = many(b);
       for (unsigned lanes = g.lanes; lanes; lanes &= lanes - 1) {
         const auto k = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-        meet<kToolIsOne>(view, g, slot + k, one(slot + k), b, fixed);
+        meet<kToolIsOne>(view, slot + k, one(slot + k), b, fixed);
       }
     } else {
       const Balls fixed = one(slot);
       for (unsigned lanes = g.lanes; lanes; lanes &= lanes - 1) {
         const auto k = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-        meet<kToolIsOne>(view, g, slot, fixed, b + k, many(b + k));
+        meet<kToolIsOne>(view, slot, fixed, b + k, many(b + k));
       }
     }
   }
 
   // One node against the 8 of a block: what it meets, to where it goes on. Of a leaf and another node the other is opened.
   template <bool kToolIsOne>
-  void meet(const ObjectView& view, const HitGroup& g, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
+  void meet(const ObjectView& view, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
     const Hits h = measure(one, many);
     const unsigned hits = within(h, s_.inner_margin);
     if (hits == 0) return;
@@ -260,7 +248,7 @@ class PairFinder {
     const unsigned others = hits & ~more;
     live_ += static_cast<std::uint32_t>(__builtin_popcount(hits));
     const auto add = [&](HitGroup*& end, unsigned lanes, std::uint32_t next) {
-      *end = {name, g.near, next & 0xffff, lanes & 0xff, !kToolIsOne};
+      *end = {name, next & 0xffff, lanes & 0xff, !kToolIsOne};
       end += lanes != 0;  // no jump: which lists a test adds to cannot be predicted
     };
     add(kToolIsOne ? open_object_end_ : open_tool_end_, more, links.first_child);
@@ -284,11 +272,12 @@ class PairFinder {
     return apart;
   }
   bool touchesExactly(std::uint32_t tool, std::uint32_t object, const ObjectView& view) const {
-    const double *a = &s_.exact_tool[tool][0], *b = &view.exact[object][0], *m = s_.rotation;
-    double square = 0;
+    const double *a = &s_.exact_tool[tool][0], *b = &view.exact[object][0], *m = s_.rotation, *w = view.to_world;
+    double d[3], square = 0;  // of the tool's centre from the anchor, world axes
+    for (int k = 0; k < 3; ++k) d[k] = (m[3 * k] * a[0] + m[3 * k + 1] * a[1] + m[3 * k + 2] * a[2]) + (s_.position[k] - view.anchor[k]);
     for (int k = 0; k < 3; ++k) {
-      const double d = (m[3 * k] * a[0] + m[3 * k + 1] * a[1] + m[3 * k + 2] * a[2]) + (s_.position[k] - view.anchor[k]) - b[k];
-      square += d * d;
+      const double along = (w[k] * d[0] + w[3 + k] * d[1] + w[6 + k] * d[2]) - b[k];
+      square += along * along;
     }
     const double reach =
         static_cast<double>(s_.tool[tool >> 3].r[tool & 7]) + static_cast<double>(view.bound[object >> 3].r[object & 7]) + s_.margin;
@@ -296,155 +285,270 @@ class PairFinder {
   }
 
   const PairSearch& s_;
-  HitGroup *leaf_end_, *open_tool_end_, *open_object_end_;
-  float rotation_[9];
+  std::uint32_t* pairs_end_;
+  const ObjectView* view_ = nullptr;
+  RelativePose pose_{};
+  std::uint32_t turn_ = 0;
+  HitGroup *leaf_end_ = nullptr, *open_tool_end_ = nullptr, *open_object_end_ = nullptr;
   std::uint32_t work_ = 0, live_ = 0;  // live: pairs in the lists that are not opened yet, and those of leaves
 };
 
 PairSearchResult findPairs(const PairSearch& s) { return PairFinder(s).run(); }
 
-float makeRows(const RowRequest& q) {
-  const F8 ox = splat(q.offset[0]), oy = splat(q.offset[1]), oz = splat(q.offset[2]), inverse = splat(q.inverse_angle_length),
-           one = splat(1);
-  F8 smallest = splat(__builtin_inff());
-  for (std::uint32_t i = 0; i < q.count; i += 8) {
-    const std::uint32_t* pairs = q.pairs + i;
-    std::uint32_t tail[8];
-    if (i + 8 > q.count) {  // the last pair fills up: what stands beyond belongs to another object
-      for (std::uint32_t k = 0; k < 8; ++k) tail[k] = q.pairs[i + k < q.count ? i + k : q.count - 1];
-      pairs = tail;
-    }
-    const Sphere *tool[8], *object[8];
-    for (unsigned k = 0; k < 8; ++k) {
-      tool[k] = q.tool + (pairs[k] >> 16);
-      object[k] = q.object + (pairs[k] & 0xffff);
-    }
-    F8 rx, ry, rz, tr, cx, cy, cz, cr;
-    transpose(tool, rx, ry, rz, tr);
-    transpose(object, cx, cy, cz, cr);
-    const Turned arm = turn(rx, ry, rz, q.rotation);
-    rx = arm.x;
-    ry = arm.y;
-    rz = arm.z;
-    F8 nx = (rx + ox) - cx, ny = (ry + oy) - cy, nz = (rz + oz) - cz;
-    const F8 square = nx * nx + ny * ny + nz * nz, sum = tr + cr;
-    const I8 apart = square > splat(1e-20f);  // else the centres coincide and +z is as good as any normal
-    const F8 d = squareRoot(square), scale = one / select(apart, d, one);
-    nx = select(apart, nx * scale, splat(0));
-    ny = select(apart, ny * scale, splat(0));
-    nz = select(apart, nz * scale, one);
-    F8 gap = d - sum;
-    smallest = select(gap < smallest, gap, smallest);
-    F8 ax = (ry * nz - rz * ny) * inverse, ay = (rz * nx - rx * nz) * inverse, az = (rx * ny - ry * nx) * inverse;
-    if (q.squared) {
-      gap = gap * (d + sum) * (splat(0.5f) * scale);
-      const F8 wx = ax, wy = ay, wz = az;
-      ax = splat(q.axes[0]) * wx + splat(q.axes[1]) * wy + splat(q.axes[2]) * wz;
-      ay = splat(q.axes[3]) * wx + splat(q.axes[4]) * wy + splat(q.axes[5]) * wz;
-      az = splat(q.axes[6]) * wx + splat(q.axes[7]) * wy + splat(q.axes[8]) * wz;
-    }
-    const F8 weight = one / squareRoot(one + (ax * ax + ay * ay + az * az));
-    storeScaled(q.a, i, {nx, ny, nz, ax, ay, az}, weight);
-    store(q.b + i, -(gap * weight));
-    store(q.weight + i, weight);
-  }
-  float least = smallest[0];
-  for (unsigned k = 1; k < 8; ++k) least = smallest[k] < least ? smallest[k] : least;
-  return least;
-}
-
 struct Vector8 {
   F8 x, y, z;
 };
+inline Vector8 operator+(const Vector8& a, const Vector8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vector8 operator-(const Vector8& a, const Vector8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vector8 operator*(F8 f, const Vector8& a) { return {f * a.x, f * a.y, f * a.z}; }
 inline F8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-// 8 balls of the tool, each with a bridge.
-struct BallsAtBridges {
-  Turned arm;  // from the reference point to the centres
-  F8 tool_radius, radius, length, u_extra, v_extra;
-  Vector8 axis, u, v, across;
-  F8 along, ut, vt, off2;  // of the centre from the first leaf: along and across the axis, and what u and v say
-  I8 is_cone;
-
-  BallsAtBridges(const BridgeRequest& q, const std::uint32_t* pairs, std::uint32_t count) {
-    const Sphere *tool[8], *part[4][8];
-    for (std::uint32_t k = 0; k < 8; ++k) {
-      const std::uint32_t pair = pairs[k < count ? k : count - 1];
-      tool[k] = q.tool + (pair >> 16);
-      const Bridge* const bridge = q.bridges + (pair & 0xffff);
-      for (int p = 0; p < 4; ++p) part[p][k] = reinterpret_cast<const Sphere*>(bridge) + p;  // four floats each
-    }
-    F8 rx, ry, rz, ax, ay, az;
-    transpose(tool, rx, ry, rz, tool_radius);
-    transpose(part[0], ax, ay, az, radius);
-    transpose(part[1], axis.x, axis.y, axis.z, length);
-    transpose(part[2], u.x, u.y, u.z, u_extra);
-    transpose(part[3], v.x, v.y, v.z, v_extra);
-    arm = turn(rx, ry, rz, q.rotation);
-    const Vector8 t{(arm.x + splat(q.offset[0])) - ax, (arm.y + splat(q.offset[1])) - ay, (arm.z + splat(q.offset[2])) - az};
-    along = dot(axis, t);
-    ut = dot(u, t);
-    vt = dot(v, t);
-    is_cone = length > splat(0);
-    across = {t.x - along * axis.x, t.y - along * axis.y, t.z - along * axis.z};
-    off2 = dot(across, across);
-  }
-  F8 flatGap() const { return along - radius; }
-  F8 coneGap(F8 off) const { return along * (u_extra * v_extra) + off * v_extra - radius; }
-  F8 foot(F8 off) const { return along - off * u_extra; }
-};
-
-std::uint32_t nearBridges(const BridgeRequest& q, std::uint32_t* to) {
-  std::uint32_t* const first = to;
-  const F8 one = splat(1), slack = splat(kBridgeSlack), margin = splat(q.most_gap), deepest = splat(-kDeepestDip - q.most_gap);
-  for (std::uint32_t i = 0; i < q.count; i += 8) {
-    const std::uint32_t left = q.count - i;
-    const BallsAtBridges at(q, q.pairs + i, left);
-    const F8 du = slack + margin * squareRoot(dot(at.u, at.u)), dv = slack + margin * squareRoot(dot(at.v, at.v));
-    const F8 off = squareRoot(at.off2), foot = at.foot(off);
-    const F8 lean = select(at.u_extra < splat(0), -at.u_extra, at.u_extra), beyond = slack * at.length + margin * (one + lean);
-    const F8 gap = select(at.is_cone, at.coneGap(off), at.flatGap()) - at.tool_radius;
-    const I8 at_facet = (at.ut > -du) & (at.vt > -dv) & (at.ut + at.vt < one + du + dv);
-    const I8 at_cone = (foot > -beyond) & (foot < at.length + beyond) & (at.ut <= du) & (at.vt <= dv);
-    U8 names;
-    __builtin_memcpy(&names, q.pairs + i, sizeof names);
-    unsigned kept = maskOf(((at_cone & at.is_cone) | (at_facet & ~at.is_cone)) & (gap >= deepest) & (gap <= margin));
-    if (left >= 8) {
-      to = append(to, names, kept);
-    } else {  // one by one: past the last of them the pairs of the next object begin, which are still to be read
-      for (kept &= (1u << left) - 1; kept; kept &= kept - 1) *to++ = names[__builtin_ctz(kept)];
-    }
-  }
-  return static_cast<std::uint32_t>(to - first);
+inline Vector8 cross(const Vector8& a, const Vector8& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline Vector8 select(I8 mask, const Vector8& yes, const Vector8& no) {
+  return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
+}
+inline Vector8 splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
+inline F8 least(F8 a, F8 b) { return select(a < b, a, b); }
+inline F8 largest(F8 a, F8 b) { return select(a > b, a, b); }
+inline F8 size(F8 a) { return largest(a, -a); }
+inline F8 clamp01(F8 a) { return largest(splat(0), least(a, splat(1))); }
+inline float leastLane(F8 v) {
+  float out = v[0];
+  for (unsigned k = 1; k < 8; ++k) out = v[k] < out ? v[k] : out;
+  return out;
 }
 
-void makeBridgeRows(const BridgeRequest& q, const RowMemory& out) {
-  const F8 one = splat(1), zero = splat(0), slack = splat(kBridgeSlack), inverse = splat(q.inverse_angle_length);
-  for (std::uint32_t i = 0; i < q.count; i += 8) {
-    const BallsAtBridges at(q, q.pairs + i, q.count - i);
-    // Facet: between its leaves, and on this side of their centres.
-    const F8 flat_gap = at.flatGap(), here = at.radius + at.ut * at.u_extra + at.vt * at.v_extra;
-    const I8 on_facet = (at.ut > -slack) & (at.vt > -slack) & (at.ut + at.vt < one + slack) & (flat_gap + here > zero);
-    // Cone: the normal leans along the axis by its slope.
-    const I8 beside = at.off2 > splat(1e-12f) * at.length * at.length;
-    const F8 off = squareRoot(select(beside, at.off2, one)), foot = at.foot(off), slope = at.u_extra * at.v_extra,
-             outward = at.v_extra / off;
-    const I8 on_cone = (foot > -(slack * at.length)) & (foot < (one + slack) * at.length) & (at.ut <= slack) & (at.vt <= slack) & beside;
-    const F8 nx = select(at.is_cone, at.axis.x * slope + at.across.x * outward, at.axis.x),
-             ny = select(at.is_cone, at.axis.y * slope + at.across.y * outward, at.axis.y),
-             nz = select(at.is_cone, at.axis.z * slope + at.across.z * outward, at.axis.z);
-    const F8 gap = select(at.is_cone, at.coneGap(off), flat_gap) - at.tool_radius;
-    // A facet that the ball is beside and clearly above counts too: across a valley it is what stops the ball next. Across a ridge the ball
-    // is below its plane; and at the plane itself there is nothing to rest on, and rounding would say whether it counts.
-    const I8 touches = ((on_cone & at.is_cone) | ((on_facet | (gap > splat(kClearOfFacet))) & ~at.is_cone)) & (gap >= splat(-kDeepestDip)) &
-                       (gap <= splat(q.most_gap));
-    const Turned& arm = at.arm;
-    const F8 wx = (arm.y * nz - arm.z * ny) * inverse, wy = (arm.z * nx - arm.x * nz) * inverse, wz = (arm.x * ny - arm.y * nx) * inverse;
-    const F8 weight = one / squareRoot(one + (wx * wx + wy * wy + wz * wz)), scale = select(touches, weight, zero);
-    storeScaled(out.a, i, {nx, ny, nz, wx, wy, wz}, scale);
-    store(out.b + i, select(touches, -(gap * weight), splat(-1e30f)));
-    store(out.weight + i, weight);
+// 8 balls of the tool, in the axes of the object.
+struct ToolBalls {
+  std::uint32_t slot[8];  // of the object, of each pair
+  Vector8 arm, centre;    // from the reference point; from the anchor
+  F8 radius;
+
+  ToolBalls(const RowRequest& q, std::uint32_t first) {
+    const Sphere* tool[8];
+    for (std::uint32_t k = 0; k < 8; ++k) {  // the last pair fills up: what stands beyond belongs to another object
+      const std::uint32_t pair = q.pairs[first + k < q.count ? first + k : q.count - 1];
+      tool[k] = q.tool + (pair >> 16);
+      slot[k] = pair & 0xffff;
+    }
+    F8 x, y, z;
+    transpose(tool, x, y, z, radius);
+    const Turned t = turn(x, y, z, q.pose.rotation);
+    arm = {t.x, t.y, t.z};
+    centre = arm + splat(q.pose.offset[0], q.pose.offset[1], q.pose.offset[2]);
   }
+};
+
+// Rows of 8 pairs with these normals and gaps, in the axes of the object; those that are not `in` are in no one's way.
+inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Vector8& normal, F8 gap, I8 in) {
+  const F8 one = splat(1), zero = splat(0);
+  const Vector8 lever = splat(q.inverse_angle_length) * cross(balls.arm, normal);
+  const Turned n = turn(normal.x, normal.y, normal.z, q.to_world);
+  Turned a = turn(lever.x, lever.y, lever.z, q.to_world);
+  if (q.squared) a = turn(a.x, a.y, a.z, q.axes);
+  const F8 weight = one / squareRoot(one + (a.x * a.x + a.y * a.y + a.z * a.z));
+  storeScaled(q.a, i, {n.x, n.y, n.z, a.x, a.y, a.z}, select(in, weight, zero));
+  store(q.b + i, select(in, -(gap * weight), splat(-1e30f)));
+  store(q.weight + i, weight);
+}
+
+float sphereRows(const RowRequest& q) {
+  const F8 one = splat(1);
+  F8 smallest = splat(__builtin_inff());
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Sphere* object[8];
+    for (unsigned k = 0; k < 8; ++k) object[k] = q.object + balls.slot[k];
+    Vector8 c;
+    F8 radius;
+    transpose(object, c.x, c.y, c.z, radius);
+    const Vector8 way = balls.centre - c;
+    const F8 square = dot(way, way), sum = balls.radius + radius;
+    const I8 apart = square > splat(1e-20f);  // else the centres coincide and +z is as good as any normal
+    const F8 d = squareRoot(square), scale = one / select(apart, d, one);
+    F8 gap = d - sum;
+    smallest = least(smallest, gap);
+    if (q.squared) gap = gap * (d + sum) * (splat(0.5f) * scale);
+    storeRows(q, i, balls, select(apart, scale * way, splat(0, 0, 1)), gap, apart | ~apart);
+  }
+  return leastLane(smallest);
+}
+
+// 8 patches: what stands in eight CompiledPatch, transposed.
+struct Patches {
+  Vector8 position[6];
+  U8 packed[9];  // normals, two components in each
+  F8 allowance;
+  U8 sharp;
+
+  Patches(const RowRequest& q, const ToolBalls& balls) {
+    const CompiledPatch* patch[8];
+    for (unsigned k = 0; k < 8; ++k) patch[k] = q.patches + q.items[balls.slot[k]];
+    F8 column[32];
+    for (unsigned part = 0; part < 8; ++part) {
+      const Sphere* four[8];  // four floats each
+      for (unsigned k = 0; k < 8; ++k) four[k] = reinterpret_cast<const Sphere*>(patch[k]) + part;
+      transpose(four, column[4 * part], column[4 * part + 1], column[4 * part + 2], column[4 * part + 3]);
+    }
+    for (unsigned i = 0; i < 6; ++i) position[i] = {column[3 * i], column[3 * i + 1], column[3 * i + 2]};
+    for (unsigned i = 0; i < 9; ++i) packed[i] = (U8)column[18 + i];
+    allowance = column[27];
+    sharp = (U8)column[28];
+  }
+
+  // Component `c` (0 .. 17) of the six normals.
+  F8 component(unsigned c) const {
+    const I8 bits = (I8)packed[c / 2], whole = c % 2 == 0 ? (bits << 16) >> 16 : bits >> 16;
+    return __builtin_convertvector(whole, F8) * splat(1 / kNormalScale);
+  }
+  Vector8 normal(unsigned i) const { return {component(3 * i), component(3 * i + 1), component(3 * i + 2)}; }
+};
+
+// Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is convex, so the row
+// holds all along a piece of the way.
+float flatRows(const RowRequest& q) {
+  const F8 one = splat(1), zero = splat(0);
+  F8 smallest = splat(__builtin_inff());
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const Vector8 side[3] = {p.position[1] - p.position[0], p.position[2] - p.position[1], p.position[0] - p.position[2]};
+    const Vector8 across = cross(side[0], p.position[2] - p.position[0]);
+    const F8 area2 = dot(across, across);
+    const I8 is_flat = area2 > splat(1e-30f);
+    const Vector8 upright = (one / squareRoot(select(is_flat, area2, one))) * across;
+    // Over the triangle: on the inner side of all three sides.
+    I8 over = is_flat;
+    F8 nearest = splat(__builtin_inff());
+    Vector8 way{zero, zero, zero};
+    for (unsigned k = 0; k < 3; ++k) {
+      const Vector8 from = balls.centre - p.position[k];
+      over = over & (dot(cross(upright, side[k]), from) >= zero);
+      const F8 length2 = dot(side[k], side[k]);
+      const Vector8 to = from - clamp01(dot(from, side[k]) / select(length2 > zero, length2, one)) * side[k];
+      const F8 square = dot(to, to);
+      way = select(square < nearest, to, way);
+      nearest = least(nearest, square);
+    }
+    const F8 height = dot(upright, balls.centre - p.position[0]);
+    const I8 apart = nearest > splat(1e-20f);
+    const F8 edge_distance = squareRoot(select(apart, nearest, one));
+    const Vector8 to_side = select(height < zero, zero - one, one) * upright;
+    const Vector8 from_edge = select(apart, (one / edge_distance) * way, to_side);
+    const F8 distance = select(over, size(height), select(apart, edge_distance, zero));
+    const F8 gap = distance - largest(balls.radius - p.allowance, splat(0.5f) * balls.radius);
+    smallest = least(smallest, gap);
+    storeRows(q, i, balls, select(over, to_side, from_edge), gap, is_flat | ~is_flat);
+  }
+  return leastLane(smallest);
+}
+
+// A field that is quadratic over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and v are the weights of
+// corners 1 and 2.
+struct Quadratic {
+  Vector8 f, a, b, c, d, e;
+  Quadratic(const Vector8& p0, const Vector8& p1, const Vector8& p2, const Vector8& p01, const Vector8& p12, const Vector8& p20) {
+    const F8 two = splat(2), four = splat(4);
+    // Of the sides, from corner 0: twice the way to the middle, less the way to the end, is the bend.
+    const Vector8 m1 = p01 - p0, m2 = p20 - p0, e1 = p1 - p0, e2 = p2 - p0, m12 = p12 - p0;
+    f = p0;
+    a = four * m1 - e1;
+    b = four * m2 - e2;
+    c = two * e1 - four * m1;
+    d = four * (m12 - m1 - m2);
+    e = two * e2 - four * m2;
+  }
+  Vector8 at(F8 u, F8 v) const { return f + (u * (a + u * c + v * d) + v * (b + v * e)); }
+  Vector8 alongU(F8 u, F8 v) const { return a + (splat(2) * u) * c + v * d; }
+  Vector8 alongV(F8 u, F8 v) const { return b + u * d + (splat(2) * v) * e; }
+};
+
+constexpr int kNewtonSteps = 8;         // to the foot of a ball on a patch; 3 or 4 are usual
+constexpr float kLongestStep = 0.35f;   // of them, in weights: farther the quadratic model is no guide
+constexpr float kOutside = 0.1f;        // how far they may leave the patch, in weights, before they turn back
+constexpr float kFootFound = 1e-3f;     // the last step of a foot that counts, in weights; it converges quadratically
+constexpr float kSeam = 1e-4f;          // a foot may be beyond a side by this, so that rounding leaves no slit between patches
+constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and farther than this above its plane, has the plane ahead of it [mm]
+
+// The foot of a ball: weights u and v and the height h with position + h normal = centre (the normal not of unit length).
+struct Foot {
+  F8 u, v, h;
+  I8 found;
+};
+
+inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const Vector8& centre) {
+  const F8 one = splat(1), zero = splat(0), low = splat(-kOutside), high = splat(1 + kOutside), half = splat(0.5f);
+  Foot foot{splat(1.0f / 3), splat(1.0f / 3), zero, {}};
+  F8 last = one;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    const Vector8 p = position.at(foot.u, foot.v), n = normal.at(foot.u, foot.v), way = centre - p;
+    const F8 square = dot(n, n);
+    foot.h = dot(way, n) / select(square > zero, square, one);
+    const Vector8 rest = way - foot.h * n;
+    const Vector8 pu = position.alongU(foot.u, foot.v) + foot.h * normal.alongU(foot.u, foot.v),
+                  pv = position.alongV(foot.u, foot.v) + foot.h * normal.alongV(foot.u, foot.v);
+    const Vector8 pv_n = cross(pv, n), n_pu = cross(n, pu);
+    const F8 det = dot(pu, pv_n);
+    const I8 regular = det * det > splat(1e-24f);
+    const F8 inverse = one / select(regular, det, one);
+    F8 du = select(regular, dot(rest, pv_n) * inverse, zero), dv = select(regular, dot(rest, n_pu) * inverse, zero);
+    last = select(regular, largest(size(du), size(dv)), one);
+    const F8 shorter = least(one, splat(kLongestStep) / largest(last, splat(1e-9f)));
+    F8 u = foot.u + shorter * du, v = foot.v + shorter * dv;
+    const F8 excess = half * largest(zero, u + v - high);
+    u = largest(low, least(u - excess, high));
+    v = largest(low, least(v - excess, high));
+    const F8 moved = largest(size(u - foot.u), size(v - foot.v));
+    foot.u = u;
+    foot.v = v;
+    if (maskOf(moved > splat(1e-6f)) == 0) break;
+  }
+  const Vector8 n = normal.at(foot.u, foot.v);
+  const F8 square = dot(n, n);
+  foot.h = dot(centre - position.at(foot.u, foot.v), n) / select(square > zero, square, one);
+  foot.found = last < splat(kFootFound);
+  return foot;
+}
+
+// The ball rests on the patch where its foot lies within. Beyond a sharp side it rests on that side. Beyond a smooth one it rests on the
+// neighbour, and the plane of this patch is what it meets next if it is above it, as in a hollow; over a ridge it is below.
+float feltRows(const RowRequest& q) {
+  const F8 one = splat(1), zero = splat(0), seam = splat(-kSeam);
+  F8 smallest = splat(__builtin_inff());
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]),
+        normal(p.normal(0), p.normal(1), p.normal(2), p.normal(3), p.normal(4), p.normal(5));
+    const Foot foot = findFoot(position, normal, balls.centre);
+    const F8 w[3] = {one - foot.u - foot.v, foot.u, foot.v};
+    const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
+    const I8 within = ~(beyond[0] | beyond[1] | beyond[2]) & foot.found;
+    // The nearest point of the patch's border in weights, or the foot.
+    const F8 u0 = largest(zero, foot.u), v0 = largest(zero, foot.v), sum = u0 + v0, shrink = one / largest(one, sum);
+    const F8 u = select(within, foot.u, u0 * shrink), v = select(within, foot.v, v0 * shrink);
+    const Vector8 at = position.at(u, v), n = normal.at(u, v), way = balls.centre - at;
+    const F8 square = dot(n, n);
+    Vector8 unit = (one / squareRoot(select(square > zero, square, one))) * n;
+    F8 gap = dot(way, unit) - balls.radius;
+    const F8 distance = squareRoot(dot(way, way));
+    // Its centre has to be outside: whoever is deeper is held by the flat triangle.
+    I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.most_gap)));
+    for (unsigned k = 0; k < 3; ++k) {
+      const I8 is_sharp = (I8)((p.sharp >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
+      if (maskOf(on_side) == 0) continue;
+      const Vector8 side = p.position[(k + 1) % 3] - p.position[k], from = balls.centre - p.position[k];
+      const F8 length2 = dot(side, side);
+      const Vector8 to = from - clamp01(dot(from, side) / select(length2 > zero, length2, one)) * side;
+      const F8 square_to = dot(to, to), off = squareRoot(square_to);
+      const I8 apart = on_side & (square_to > splat(1e-20f));
+      unit = select(apart, (one / select(apart, off, one)) * to, unit);
+      gap = select(apart, off - balls.radius, gap);
+      in = (in & ~on_side) | (apart & (gap > splat(-0.5f) * balls.radius));
+    }
+    smallest = least(smallest, select(in, gap, splat(__builtin_inff())));
+    storeRows(q, i, balls, unit, gap, in);
+  }
+  return leastLane(smallest);
 }
 
 WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, const float* y) {
@@ -464,7 +568,7 @@ WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, co
   return worst;
 }
 
-constexpr KernelTable kTable{findPairs, makeRows, nearBridges, makeBridgeRows, worstRow};
+constexpr KernelTable kTable{findPairs, sphereRows, flatRows, feltRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

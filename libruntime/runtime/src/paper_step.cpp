@@ -24,34 +24,34 @@ Quaternion fromEuler(const Eigen::Vector3d& e) {
 }  // namespace
 
 void paperStep(StepParts& parts, const Configuration& haptic) {
-  Workspace& workspace = parts.workspace;
-  Eigen::Vector3d before(workspace.euler[0], workspace.euler[1], workspace.euler[2]);
+  StepMemory& memory = parts.memory;
+  Eigen::Vector3d before(memory.euler[0], memory.euler[1], memory.euler[2]);
   Eigen::Vector3d angles = eulerAngles(haptic.orientation);
   for (int k = 0; k < 3; ++k)  // the turn count that is nearest to the graphic tool's: no jump at +-pi
     angles[k] += 2 * M_PI * std::round((before[k] - angles[k]) / (2 * M_PI));
 
-  const PairSet pairs = parts.search(haptic, 0, true);
+  const PairSet pairs = parts.search(haptic, 0, PairsOf::LeavesExactly);
   if (pairs.coarse) parts.result.faults |= kPairsFull;
   Eigen::Vector3d position = haptic.position, after = angles;
-  workspace.answer.active_count = 0;
+  memory.answer.active_count = 0;
   if (!pairs.pairs.empty()) {
     // Gamma turns about the tool's own x axis, alpha about the world's z, beta about the y axis that alpha has turned.
     Eigen::Matrix3d axes;
-    axes << workspace.graphic.orientation * Eigen::Vector3d::UnitX(), Eigen::Vector3d(-std::sin(before[2]), std::cos(before[2]), 0),
+    axes << memory.graphic.orientation * Eigen::Vector3d::UnitX(), Eigen::Vector3d(-std::sin(before[2]), std::cos(before[2]), 0),
         Eigen::Vector3d::UnitZ();
-    const RowSet set = parts.rows(pairs, workspace.graphic, RowForm::SquaredDistance, axes);
+    RowSet set = parts.rows(pairs, memory.graphic, RowForm::SquaredDistance, axes);
     parts.findActive(pairs);
-    parts.solve(set, parts.scaledVector({haptic.position - workspace.graphic.position, angles - before}));
+    parts.solve(set, parts.scaledVector({haptic.position - memory.graphic.position, angles - before}));
     parts.keepActive(pairs);
-    const Displacement step = parts.displacement(workspace.answer.y);
-    position = workspace.graphic.position + step.translation;
+    const Displacement step = parts.displacement(memory.answer.y);
+    position = memory.graphic.position + step.translation;
     after = before + step.rotation;
   } else {
-    workspace.active_count = 0;
+    memory.active_count = 0;
   }
-  workspace.euler = {after[0], after[1], after[2]};
-  workspace.graphic = pairs.pairs.empty() ? haptic : Configuration{position, fromEuler(after)};
-  workspace.wrench = {parts.scene.coupling.translation * (position - haptic.position), parts.scene.coupling.rotation * (after - angles)};
+  memory.euler = {after[0], after[1], after[2]};
+  memory.graphic = pairs.pairs.empty() ? haptic : Configuration{position, fromEuler(after)};
+  memory.wrench = {parts.scene.coupling.translation * (position - haptic.position), parts.scene.coupling.rotation * (after - angles)};
 }
 
 }  // namespace spheretree::runtime

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/runtime/runtime.h"
 
+#include <algorithm>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
@@ -27,6 +29,8 @@ struct st_renderer {
 
 static_assert(ST_PAIRS_FULL == int{rt::kPairsFull} && ST_WORK_LIMIT == int{rt::kWorkLimit} && ST_QP_STOPPED == int{rt::kQpStopped} &&
               ST_ROWS_CONFLICT == int{rt::kRowsConflict} && ST_PENETRATING == int{rt::kPenetrating} && ST_BAD_INPUT == int{rt::kBadInput});
+static_assert(ST_SKIN == static_cast<int>(rt::ContactSurface::Skin) && ST_LEAVES == static_cast<int>(rt::ContactSurface::Leaves) &&
+              ST_MOST_CONTACTS == rt::kMostContacts);
 static_assert(ST_CONSTRAINED == static_cast<int>(rt::Mode::Constrained) && ST_PAPER == static_cast<int>(rt::Mode::Paper));
 
 namespace {
@@ -92,9 +96,22 @@ int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const s
     rt::SceneObject object;
     object.pose = fromC(*pose);
     const std::string name = "object " + std::to_string(scene->description.objects.size());
-    std::string fault = decode(name.c_str(), bytes, size, object.tree);
+    spheretree::SphereTree tree;
+    std::string fault = decode(name.c_str(), bytes, size, tree);
+    object.tree = std::move(tree);
     if (fault.empty()) scene->description.objects.push_back(std::move(object));
     return fault;
+  });
+}
+
+int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose) {
+  return guarded(scene, [&]() -> std::string {
+    std::vector<rt::SceneObject>& objects = scene->description.objects;
+    if (!pose) return "copy: no pose was given";
+    if (index >= objects.size())
+      return "copy: there is no object " + std::to_string(index) + "; the scene has " + std::to_string(objects.size());
+    objects.push_back({objects[index].tree, fromC(*pose)});
+    return {};
   });
 }
 
@@ -120,10 +137,11 @@ int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_w
   });
 }
 
-int st_scene_set_bridges(st_scene* scene, int on) {
+int st_scene_set_contact(st_scene* scene, int surface) {
   return guarded(scene, [&]() -> std::string {
-    if (on != 0 && on != 1) return "bridges is " + std::to_string(on) + "; it must be 0 or 1";
-    scene->description.bridges = on == 1;
+    if (surface != ST_SKIN && surface != ST_LEAVES)
+      return "contact surface " + std::to_string(surface) + " is unknown; ST_SKIN is 0, ST_LEAVES is 1";
+    scene->description.contact = static_cast<rt::ContactSurface>(surface);
     return {};
   });
 }
@@ -147,8 +165,32 @@ void st_renderer_destroy(st_renderer* renderer) { delete renderer; }
 
 void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out) {
   const rt::StepResult result = rt::step(renderer->scene, fromC(*haptic_tool), renderer->mode, renderer->workspace);
-  *out = {toC(result.graphic), toC(result.wrench), toC(result.limited_wrench), result.penetration, result.faults, result.pairs,
-          result.rows,         result.active,      result.qp_iterations,       result.work};
+  const st_step step = {out->struct_size,   toC(result.graphic),  toC(result.wrench), toC(result.limited_wrench),
+                        result.penetration, result.faults,        result.pairs,       result.rows,
+                        result.active,      result.qp_iterations, result.work};
+  std::memcpy(out, &step, std::min(out->struct_size, sizeof step));
+}
+
+size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity) {
+  const std::span<const rt::Contact> contacts = rt::contacts(renderer->workspace);
+  const size_t stride = capacity > 0 ? out->struct_size : 0;
+  for (size_t i = 0; i < std::min(capacity, contacts.size()); ++i) {
+    const rt::Contact& c = contacts[i];
+    const st_contact contact = {stride,
+                                {c.point.x(), c.point.y(), c.point.z()},
+                                {c.normal.x(), c.normal.y(), c.normal.z()},
+                                c.force,
+                                c.object,
+                                c.on_skin,
+                                c.element,
+                                c.tool_leaf};
+    std::memcpy(reinterpret_cast<char*>(out) + i * stride, &contact, std::min(stride, sizeof contact));
+  }
+  return contacts.size();
+}
+
+int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose) {
+  return pose && rt::moveObject(object, fromC(*pose), renderer->workspace) ? 0 : -1;
 }
 
 void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/runtime/step.h"
 
-#include "spheretree/runtime/force.h"
+#include "coupling_wrench.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
@@ -9,52 +9,71 @@ namespace {
 
 constexpr double kFarthest = 1e7;  // of a haptic pose from the origin [mm]
 
+void forget(StepMemory& memory) {
+  memory.started = memory.sides_known = false;
+  for (std::size_t i = 0; i < memory.views.size(); ++i) memory.feelSkin(i);
+  memory.is_behind = false;
+  memory.active_count = memory.contact_count = 0;
+  memory.answer = {};
+  memory.wrench = {};
+  memory.haptic = memory.graphic = {};
+  memory.euler = {};
+}
+
+void start(const Configuration& graphic_tool, StepMemory& memory) {
+  forget(memory);
+  if (!isFinite(graphic_tool)) return;
+  memory.started = true;
+  memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
+  const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
+  memory.euler = {angles[0], angles[1], angles[2]};
+}
+
 }  // namespace
 
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace, StageTimes* times) noexcept {
+  StepMemory& memory = workspace.memory();
   StepResult result;
   if (times) *times = {};
   if (!isFinite(haptic_tool) || !(haptic_tool.position.cwiseAbs().maxCoeff() <= kFarthest)) {
     result.faults = kBadInput;
-    workspace.wrench.force *= 0.9;
-    workspace.wrench.torque *= 0.9;
+    memory.wrench.force *= 0.9;
+    memory.wrench.torque *= 0.9;
   } else {
     const Configuration haptic{haptic_tool.position, haptic_tool.orientation.normalized()};
-    if (!workspace.started) resetTo(haptic, workspace);
-    StepParts parts(scene, workspace, times, result);
+    if (!memory.started) start(haptic, memory);
+    StepParts parts(memory, times, result);
     if (mode == Mode::Paper) {
+      memory.contact_count = 0;
       paperStep(parts, haptic);
     } else {
       constrainedStep(parts, haptic);
-      workspace.wrench = couplingWrench(scene.coupling, haptic, workspace.graphic);
-      const Eigen::Vector3d angles = eulerAngles(workspace.graphic.orientation);
-      workspace.euler = {angles[0], angles[1], angles[2]};
+      memory.wrench = couplingWrench(scene.coupling(), haptic, memory.graphic);
+      const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
+      memory.euler = {angles[0], angles[1], angles[2]};
     }
-    workspace.haptic = haptic;
+    memory.haptic = haptic;
   }
-  result.graphic = workspace.graphic;
-  result.wrench = workspace.wrench;
-  result.limited_wrench = limited(workspace.wrench, scene.wrench_limits);
+  result.graphic = memory.graphic;
+  result.wrench = memory.wrench;
+  result.limited_wrench = limited(memory.wrench, scene.wrenchLimits());
   return result;
 }
 
-void reset(Workspace& workspace) noexcept {
-  workspace.started = false;
-  workspace.is_behind = false;
-  workspace.active_count = 0;
-  workspace.answer = {};
-  workspace.wrench = {};
-  workspace.haptic = workspace.graphic = {};
-  workspace.euler = {};
+std::span<const Contact> contacts(const Workspace& workspace) noexcept {
+  const StepMemory& memory = workspace.memory();
+  return {memory.contacts.data(), memory.contact_count};
 }
 
-void resetTo(const Configuration& graphic_tool, Workspace& workspace) noexcept {
-  reset(workspace);
-  if (!isFinite(graphic_tool)) return;
-  workspace.started = true;
-  workspace.haptic = workspace.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
-  const Eigen::Vector3d angles = eulerAngles(workspace.graphic.orientation);
-  workspace.euler = {angles[0], angles[1], angles[2]};
+bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept {
+  StepMemory& memory = workspace.memory();
+  if (object >= memory.objects.size() || !isFinite(pose) || !(pose.position.norm() <= kFarthest)) return false;
+  memory.place(object, pose);
+  return true;
 }
+
+void reset(Workspace& workspace) noexcept { forget(workspace.memory()); }
+
+void resetTo(const Configuration& graphic_tool, Workspace& workspace) noexcept { start(graphic_tool, workspace.memory()); }
 
 }  // namespace spheretree::runtime

@@ -7,7 +7,8 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostRelaxations = 16;  // of one QP with rows that conflict
+constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
+constexpr std::uint32_t kFeltWork = 12;  // what 8 felt rows cost, in groups of rows
 
 class Stage {
  public:
@@ -29,38 +30,24 @@ class Stage {
 
 std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
 
-PairName nameOf(const PairSet& set, std::uint32_t row) {
+// Where in `set` row `row` of its pairs stands.
+RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
   const PairRun* run = set.runs.data();
   while (row >= run->begin + run->count) ++run;
-  return {run->object, set.pairs[row], false};
+  return {run->object, set.pairs[row], is_felt};
 }
 
 }  // namespace
 
-PairSet StepParts::search(const Configuration& pose, double margin, bool exact) {
+PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
   const std::uint32_t most = scene.step_limits.max_work;
-  const PairSet set = findPairs(scene, pose, margin, exact, most > result.work ? most - result.work : 0, workspace);
+  const PairSet set = findPairs(pose, margin, of, most > result.work ? most - result.work : 0, memory);
   result.work += set.work;
   ++result.searches;
   result.pairs = static_cast<std::uint32_t>(set.pairs.size());
+  curved_ = {};
   return set;
-}
-
-void StepParts::searchBridges(const Configuration& pose, double margin) {
-  bridges_ = {};
-  if (scene.bridges.empty()) return;
-  const Stage stage(times_ ? &times_->find : nullptr);
-  const std::uint32_t most = scene.step_limits.max_work;
-  bridges_ = findNearBridges(scene, pose, margin, most > result.work ? most - result.work : 0, workspace);
-  result.work += bridges_.work;
-}
-
-void StepParts::narrowTo(double margin, const RowSet& rows, const Configuration& pose, PairSet& set) {
-  const Stage stage(times_ ? &times_->find : nullptr);
-  result.work += groups(set.pairs.size()) + 3 * groups(bridges_.pairs.size());
-  narrow(scene, rows, pose, margin, set, bridges_, workspace);
-  findActive(set);
 }
 
 RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes) {
@@ -68,51 +55,55 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.work += 2 * groups(set.pairs.size());
   ++result.linearisations;
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
-  return makeRows(scene, set, pose, form, axes, workspace);
+  return makeRows(set, pose, form, axes, memory);
 }
 
-RowSet StepParts::allRows(const PairSet& set, const Configuration& pose, double margin) {
-  RowSet out = rows(set, pose);
+void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
+  const Stage stage(times_ ? &times_->find : nullptr);
+  result.work += groups(set.pairs.size());
+  runtime::keepNear(margin, set, rows, memory);
+  curved_ = curvedPairs(set, memory);
+  findActive(set);
+}
+
+void StepParts::addFelt(const Configuration& pose, double margin, RowSet& rows) {
   const Stage stage(times_ ? &times_->rows : nullptr);
-  addBridgeRows(scene, bridges_, pose, margin, out, workspace);
-  result.rows = out.rows.count;
-  result.work += 3 * groups(bridges_.pairs.size());
-  return out;
+  addFeltRows(curved_, pose, margin, rows, memory);
+  result.rows = rows.rows.count;
+  result.work += kFeltWork * groups(curved_.pairs.size());
 }
 
-void StepParts::allowStaying(const RowSet& set) {
-  float* const b = const_cast<float*>(set.rows.b);  // the workspace's own row memory
-  for (std::uint32_t i = 0; i < set.rows.count; ++i) b[i] = std::min(b[i], 0.0f);
+void StepParts::allowStaying(RowSet& set) {
+  for (std::uint32_t i = 0; i < set.rows.count; ++i) set.b[i] = std::min(set.b[i], 0.0f);
 }
 
 // Each certificate is a lower bound of the distance (its rows, moved back by less, still contradict each other), and the first bound at
 // which the QP has an answer is therefore the least.
-double StepParts::solve(const RowSet& set, const Vector6& target) {
+double StepParts::solve(RowSet& set, const Vector6& target) {
   const Stage stage(times_ ? &times_->qp : nullptr);
-  QpAnswer& answer = workspace.answer;
+  QpAnswer& answer = memory.answer;
   double back = 0;
   for (int round = 0;; ++round) {
-    solveQp6(*workspace.kernel, set.rows, target, answer);
+    solveQp6(*memory.kernel, set.rows, target, answer);
     result.qp_iterations += answer.iterations;
     result.work += (answer.iterations + 1u) * groups(set.rows.count);
     if (answer.status != QpStatus::Infeasible) break;
-    float* const b = const_cast<float*>(set.rows.b);  // the workspace's own row memory
     if (round == kMostRelaxations || !workLeft()) {
       allowStaying(set);  // no time to find the least: now y = 0 satisfies all
-      solveQp6(*workspace.kernel, set.rows, target, answer);
+      solveQp6(*memory.kernel, set.rows, target, answer);
       back = std::max(back, static_cast<double>(-set.smallest_gap));
       break;
     }
-    double sum = 0, weights = 0, bridge_weights = 0;
+    double sum = 0, weights = 0, felt_weights = 0;
     for (std::size_t k = 0; k < answer.certificate_count; ++k) {
       const double weight = answer.certificate_weight[k] * static_cast<double>(set.weight[answer.certificate[k]]);
-      sum += answer.certificate_weight[k] * static_cast<double>(b[answer.certificate[k]]);
-      (answer.certificate[k] < set.leaf_count ? weights : bridge_weights) += weight;
+      sum += answer.certificate_weight[k] * static_cast<double>(set.b[answer.certificate[k]]);
+      (answer.certificate[k] < set.guarded ? weights : felt_weights) += weight;
     }
-    const bool bridges_alone = bridge_weights > 0;
-    const double further = std::max(sum / (bridges_alone ? bridge_weights : weights), 1e-6) * (1 + 1e-6);
-    for (std::uint32_t i = bridges_alone ? set.leaf_count : 0; i < set.rows.count; ++i) b[i] -= static_cast<float>(further) * set.weight[i];
-    if (!bridges_alone) back += further;
+    const bool felt_alone = felt_weights > 0;
+    const double further = std::max(sum / (felt_alone ? felt_weights : weights), 1e-6) * (1 + 1e-6);
+    for (std::uint32_t i = felt_alone ? set.guarded : 0; i < set.rows.count; ++i) set.b[i] -= static_cast<float>(further) * set.weight[i];
+    if (!felt_alone) back += further;
   }
   if (answer.status == QpStatus::IterationLimit) {
     result.faults |= kQpStopped;
@@ -125,29 +116,59 @@ double StepParts::solve(const RowSet& set, const Vector6& target) {
 }
 
 void StepParts::keepActive(const PairSet& set) {
-  workspace.active_count = workspace.answer.active_count;
-  for (std::size_t k = 0; k < workspace.active_count; ++k) {
-    const std::uint32_t row = workspace.answer.active[k];
-    const bool is_bridge = row >= set.pairs.size();
-    workspace.active_names[k] = is_bridge ? nameOf(bridges_, row - static_cast<std::uint32_t>(set.pairs.size())) : nameOf(set, row);
-    workspace.active_names[k].is_bridge = is_bridge;
+  memory.active_count = memory.answer.active_count;
+  const auto guarded = static_cast<std::uint32_t>(set.pairs.size());
+  for (std::size_t k = 0; k < memory.active_count; ++k) {
+    const std::uint32_t row = memory.answer.active[k];
+    memory.active_names[k] = row < guarded ? nameOf(set, row, false) : nameOf(curved_, row - guarded, true);
   }
 }
 
 void StepParts::findActive(const PairSet& set) {
-  QpAnswer& answer = workspace.answer;
+  QpAnswer& answer = memory.answer;
   answer.active_count = 0;
-  for (std::size_t k = 0; k < workspace.active_count; ++k) {
-    const PairName& name = workspace.active_names[k];
-    const PairSet& from = name.is_bridge ? bridges_ : set;
+  for (std::size_t k = 0; k < memory.active_count; ++k) {
+    const RowName& name = memory.active_names[k];
+    const PairSet& from = name.is_felt ? curved_ : set;
     for (const PairRun& run : from.runs) {
       if (run.object != name.object) continue;
       const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
       if (found != end)
         answer.active[answer.active_count++] =
-            static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_bridge ? set.pairs.size() : 0));
+            static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_felt ? set.pairs.size() : 0));
       break;
     }
+  }
+}
+
+void StepParts::noteContacts(const RowSet& set) {
+  const QpAnswer& answer = memory.answer;
+  memory.contact_count = 0;
+  for (std::size_t k = 0; k < answer.active_count; ++k) {
+    const std::uint32_t row = answer.active[k];
+    const RowName& name = memory.active_names[k];
+    const double weight = static_cast<double>(set.weight[row]);
+    Contact& contact = memory.contacts[memory.contact_count++];
+    contact = {};
+    contact.object = name.object;
+    contact.on_skin = memory.feelsSkin(name.object);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
+    contact.force = scene.coupling.translation * answer.multiplier[k] * weight;
+    const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
+    const Sphere& ball = scene.tool.spheres[tool_slot];
+    const CompiledBody& body = scene.bodyOf(name.object);
+    // A coarse set, which moves the tool a last bit, has inner nodes: they stand for no leaf in particular.
+    const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
+                        item = memory.feelsSkin(name.object) ? body.skin.tree.item[slot] : body.leaves.item[slot];
+    if (tool_leaf == kNoItem || item == kNoItem) {
+      --memory.contact_count;
+      continue;
+    }
+    contact.tool_leaf = scene.tool_nodes[tool_leaf];
+    contact.element = contact.on_skin ? item : body.nodes[item];
+    const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
+    contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
   }
 }
 

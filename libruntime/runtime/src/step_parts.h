@@ -2,47 +2,46 @@
 // What both modes of a step are made of: searches, rows and QPs, with their counts and times; and the modes themselves.
 #pragma once
 
-#include "spheretree/runtime/collide.h"
-#include "spheretree/runtime/contact.h"
-#include "spheretree/runtime/qp6.h"
-#include "spheretree/runtime/step.h"
+#include "find_pairs.h"
+#include "qp6.h"
+#include "rows.h"
+#include "step_memory.h"
 
 namespace spheretree::runtime {
 
 class StepParts {
  public:
-  StepParts(const Scene& of_scene, Workspace& in_workspace, StageTimes* times, StepResult& to_result)
-      : scene(of_scene), workspace(in_workspace), result(to_result), times_(times) {}
+  StepParts(StepMemory& in_memory, StageTimes* times, StepResult& to_result)
+      : scene(in_memory.scene), memory(in_memory), result(to_result), times_(times) {}
 
-  const Scene& scene;
-  Workspace& workspace;
+  const CompiledScene& scene;
+  StepMemory& memory;
   StepResult& result;
 
   bool workLeft() const { return result.work < scene.step_limits.max_work; }
 
-  PairSet search(const Configuration& pose, double margin, bool exact);
-  /// Finds the bridges that can be touched within `margin` of a pose at which search() was not coarse.
-  void searchBridges(const Configuration& pose, double margin);
-  /// Only what is within `margin` of the pose at which `rows` were made stays. After keepActive(): the next QP starts from the same rows.
-  void narrowTo(double margin, const RowSet& rows, const Configuration& pose, PairSet& set);
-  bool isFree(const PairSet& set) const { return set.pairs.empty() && bridges_.pairs.empty(); }
-  bool anyBridges() const { return !bridges_.pairs.empty(); }
-
+  PairSet search(const Configuration& pose, double margin, PairsOf of);
+  /// Rows of leaves and of flat triangles.
   RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes);
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
-  /// Rows of pairs and of bridges.
-  RowSet allRows(const PairSet& set, const Configuration& pose, double margin);
+  /// Of the pairs those whose `rows`, at this pose, have a gap of at most `margin`; the next QP starts from the same active rows.
+  /// addFelt() is for those from then on.
+  void keepNear(double margin, PairSet& set, RowSet& rows);
+  /// Adds the rows of smooth patches.
+  void addFelt(const Configuration& pose, double margin, RowSet& rows);
 
-  /// Leaves in the workspace the point nearest to `target` that all rows allow. Rows that contradict each other are moved back by the same
-  /// distance [mm], the least that lets them agree: those of bridges first, for they are there for comfort only, and then all. Returns the
-  /// distance of the latter.
-  double solve(const RowSet& set, const Vector6& target);
+  /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved back by the same
+  /// distance [mm], the least that lets them agree: those of smooth patches first, for they are there for comfort only, and then all.
+  /// Returns the distance of the latter.
+  double solve(RowSet& set, const Vector6& target);
   /// Where the rows forbid even to stay, they allow staying.
-  void allowStaying(const RowSet& set);
+  void allowStaying(RowSet& set);
 
   /// Names of the active rows, which the next QP and the next step start from.
   void keepActive(const PairSet& set);
   void findActive(const PairSet& set);
+  /// What the last QP says of the contacts: normals and forces of its active rows, which keepActive() has named.
+  void noteContacts(const RowSet& set);
 
   Vector6 scaledVector(const Displacement& d) const {
     Vector6 y;
@@ -57,7 +56,7 @@ class StepParts {
 
  private:
   StageTimes* times_;
-  PairSet bridges_;  // near the pose of the last searchBridges()
+  PairSet curved_;  // of the pairs that the last keepNear() kept
 };
 
 void constrainedStep(StepParts& parts, const Configuration& haptic);

@@ -24,18 +24,20 @@ double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) 
 
 }  // namespace
 
-SpherePenetration::SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects)
+LeafPenetration::LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects,
+                                 runtime::ContactSurface contact)
     : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
   for (const Ball& b : tool_) reach_ = std::max(reach_, b.centre.norm());
   for (const PlacedBody& object : objects) {
-    Object made{leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
+    const bool has_skin = contact == runtime::ContactSurface::Skin && !object.body->tree.skin.empty();
+    Object made{object.body, object.pose, has_skin, leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
     for (const Ball& b : made.balls) made.around.centre += b.centre / static_cast<double>(made.balls.size());
     for (const Ball& b : made.balls) made.around.radius = std::max(made.around.radius, (b.centre - made.around.centre).norm() + b.radius);
     objects_.push_back(std::move(made));
   }
 }
 
-std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTree& tree, const Configuration& pose) {
+std::vector<LeafPenetration::Ball> LeafPenetration::leavesOf(const SphereTree& tree, const Configuration& pose) {
   std::vector<Ball> leaves;
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (std::size_t n = 0; n < tree.nodeCount(); ++n)
@@ -46,7 +48,7 @@ std::vector<SpherePenetration::Ball> SpherePenetration::leavesOf(const SphereTre
   return leaves;
 }
 
-void SpherePenetration::listNear(const Configuration& pose) {
+void LeafPenetration::listNear(const Configuration& pose) {
   near_.clear();
   near_pose_ = pose;
   std::vector<Eigen::Vector3d> centres;
@@ -55,6 +57,10 @@ void SpherePenetration::listNear(const Configuration& pose) {
     const Ball& around = objects_[i].around;
     for (std::uint32_t t = 0; t < tool_.size(); ++t) {
       if ((centres[t] - around.centre).norm() > around.radius + tool_[t].radius + kNear) continue;
+      if (objects_[i].has_skin) {
+        if (depthIn(objects_[i], centres[t], tool_[t].radius + kNear) > 0) near_.push_back({i, t, kMesh});
+        continue;
+      }
       for (std::uint32_t o = 0; o < objects_[i].balls.size(); ++o) {
         const Ball& ball = objects_[i].balls[o];
         const double near = tool_[t].radius + ball.radius + kNear;
@@ -64,13 +70,25 @@ void SpherePenetration::listNear(const Configuration& pose) {
   }
 }
 
-double SpherePenetration::at(const Configuration& pose, int only) {
+// Of a ball in the mesh, beyond what the skin's tolerances allow.
+double LeafPenetration::depthIn(const Object& object, const Eigen::Vector3d& centre, double radius) const {
+  const Skin& skin = object.body->tree.skin;
+  return radius - object.body->field.signedDistance(placeBack(object.pose, centre)) - static_cast<double>(skin.tolerance) -
+         static_cast<double>(skin.mesh_distance);
+}
+
+double LeafPenetration::at(const Configuration& pose, int only) {
   const auto farthest = [&](const Displacement& way) { return way.translation.norm() + reach_ * way.rotation.norm(); };
   if (!near_pose_ || !(farthest(displacementBetween(*near_pose_, pose)) < kNear)) listNear(pose);
   double deepest = 0;
   for (const Pair& pair : near_) {
     if (only >= 0 && pair.object != static_cast<std::uint32_t>(only)) continue;
-    const Ball &t = tool_[pair.tool_ball], &o = objects_[pair.object].balls[pair.object_ball];
+    const Ball& t = tool_[pair.tool_ball];
+    if (pair.object_ball == kMesh) {
+      deepest = std::max(deepest, depthIn(objects_[pair.object], place(pose, t.centre), t.radius));
+      continue;
+    }
+    const Ball& o = objects_[pair.object].balls[pair.object_ball];
     const Eigen::Vector3d between = place(pose, t.centre) - o.centre;
     const double touch = t.radius + o.radius - deepest;
     if (touch > 0 && between.squaredNorm() < touch * touch) deepest = t.radius + o.radius - between.norm();
@@ -78,9 +96,10 @@ double SpherePenetration::at(const Configuration& pose, int only) {
   return deepest;
 }
 
-void SpherePenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
+void LeafPenetration::moveObject(std::size_t object, const Eigen::Vector3d& way) {
   for (Ball& b : objects_[object].balls) b.centre += way;
   objects_[object].around.centre += way;
+  objects_[object].pose.position += way;
   near_pose_.reset();
 }
 

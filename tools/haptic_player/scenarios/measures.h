@@ -19,11 +19,13 @@ struct PlacedBody {
   Configuration pose;  // of the mesh frame in the world
 };
 
-/// Deepest overlap of the leaf spheres, every leaf of the tool against every leaf of the objects, in double. Pairs that are farther apart
-/// than the tool can have moved since they were tested are not tested again.
-class SpherePenetration {
+/// How deep the leaf spheres of the tool are in what they must stay out of, every leaf of it, in double: the leaves of an object, or, of
+/// one whose skin is felt, its mesh less what the skin's tolerances allow. Pairs that are farther apart than the tool can have moved since
+/// they were tested are not tested again.
+class LeafPenetration {
  public:
-  SpherePenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects);
+  LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects,
+                  runtime::ContactSurface contact);
   /// max(0, -gap), tool at `pose` [mm]. `object`: one of them alone, or all (-1).
   double at(const Configuration& pose, int object = -1);
   void moveObject(std::size_t object, const Eigen::Vector3d& way);
@@ -35,12 +37,17 @@ class SpherePenetration {
   };
   static std::vector<Ball> leavesOf(const SphereTree& tree, const Configuration& pose);
   struct Object {
+    const Body* body;
+    Configuration pose;
+    bool has_skin;
     std::vector<Ball> balls;  // world
     Ball around;              // encloses them
   };
   struct Pair {
-    std::uint32_t object, tool_ball, object_ball;
+    std::uint32_t object, tool_ball, object_ball;  // kMesh: the mesh in place of a ball
   };
+  static constexpr std::uint32_t kMesh = 0xffffffffu;
+  double depthIn(const Object& object, const Eigen::Vector3d& centre, double radius) const;
   void listNear(const Configuration& pose);
 
   std::vector<Ball> tool_;  // about the reference point

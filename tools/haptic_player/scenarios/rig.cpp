@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -18,16 +19,31 @@ std::string text(double value, int digits) {
 
 double leafOverhang(const Body& body) { return static_cast<double>(body.tree.statistics.back().overhang_bound); }
 
+namespace {
+
+// The published algorithm knows leaves alone.
+runtime::ContactSurface surfaceOf(runtime::Mode mode, const std::vector<PlacedBody>& objects) {
+  const bool all_skin =
+      std::all_of(objects.begin(), objects.end(), [](const PlacedBody& o) { return o.body->contact == runtime::ContactSurface::Skin; });
+  return mode == runtime::Mode::Constrained && all_skin ? runtime::ContactSurface::Skin : runtime::ContactSurface::Leaves;
+}
+
+}  // namespace
+
 Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options)
-    : tool_(tool), objects_(std::move(objects)), mode_(mode), options_(options), spheres_(tool.tree, options.reference_point, objects_) {
+    : tool_(tool),
+      objects_(std::move(objects)),
+      mode_(mode),
+      options_(options),
+      leaves_(tool.tree, options.reference_point, objects_, surfaceOf(mode, objects_)) {
   runtime::SceneDescription description;
   description.tool = tool.tree;
   description.reference_point = options.reference_point;
   description.coupling = options.coupling;
   for (const PlacedBody& object : objects_) {
     description.objects.push_back({object.body->tree, object.pose});
-    description.bridges = description.bridges && object.body->bridges;
   }
+  description.contact = surfaceOf(mode, objects_);
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);
@@ -44,8 +60,8 @@ runtime::StepResult Rig::to(const Configuration& haptic) {
   last_ = recordedStep(tick_++, haptic, result, times, total);
   double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
-    penetration = spheres_.at(result.graphic);
-    sphere_penetration_ = std::max(sphere_penetration_, penetration);
+    penetration = leaves_.at(result.graphic);
+    leaf_penetration_ = std::max(leaf_penetration_, penetration);
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
   }
   if (options_.keep_rows && rows_.size() < kMostRows) {
@@ -67,8 +83,9 @@ runtime::StepResult Rig::moveTo(const Eigen::Vector3d& position, double speed) {
 void Rig::restart() { runtime::reset(*workspace_); }
 
 void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
-  scene_.objects[object].anchor += way;
-  spheres_.moveObject(object, way);
+  objects_[object].pose.position += way;
+  runtime::moveObject(object, objects_[object].pose, *workspace_);
+  leaves_.moveObject(object, way);
   if (meshes_) meshes_->moveObject(object, way);
 }
 

@@ -79,8 +79,8 @@ class Rig {
   const RecordedStep& last() const { return last_; }
   const runtime::Scene& scene() const { return scene_; }
   runtime::Workspace& workspace() { return *workspace_; }
-  SpherePenetration& spheres() { return spheres_; }
-  double spherePenetration() const { return sphere_penetration_; }  // deepest so far [mm]
+  LeafPenetration& leaves() { return leaves_; }
+  double leafPenetration() const { return leaf_penetration_; }  // deepest so far [mm]
   double meshPenetration() const { return mesh_penetration_; }
   const TimeHistogram& times() const { return times_; }  // processor time of the thread [us]
   const std::vector<std::uint32_t>& work() const { return work_; }
@@ -94,14 +94,14 @@ class Rig {
   Options options_;
   runtime::Scene scene_;
   std::unique_ptr<runtime::Workspace> workspace_;
-  SpherePenetration spheres_;
+  LeafPenetration leaves_;
   std::unique_ptr<MeshPenetration> meshes_;
   std::vector<RecordedStep> rows_;
   std::vector<float> row_penetration_;
   std::vector<std::uint32_t> work_;
   RecordedStep last_;
   TimeHistogram times_;
-  double sphere_penetration_ = 0, mesh_penetration_ = 0;
+  double leaf_penetration_ = 0, mesh_penetration_ = 0;
   std::uint64_t tick_ = 0;
 };
 

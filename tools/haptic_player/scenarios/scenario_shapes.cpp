@@ -316,7 +316,7 @@ const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const 
   if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
   SphereTree tree = this->tree(mesh, settings);
   builder::DistanceField field(mesh);
-  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), bridges_}).first->second;
+  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), contact_}).first->second;
 }
 
 const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::BuildSettings& settings) {

@@ -15,6 +15,7 @@
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
+#include "spheretree/runtime/scene.h"
 
 namespace spheretree::player {
 
@@ -36,15 +37,15 @@ struct Body {
   TriangleMesh mesh;
   SphereTree tree;
   builder::DistanceField field;
-  bool bridges = false;  // the runtime fills the pits between its leaves
+  runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // what is felt of it
 };
 
 /// Makes the bodies that scenarios ask for by name, and trees of any mesh; the same mesh and settings only once.
 class BodyLibrary {
  public:
   /// `cache`: a folder that keeps the trees for later runs; empty: none. It does not notice that the builder changed: empty it then.
-  BodyLibrary(builder::Quality quality, bool bridges, builder::Progress& progress, std::filesystem::path cache = {})
-      : quality_(quality), bridges_(bridges), progress_(progress), cache_(std::move(cache)) {}
+  BodyLibrary(builder::Quality quality, runtime::ContactSurface contact, builder::Progress& progress, std::filesystem::path cache = {})
+      : quality_(quality), contact_(contact), progress_(progress), cache_(std::move(cache)) {}
 
   /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47,
   /// lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works.
@@ -62,7 +63,7 @@ class BodyLibrary {
 
  private:
   builder::Quality quality_;
-  bool bridges_;
+  runtime::ContactSurface contact_;
   builder::Progress& progress_;
   std::filesystem::path cache_;
   std::string stage_;

@@ -18,7 +18,7 @@ const Eigen::Vector3d kProbeReference(0, 0, 60);  // the probe's reference point
 constexpr std::array kRippleHeadings{0.13, 0.13 + 45 * kDegree, 0.13 + 90 * kDegree, 0.13 + 135 * kDegree};
 
 void addPenetrations(Outcome& out, const Rig& rig) {
-  out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
+  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
   out.add("penetration of meshes", "mm", rig.meshPenetration(), kPenetrationPass);
 }
 
@@ -130,7 +130,7 @@ Outcome ripple(Bench& bench, Mode mode) {
     add(out, detail, "lateral ripple", "mN/N", r.lateral, 20);
     add(out, detail, "normal ripple, peak to peak", "mN", r.normal, 20);
     add(out, detail, "largest tilt of the force", "degree", r.tilt, 1.1);
-    deepest = std::max(deepest, rig.spherePenetration());
+    deepest = std::max(deepest, rig.leafPenetration());
     if (detail.judged) {
       out.note = "100 x 100 mm. Even detail: " + leavesOf(slab) + " within " + text(leafOverhang(slab)) + " mm.";
       rig.finish(out);
@@ -203,7 +203,7 @@ Outcome edges(Bench& bench, Mode mode) {
     add(out, detail, "extra travel while the force turns from 10 to 80 degrees", "mm", over.travel, 0.5);
     add(out, detail, "position error over a cube's edge", "mm", over.error, 0.1);
     add(out, detail, "position error in a 60 degree groove", "mm", slideInGroove(in_groove), 0.1);
-    deepest = std::max({deepest, at_edge.spherePenetration(), in_groove.spherePenetration()});
+    deepest = std::max({deepest, at_edge.leafPenetration(), in_groove.leafPenetration()});
     if (detail.judged) {
       out.note = "Detail where the tool goes: a cube of " + leavesOf(cube) + " and a groove of " + leavesOf(groove) + " within " +
                  text(workOverhang(cube)) + " and " + text(workOverhang(groove)) +
@@ -251,7 +251,7 @@ Outcome jumps(Bench& bench, Mode mode) {
   out.add("force step in the sulcus over max(0.1 N, 7 %)", "1", largestForceJump(in_sulcus.since(0), {}), 1);
   out.add("torque step in the sulcus over max(5 N mm, 13 %)", "1", largestTorqueJump(in_sulcus.since(0), {}), 1);
   out.add("penetration of leaf spheres", "mm",
-          std::max({over_ridge.spherePenetration(), over_corner.spherePenetration(), in_sulcus.spherePenetration()}), kPenetrationPass);
+          std::max({over_ridge.leafPenetration(), over_corner.leafPenetration(), in_sulcus.leafPenetration()}), kPenetrationPass);
   out.note =
       "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
       "the probe there is 0.6 mm thick, and the walls stand off by up to " +
@@ -322,7 +322,7 @@ Outcome born(Bench& bench, Mode mode) {
       p += way;  // 1 m/s
       const runtime::StepResult r = rig.to({p, kUpright});
       if (r.active == 0) continue;
-      first = std::max(first, rig.spheres().at(r.graphic));
+      first = std::max(first, rig.leaves().at(r.graphic));
       for (int k = 0; k < 5; ++k) rig.to({p, kUpright});
       break;
     }
@@ -342,7 +342,7 @@ Outcome concave(Bench& bench, Mode mode) {
     for (int n = 0; n < 5; ++n) rig.to(free);
     const Displacement d = displacementBetween(rig.last().haptic, rig.last().graphic);
     left = std::max(left, d.translation.norm() + 31.6 * d.rotation.norm());
-    deepest = std::max(deepest, rig.spherePenetration());
+    deepest = std::max(deepest, rig.leafPenetration());
   };
   const Body& corner = bench.bodies.get("corner");
   for (const double angle : {-44.0, 0.0, 44.0}) {
@@ -380,7 +380,7 @@ Outcome concave(Bench& bench, Mode mode) {
     energy -= force.dot(rows[i].haptic.position - rows[i - 1].haptic.position);
     stored = std::max(stored, 0.5 * rows[i].wrench.force.squaredNorm());
   }
-  deepest = std::max(deepest, bowl.spherePenetration());
+  deepest = std::max(deepest, bowl.leafPenetration());
   out.add("distance of the tools after return to free space", "mm", left, 1e-6);
   out.add("energy lost or gained in a circle over the stored", "1", std::abs(energy) / stored, 0.01);
   out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);

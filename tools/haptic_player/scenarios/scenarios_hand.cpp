@@ -256,7 +256,7 @@ Outcome tight(Bench& bench, Mode mode) {
         double lowest = 0;
         for (const Configuration& pose : loop.poses) lowest = std::min(lowest, pose.position.z());
         left = std::max(left, depth + lowest);
-        deepest = std::max(deepest, rig.spherePenetration());
+        deepest = std::max(deepest, rig.leafPenetration());
         beyond = std::max(beyond, loop.energyBeyond(1.5));
         const Spectrum f = forceRoughness(loop, 2000, 5000), m = torqueRoughness(loop, 2000, 5000);
         force = {std::max(force.rms, f.rms), std::max(force.largest_line, f.largest_line)};
@@ -293,7 +293,7 @@ Outcome arch(Bench& bench, Mode mode) {
   const auto path = [&](double t) { return whole[std::min(whole.size() - 1, static_cast<std::size_t>(std::lround(1000 * t)))]; };
   const int steps = bench.repetitions(static_cast<int>(whole.size()), 6000);
   const ClosedLoop loop = runHand(bench, rig, handAt("fine", 1, Friction::On, path), steps);
-  out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
+  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
   addLargestSteps(out, rig);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
   addRoughness(out, "on the teeth", forceRoughness(loop, 0), 50);
@@ -319,7 +319,7 @@ Outcome multisine(Bench& bench, Mode mode) {
     loudest = std::max(loudest, forceRoughness(loop, begin, begin + 1000).rms);
   int touching = 0;
   for (const RecordedStep& row : rig.rows()) touching += row.active > 0;
-  out.add("penetration of leaf spheres", "mm", rig.spherePenetration(), kPenetrationPass);
+  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
   addLargestSteps(out, rig);
   out.add("rms from 30 to 500 Hz of the loudest second", "mN", 1000 * loudest, 50);

@@ -7,7 +7,7 @@
 
 #include "scenarios/scenario.h"
 #include "servo_loop.h"
-#include "spheretree/runtime/qp6.h"
+#include "step_memory.h"
 
 namespace spheretree::player {
 namespace {
@@ -99,8 +99,8 @@ struct Leaf {
 
 std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree) {
   std::vector<Leaf> leaves;
-  for (std::uint32_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != runtime::kNoNode && !tree.isInner(slot))
+  for (std::uint32_t slot = 0; slot < tree.item.size(); ++slot)
+    if (tree.item[slot] != runtime::kNoItem)
       leaves.push_back({slot, {tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]}, double(tree.spheres[slot].radius)});
   return leaves;
 }
@@ -115,21 +115,21 @@ Outcome missedPairs(Bench& bench, Mode mode) {
   for (const auto& [tool_name, object_name] :
        {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
     Rig rig(bench.bodies.get(tool_name), {{&bench.bodies.get(object_name), {}}}, mode);
-    const runtime::Scene& scene = rig.scene();
-    const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.objects[0].tree);
-    const double reach = 0.5 * (scene.tool.reach + scene.objects[0].root_radius);
+    const runtime::CompiledScene& scene = rig.scene().compiled();
+    const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.bodies[0].leaves);
+    const double reach = 0.5 * (scene.tool.reach + scene.bodies[0].radius);
     std::vector<std::uint32_t> exact, found;
     for (int n = 0; n < poses; ++n) {
       const Configuration pose{{dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(-reach, reach)},
                                randomRotation(dice)};
-      const runtime::PairSet set = runtime::findPairs(scene, pose, 0, true, 1 << 30, rig.workspace());
+      const runtime::PairSet set = runtime::findPairs(pose, 0, runtime::PairsOf::LeavesExactly, 1 << 30, rig.workspace().memory());
       if (set.coarse) continue;  // deep inside, where the list is full: upper levels stand in
       exact.clear();
       const Eigen::Vector3d offset = pose.position - scene.objects[0].anchor;
       const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
       for (const Leaf& t : tool) {
         const Eigen::Vector3d c = rotation * t.centre + offset;
-        if (c.norm() > scene.objects[0].root_radius + t.radius + 1) continue;
+        if (c.norm() > scene.bodies[0].radius + t.radius + 1) continue;
         for (const Leaf& o : object) {
           const double touch = t.radius + o.radius;
           // Within rounding of the touching distance either answer is right.
@@ -228,7 +228,7 @@ Outcome redundantRows(Bench& bench, Mode mode) {
       rows.count = count;
       runtime::QpAnswer answer;
       const double start = threadTime();
-      runtime::solveQp6(*flat.workspace().kernel, rows, runtime::Vector6::Zero(), answer);
+      runtime::solveQp6(*flat.workspace().memory().kernel, rows, runtime::Vector6::Zero(), answer);
       if (count == 200) times.add(threadTime() - start);
       iterations = std::max<std::uint32_t>(iterations, answer.iterations);
       return answer;

@@ -71,7 +71,7 @@ void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, P
     }
     if (++sum.runs % 64 == 0) bench.progress.check();
   }
-  sum.deepest = std::max(sum.deepest, rig.spherePenetration());
+  sum.deepest = std::max(sum.deepest, rig.leafPenetration());
 }
 
 /// On which side of the wire, the y axis, the probe's axis passes it: the sign says; 0 where they pass beyond an end of the probe or out of
@@ -113,7 +113,7 @@ void overWire(Bench& bench, Mode mode, Dice& dice, PopThrough& sum) {
     sum.crossings += crossed;
     if (++sum.runs % 64 == 0) bench.progress.check();
   }
-  sum.deepest = std::max({sum.deepest, cube.spherePenetration(), probe.spherePenetration()});
+  sum.deepest = std::max({sum.deepest, cube.leafPenetration(), probe.leafPenetration()});
 }
 
 // F4: through plates and a wire.

@@ -116,7 +116,7 @@ class Rows {
     else if (!object->is_tool)
       scene = runtimeScene(context_.scene, chosen_[0], *object);
     if (!scene) return out;
-    out.memory_bytes = memoryOf(*scene);
+    out.memory_bytes = scene->byteCount();
     out.cost = measureSteps(*scene, paths, true);
     return out;
   }

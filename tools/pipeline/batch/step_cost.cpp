@@ -7,10 +7,10 @@
 #include <cmath>
 #include <span>
 
+#include "find_pairs.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"
-#include "spheretree/runtime/collide.h"
-#include "spheretree/runtime/workspace.h"
+#include "step_memory.h"
 
 namespace spheretree::pipeline {
 namespace {
@@ -55,11 +55,13 @@ struct Leaf {
   double radius;
 };
 
-std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Vector3d& anchor) {
+/// Turned and moved to where they are.
+std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Eigen::Matrix3d& rotation, const Vector3d& anchor) {
   std::vector<Leaf> leaves;
-  for (std::size_t slot = 0; slot < tree.node.size(); ++slot)
-    if (tree.node[slot] != runtime::kNoNode && !tree.isInner(slot))
-      leaves.push_back({anchor + Vector3d(tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]), tree.spheres[slot].radius});
+  for (std::size_t slot = 0; slot < tree.item.size(); ++slot)
+    if (tree.item[slot] != runtime::kNoItem)
+      leaves.push_back(
+          {anchor + rotation * Vector3d(tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]), tree.spheres[slot].radius});
   return leaves;
 }
 
@@ -69,10 +71,10 @@ double percentile(std::vector<double> values, double share) {
 }
 
 /// The path of a contact, from the free pose; none if the tool does not come free.
-std::vector<Configuration> pathOf(const ContactPose& contact, const runtime::Scene& scene, runtime::Workspace& workspace) {
+std::vector<Configuration> pathOf(const ContactPose& contact, runtime::Workspace& workspace) {
   const auto at = [&](double out) { return Configuration{contact.at.position + out * contact.out, contact.at.orientation}; };
   double out = 0;
-  while (!runtime::findPairs(scene, at(out), 0, true, kAllWork, workspace).pairs.empty()) {
+  while (!runtime::findPairs(at(out), 0, runtime::PairsOf::LeavesExactly, kAllWork, workspace.memory()).pairs.empty()) {
     out += kSearchStep;
     if (out > kFarthest) return {};
   }
@@ -98,8 +100,10 @@ ToolPaths readToolPaths(const std::vector<std::filesystem::path>& files) {
 
 ToolPaths randomContacts(const runtime::Scene& scene, std::size_t count) {
   std::vector<std::vector<Leaf>> objects;
-  for (const runtime::CompiledObject& object : scene.objects) objects.push_back(leavesOf(object.tree, object.anchor));
-  const std::vector<Leaf> tool = leavesOf(scene.tool, Vector3d::Zero());
+  const runtime::CompiledScene& compiled = scene.compiled();
+  for (const runtime::CompiledObject& object : compiled.objects)
+    objects.push_back(leavesOf(compiled.bodies[object.body].leaves, object.rotation, object.anchor));
+  const std::vector<Leaf> tool = leavesOf(compiled.tool, Eigen::Matrix3d::Identity(), Vector3d::Zero());
   Random random;
   ToolPaths paths;
   while (paths.contacts.size() < count) {
@@ -119,7 +123,7 @@ std::optional<StepCost> measureSteps(const runtime::Scene& scene, const ToolPath
   std::vector<std::vector<Configuration>> tool_paths = paths.recorded;
   if (tool_paths.empty()) {
     runtime::Workspace workspace(scene);
-    for (const ContactPose& contact : paths.contacts) tool_paths.push_back(pathOf(contact, scene, workspace));
+    for (const ContactPose& contact : paths.contacts) tool_paths.push_back(pathOf(contact, workspace));
   }
   std::vector<double> pairs, model, micros;
   for (int run = 0; run < (measure_time ? kRuns : 1); ++run) {
@@ -184,17 +188,6 @@ std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, cons
   if (!object.hasTree()) return std::nullopt;
   const BatchItem* only = &object;
   return compiled(scene, tool, {&only, 1});
-}
-
-std::size_t memoryOf(const runtime::Scene& scene) {
-  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
-  const auto bytesOf = [&](const runtime::CompiledTree& tree) {
-    return bytes(tree.bound) + bytes(tree.spheres) + bytes(tree.links) + bytes(tree.exact) + bytes(tree.node);
-  };
-  std::size_t total = bytesOf(scene.tool);
-  for (const runtime::CompiledObject& object : scene.objects) total += bytesOf(object.tree);
-  for (const runtime::CompiledBridges& b : scene.bridges) total += bytes(b.tree.bound) + bytes(b.tree.links) + bytes(b.tree.of_slot);
-  return total;
 }
 
 }  // namespace spheretree::pipeline

@@ -52,7 +52,4 @@ std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, cons
 /// The same with `object` as the only object.
 std::optional<runtime::Scene> runtimeScene(const formats::SceneFile& scene, const BatchItem& tool, const BatchItem& object);
 
-/// Memory that the runtime holds for the trees of a compiled scene [bytes].
-std::size_t memoryOf(const runtime::Scene& scene);
-
 }  // namespace spheretree::pipeline

@@ -51,7 +51,15 @@ enum {
   ST_BAD_INPUT = 32     /* the pose was not finite or beyond 1e7 mm: the tool rests, the wrench decays by 10 % a step */
 };
 
+/* What a tool rests on in the constrained mode. */
+enum {
+  ST_SKIN = 0,  /* the skin of each object that has one, else its leaves */
+  ST_LEAVES = 1 /* the leaf spheres of every object */
+};
+
+/* Later versions add members at the end. `struct_size` tells which of them the caller knows: set it with ST_STEP_INIT, once. */
 typedef struct st_step {
+  size_t struct_size; /* sizeof(st_step) */
   st_pose graphic_tool;
   st_wrench wrench;         /* of the spring from haptic to graphic tool */
   st_wrench limited_wrench; /* the same within the wrench limits: what to render */
@@ -63,6 +71,21 @@ typedef struct st_step {
   uint32_t qp_iterations;
   uint32_t work; /* in the unit of max_work */
 } st_step;
+#define ST_STEP_INIT {sizeof(st_step)}
+
+/* Where the graphic tool is held, and how. Grows as st_step does. */
+typedef struct st_contact {
+  size_t struct_size;  /* sizeof(st_contact), of each element */
+  double point_mm[3];  /* where the tool is touched, world */
+  double normal[3];    /* from object to tool, unit length, world axes */
+  double force_n;      /* along the normal, on the tool; the forces of all contacts balance the spring */
+  uint32_t object;     /* in the order in which objects were added */
+  uint32_t on_skin;    /* 1: on the skin of the object; 0: on one of its leaves */
+  uint32_t element;    /* triangle of the skin, or node of the object's tree */
+  uint32_t tool_leaf;  /* node of the tool's tree */
+} st_contact;
+#define ST_CONTACT_INIT {sizeof(st_contact)}
+#define ST_MOST_CONTACTS 6
 
 /* "0.1.0" */
 ST_API const char* st_version(void);
@@ -77,21 +100,29 @@ ST_API const char* st_scene_error(const st_scene* scene);
 ST_API int st_scene_set_tool(st_scene* scene, const void* bytes, size_t size, const double reference_point_mm[3]);
 /* `pose`: of the file's frame in the world. */
 ST_API int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const st_pose* pose);
+/* Another object of the same file as object `index`, counted from 0: it is checked and stored only once. */
+ST_API int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose);
 /* Both > 0; defaults 1 N/mm and 1000 N mm/rad. */
 ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
 /* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */
 ST_API int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]);
 /* Pairs at a time: 64 for each object .. 1048576, default 8192. Work units (about 3 ns each) a step: 1000 .. 2^30, default 100000. */
 ST_API int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work);
-/* 1 (default): in the constrained mode the tool slides over the pits between leaves; 0: it feels every leaf. */
-ST_API int st_scene_set_bridges(st_scene* scene, int on);
+/* ST_SKIN (default) or ST_LEAVES. */
+ST_API int st_scene_set_contact(st_scene* scene, int surface);
 
 /* Compiles the scene as it stands; later changes of the scene do not reach the renderer. NULL with a sentence in st_scene_error().
  * The first step puts the graphic tool at its haptic pose. */
 ST_API st_renderer* st_renderer_create(st_scene* scene, int mode);
 ST_API void st_renderer_destroy(st_renderer* renderer); /* NULL is fine */
-/* One servo step. */
+/* One servo step. Of `out` the members within out->struct_size are written. */
 ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out);
+/* The contacts that held the graphic tool at the end of the last step, in constrained mode: fills up to `capacity` elements, whose
+ * struct_size the first of them tells, and returns how many there are, at most ST_MOST_CONTACTS. `out` may be NULL if `capacity` is 0. */
+ST_API size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity);
+/* Puts an object elsewhere for the steps to come: its file's frame in the world. The tool is not taken along. Returns 0, or -1, and nothing
+ * changes, if there is no such object or the pose is not finite or beyond 1e7 mm. Allocates nothing. */
+ST_API int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose);
 /* The graphic tool starts anew: at `graphic_tool`, or at the next haptic pose if NULL. */
 ST_API void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool);
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One servo step: the pose of the haptic tool in, the pose of the graphic tool and the wrench out.
+// One servo step: the pose of the haptic tool in, the pose of the graphic tool, the wrench and the contacts out.
 // The two modes, what is guaranteed and why: docs/runtime.md
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
 
 #include "spheretree/runtime/scene.h"
-#include "spheretree/runtime/workspace.h"
 
 namespace spheretree::runtime {
 
@@ -14,6 +15,12 @@ enum class Mode : std::uint8_t {
   Constrained,  // the graphic tool never passes through anything
   Paper,        // the published algorithm
 };
+
+/// Which arithmetic runs the inner loops. All give the same bits.
+enum class Kernel { Best, Scalar, Avx2 };
+
+/// True if this machine can run `kernel`.
+bool isAvailable(Kernel kernel);
 
 /// Bits. After each of them the wrench is safe to render.
 enum StepFault : std::uint32_t {
@@ -29,10 +36,11 @@ enum StepFault : std::uint32_t {
 inline constexpr double kGapTolerance = 1e-3;  // the graphic tool is feasible if no leaf is deeper than this [mm]
 
 struct StepResult {
-  Configuration graphic;     // reference point and orientation of the graphic tool
-  Wrench wrench;             // on the hand, about the reference point of the haptic tool, world axes [N, N mm]
-  Wrench limited_wrench;     // the same within WrenchLimits: what to render
-  double penetration = 0;    // of the graphic tool's leaves, max(0, -gap) [mm]; constrained mode
+  Configuration graphic;  // reference point and orientation of the graphic tool
+  Wrench wrench;          // on the hand, about the reference point of the haptic tool, world axes [N, N mm]
+  Wrench limited_wrench;  // the same within WrenchLimits: what to render
+  double penetration =
+      0;  // of the graphic tool's leaves into what is guaranteed: leaves, or the skin less its tolerance [mm]; constrained mode
   std::uint32_t faults = 0;  // StepFault
   std::uint32_t pairs = 0;   // of the last search
   std::uint32_t rows = 0;    // of the last QP
@@ -47,11 +55,53 @@ struct StageTimes {
   std::uint64_t find = 0, rows = 0, qp = 0;
 };
 
+/// Where the graphic tool is held, and how.
+struct Contact {
+  std::uint32_t object = 0;         // index in SceneDescription::objects
+  std::uint32_t tool_leaf = 0;      // node of the tool's tree
+  bool on_skin = false;             // else on a leaf of the object
+  std::uint32_t element = 0;        // triangle of the object's skin, or node of its tree
+  Eigen::Vector3d point{0, 0, 0};   // where the tool's leaf is touched, world [mm]
+  Eigen::Vector3d normal{0, 0, 1};  // from object to tool, unit length, world axes
+  double force = 0;                 // along the normal, on the tool [N]. The forces of all contacts balance the spring.
+};
+
+inline constexpr std::size_t kMostContacts = 6;  // more never hold a rigid body
+
+struct StepMemory;
+
+/// All memory that changes while a scene is rendered: scratch lists and the state from step to step. Sized once.
+class Workspace {
+ public:
+  /// For `scene`, which must outlive it. `kernel` that is not available falls back to Scalar. @throws std::bad_alloc.
+  explicit Workspace(const Scene& scene, Kernel kernel = Kernel::Best);
+  ~Workspace();
+  Workspace(const Workspace&) = delete;
+  Workspace& operator=(const Workspace&) = delete;
+
+  StepMemory& memory() { return *memory_; }  // for the library's own parts
+  const StepMemory& memory() const { return *memory_; }
+
+ private:
+  std::unique_ptr<StepMemory> memory_;
+};
+
 /// The first step, and the first after reset(), puts the graphic tool at the haptic pose.
-/// No allocation, lock, exception or I/O. Cost: bounded by StepLimits. Same scene, poses and mode: same bytes.
+/// No allocation, lock, exception or I/O. Cost: bounded by StepLimits; the first step after a reset also finds out on which side of each
+/// skin the tool is (about 15 ns for each triangle and leaf of the tool that is near). Same scene, poses and mode: same bytes.
 /// `times`, if given, gets the stage times.
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace,
                 StageTimes* times = nullptr) noexcept;
+
+/// The contacts that held the graphic tool at the end of the last step; at most kMostContacts. Valid until the next step. Empty in free
+/// space and in the mode of the paper.
+std::span<const Contact> contacts(const Workspace& workspace) noexcept;
+
+/// Puts an object of the scene elsewhere, for the steps to come: its mesh frame in the world, as in SceneDescription. The tool is not taken
+/// along: where the object comes upon it, it is pushed out in the next step. False, and nothing changes, if there is no such object or the
+/// pose is not finite or beyond 1e7 mm. No allocation. Cost: 0.3 us; a jump of more than a quarter of the smallest ball's radius also finds
+/// out anew on which side of the skins the tool is.
+bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept;
 
 /// Forgets the last step: the next one starts at its haptic pose.
 void reset(Workspace& workspace) noexcept;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spheretree/runtime/force.h"
+#include "coupling_wrench.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "compiled_scene.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr double kFarthest = 1e7;  // [mm]; beyond it float cannot tell a micrometre from ten metres away
+
+bool inRange(double value, double low, double high) { return value >= low && value <= high; }
+
+std::string faultInSettings(const SceneDescription& d) {
+  const auto bad = [](const char* what, double value, const char* range) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.9g", value);
+    return std::string(what) + " is " + number + "; it must be " + range;
+  };
+  if (!inRange(d.coupling.translation, 1e-6, 1e6)) return bad("translation stiffness [N/mm]", d.coupling.translation, "within 1e-6 .. 1e6");
+  if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");
+  if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
+  for (int k = 0; k < 3; ++k)
+    if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9))
+      return bad("torque limit [N mm]", d.wrench_limits.torque[k], "above 0, at most 1e9");
+  const double least = std::max<double>(64, 64.0 * static_cast<double>(d.objects.size()));
+  if (!inRange(d.step_limits.max_pairs, least, 1 << 20)) return bad("max_pairs", d.step_limits.max_pairs, "64 for each object .. 1048576");
+  if (!inRange(d.step_limits.max_work, 1000, 1 << 30)) return bad("max_work", d.step_limits.max_work, "within 1000 .. 1073741824");
+  return {};
+}
+
+struct CompiledLeaves {
+  CompiledTree tree;
+  std::vector<std::uint32_t> nodes;  // (leaf) node of the SphereTree
+};
+
+// Leaves about `centre`, a point of the mesh's frame.
+CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, const Eigen::Vector3d& centre) {
+  CompiledLeaves out;
+  out.nodes = levelSet(file, file.levelCount() - 1);
+  std::vector<Sphere> spheres;
+  spheres.reserve(out.nodes.size());
+  for (const std::uint32_t n : out.nodes) spheres.push_back(file.cover[n]);
+  out.tree = compileTree(search, spheres, Eigen::Vector3d(file.origin_mm.data()) - centre);
+  return out;
+}
+
+Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
+
+CompiledBody compileBody(const SphereTree& file, ContactSurface contact) {
+  CompiledBody body;
+  const Eigen::Vector3d origin(file.origin_mm.data());
+  const SearchTree search = searchTreeOf(file);
+  body.centre = centreOf(search.inner[0]) + origin;
+  CompiledLeaves leaves = compileLeaves(file, search, body.centre);
+  body.leaves = std::move(leaves.tree);
+  body.nodes = std::move(leaves.nodes);
+  body.radius = static_cast<double>(search.inner[0].radius);
+  if (contact == ContactSurface::Skin && !file.skin.empty()) {
+    body.skin = compileSkin(file.skin, origin - body.centre);
+    const Sphere& root = file.skin.search.inner[0];
+    body.radius = std::max(body.radius, (centreOf(root) + origin - body.centre).norm() + static_cast<double>(root.radius));
+  }
+  return body;
+}
+
+// Places objects of bodies that are compiled when they are first met.
+class ObjectPlacer {
+ public:
+  ObjectPlacer(const SceneDescription& description, CompiledScene& out) : description_(description), out_(out) {}
+
+  std::string place(const SceneObject& object) {
+    if (!isFinite(object.pose)) return "the pose is not finite or its quaternion is null";
+    const auto [known, is_new] = body_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.bodies.size()));
+    if (is_new) {
+      if (std::string why = findFault(*object.tree); !why.empty()) return why;
+      out_.bodies.push_back(compileBody(*object.tree, description_.contact));
+    }
+    const CompiledBody& body = out_.bodies[known->second];
+    const CompiledObject placed = out_.placed(known->second, object.pose);
+    const double reach = std::max({body.leaves.reach, body.skin.tree.reach, body.radius});
+    if (!(placed.anchor.norm() <= kFarthest && reach <= kFarthest)) return "it reaches farther than 1e7 mm from the origin of the world";
+    out_.objects_reach = std::max(out_.objects_reach, reach);
+    out_.objects.push_back(placed);
+    return {};
+  }
+
+ private:
+  const SceneDescription& description_;
+  CompiledScene& out_;
+  std::map<const SphereTree*, std::uint32_t> body_of_;
+};
+
+std::string compileTool(const SceneDescription& d, CompiledScene& out) {
+  if (std::string why = findFault(d.tool); !why.empty()) return why;
+  if (!d.reference_point.allFinite()) return "the reference point is not finite";
+  CompiledLeaves leaves = compileLeaves(d.tool, searchTreeOf(d.tool), d.reference_point);
+  out.tool = std::move(leaves.tree);
+  out.tool_nodes = std::move(leaves.nodes);
+  const Sphere& root = out.tool.spheres[0];
+  out.tool_root = centreOf(root);
+  out.tool_root_radius = static_cast<double>(root.radius);
+  if (!(out.tool.reach <= kFarthest))
+    return "a sphere is " + std::to_string(out.tool.reach) + " mm from the reference point; at most 1e7 mm";
+  return {};
+}
+
+// A ball that is kept from leaves may have the sum of two radii; one that is kept from a skin has its own, less what the skin gives way.
+double leastContact(const CompiledScene& scene) {
+  const auto tool = static_cast<double>(scene.tool.smallest_radius);
+  double least = std::numeric_limits<double>::infinity();
+  for (const CompiledBody& body : scene.bodies)
+    least = std::min(least, body.skin.empty() ? tool + static_cast<double>(body.leaves.smallest_radius) : 0.5 * tool);
+  return least;
+}
+
+}  // namespace
+
+CompiledObject CompiledScene::placed(std::uint32_t body, const Configuration& pose) const {
+  CompiledObject object;
+  object.body = body;
+  object.rotation = pose.orientation.normalized().toRotationMatrix();
+  object.anchor = object.rotation * bodies[body].centre + pose.position;
+  return object;
+}
+
+bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
+  fault = faultInSettings(d);
+  if (!fault.empty()) return false;
+  auto out = std::make_unique<CompiledScene>();
+  out->coupling = d.coupling;
+  out->wrench_limits = d.wrench_limits;
+  out->step_limits = d.step_limits;
+  out->angle_length = std::sqrt(d.coupling.rotation / d.coupling.translation);
+  if (const std::string why = compileTool(d, *out); !why.empty()) {
+    fault = "tool: " + why;
+    return false;
+  }
+  ObjectPlacer placer(d, *out);
+  for (std::size_t i = 0; i < d.objects.size(); ++i)
+    if (const std::string why = placer.place(d.objects[i]); !why.empty()) {
+      fault = "object " + std::to_string(i) + ": " + why;
+      return false;
+    }
+  for (const CompiledBody& body : out->bodies) out->skin_tolerance = std::max(out->skin_tolerance, body.skin.tolerance);
+  out->least_contact = leastContact(*out);
+  scene = Scene(std::move(out));
+  return true;
+}
+
+Scene::Scene() : Scene(std::make_unique<CompiledScene>()) {}
+Scene::Scene(std::unique_ptr<const CompiledScene> compiled) : compiled_(std::move(compiled)) {}
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+
+std::size_t Scene::objectCount() const { return compiled_->objects.size(); }
+const Coupling& Scene::coupling() const { return compiled_->coupling; }
+const WrenchLimits& Scene::wrenchLimits() const { return compiled_->wrench_limits; }
+const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }
+
+std::size_t Scene::byteCount() const {
+  const CompiledScene& s = *compiled_;
+  std::size_t bytes = sizeof s + s.tool.byteCount() + s.objects.size() * sizeof(CompiledObject);
+  for (const CompiledBody& b : s.bodies)
+    bytes += sizeof b + b.leaves.byteCount() + b.skin.tree.byteCount() + b.skin.patch.size() * sizeof(CompiledPatch) + b.nodes.size() * 4;
+  return bytes;
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What Scene hides: the tool, the bodies (each sphere-tree once, however many objects share it), and the objects in their places.
+// Tool: about its reference point, in tool axes. Body: about the centre of its root, in the axes of its file.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "compiled_skin.h"
+#include "compiled_tree.h"
+#include "spheretree/runtime/scene.h"
+
+namespace spheretree::runtime {
+
+struct CompiledBody {
+  CompiledTree leaves;
+  CompiledSkin skin;                 // empty: the leaves are felt
+  std::vector<std::uint32_t> nodes;  // (leaf) node of the SphereTree
+  Eigen::Vector3d centre;            // what the body is about, in the frame of the mesh [mm]
+  double radius = 0;                 // of a ball about the centre that holds leaves and skin [mm]
+};
+
+struct CompiledObject {
+  std::uint32_t body;
+  Eigen::Matrix3d rotation;  // axes of the body to world axes
+  Eigen::Vector3d anchor;    // the body's centre in the world [mm]
+};
+
+struct CompiledScene {
+  CompiledTree tool;
+  std::vector<std::uint32_t> tool_nodes;  // (leaf) node of the tool's SphereTree
+  Eigen::Vector3d tool_root;              // centre of its root about the reference point, tool axes [mm]
+  double tool_root_radius = 0;            // [mm]
+  std::vector<CompiledBody> bodies;
+  std::vector<CompiledObject> objects;
+  double objects_reach = 0;  // no point of an object is farther from its anchor [mm]
+  Coupling coupling;
+  WrenchLimits wrench_limits;
+  StepLimits step_limits;
+  double angle_length = 0;   // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
+  double least_contact = 0;  // no ball of the tool comes nearer to what it meets than this before the centre of one is in the other [mm]
+  float skin_tolerance = 0;  // largest of the bodies [mm]
+
+  /// An object of body `body` with its mesh frame at `pose`.
+  CompiledObject placed(std::uint32_t body, const Configuration& pose) const;
+  const CompiledBody& bodyOf(std::size_t object) const { return bodies[objects[object].body]; }
+};
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "step_memory.h"
+
+#include <algorithm>
+#include <new>
+
+namespace spheretree::runtime {
+namespace {
+
+const KernelTable* choose(Kernel kernel) {
+  const KernelTable* const fast = kernel == Kernel::Scalar ? nullptr : avx2Kernel();
+  return fast ? fast : &scalarKernel();
+}
+constexpr std::align_val_t kRowAlignment{64};
+
+ObjectView viewOf(const CompiledObject& object, const CompiledTree& tree) {
+  ObjectView view{};
+  view.bound = tree.bound.data();
+  view.links = tree.links.data();
+  view.exact = tree.exact.data();
+  view.spheres = tree.spheres.data();
+  view.anchor = object.anchor.data();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) view.to_world[3 * r + c] = object.rotation(r, c);
+  return view;
+}
+
+}  // namespace
+
+void StepMemory::FreeFloats::operator()(float* p) const { ::operator delete[](p, kRowAlignment); }
+
+StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted) : scene(of_scene), kernel(choose(wanted)), objects(scene.objects) {
+  const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
+  turned_tool.resize(scene.tool.bound.size());
+  turned_when.resize(scene.tool.bound.size());
+  bool any_skin = false;
+  object_roots.assign((count + 7) / 8, emptyBlock());
+  leaf_views.resize(count);
+  views.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const CompiledSkin& skin = scene.bodyOf(i).skin;
+    any_skin = any_skin || !skin.empty();
+    views[i].patches = skin.empty() ? nullptr : skin.patch.data();
+    placeViews(i);
+  }
+  near.resize(count + 16);
+  near_counts.resize(count);
+  pairs.resize(capacity);
+  runs.reserve(count);
+  if (any_skin) {
+    felt_pairs.resize(capacity);
+    felt_runs.reserve(count);
+  }
+  for (auto* list : {&leaves, &open_tool, &open_object}) list->resize(2 * capacity + 4096);
+  const std::size_t row_count = any_skin ? 2 * capacity : capacity;
+  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
+  row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
+  std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);
+}
+
+void StepMemory::placeViews(std::size_t i) {
+  const CompiledObject& object = objects[i];
+  const CompiledBody& body = scene.bodies[object.body];
+  put(object_roots[i / 8], i % 8, object.anchor, static_cast<float>(body.radius * (1 + 1e-6)));
+  farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
+  leaf_views[i] = viewOf(object, body.leaves);
+  views[i] = feelsSkin(i) ? skinView(i) : leaf_views[i];
+}
+
+ObjectView StepMemory::skinView(std::size_t object) const {
+  const CompiledSkin& skin = scene.bodyOf(object).skin;
+  ObjectView view = viewOf(objects[object], skin.tree);
+  view.patches = skin.patch.data();
+  view.items = skin.tree.item.data();
+  return view;
+}
+
+void StepMemory::place(std::size_t i, const Configuration& pose) {
+  const CompiledObject before = objects[i];
+  objects[i] = scene.placed(before.body, pose);
+  placeViews(i);
+  // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the tool is.
+  const double turn = Eigen::AngleAxisd(before.rotation.transpose() * objects[i].rotation).angle(),
+               farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.bodies[before.body].radius;
+  if (farthest < 0.5 * scene.least_contact) return;
+  sides_known = false;
+  feelSkin(i);
+}
+
+void StepMemory::feelLeaves(std::size_t object) {
+  if (!feelsSkin(object)) return;
+  views[object] = leaf_views[object];
+  ++leaves_felt;
+}
+
+void StepMemory::feelSkin(std::size_t object) {
+  if (scene.bodyOf(object).skin.empty() || feelsSkin(object)) return;
+  views[object] = skinView(object);
+  --leaves_felt;
+}
+
+Workspace::Workspace(const Scene& scene, Kernel kernel) : memory_(std::make_unique<StepMemory>(scene.compiled(), kernel)) {}
+Workspace::~Workspace() = default;
+
+bool isAvailable(Kernel kernel) { return kernel != Kernel::Avx2 || avx2Kernel() != nullptr; }
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What Workspace hides: scratch lists, and the state from step to step. Sized once; a step allocates nothing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "compiled_scene.h"
+#include "find_pairs.h"
+#include "kernel.h"
+#include "qp6.h"
+#include "spheretree/runtime/step.h"
+
+namespace spheretree::runtime {
+
+/// What names a row from step to step.
+struct RowName {
+  std::uint32_t object = 0, pair = 0;
+  bool is_felt = false;  // the row of the smooth patch, not of the flat triangle
+  friend bool operator==(const RowName&, const RowName&) = default;
+};
+
+struct StepMemory {
+  /// `kernel` that is not available falls back to Scalar. @throws std::bad_alloc.
+  StepMemory(const CompiledScene& scene, Kernel kernel);
+
+  const CompiledScene& scene;
+  const KernelTable* kernel;
+
+  // The objects where they are now.
+  std::vector<CompiledObject> objects;
+  std::vector<Block> object_roots;  // balls about them in the world, 8 to a block
+  double farthest_anchor = 0;       // from the origin of the world [mm]
+
+  // Scratch of findPairs() and of the rows.
+  std::vector<Block> turned_tool;          // balls of the tool in the axes of an object, about the reference point
+  std::vector<std::uint32_t> turned_when;  // (block) the search of an object that turned it last
+  std::uint32_t turn_count = 0;            // searches of objects so far
+  std::vector<ObjectView> leaf_views;      // (object)
+  std::vector<ObjectView> views;           // (object) of what the tool is to meet now: its skin or its leaves
+  std::vector<std::uint32_t> near, near_counts, pairs, felt_pairs;
+  std::vector<PairRun> runs, felt_runs;
+  std::vector<HitGroup> leaves, open_tool, open_object;
+  struct FreeFloats {
+    void operator()(float* p) const;
+  };
+  std::unique_ptr<float[], FreeFloats> row_memory;  // 8 arrays of row_stride: a, b, weight; 64-byte aligned
+  std::size_t row_stride = 0;
+
+  // State from step to step.
+  bool started = false;
+  bool sides_known = false;                           // it is settled on which side of each skin the tool is
+  std::uint32_t leaves_felt = 0;                      // objects with a skin whose leaves are felt instead, since the tool started inside
+  bool is_behind = false;                             // the graphic tool had not arrived when the last step ended
+  Configuration haptic, graphic;                      // of the last step
+  std::array<double, 3> euler{};                      // of the graphic tool in the mode of the paper: gamma, beta, alpha [rad]
+  Wrench wrench;                                      // of the last step, not limited
+  std::array<RowName, kMostContacts> active_names{};  // rows that were active at the end of the last step
+  std::uint8_t active_count = 0;
+  QpAnswer answer;  // of the last QP
+  std::array<Contact, kMostContacts> contacts{};
+  std::uint8_t contact_count = 0;
+
+  bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }
+  /// Puts an object elsewhere.
+  void place(std::size_t object, const Configuration& pose);
+  void feelLeaves(std::size_t object);
+  void feelSkin(std::size_t object);
+
+ private:
+  void placeViews(std::size_t object);
+  ObjectView skinView(std::size_t object) const;
+};
+
+}  // namespace spheretree::runtime
