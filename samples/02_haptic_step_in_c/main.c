@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   printf("haptic z [mm]  graphic z [mm]  force z [N]\n");
   st_pose haptic = {{0, 0, 60}, {1, 0, 0, 0}}; /* comes down from above, 0.1 mm each servo step */
   for (int tick = 0; tick < 600; ++tick, haptic.position_mm[2] -= 0.1) {
-    st_step step;
+    st_step step = ST_STEP_INIT;
     p_st_renderer_step(renderer, &haptic, &step);
     if (tick % 50) continue;
     printf("%13.3f  %14.3f  %11.3f\n", haptic.position_mm[2], step.graphic_tool.position_mm[2], step.limited_wrench.force_n[2]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sphere pairs that a tree-tree query tests, at random touching poses of a tool on an object: what a builder costs at run time, whatever
-// the machine. Once by the bounding spheres of the files and once by the runtime's search trees over the same leaves. The same poses for
+// the machine. Once by the bounding spheres of the files and once by their search trees over the same leaves. The same poses for
 // every pair of trees: the tool is turned at random and moved along a random line until the leaves of the first pair of trees just touch,
 // all of it in double. Usage: node_pairs POSES TOOL.stree OBJECT.stree [TOOL.stree OBJECT.stree ...]   e.g. 10000 poses: 10 s of one core
 // for two pairs
@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "search_tree.h"
+#include "compiled_tree.h"
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "support/random.h"
@@ -37,7 +37,7 @@ struct Node {
 using Nodes = std::vector<Node>;
 
 Node nodeOf(const Sphere& s, std::uint32_t first_child, std::uint32_t child_count) {
-  const float open_priority = child_count > 0 ? runtime::open_priority(s.radius, child_count) : 0;
+  const float open_priority = child_count > 0 ? s.radius / static_cast<float>(child_count) : 0;  // as BlockLinks::open_priority
   return {{s.x, s.y, s.z}, static_cast<double>(s.radius), open_priority, first_child, child_count};
 }
 
@@ -48,11 +48,20 @@ Nodes boundsOf(const SphereTree& tree) {
   return nodes;
 }
 
-Nodes searchTreeOf(const SphereTree& tree) {
+// As the runtime lays it out: inner node n of the search tree has its children from 8 n on.
+Nodes searchNodesOf(const SphereTree& tree) {
   std::vector<Sphere> leaves;
   for (const std::uint32_t i : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[i]);
+  const runtime::CompiledTree compiled = runtime::compileTree(runtime::searchTreeOf(tree), leaves, Vector3d::Zero());
   Nodes nodes;
-  for (const runtime::SearchNode& n : runtime::makeSearchTree(leaves)) nodes.push_back(nodeOf(n.sphere, n.first_child, n.child_count));
+  for (std::uint32_t slot = 0; slot < compiled.item.size(); ++slot) {
+    std::uint32_t first_child = 0, child_count = 0;
+    if (compiled.isInner(slot)) {
+      first_child = 8 * (compiled.links[slot / 8].first_child + slot % 8);
+      while (child_count < 8 && compiled.spheres[first_child + child_count].radius > 0) ++child_count;
+    }
+    nodes.push_back(nodeOf(compiled.spheres[slot], first_child, child_count));
+  }
   return nodes;
 }
 
@@ -160,7 +169,7 @@ int main(int count, char** words) {
     std::printf("%s on %s\n", words[2 + pair], words[3 + pair]);
     const double tested = report("bounding spheres of the files", {boundsOf(tool), boundsOf(object)}, at, reference);
     if (pair == 0) reference = tested;
-    report("search trees of the runtime", {searchTreeOf(tool), searchTreeOf(object)}, at, reference);
+    report("search trees", {searchNodesOf(tool), searchNodesOf(object)}, at, reference);
   }
   return 0;
 }

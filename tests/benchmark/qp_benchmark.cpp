@@ -18,8 +18,9 @@
 #include <string>
 #include <vector>
 
-#include "kernel.h"
+#include "rows.h"
 #include "spheretree/runtime/step.h"
+#include "step_memory.h"
 #include "support/quadprog_peer.h"
 #include "support/shape_trees.h"
 
@@ -79,7 +80,7 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
   if (!compileScene(description, compiled, fault)) std::abort();
   Workspace mover(compiled), finder(compiled);
   resetTo(slot ? Configuration{{0, 0, 0}, {1, 0, 0, 0}} : Configuration{{0, 0, 14}, hapticPose(slot, 0).orientation}, mover);
-  Configuration before = mover.graphic;
+  Configuration before = mover.memory().graphic;
   std::vector<Cycle> cycles;
   for (int n = -100; n < count; ++n) {
     const Configuration haptic = hapticPose(slot, n);
@@ -88,9 +89,9 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
     const float closing = slot ? 0.15f * static_cast<float>(std::sin(0.01 * n)) : 0.0f;
     if (n >= 0) {
       double margin = 0.2;
-      PairSet pairs = findPairs(compiled, before, margin, false, 1u << 24, finder);
-      while (pairs.pairs.size() < base && margin < 20) pairs = findPairs(compiled, before, margin *= 1.3, false, 1u << 24, finder);
-      const RowSet set = makeRows(compiled, pairs, before, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), finder);
+      PairSet pairs = findPairs(before, margin, PairsOf::LeavesExactly, 1u << 24, finder.memory());
+      while (pairs.pairs.size() < base && margin < 20) pairs = findPairs(before, margin *= 1.3, PairsOf::LeavesExactly, 1u << 24, finder.memory());
+      const RowSet set = makeRows(pairs, before, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), finder.memory());
       std::vector<std::uint32_t> order(pairs.pairs.size());
       std::iota(order.begin(), order.end(), 0u);
       const std::size_t kept = std::min(base, order.size());
@@ -117,7 +118,7 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
           c.name.push_back((std::uint64_t{copy} << 48) + (std::uint64_t{run->object} << 32) + pairs.pairs[order[i]]);
         }
       const Displacement want = displacementBetween(before, haptic);
-      c.target << want.translation, compiled.angle_length * want.rotation;
+      c.target << want.translation, compiled.compiled().angle_length * want.rotation;
       cycles.push_back(std::move(c));
     }
     before = moved.graphic;

@@ -36,7 +36,7 @@ TEST(Roughness, OfSinesAndNoiseIsTheClosedForm) {
 struct Loop {
   Body ball, ground;
   builder::Progress progress;
-  BodyLibrary bodies{builder::Quality::Quick, false, progress};
+  BodyLibrary bodies{builder::Quality::Quick, runtime::ContactSurface::Leaves, progress};
   Bench bench{bodies, {}, progress};
 
   static Body body(double radius) {

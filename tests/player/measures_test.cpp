@@ -9,6 +9,7 @@
 
 #include "run_statistics.h"
 #include "spheretree/builder/mesh_checks.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::player {
@@ -101,23 +102,23 @@ TEST(Measures, PlantedFaultsShow) {
   EXPECT_GT(largestTorqueJump(twisted, {}), 1);
 }
 
-TEST(Measures, ADroppedPairShowsAsPenetrationOfSpheres) {
+TEST(Measures, ADroppedPairShowsAsPenetrationOfLeaves) {
   // Two balls of an object; the tool stands as one who knows only of the first would put it.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::treeOfBalls({test::ball(0, 0, 0, 3), test::ball(4, 0, 0, 3)}));
-  SpherePenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}});
+  LeafPenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}}, runtime::ContactSurface::Leaves);
   EXPECT_EQ(measure.at({{-5, 0, 0}, kUpright}), 0);
   EXPECT_NEAR(measure.at({{0, 0, 5}, kUpright}), 0, 1e-9);            // free of both
   EXPECT_NEAR(measure.at({{4, 0, 5 - 0.25}, kUpright}), 0.25, 1e-6);  // the second pair, dropped
 }
 
-TEST(Measures, PenetrationOfSpheresIsTheSameWhereverTheToolComesFrom) {
+TEST(Measures, PenetrationOfLeavesIsTheSameWhereverTheToolComesFrom) {
   // One measure follows a rod that slides, turns and rests by turns, in and out of a bed of balls that moves while it rests; another starts
   // afresh at each pose.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::rodTree(40, 30, 1));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::boxTree({20, 20, 0}, {20, 20, 1}, 1.5));
   const std::vector<PlacedBody> objects{{&object, {}}};
-  SpherePenetration follows(tool.tree, {0, 0, 15}, objects);
+  LeafPenetration follows(tool.tree, {0, 0, 15}, objects, runtime::ContactSurface::Skin);  // it has none
   int inside = 0, outside = 0;
   double slid = 0, turned = 0, bed = 0;
   for (int n = 0; n < 900; ++n) {
@@ -129,7 +130,7 @@ TEST(Measures, PenetrationOfSpheresIsTheSameWhereverTheToolComesFrom) {
       follows.moveObject(0, {0, 0, way});
       bed += way;
     }
-    SpherePenetration fresh(tool.tree, {0, 0, 15}, objects);
+    LeafPenetration fresh(tool.tree, {0, 0, 15}, objects, runtime::ContactSurface::Skin);
     fresh.moveObject(0, {0, 0, bed});
     const Configuration pose{{3 * std::sin(slid), 0, 6 + 4 * std::cos(slid)}, rotationOf({1.5 + 0.5 * std::sin(turned), 0, 0})};
     const double depth = follows.at(pose);
@@ -138,6 +139,24 @@ TEST(Measures, PenetrationOfSpheresIsTheSameWhereverTheToolComesFrom) {
   }
   EXPECT_GT(inside, 100);
   EXPECT_GT(outside, 100);
+}
+
+TEST(Measures, PenetrationOfASkinIsThatOfTheMeshBeyondItsTolerances) {
+  // Leaves that reach out of the box by 1 mm count only where leaves are felt.
+  const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
+  SphereTree tree = test::withSkin(test::oneBallTree(11), test::boxSkin({10, 10, 10}));
+  tree.skin.tolerance = 0.03f;
+  tree.skin.mesh_distance = 0.02f;
+  const Body object = bodyOf(box({-10, -10, -10}, {10, 10, 10}), std::move(tree));
+  const std::vector<PlacedBody> objects{{&object, {{0, 0, 5}, kUpright}}};
+  LeafPenetration skin(tool.tree, {0, 0, 0}, objects, runtime::ContactSurface::Skin),
+      leaves(tool.tree, {0, 0, 0}, objects, runtime::ContactSurface::Leaves);
+  EXPECT_NEAR(skin.at({{3, 2, 17}, kUpright}), 0, 1e-9);
+  EXPECT_NEAR(skin.at({{3, 2, 16.8}, kUpright}), 0.2 - 0.05, 1e-6);
+  EXPECT_NEAR(skin.at({{11, 2, 16}, kUpright}), 2 - std::sqrt(2.0) - 0.05, 1e-6);  // over an edge
+  EXPECT_NEAR(leaves.at({{0, 0, 17}, kUpright}), 1, 1e-6);
+  skin.moveObject(0, {0, 0, 1});
+  EXPECT_NEAR(skin.at({{3, 2, 17.8}, kUpright}), 0.2 - 0.05, 1e-6);
 }
 
 TEST(Measures, PenetrationOfMeshesIsExactForBoxes) {

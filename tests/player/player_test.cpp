@@ -111,7 +111,7 @@ TEST(ServoLoop, AllocatesNothingInTheMouth) {
   const char* folder = std::getenv("SPHERETREE_MOUTH");
   if (!folder) GTEST_SKIP() << "SPHERETREE_MOUTH names no folder";
   builder::Progress progress;
-  const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", false, progress);
+  const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", runtime::ContactSurface::Leaves, progress);
   const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv");
   ServoLoop loop(scene, nullptr, {});
   double force = 0;
@@ -205,7 +205,7 @@ TEST(Recording, IsNotThereUntilItIsWhole) {
 
 TEST(Recording, NamesItsSceneInItsFirstRow) {
   const test::ScratchFolder folder;
-  const std::string scene = "a b/\"c\",100%\n.json", settings = "mode=paper bridges=off";
+  const std::string scene = "a b/\"c\",100%\n.json", settings = "mode=paper contact=leaves";
   RecordingWriter recording(folder.path() / "run.csv", {scene, settings});
   RecordedStep row;
   recording.push(row);
@@ -255,7 +255,7 @@ TEST(Play, AMeshSceneIsRefusedWithTheWayOn) {
       << R"({"schema":"spheretree.scene/1","unit":"mm","tool":{"name":"probe","mesh":"p.obj"},"objects":[{"name":"o","mesh":"o.obj"}]})";
   builder::Progress progress;
   try {
-    loadScene(path, false, progress);
+    loadScene(path, runtime::ContactSurface::Leaves, progress);
     FAIL() << "it was accepted";
   } catch (const formats::FormatError& error) {
     EXPECT_NE(std::string(error.what()).find("spheretree batch"), std::string::npos) << error.what();
@@ -310,7 +310,7 @@ TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {
 TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   const test::ScratchFolder folder;
   builder::Progress progress;
-  BodyLibrary bodies(builder::Quality::Quick, false, progress);
+  BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
   Bench bench{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001}, progress};
   std::vector<ScenarioResult> results;
   for (const Scenario* scenario : selectScenarios("F4,F7,F8,F13,F17")) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "spheretree/runtime/step.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -33,11 +34,12 @@ double ratio(const Coupling& k, const StepResult& before, const StepResult& afte
 }
 
 TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
-  // A dome of radius 10 of balls of radius 2, felt with balls of radius 1: touching radius 3, hand at most 1.5 below. 5 to 100 mm/s.
-  constexpr double kTouch = 3, kDeepest = kTouch / 2;
-  const SphereTree dome = test::ellipsoidTree({10, 10, 10}, 600, 2);
+  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching radii are 3, and as a
+  // skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are spread; on the skin it slides.
+  constexpr double kDeepest = 1.5;
+  const SphereTree leaves = test::ellipsoidTree({10, 10, 10}, 600, 2), skin = test::withSkin(leaves, test::roundSkin(4, 10));
   for (const bool is_rod : {false, true}) {
-    const Scene scene = compiled(is_rod ? test::rodTree(20, 40, 1) : test::oneBallTree(1), dome);
+    const Scene scene = compiled(is_rod ? test::rodTree(20, 40, 1) : test::oneBallTree(1), is_rod ? skin : leaves);
     for (const double speed : {0.005, 0.02, 0.1}) {
       Workspace workspace(scene);
       Configuration before;
@@ -51,7 +53,7 @@ TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
         const StepResult now = step(scene, hand, Mode::Constrained, workspace);
         const auto depthOf = [](const StepResult& r) { return r.wrench.force.norm(); };  // 1 N/mm
         if (n > 0 && std::max(depthOf(now), depthOf(last)) <= kDeepest && now.active > 0) {
-          worst = std::max(worst, ratio(scene.coupling, last, now, displacementBetween(before, hand)));
+          worst = std::max(worst, ratio(scene.coupling(), last, now, displacementBetween(before, hand)));
           ++counted;
         }
         before = hand;
@@ -118,7 +120,7 @@ TEST(ForceStep, FollowsAHandThatOnlyTurns) {
     last = now;
   }
   EXPECT_GT(largest, 0.2);  // N in a step, of a hand whose position rests
-  EXPECT_LT(behind, 0.02);  // of 6 mm that the springs are stretched by: a turn bends the space of poses a little
+  EXPECT_LT(behind, 0.05);  // of 6 mm that the springs are stretched by: a turn bends the space of poses a little
 }
 
 TEST(ForceStep, GivesNoEnergyBeyondWhatSamplingLeaks) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spheretree/runtime/qp6.h"
+#include "qp6.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -23,12 +24,12 @@ struct CScene {
   ~CScene() { st_scene_destroy(scene); }
 };
 
-void stepAsTheCppFaceDoes(bool bridges) {
+void stepAsTheCppFaceDoes(ContactSurface contact) {
   SceneDescription d;
-  d.bridges = bridges;
+  d.contact = contact;
   d.tool = test::rodTree(20, 40, 1);
   d.reference_point = {0, 0, 10};
-  d.objects.push_back({test::stating(test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), 0.5), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
+  d.objects.push_back({test::withSkin(test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), test::boxSkin({7, 7, 3})), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
   d.coupling = {2, 3000};
   d.wrench_limits = {3, {50, 60, 70}};
   d.step_limits = {4096, 50000};
@@ -37,7 +38,7 @@ void stepAsTheCppFaceDoes(bool bridges) {
   ASSERT_TRUE(compileScene(d, scene, fault));
 
   CScene c;
-  const std::vector<std::byte> tool = encodeSphereTree(d.tool), object = encodeSphereTree(d.objects[0].tree);
+  const std::vector<std::byte> tool = encodeSphereTree(d.tool), object = encodeSphereTree(*d.objects[0].tree);
   const double reference[3] = {0, 0, 10}, torque[3] = {50, 60, 70};
   const Quaternion q = d.objects[0].pose.orientation;
   const st_pose pose{{1, 2, 3}, {q.w(), q.x(), q.y(), q.z()}};
@@ -46,8 +47,8 @@ void stepAsTheCppFaceDoes(bool bridges) {
   ASSERT_EQ(st_scene_set_coupling(c.scene, 2, 3000), 0);
   ASSERT_EQ(st_scene_set_wrench_limits(c.scene, 3, torque), 0);
   ASSERT_EQ(st_scene_set_step_limits(c.scene, 4096, 50000), 0);
-  if (!bridges) {  // they are the default
-    ASSERT_EQ(st_scene_set_bridges(c.scene, 0), 0);
+  if (contact == ContactSurface::Leaves) {  // the skin is the default
+    ASSERT_EQ(st_scene_set_contact(c.scene, ST_LEAVES), 0);
   }
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     st_renderer* const renderer = st_renderer_create(c.scene, static_cast<int>(mode));
@@ -57,7 +58,7 @@ void stepAsTheCppFaceDoes(bool bridges) {
       const Configuration haptic{{1, 2, 25 - 0.1 * n}, rotationOf({0.002 * n, 0, 0})};
       const Quaternion o = haptic.orientation;
       const st_pose in{{1, 2, 25 - 0.1 * n}, {o.w(), o.x(), o.y(), o.z()}};
-      st_step out;
+      st_step out = ST_STEP_INIT;
       st_renderer_step(renderer, &in, &out);
       const StepResult r = step(scene, haptic, mode, workspace);
       for (int k = 0; k < 3; ++k) {
@@ -70,7 +71,7 @@ void stepAsTheCppFaceDoes(bool bridges) {
       ASSERT_EQ(out.pairs, r.pairs);
       ASSERT_EQ(out.work, r.work);
     }
-    st_step out;
+    st_step out = ST_STEP_INIT;
     st_renderer_reset(renderer, nullptr);
     const st_pose far_away{{500, 0, 0}, {1, 0, 0, 0}};
     st_renderer_step(renderer, &far_away, &out);
@@ -81,8 +82,8 @@ void stepAsTheCppFaceDoes(bool bridges) {
 }
 
 TEST(Runtime, StepsAsTheCppFaceDoes) {
-  stepAsTheCppFaceDoes(true);
-  stepAsTheCppFaceDoes(false);
+  stepAsTheCppFaceDoes(ContactSurface::Skin);
+  stepAsTheCppFaceDoes(ContactSurface::Leaves);
 }
 
 TEST(Runtime, SaysWhatIsWrong) {
@@ -100,7 +101,7 @@ TEST(Runtime, SaysWhatIsWrong) {
   expectError(st_scene_set_tool(c.scene, nullptr, 10, kOrigin), "tool: ");
   expectError(st_scene_add_object(c.scene, tree.data(), 5, &kHere), "object 0: ");
   expectError(st_scene_add_object(c.scene, tree.data(), tree.size(), nullptr), "object: ");
-  expectError(st_scene_set_bridges(c.scene, 2), "bridges is 2");
+  expectError(st_scene_set_contact(c.scene, 2), "contact surface 2 is unknown");
   ASSERT_EQ(st_scene_set_tool(c.scene, tree.data(), tree.size(), kOrigin), 0);
   ASSERT_EQ(st_scene_add_object(c.scene, tree.data(), tree.size(), &kHere), 0);
   EXPECT_EQ(st_renderer_create(c.scene, 7), nullptr);
@@ -124,7 +125,7 @@ TEST(Runtime, ARendererOutlivesItsScene) {
   ASSERT_EQ(st_scene_add_object(scene, tree.data(), tree.size(), &kHere), 0);
   st_renderer* const renderer = st_renderer_create(scene, ST_CONSTRAINED);
   st_scene_destroy(scene);
-  st_step out;
+  st_step out = ST_STEP_INIT;
   const st_pose start{{5, 0, 0}, {1, 0, 0, 0}}, inside{{1, 0, 0}, {1, 0, 0, 0}};
   st_renderer_reset(renderer, &start);
   st_renderer_step(renderer, &inside, &out);

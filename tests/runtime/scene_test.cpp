@@ -7,6 +7,8 @@
 #include <functional>
 #include <limits>
 
+#include "compiled_scene.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -30,28 +32,29 @@ TEST(Scene, EveryLeafHasOneSlotAndStandsWhereItShould) {
   Scene scene;
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
-  const auto check = [](const SphereTree& tree, const CompiledTree& compiled,
+  const auto check = [](const SphereTree& tree, const CompiledTree& compiled, const std::vector<std::uint32_t>& nodes,
                         const std::function<Eigen::Vector3d(Eigen::Vector3d)>& place) {
     std::vector<int> seen(tree.nodeCount(), 0);
-    std::vector<int> met(compiled.node.size(), 0);  // (slot) by its parent
+    std::vector<int> met(compiled.item.size(), 0);  // (slot) by its parent
     double reach = 0;
-    for (std::size_t slot = 0; slot < compiled.node.size(); ++slot) {
-      const std::uint32_t node = compiled.node[slot];
+    for (std::size_t slot = 0; slot < compiled.item.size(); ++slot) {
+      const std::uint32_t item = compiled.item[slot];
       const Block& block = compiled.bound[slot / 8];
       const Sphere& record = compiled.spheres[slot];
       EXPECT_EQ(block.x[slot % 8], record.x);
       EXPECT_EQ(block.r[slot % 8], record.radius);
       if (compiled.isInner(slot)) {
-        EXPECT_EQ(node, kNoNode);
+        EXPECT_EQ(item, kNoItem);
         const std::size_t first = 8 * (std::size_t{compiled.links[slot / 8].first_child} + slot % 8);
         for (std::size_t child = first; child < first + 8; ++child) ++met.at(child);
         continue;
       }
-      if (node == kNoNode) {
+      if (item == kNoItem) {
         EXPECT_GT(block.x[slot % 8], 1e17f);
         EXPECT_EQ(block.r[slot % 8], 0);
         continue;
       }
+      const std::uint32_t node = nodes.at(item);
       ++seen[node];
       EXPECT_TRUE(tree.isLeaf(node));
       const Sphere& leaf = tree.cover[node];
@@ -66,12 +69,15 @@ TEST(Scene, EveryLeafHasOneSlotAndStandsWhereItShould) {
     for (std::size_t slot = 8; slot < met.size(); ++slot) EXPECT_EQ(met[slot], 1) << "slot " << slot;
     EXPECT_NEAR(compiled.reach, reach, 1e-9);
   };
-  check(d.tool, scene.tool, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
+  const CompiledScene& compiled = scene.compiled();
+  check(d.tool, compiled.tool, compiled.tool_nodes, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
   for (std::size_t i = 0; i < d.objects.size(); ++i)
-    check(d.objects[i].tree, scene.objects[i].tree, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d {
-      return d.objects[i].pose.orientation * c + d.objects[i].pose.position - scene.objects[i].anchor;
+    check(*d.objects[i].tree, compiled.bodyOf(i).leaves, compiled.bodyOf(i).nodes, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d {
+      const CompiledObject& object = compiled.objects[i];
+      EXPECT_LT((object.rotation - d.objects[i].pose.orientation.toRotationMatrix()).norm(), 1e-12);
+      return object.rotation.transpose() * (d.objects[i].pose.orientation * c + d.objects[i].pose.position - object.anchor);
     });
-  EXPECT_DOUBLE_EQ(scene.angle_length, std::sqrt(1000));
+  EXPECT_DOUBLE_EQ(compiled.angle_length, std::sqrt(1000));
 }
 
 TEST(Scene, RefusesWithTheReason) {
@@ -82,7 +88,7 @@ TEST(Scene, RefusesWithTheReason) {
     std::string fault;
     EXPECT_FALSE(compileScene(d, scene, fault)) << part;
     EXPECT_NE(fault.find(part), std::string::npos) << fault;
-    EXPECT_TRUE(scene.objects.empty());  // unchanged
+    EXPECT_EQ(scene.objectCount(), 0u);  // unchanged
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   refuse("translation stiffness", [](auto& d) { d.coupling.translation = 0; });
@@ -96,7 +102,11 @@ TEST(Scene, RefusesWithTheReason) {
   refuse("tool: ", [](auto& d) { d.tool.bound[0].radius *= 0.5f; });
   refuse("tool: ", [&](auto& d) { d.reference_point[0] = nan; });
   refuse("tool: ", [&](auto& d) { d.reference_point[0] = 1e9; });
-  refuse("object 1: ", [](auto& d) { d.objects[1].tree.cover[0].x += 1000; });
+  refuse("object 1: ", [](auto& d) {
+    SphereTree tree = *d.objects[1].tree;
+    tree.cover[0].x += 1000;
+    d.objects[1].tree = std::move(tree);
+  });
   refuse("object 2: ", [&](auto& d) { d.objects[2].pose.position[1] = nan; });
   refuse("object 2: ", [](auto& d) { d.objects[2].pose.orientation = Quaternion(0, 0, 0, 0); });
   refuse("object 0: ", [](auto& d) { d.objects[0].pose.position[1] = 1e8; });

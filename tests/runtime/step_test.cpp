@@ -34,7 +34,7 @@ double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
   double deepest = 0;
   const auto tool = leavesOf(d.tool, pose, d.reference_point);
   for (const SceneObject& object : d.objects)
-    for (const Eigen::Vector4d& b : leavesOf(object.tree, object.pose, Eigen::Vector3d::Zero()))
+    for (const Eigen::Vector4d& b : leavesOf(*object.tree, object.pose, Eigen::Vector3d::Zero()))
       for (const Eigen::Vector4d& a : tool) {
         const double reach = a[3] + b[3] - deepest;
         if ((a - b).head<3>().squaredNorm() < reach * reach) deepest = a[3] + b[3] - (a - b).head<3>().norm();
@@ -110,8 +110,8 @@ TEST(Step, NeverPenetratesInRandomMotion) {
   int contacts = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Random random(seed);
-    SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
-    d.objects.push_back({test::stating(test::ellipsoidTree({5, 5, 7}, 400, 0.7), 0.3), {{11.5, 0, 0}, kUpright}});
+    SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+    d.objects.push_back({test::ellipsoidTree({5, 5, 7}, 400, 0.7), {{11.5, 0, 0}, kUpright}});
     d.reference_point = {0, 0, 25};
     Rig rig(std::move(d));
     Configuration haptic{{0, 20, 0}, kUpright};
@@ -276,13 +276,14 @@ TEST(Step, TheUnitDoesNotMatter) {
   // The same scene 1000 times larger, with the rotation stiffness by the square: the same angles, lengths times 1000.
   const auto make = [](float k) {
     SceneDescription d = scene(test::rodTree(30, 64, 1), test::boxTree({20, 20, 0}, {16, 16, 1}, 2));
-    const auto scale = [&](SphereTree& tree) {
+    const auto scaled = [&](SphereTree tree) {
       for (Sphere& s : tree.cover) s = {k * s.x, k * s.y, k * s.z, k * s.radius};
       encloseDescendants(tree);
       countLevels(tree);
+      return tree;
     };
-    scale(d.tool);
-    scale(d.objects[0].tree);
+    d.tool = scaled(d.tool);
+    d.objects[0].tree = scaled(*d.objects[0].tree);
     d.coupling.rotation = 1000 * static_cast<double>(k) * static_cast<double>(k);
     return d;
   };
@@ -296,7 +297,7 @@ TEST(Step, TheUnitDoesNotMatter) {
 }
 
 TEST(Step, AllocatesNothing) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
+  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
   Rig rig(std::move(d));
   StageTimes times;
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
@@ -314,7 +315,7 @@ TEST(Step, AllocatesNothing) {
 }
 
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::stating(test::ellipsoidTree({6, 5, 8}, 500, 0.8), 0.3));
+  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
   Rig rig(std::move(d));
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     Workspace first(rig.scene, Kernel::Scalar), second(rig.scene, Kernel::Best);
@@ -333,7 +334,7 @@ TEST(Step, KernelsAndRunsGiveTheSameBytes) {
 
 TEST(Step, SmallBudgetsStaySafe) {
   for (const auto& [max_pairs, max_work] : {std::pair{64u, 100000u}, {256u, 100000u}, {8192u, 1000u}, {8192u, 3000u}}) {
-    SceneDescription d = scene(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::stating(test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2), 0.5));
+    SceneDescription d = scene(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2));
     d.step_limits = {max_pairs, max_work};
     Rig rig(std::move(d));
     Random random(8);
@@ -362,7 +363,7 @@ TEST(Step, AlwaysAnswers) {
     d.reference_point = test::randomPoint(random, 10);
     for (int i = 0; i < 3; ++i)
       d.objects.push_back(
-          {test::stating(test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))), 1),
+          {test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))),
            {test::randomPoint(random, 10), test::randomRotation(random)}});
     d.step_limits = {static_cast<std::uint32_t>(192 + random.below(4000)), static_cast<std::uint32_t>(1000 + random.below(60000))};
     Rig rig(std::move(d));
@@ -377,7 +378,7 @@ TEST(Step, AlwaysAnswers) {
       ASSERT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
       ASSERT_FALSE(r.faults & kBadInput);
       // What one search, one set of rows and one QP with all its relaxations can add after the last look at the budget.
-      ASSERT_LT(r.work, rig.scene.step_limits.max_work + 40 * 101 * (rig.scene.step_limits.max_pairs / 8 + 1) / 10) << seed << ' ' << n;
+      ASSERT_LT(r.work, rig.scene.stepLimits().max_work + 40 * 101 * (rig.scene.stepLimits().max_pairs / 8 + 1) / 10) << seed << ' ' << n;
     }
   }
 }

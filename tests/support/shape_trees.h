@@ -90,12 +90,6 @@ inline SphereTree treeOfBalls(std::vector<Sphere> balls, std::size_t branching =
   return tree;
 }
 
-/// The same tree, which states that its leaves reach out by at most `overhang` [mm]: then the runtime bridges pits of that depth.
-inline SphereTree stating(SphereTree tree, double overhang) {
-  tree.statistics.back().overhang_bound = static_cast<float>(overhang);
-  return tree;
-}
-
 /// nx * ny * nz balls filling the box of these half sizes [mm], centres evenly spaced.
 inline SphereTree boxTree(const Eigen::Vector3d& half, std::array<int, 3> n, double radius) {
   std::vector<Sphere> balls;

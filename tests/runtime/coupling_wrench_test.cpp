@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spheretree/runtime/force.h"
+#include "coupling_wrench.h"
 
 #include <gtest/gtest.h>
 
@@ -9,19 +9,19 @@
 namespace spheretree::runtime {
 namespace {
 
-TEST(Force, PullsTheHandTowardsTheGraphicTool) {
+TEST(CouplingWrench, PullsTheHandTowardsTheGraphicTool) {
   const Configuration haptic{{0, 0, -1}, rotationOf({0.1, 0, 0})}, graphic{{0, 0, 0.5}, rotationOf({0, 0, 0})};
   const Wrench w = couplingWrench({2, 500}, haptic, graphic);
   EXPECT_LT((w.force - Eigen::Vector3d(0, 0, 3)).norm(), 1e-12);
   EXPECT_LT((w.torque - Eigen::Vector3d(-50, 0, 0)).norm(), 1e-9);
 }
 
-TEST(Force, AWholeTurnIsNoTurn) {
+TEST(CouplingWrench, AWholeTurnIsNoTurn) {
   const Configuration a{{0, 0, 0}, rotationOf({0, 0, 3})}, b{{0, 0, 0}, rotationOf({0, 0, 3 - 2 * M_PI})};
   EXPECT_LT(couplingWrench({}, a, b).torque.norm(), 1e-9);
 }
 
-TEST(Force, LimitsKeepTheDirection) {
+TEST(CouplingWrench, LimitsKeepTheDirection) {
   const WrenchLimits limits{8, {188, 188, 48}};
   const Wrench w{{30, -40, 0}, {100, 20, -96}};
   const Wrench l = limited(w, limits);
@@ -34,7 +34,7 @@ TEST(Force, LimitsKeepTheDirection) {
   EXPECT_EQ(limited(small, limits).torque, small.torque);
 }
 
-TEST(Force, WhatIsNotFiniteIsNotRendered) {
+TEST(CouplingWrench, WhatIsNotFiniteIsNotRendered) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(limited({{nan, 0, 0}, {0, 0, 1}}, {}).torque, Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(limited({{1, 0, 0}, {0, INFINITY, 0}}, {}).force, Eigen::Vector3d(0, 0, 0));

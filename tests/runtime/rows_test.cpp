@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spheretree/runtime/contact.h"
+#include "rows.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "spheretree/runtime/workspace.h"
+#include "step_memory.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -26,16 +26,19 @@ struct Rig {
     EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
     workspace = std::make_unique<Workspace>(scene, kernel);
   }
+  StepMemory& memory() { return workspace->memory(); }
+  PairSet pairsAt(const Configuration& pose) { return findPairs(pose, 1, PairsOf::ContactSurface, 1u << 30, memory()); }
   // d(tool leaf, object leaf) and radius sum of pair k, tool at `pose`, in double.
   std::pair<double, double> distance(const PairSet& set, std::uint32_t k, const Configuration& pose) const {
     const PairRun* run = set.runs.data();
     while (k >= run->begin + run->count) ++run;
     const std::uint32_t t = set.pairs[k] >> 16, o = set.pairs[k] & 0xffff;
-    const CompiledObject& object = scene.objects[run->object];
-    const Eigen::Vector3d c(scene.tool.exact[t][0], scene.tool.exact[t][1], scene.tool.exact[t][2]);
-    const Eigen::Vector3d b(object.tree.exact[o][0], object.tree.exact[o][1], object.tree.exact[o][2]);
-    return {(pose.orientation * c + pose.position - b - object.anchor).norm(),
-            static_cast<double>(scene.tool.spheres[t].radius) + static_cast<double>(object.tree.spheres[o].radius)};
+    const CompiledTree &tool = scene.compiled().tool, &leaves = scene.compiled().bodyOf(run->object).leaves;
+    const CompiledObject& object = scene.compiled().objects[run->object];
+    const Eigen::Vector3d c(tool.exact[t][0], tool.exact[t][1], tool.exact[t][2]);
+    const Eigen::Vector3d b(leaves.exact[o][0], leaves.exact[o][1], leaves.exact[o][2]);
+    return {(pose.orientation * c + pose.position - object.rotation * b - object.anchor).norm(),
+            static_cast<double>(tool.spheres[t].radius) + static_cast<double>(leaves.spheres[o].radius)};
   }
 };
 
@@ -45,13 +48,13 @@ double rowDot(const RowSet& set, std::uint32_t k, const Vector6& y) {
   return sum / static_cast<double>(set.weight[k]);
 }
 
-TEST(Contact, RowsAreUnitAndTheGapsAreTrue) {
+TEST(Rows, RowsAreUnitAndTheGapsAreTrue) {
   Rig rig;
   Random random(1);
   for (int n = 0; n < 20; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
-    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
-    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    const PairSet pairs = rig.pairsAt(pose);
+    const RowSet set = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), rig.memory());
     ASSERT_EQ(set.rows.count, pairs.pairs.size());
     double smallest = 1e9;
     for (std::uint32_t k = 0; k < set.rows.count; ++k) {
@@ -69,17 +72,17 @@ TEST(Contact, RowsAreUnitAndTheGapsAreTrue) {
   }
 }
 
-TEST(Contact, RowsAreTheDerivativeOfTheDistance) {
+TEST(Rows, RowsAreTheDerivativeOfTheDistance) {
   Rig rig;
   Random random(2);
   std::uint32_t checked = 0;
   for (int n = 0; n < 20; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
-    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
-    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    const PairSet pairs = rig.pairsAt(pose);
+    const RowSet set = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), rig.memory());
     Displacement step{test::randomPoint(random, 1), test::randomPoint(random, 0.05)};
     Vector6 y;
-    y << step.translation, rig.scene.angle_length * step.rotation;
+    y << step.translation, rig.scene.compiled().angle_length * step.rotation;
     const double h = 1e-5;
     const Configuration plus = moved(pose, {h * step.translation, h * step.rotation}),
                         minus = moved(pose, {-h * step.translation, -h * step.rotation});
@@ -91,7 +94,7 @@ TEST(Contact, RowsAreTheDerivativeOfTheDistance) {
   EXPECT_GT(checked, 500u);
 }
 
-TEST(Contact, SquaredRowsAreThePapersTaylorFormula) {
+TEST(Rows, SquaredRowsAreThePapersTaylorFormula) {
   Rig rig;
   Random random(3);
   std::uint32_t checked = 0;
@@ -102,14 +105,14 @@ TEST(Contact, SquaredRowsAreThePapersTaylorFormula) {
     };
     const Eigen::Vector3d x = test::randomPoint(random, 6);
     const Configuration pose = poseAt(x, gamma, beta, alpha);
-    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
+    const PairSet pairs = rig.pairsAt(pose);
     Eigen::Matrix3d axes;
     const Eigen::Matrix3d yaw = rotationOf({0, 0, alpha}).toRotationMatrix(), pitch = rotationOf({0, beta, 0}).toRotationMatrix();
     axes << (yaw * pitch).col(0), yaw.col(1), Eigen::Vector3d::UnitZ();
-    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::SquaredDistance, axes, *rig.workspace);
+    const RowSet set = makeRows(pairs, pose, RowForm::SquaredDistance, axes, rig.memory());
     const Eigen::Vector3d dx = test::randomPoint(random, 1), de = test::randomPoint(random, 0.05);
     Vector6 y;
-    y << dx, rig.scene.angle_length * de;
+    y << dx, rig.scene.compiled().angle_length * de;
     const double h = 1e-5;
     for (std::uint32_t k = 0; k < set.rows.count; ++k, ++checked) {
       const auto value = [&](double t) {
@@ -124,19 +127,19 @@ TEST(Contact, SquaredRowsAreThePapersTaylorFormula) {
   EXPECT_GT(checked, 500u);
 }
 
-TEST(Contact, ADistanceRowIsOnTheSafeSide) {
+TEST(Rows, ADistanceRowIsOnTheSafeSide) {
   // What the proof in docs/runtime.md rests on: the true gap after a step is at least the row's value less |r| angle^2 / 2.
   Rig rig;
   Random random(4);
   for (int n = 0; n < 100; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
-    const PairSet pairs = findPairs(rig.scene, pose, 1, false, 1u << 30, *rig.workspace);
-    const RowSet set = makeRows(rig.scene, pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), *rig.workspace);
+    const PairSet pairs = rig.pairsAt(pose);
+    const RowSet set = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), rig.memory());
     const Displacement step{test::randomPoint(random, 2), test::randomPoint(random, 0.2)};
     Vector6 y;
-    y << step.translation, rig.scene.angle_length * step.rotation;
+    y << step.translation, rig.scene.compiled().angle_length * step.rotation;
     const Configuration after = moved(pose, step);
-    const double loss = rig.scene.tool.reach * step.rotation.squaredNorm() / 2;
+    const double loss = rig.scene.compiled().tool.reach * step.rotation.squaredNorm() / 2;
     for (std::uint32_t k = 0; k < set.rows.count; ++k) {
       const auto [d, sum] = rig.distance(pairs, k, after);
       EXPECT_GE(d - sum, rowDot(set, k, y) - static_cast<double>(set.rows.b[k] / set.weight[k]) - loss - 1e-5);
@@ -144,7 +147,7 @@ TEST(Contact, ADistanceRowIsOnTheSafeSide) {
   }
 }
 
-TEST(Contact, CentresThatCoincideGetANormal) {
+TEST(Rows, CentresThatCoincideGetANormal) {
   SceneDescription d;
   d.tool = test::oneBallTree(1);
   d.objects.push_back({test::oneBallTree(2), {}});
@@ -152,15 +155,15 @@ TEST(Contact, CentresThatCoincideGetANormal) {
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault));
   Workspace workspace(scene);
-  const PairSet pairs = findPairs(scene, {}, 0, true, 1u << 30, workspace);
-  const RowSet set = makeRows(scene, pairs, {}, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace);
+  const PairSet pairs = findPairs({}, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory());
+  const RowSet set = makeRows(pairs, {}, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), workspace.memory());
   ASSERT_EQ(set.rows.count, 1u);
   EXPECT_EQ(set.rows.a[2][0], 1);
   EXPECT_EQ(set.rows.b[0], 3);
   EXPECT_EQ(set.smallest_gap, -3);
 }
 
-TEST(Contact, KernelsGiveTheSameBits) {
+TEST(Rows, KernelsGiveTheSameBits) {
   if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "no AVX2 here";
   Rig a(Kernel::Scalar), b(Kernel::Avx2);
   Random random(5);
@@ -168,8 +171,8 @@ TEST(Contact, KernelsGiveTheSameBits) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
     for (const RowForm form : {RowForm::TrueDistance, RowForm::SquaredDistance}) {
       const Eigen::Matrix3d axes = test::randomRotation(random).toRotationMatrix();
-      const RowSet x = makeRows(a.scene, findPairs(a.scene, pose, 1, false, 1u << 30, *a.workspace), pose, form, axes, *a.workspace);
-      const RowSet y = makeRows(b.scene, findPairs(b.scene, pose, 1, false, 1u << 30, *b.workspace), pose, form, axes, *b.workspace);
+      const RowSet x = makeRows(a.pairsAt(pose), pose, form, axes, a.memory());
+      const RowSet y = makeRows(b.pairsAt(pose), pose, form, axes, b.memory());
       ASSERT_EQ(x.rows.count, y.rows.count);
       for (std::size_t i = 0; i < 6; ++i) EXPECT_TRUE(std::equal(x.rows.a[i], x.rows.a[i] + x.rows.count, y.rows.a[i]));
       EXPECT_TRUE(std::equal(x.rows.b, x.rows.b + x.rows.count, y.rows.b));

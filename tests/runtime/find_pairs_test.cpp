@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spheretree/runtime/collide.h"
+#include "find_pairs.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 
 #include <Eigen/Geometry>
 
-#include "spheretree/runtime/workspace.h"
+#include "step_memory.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -33,13 +33,21 @@ Scene compiled(const SceneDescription& description) {
   return scene;
 }
 
+std::uint32_t toolNode(const Scene& scene, std::uint32_t slot) {
+  const CompiledScene& compiled = scene.compiled();
+  return compiled.tool_nodes.at(compiled.tool.item.at(slot));
+}
+std::uint32_t objectNode(const Scene& scene, std::size_t object, std::uint32_t slot) {
+  const CompiledBody& body = scene.compiled().bodyOf(object);
+  return body.nodes.at(body.leaves.item.at(slot));
+}
+
 // The pairs as node numbers of the trees; also proves that no pair is named twice.
 std::set<Triple> triplesOf(const Scene& scene, const PairSet& set) {
   std::set<Triple> out;
   for (const PairRun& run : set.runs)
     for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k) {
-      const auto added =
-          out.emplace(run.object, scene.tool.node[set.pairs[k] >> 16], scene.objects[run.object].tree.node[set.pairs[k] & 0xffff]);
+      const auto added = out.emplace(run.object, toolNode(scene, set.pairs[k] >> 16), objectNode(scene, run.object, set.pairs[k] & 0xffff));
       EXPECT_TRUE(added.second) << "pair " << k << " twice";
     }
   return out;
@@ -61,7 +69,7 @@ std::set<Triple> bruteForce(const SceneDescription& d, const Configuration& pose
   };
   const auto tool = leavesOf(d.tool, pose, d.reference_point);
   for (std::uint32_t i = 0; i < d.objects.size(); ++i)
-    for (const auto& [o, b] : leavesOf(d.objects[i].tree, d.objects[i].pose, Eigen::Vector3d::Zero()))
+    for (const auto& [o, b] : leavesOf(*d.objects[i].tree, d.objects[i].pose, Eigen::Vector3d::Zero()))
       for (const auto& [t, a] : tool)
         if ((a - b).head<3>().norm() - (a[3] + b[3]) <= margin) out.emplace(i, t, o);
   return out;
@@ -74,20 +82,19 @@ SceneDescription randomScene(std::uint64_t seed) {
   d.tool.origin_mm = {random.between(-50, 50), random.between(-50, 50), random.between(-50, 50)};
   d.reference_point = Eigen::Vector3d(d.tool.origin_mm[0], d.tool.origin_mm[1], d.tool.origin_mm[2]) + test::randomPoint(random, 5);
   for (int i = 0; i < 3; ++i) {
-    SceneObject object;
-    object.tree = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
-    object.tree.origin_mm = {random.between(-1000, 1000), 0, 30};
-    object.pose = {test::randomPoint(random, 12) - Eigen::Vector3d(object.tree.origin_mm[0], 0, 30), Quaternion(1, 0, 0, 0)};
-    if (i > 0) object.pose.orientation = test::randomRotation(random);
-    if (i > 0)
-      object.pose.position = test::randomPoint(random, 12) - object.pose.orientation * Eigen::Vector3d(object.tree.origin_mm[0], 0, 30);
-    d.objects.push_back(std::move(object));
+    SphereTree tree = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 4 + static_cast<int>(random.below(5)));
+    tree.origin_mm = {random.between(-1000, 1000), 0, 30};
+    const Eigen::Vector3d origin(tree.origin_mm[0], 0, 30);
+    Configuration pose{test::randomPoint(random, 12) - origin, Quaternion(1, 0, 0, 0)};
+    if (i > 0) pose.orientation = test::randomRotation(random);
+    if (i > 0) pose.position = test::randomPoint(random, 12) - pose.orientation * origin;
+    d.objects.push_back({std::move(tree), pose});
   }
   d.step_limits.max_pairs = 1 << 18;
   return d;
 }
 
-TEST(Collide, FindsExactlyThePairsOfBruteForce) {
+TEST(FindPairs, FindsExactlyThePairsOfBruteForce) {
   std::size_t pairs = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const SceneDescription d = randomScene(seed);
@@ -97,7 +104,7 @@ TEST(Collide, FindsExactlyThePairsOfBruteForce) {
     for (int n = 0; n < 20; ++n) {
       const Configuration pose{test::randomPoint(random, 15), test::randomRotation(random)};
       const double margin = n % 3 == 0 ? 0 : random.between(0, 2);
-      const PairSet set = findPairs(scene, pose, margin, true, 1u << 30, workspace);
+      const PairSet set = findPairs(pose, margin, PairsOf::LeavesExactly, 1u << 30, workspace.memory());
       ASSERT_FALSE(set.coarse);
       const auto expected = bruteForce(d, pose, margin);
       ASSERT_EQ(triplesOf(scene, set), expected) << "seed " << seed << " pose " << n;
@@ -147,7 +154,7 @@ std::vector<std::uint64_t> touching(const LeafList& tool, const LeafList& object
   return out;
 }
 
-TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
+TEST(FindPairs, TwentyPairsOfObjectsAtRandomPoses) {
   // F10. 100 poses a pair; SPHERETREE_LONG=1: 10^5 (about 2 minutes of a core of its own).
   const int poses = std::getenv("SPHERETREE_LONG") ? 100000 : 100;
   const std::array tools{test::rodTree(35, 512, 0.5), test::boxTree({5, 5, 5}, {8, 8, 8}, 0.9), test::ellipsoidTree({3, 4, 9}, 512, 0.7),
@@ -165,7 +172,7 @@ TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
       d.step_limits.max_pairs = 1 << 18;
       const Scene scene = compiled(d);
       Workspace workspace(scene);
-      const LeafList object(d.objects[0].tree, d.objects[0].pose, Eigen::Vector3d::Zero()), unmoved(d.tool, {}, d.reference_point);
+      const LeafList object(*d.objects[0].tree, d.objects[0].pose, Eigen::Vector3d::Zero()), unmoved(d.tool, {}, d.reference_point);
       for (int n = 0; n < poses; ++n) {
         // Some leaf of the tool near some leaf of the object.
         Configuration pose{{}, test::randomRotation(random)};
@@ -173,11 +180,11 @@ TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
                              &b = object.leaves[random.below(object.leaves.size())];
         const Eigen::Vector3d apart = test::randomRotation(random) * Eigen::Vector3d((a.r + b.r) * random.between(0.2, 1.3), 0, 0);
         pose.position = Eigen::Vector3d(b.x, b.y, b.z) + apart - pose.orientation * Eigen::Vector3d(a.x, a.y, a.z);
-        const PairSet set = findPairs(scene, pose, 0, true, 1u << 30, workspace);
+        const PairSet set = findPairs(pose, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory());
         ASSERT_FALSE(set.coarse);
         std::vector<std::uint64_t> pairs;
         for (const std::uint32_t pair : set.pairs)
-          pairs.push_back(std::uint64_t{scene.tool.node[pair >> 16]} << 32 | scene.objects[0].tree.node[pair & 0xffff]);
+          pairs.push_back(std::uint64_t{toolNode(scene, pair >> 16)} << 32 | objectNode(scene, 0, pair & 0xffff));
         std::sort(pairs.begin(), pairs.end());
         const std::vector<std::uint64_t> expected = touching(LeafList(d.tool, pose, d.reference_point), object);
         if (n < 2) {
@@ -203,7 +210,7 @@ TEST(Collide, TwentyPairsOfObjectsAtRandomPoses) {
   RecordProperty("pairs", std::to_string(found));
 }
 
-TEST(Collide, DecidesTouchingPairsAsDoubleDoes) {
+TEST(FindPairs, DecidesTouchingPairsAsDoubleDoes) {
   // Balls that touch exactly or miss by one part in 1e12: float cannot tell, the pair set must.
   SceneDescription d;
   d.tool = test::boxTree({8, 8, 8}, {5, 5, 5}, 1);
@@ -213,46 +220,46 @@ TEST(Collide, DecidesTouchingPairsAsDoubleDoes) {
   for (const double shift : {0.0, 1e-12, -1e-12, 1e-7, -1e-7}) {
     for (const double step : {2.0, 6.0}) {
       const Configuration pose{{step + shift, 0, 0}, Quaternion(1, 0, 0, 0)};
-      EXPECT_EQ(triplesOf(scene, findPairs(scene, pose, 0, true, 1u << 30, workspace)), bruteForce(d, pose, 0)) << shift;
+      EXPECT_EQ(triplesOf(scene, findPairs(pose, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory())), bruteForce(d, pose, 0)) << shift;
     }
   }
   const Configuration touching{{2, 0, 0}, Quaternion(1, 0, 0, 0)}, apart{{2 + 1e-12, 0, 0}, Quaternion(1, 0, 0, 0)};
-  EXPECT_GT(findPairs(scene, touching, 0, true, 1u << 30, workspace).pairs.size(),
-            findPairs(scene, apart, 0, true, 1u << 30, workspace).pairs.size());
+  EXPECT_GT(findPairs(touching, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory()).pairs.size(),
+            findPairs(apart, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory()).pairs.size());
 }
 
-TEST(Collide, AFastSearchMissesNothing) {
+TEST(FindPairs, AFastSearchMissesNothing) {
   for (std::uint64_t seed = 100; seed < 130; ++seed) {
     const SceneDescription d = randomScene(seed);
     const Scene scene = compiled(d);
     Workspace workspace(scene);
     Random random(seed);
     const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
-    const auto found = triplesOf(scene, findPairs(scene, pose, 0.5, false, 1u << 30, workspace));
+    const auto found = triplesOf(scene, findPairs(pose, 0.5, PairsOf::ContactSurface, 1u << 30, workspace.memory()));
     const auto least = bruteForce(d, pose, 0.5), most = bruteForce(d, pose, 0.51);
     EXPECT_TRUE(std::includes(found.begin(), found.end(), least.begin(), least.end())) << seed;
     EXPECT_TRUE(std::includes(most.begin(), most.end(), found.begin(), found.end())) << seed;
   }
 }
 
-TEST(Collide, KernelsGiveTheSamePairsInTheSameOrder) {
+TEST(FindPairs, KernelsGiveTheSamePairsInTheSameOrder) {
   if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "no AVX2 here";
   for (std::uint64_t seed = 200; seed < 230; ++seed) {
     const Scene scene = compiled(randomScene(seed));
     Workspace scalar(scene, Kernel::Scalar), avx2(scene, Kernel::Avx2);
-    ASSERT_NE(scalar.kernel, avx2.kernel);
+    ASSERT_NE(scalar.memory().kernel, avx2.memory().kernel);
     Random random(seed);
     for (int n = 0; n < 10; ++n) {
       const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
-      const PairSet a = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, scalar),
-                    b = findPairs(scene, pose, 0.3, n % 2 == 0, 1u << 30, avx2);
+      const PairsOf of = n % 2 == 0 ? PairsOf::LeavesExactly : PairsOf::ContactSurface;
+      const PairSet a = findPairs(pose, 0.3, of, 1u << 30, scalar.memory()), b = findPairs(pose, 0.3, of, 1u << 30, avx2.memory());
       ASSERT_TRUE(std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end()));
       ASSERT_EQ(a.work, b.work);
     }
   }
 }
 
-TEST(Collide, AFullListStillStandsForEveryPair) {
+TEST(FindPairs, AFullListStillStandsForEveryPair) {
   SceneDescription d;
   d.tool = test::boxTree({6, 6, 6}, {8, 8, 8}, 1);
   for (int i = 0; i < 3; ++i) d.objects.push_back({test::boxTree({6, 6, 6}, {8, 8, 8}, 1), {{2.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});
@@ -262,7 +269,7 @@ TEST(Collide, AFullListStillStandsForEveryPair) {
     d.step_limits.max_pairs = max_pairs;
     const Scene scene = compiled(d);
     Workspace workspace(scene);
-    const PairSet set = findPairs(scene, pose, 0, true, max_work, workspace);
+    const PairSet set = findPairs(pose, 0, PairsOf::LeavesExactly, max_work, workspace.memory());
     EXPECT_TRUE(set.coarse);
     EXPECT_LE(set.pairs.size(), max_pairs);
     EXPECT_LE(set.work, max_work + 200);
@@ -271,19 +278,21 @@ TEST(Collide, AFullListStillStandsForEveryPair) {
     for (const PairRun& run : set.runs)
       for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k)
         EXPECT_TRUE(found.emplace(run.object, set.pairs[k] >> 16, set.pairs[k] & 0xffff).second);
-    const auto linesOf = [](const CompiledTree& tree) {  // by node of the file: the slots from its own up to the root
-      std::vector<std::uint32_t> parent(tree.node.size(), 0);
+    // By node of the file: the slots from its own up to the root.
+    const auto linesOf = [](const CompiledTree& tree, const std::vector<std::uint32_t>& nodes) {
+      std::vector<std::uint32_t> parent(tree.item.size(), 0);
       std::map<std::uint32_t, std::vector<std::uint32_t>> lines;
-      for (std::uint32_t slot = 0; slot < tree.node.size(); ++slot) {
+      for (std::uint32_t slot = 0; slot < tree.item.size(); ++slot) {
         if (tree.isInner(slot))
           for (std::uint32_t k = 0; k < 8; ++k) parent[8 * (tree.links[slot / 8].first_child + slot % 8) + k] = slot;
-        if (tree.node[slot] == kNoNode) continue;
-        std::vector<std::uint32_t>& line = lines[tree.node[slot]];
+        if (tree.item[slot] == kNoItem) continue;
+        std::vector<std::uint32_t>& line = lines[nodes[tree.item[slot]]];
         for (line = {slot}; line.back() != 0;) line.push_back(parent[line.back()]);
       }
       return lines;
     };
-    const auto tool_lines = linesOf(scene.tool), object_lines = linesOf(scene.objects[0].tree);
+    const auto tool_lines = linesOf(scene.compiled().tool, scene.compiled().tool_nodes),
+               object_lines = linesOf(scene.compiled().bodyOf(0).leaves, scene.compiled().bodyOf(0).nodes);
     for (const auto& [object, t, o] : bruteForce(d, pose, 0)) {
       bool stands = false;
       for (const std::uint32_t a : tool_lines.at(t))
@@ -293,13 +302,13 @@ TEST(Collide, AFullListStillStandsForEveryPair) {
   }
 }
 
-TEST(Collide, FarObjectsCostOneTest) {
+TEST(FindPairs, FarObjectsCostOneTest) {
   SceneDescription d;
   d.tool = test::rodTree(30, 64, 0.5);
   for (int i = 0; i < 33; ++i) d.objects.push_back({test::boxTree({2, 2, 2}, {4, 4, 4}, 0.5), {{100.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});
   const Scene scene = compiled(d);
   Workspace workspace(scene);
-  EXPECT_LE(findPairs(scene, {{50, 500, 0}, Quaternion(1, 0, 0, 0)}, 0, true, 1u << 30, workspace).work, 5u);
+  EXPECT_LE(findPairs({{50, 500, 0}, Quaternion(1, 0, 0, 0)}, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory()).work, 5u);
 }
 
 }  // namespace
