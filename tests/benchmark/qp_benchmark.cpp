@@ -90,7 +90,8 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
     if (n >= 0) {
       double margin = 0.2;
       PairSet pairs = findPairs(before, margin, PairsOf::LeavesExactly, 1u << 24, finder.memory());
-      while (pairs.pairs.size() < base && margin < 20) pairs = findPairs(before, margin *= 1.3, PairsOf::LeavesExactly, 1u << 24, finder.memory());
+      while (pairs.pairs.size() < base && margin < 20)
+        pairs = findPairs(before, margin *= 1.3, PairsOf::LeavesExactly, 1u << 24, finder.memory());
       const RowSet set = makeRows(pairs, before, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), finder.memory());
       std::vector<std::uint32_t> order(pairs.pairs.size());
       std::iota(order.begin(), order.end(), 0u);

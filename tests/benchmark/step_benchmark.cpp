@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "spheretree/core/sphere_tree_codec.h"
 #include "compiled_scene.h"
 #include "find_pairs.h"
+#include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
 #include "support/shape_trees.h"
 
@@ -84,7 +84,8 @@ std::vector<Configuration> posesWith(const Scene& scene, std::uint32_t wanted, i
                                  Eigen::Vector3d(1.5 * std::sin(3.1 * t + phase[0]), 1.5 * std::sin(2.3 * t + phase[1]), 0);
     const Eigen::Vector3d tilt(0.5 * std::sin(2.7 * t + phase[2]), 0.5 * std::sin(1.9 * t + phase[3]), 0.8 * std::sin(1.3 * t + phase[4]));
     const auto pairsAt = [&](double z) {
-      return findPairs({over + Eigen::Vector3d(0, 0, z), rotationOf(tilt)}, 0, PairsOf::LeavesExactly, 1u << 30, scratch.memory()).pairs.size();
+      return findPairs({over + Eigen::Vector3d(0, 0, z), rotationOf(tilt)}, 0, PairsOf::LeavesExactly, 1u << 30, scratch.memory())
+          .pairs.size();
     };
     double high = 32;
     while (high > 10 && pairsAt(high - 0.5) < wanted) high -= 0.5;

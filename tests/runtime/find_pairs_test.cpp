@@ -220,7 +220,8 @@ TEST(FindPairs, DecidesTouchingPairsAsDoubleDoes) {
   for (const double shift : {0.0, 1e-12, -1e-12, 1e-7, -1e-7}) {
     for (const double step : {2.0, 6.0}) {
       const Configuration pose{{step + shift, 0, 0}, Quaternion(1, 0, 0, 0)};
-      EXPECT_EQ(triplesOf(scene, findPairs(pose, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory())), bruteForce(d, pose, 0)) << shift;
+      EXPECT_EQ(triplesOf(scene, findPairs(pose, 0, PairsOf::LeavesExactly, 1u << 30, workspace.memory())), bruteForce(d, pose, 0))
+          << shift;
     }
   }
   const Configuration touching{{2, 0, 0}, Quaternion(1, 0, 0, 0)}, apart{{2 + 1e-12, 0, 0}, Quaternion(1, 0, 0, 0)};

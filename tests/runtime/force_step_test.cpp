@@ -34,8 +34,8 @@ double ratio(const Coupling& k, const StepResult& before, const StepResult& afte
 }
 
 TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
-  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching radii are 3, and as a
-  // skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are spread; on the skin it slides.
+  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching radii are 3, and as
+  // a skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are spread; on the skin it slides.
   constexpr double kDeepest = 1.5;
   const SphereTree leaves = test::ellipsoidTree({10, 10, 10}, 600, 2), skin = test::withSkin(leaves, test::roundSkin(4, 10));
   for (const bool is_rod : {false, true}) {

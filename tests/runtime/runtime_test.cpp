@@ -29,7 +29,8 @@ void stepAsTheCppFaceDoes(ContactSurface contact) {
   d.contact = contact;
   d.tool = test::rodTree(20, 40, 1);
   d.reference_point = {0, 0, 10};
-  d.objects.push_back({test::withSkin(test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), test::boxSkin({7, 7, 3})), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
+  d.objects.push_back(
+      {test::withSkin(test::boxTree({6, 6, 2}, {8, 8, 3}, 1.5), test::boxSkin({7, 7, 3})), {{1, 2, 3}, rotationOf({0.1, 0.2, 0.3})}});
   d.coupling = {2, 3000};
   d.wrench_limits = {3, {50, 60, 70}};
   d.step_limits = {4096, 50000};

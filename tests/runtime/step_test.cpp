@@ -362,9 +362,8 @@ TEST(Step, AlwaysAnswers) {
     d.tool = test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7)));
     d.reference_point = test::randomPoint(random, 10);
     for (int i = 0; i < 3; ++i)
-      d.objects.push_back(
-          {test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))),
-           {test::randomPoint(random, 10), test::randomRotation(random)}});
+      d.objects.push_back({test::randomTree(random.next(), 1 + static_cast<int>(random.below(5)), 2 + static_cast<int>(random.below(7))),
+                           {test::randomPoint(random, 10), test::randomRotation(random)}});
     d.step_limits = {static_cast<std::uint32_t>(192 + random.below(4000)), static_cast<std::uint32_t>(1000 + random.below(60000))};
     Rig rig(std::move(d));
     for (int n = 0; n < 60; ++n) {
