@@ -145,7 +145,7 @@ TEST(FlatRows, AreTheNearestPointsOfTriangles) {
       }
     }
   }
-  for (const int count : met) EXPECT_GT(count, 300);
+  for (const int count : met) EXPECT_GT(count, 200);
 }
 
 TEST(FlatRows, GiveWayByTheAllowance) {

@@ -164,8 +164,8 @@ inline Skin skinOf(const SmoothMesh& mesh) {
   return skin;
 }
 
-/// A sphere about the origin: an octahedron, divided `times` times, with 8 * 4^times triangles (at most 6 times).
-inline Skin roundSkin(int times, double radius = 5) {
+/// Directions of the corners of an octahedron, divided `times` times, as `normals`, with 8 * 4^times triangles (at most 6 times).
+inline SmoothMesh dividedOctahedron(int times) {
   SmoothMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {1.0, -1.0}) mesh.normals.push_back(sign * Eigen::Vector3d::Unit(axis));
@@ -189,8 +189,35 @@ inline Skin roundSkin(int times, double radius = 5) {
     }
     mesh.triangles = std::move(finer);
   }
+  return mesh;
+}
+
+/// A sphere about the origin, from an octahedron that is divided `times` times.
+inline Skin roundSkin(int times, double radius = 5) {
+  SmoothMesh mesh = dividedOctahedron(times);
   for (const Eigen::Vector3d& n : mesh.normals) mesh.positions.push_back(radius * n);
   mesh.project = [=](const Eigen::Vector3d& p) -> Eigen::Vector3d { return radius * p.normalized(); };
+  return skinOf(mesh);
+}
+
+/// The crown of a tooth, roughly: how far a surface with cusps and pits is from the origin in this direction (of unit length), 4 to 6 mm.
+inline double cuspedRadius(const Eigen::Vector3d& u) {
+  return 5 + 0.6 * std::sin(4 * u.x()) * std::sin(4 * u.y()) + 0.4 * std::cos(5 * u.z());
+}
+
+/// That surface as a skin, from an octahedron that is divided `times` times.
+inline Skin cuspedSkin(int times) {
+  SmoothMesh mesh = dividedOctahedron(times);
+  const auto on_surface = [](const Eigen::Vector3d& p) -> Eigen::Vector3d { return cuspedRadius(p.normalized()) * p.normalized(); };
+  for (Eigen::Vector3d& n : mesh.normals) {
+    const Eigen::Vector3d across = n.unitOrthogonal(), along = n.cross(across);
+    constexpr double h = 1e-5;
+    mesh.positions.push_back(on_surface(n));
+    const Eigen::Vector3d side = on_surface(n + h * across) - on_surface(n - h * across),
+                          other = on_surface(n + h * along) - on_surface(n - h * along);
+    n = side.cross(other).normalized();
+  }
+  mesh.project = on_surface;
   return skinOf(mesh);
 }
 
