@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing is passed through: plates and a wire, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1: 10^4 (about 3 minutes).
+// Nothing is passed through: plates and a wire of leaves, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1: 10^4 (about 3 minutes).
+// Plates with a skin as thin as one likes, from both sides and with tools that turn, 10^4 runs; SPHERETREE_LONG=1: 10^5.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -100,6 +102,64 @@ TEST(Crossing, NoneOfAWire) {
   }
   EXPECT_EQ(crossings, 0);
   RecordProperty("runs", runCount() / 5);
+}
+
+// A plate of 60 x 60 mm about z = 0 whose leaves are far thicker than its skin.
+SphereTree thinPlate(double thickness) {
+  return test::withSkin(test::boxTree({30, 30, 0}, {40, 40, 1}, 1.2), test::boxSkin({30, 30, thickness / 2}));
+}
+
+// Least distance of a leaf's surface from the plane in the middle of the plate, on `side` (1: above).
+double clearance(const SphereTree& tool, const Configuration& pose, double side) {
+  double least = 1e9;
+  for (const Sphere& leaf : test::leavesOf(tool)) {
+    const double z = (pose.orientation * Eigen::Vector3d(leaf.x, leaf.y, leaf.z) + pose.position).z();
+    least = std::min(least, side * z - static_cast<double>(leaf.radius));
+  }
+  return least;
+}
+
+TEST(Crossing, NoneOfPlatesWithASkin) {
+  // The hand comes from one side in a straight line, turning all the while, and ends on the other.
+  const int runs = std::getenv("SPHERETREE_LONG") ? 11112 : 1112;
+  for (const double thickness : {0.2, 0.02, 0.0002}) {
+    const std::array tools{test::oneBallTree(3), test::rodTree(10, 12, 0.6), test::boxTree({2, 2, 2}, {3, 3, 3}, 0.9)};
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      Rig rig(tools[t], thinPlate(thickness));
+      Random random(100 * t + static_cast<std::uint64_t>(1e4 * thickness));
+      int crossings = 0, penetrations = 0, contacts = 0;
+      double least = 1e9;
+      for (int run = 0; run < runs; ++run) {
+        const double side = run % 2 ? 1 : -1, speed = kSpeeds[static_cast<std::size_t>(run) % kSpeeds.size()],
+                     tilt = random.between(0, 1.2);
+        Eigen::Vector3d way = downwards(tilt, random.between(0, 6.28));
+        way.z() *= side;
+        const Eigen::Vector3d target(random.between(-3, 3), random.between(-3, 3), 0);
+        const Quaternion from = test::randomRotation(random);
+        const Eigen::Vector3d turn = random.between(0, 0.1) * random.direction();  // in a step [rad]
+        const double before = 14 / std::cos(tilt), after = std::min(10.0, 10 / std::max(std::sin(tilt), 1e-3));
+        reset(*rig.workspace);
+        int n = 0;
+        for (double s = -before; s <= after; s += std::max(speed, 0.2 * (s < -9 / std::cos(tilt)))) {  // the way through the air is short
+          const Configuration haptic{target + way * s, (rotationOf(n++ * turn) * from).normalized()};
+          const StepResult r = step(rig.scene, haptic, Mode::Constrained, *rig.workspace);
+          const double clear = clearance(tools[t], r.graphic, side);
+          least = std::min(least, clear);
+          penetrations += r.penetration > kGapTolerance;
+          contacts += r.active > 0;
+          if (clear < -0.5 * 0.6) {
+            ++crossings;
+            break;
+          }
+        }
+      }
+      EXPECT_EQ(crossings, 0) << thickness << " mm, tool " << t;
+      EXPECT_EQ(penetrations, 0) << thickness << " mm, tool " << t;
+      EXPECT_GT(contacts, 2 * runs);
+      // A skin of flat triangles has no tolerance: no leaf is deeper than that of gaps, and the rounding of positions.
+      EXPECT_GT(least, thickness / 2 - kGapTolerance - 1e-3) << thickness << " mm, tool " << t;
+    }
+  }
 }
 
 TEST(Crossing, ThePaperPassesThrough) {  // the runs would show it

@@ -18,6 +18,7 @@
 #include <Eigen/Geometry>
 
 #include "step_memory.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -258,6 +259,68 @@ TEST(FindPairs, KernelsGiveTheSamePairsInTheSameOrder) {
       ASSERT_EQ(a.work, b.work);
     }
   }
+}
+
+TEST(FindPairs, ASearchTreeFindsThePairsThatTheTreeItselfFinds) {
+  std::size_t pairs = 0, work = 0, work_without = 0;
+  for (std::uint64_t seed = 300; seed < 320; ++seed) {
+    SceneDescription without = randomScene(seed), with = without;
+    Random random(seed);
+    with.tool = test::withSearch(without.tool, 2 + random.below(7));
+    for (SceneObject& object : with.objects) object.tree = test::withSearch(*object.tree, 2 + random.below(7));
+    const Scene a = compiled(with), b = compiled(without);
+    Workspace wa(a), wb(b);
+    for (int n = 0; n < 10; ++n) {
+      const Configuration pose{test::randomPoint(random, 15), test::randomRotation(random)};
+      for (const PairsOf of : {PairsOf::LeavesExactly, PairsOf::ContactSurface}) {
+        const PairSet x = findPairs(pose, 0.4, of, 1u << 30, wa.memory()), y = findPairs(pose, 0.4, of, 1u << 30, wb.memory());
+        if (of == PairsOf::LeavesExactly) {
+          ASSERT_EQ(triplesOf(a, x), triplesOf(b, y)) << seed << ' ' << n;
+        }
+        pairs += x.pairs.size();
+        work += x.work;
+        work_without += y.work;
+      }
+    }
+  }
+  EXPECT_GT(pairs, 2000u);
+  EXPECT_LT(work, work_without);  // random trees enclose badly
+}
+
+TEST(FindPairs, FindsEveryTriangleThatIsNear) {
+  SceneDescription d;
+  d.tool = test::rodTree(8, 20, 0.4);
+  const Skin skin = test::randomSkin(3);
+  d.objects.push_back({test::withSkin(test::oneBallTree(6), skin), {{30, 4, -2}, rotationOf({1, 0.3, -2})}});
+  d.step_limits.max_pairs = 1 << 18;
+  const Scene scene = compiled(d);
+  Workspace workspace(scene);
+  Random random(4);
+  std::size_t found = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Configuration& at = d.objects[0].pose;
+    const Configuration pose{at.position + test::randomPoint(random, 6), test::randomRotation(random)};
+    std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;  // tool node, triangle
+    const PairSet set = findPairs(pose, 0.3, PairsOf::ContactSurface, 1u << 30, workspace.memory());
+    for (const std::uint32_t pair : set.pairs)
+      EXPECT_TRUE(pairs.emplace(toolNode(scene, pair >> 16), scene.compiled().bodyOf(0).skin.tree.item.at(pair & 0xffff)).second);
+    found += pairs.size();
+    for (std::uint32_t leaf = 0; leaf < d.tool.nodeCount(); ++leaf) {
+      if (!d.tool.isLeaf(leaf)) continue;
+      const Sphere& s = d.tool.cover[leaf];
+      const Eigen::Vector3d c =
+          at.orientation.conjugate() * (pose.orientation * Eigen::Vector3d(s.x, s.y, s.z) + pose.position - at.position);
+      for (std::uint32_t t = 0; t < skin.triangles.size(); ++t) {
+        const SkinPatch patch = patchOf(skin, t);
+        double nearest = 1e9;  // of some points of the patch
+        for (const Eigen::Vector3f& p : patch.position) nearest = std::min(nearest, (p.cast<double>() - c).norm());
+        if (nearest < static_cast<double>(s.radius) + 0.3) {
+          ASSERT_TRUE(pairs.count({leaf, t})) << n << ' ' << leaf << ' ' << t;
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 1000u);
 }
 
 TEST(FindPairs, AFullListStillStandsForEveryPair) {

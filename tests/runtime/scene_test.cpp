@@ -124,6 +124,84 @@ TEST(Scene, ManyObjectsNeedMorePairs) {
   EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
 }
 
+TEST(Scene, CopiesAreCompiledOnce) {
+  SceneDescription d;
+  d.tool = test::oneBallTree(1);
+  const SharedTree shared(test::withSkin(test::ellipsoidTree({5, 5, 5}, 400, 1), test::roundSkin(4)));
+  const auto bytesOf = [&](std::size_t count) {
+    d.objects.resize(count, {shared, {{1, 2, 3}, Quaternion(1, 0, 0, 0)}});
+    d.step_limits = defaultLimits(count);
+    Scene scene;
+    std::string fault;
+    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+    EXPECT_EQ(scene.objectCount(), count);
+    EXPECT_EQ(scene.compiled().bodies.size(), 1u);
+    return scene.byteCount();
+  };
+  const std::size_t one = bytesOf(1), thousand = bytesOf(1000);
+  EXPECT_GT(one, 2048 * sizeof(CompiledPatch));
+  EXPECT_LT(thousand - one, 999u * 200u);
+  // Two trees that only look the same are two.
+  d.objects = {{*shared, {}}, {*shared, {}}, {shared, {}}, {shared, {}}};
+  Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  EXPECT_EQ(scene.compiled().bodies.size(), 3u);
+}
+
+TEST(Scene, CompilesASkinTriangleByTriangle) {
+  SphereTree tree = test::withSkin(test::ellipsoidTree({5, 5, 5}, 100, 1), test::randomSkin(5));
+  tree.origin_mm = {100, -50, 25};
+  SceneDescription d;
+  d.tool = test::oneBallTree(1);
+  d.objects.push_back({tree, {{1, 2, 3}, rotationOf({0.5, 0.2, -0.8})}});
+  Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  const CompiledBody& body = scene.compiled().bodyOf(0);
+  const CompiledObject& object = scene.compiled().objects[0];
+  ASSERT_EQ(body.skin.patch.size(), tree.skin.triangles.size());
+  EXPECT_EQ(body.skin.tolerance, tree.skin.tolerance);
+  std::vector<int> seen(body.skin.patch.size(), 0);
+  for (std::size_t slot = 0; slot < body.skin.tree.item.size(); ++slot) {
+    const std::uint32_t t = body.skin.tree.item[slot];
+    if (t == kNoItem) continue;
+    ++seen.at(t);
+    const SkinPatch expected = patchOf(tree.skin, t);
+    const CompiledPatch& patch = body.skin.patch[t];
+    const Sphere& about = body.skin.tree.spheres[slot];
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Eigen::Vector3d p(patch.position[i][0], patch.position[i][1], patch.position[i][2]);
+      const Eigen::Vector3d world = d.objects[0].pose.orientation * (expected.position[i].cast<double>() + Eigen::Vector3d(100, -50, 25)) +
+                                    d.objects[0].pose.position;
+      EXPECT_LT((object.rotation * p + object.anchor - world).norm(), 1e-4);
+      EXPECT_LE((p - Eigen::Vector3d(about.x, about.y, about.z)).norm(), static_cast<double>(about.radius) + 1e-4);
+      EXPECT_LE(p.norm(), body.radius + 1e-4);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(static_cast<std::int16_t>(patch.normal[i][axis]) / 32767.0,
+                    static_cast<double>(expected.normal[i][static_cast<Eigen::Index>(axis)]), 4e-5);
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) EXPECT_EQ((patch.sharp >> k & 1) != 0, expected.is_sharp[k]);
+    EXPECT_EQ(patch.allowance, allowanceOf(expected, tree.skin.tolerance));
+  }
+  for (const int count : seen) EXPECT_EQ(count, 1);
+  d.contact = ContactSurface::Leaves;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  EXPECT_TRUE(scene.compiled().bodyOf(0).skin.empty());
+}
+
+TEST(Scene, RefusesAnUnsoundSkin) {
+  SceneDescription d = sound();
+  SphereTree tree = test::withSkin(*d.objects[1].tree, test::roundSkin(1));
+  tree.skin.triangles[3].vertex[1] = 60000;
+  d.objects[1].tree = std::move(tree);
+  Scene scene;
+  std::string fault;
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_EQ(fault.rfind("object 1: ", 0), 0u) << fault;
+  EXPECT_NE(fault.find("triangle 3"), std::string::npos) << fault;
+}
+
 TEST(Scene, AnEmptyWorldIsFine) {
   SceneDescription d = sound();
   d.objects.clear();

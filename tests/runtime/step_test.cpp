@@ -11,6 +11,7 @@
 #include <string>
 
 #include "support/count_allocations.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
@@ -298,6 +299,7 @@ TEST(Step, TheUnitDoesNotMatter) {
 
 TEST(Step, AllocatesNothing) {
   SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+  d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {{9, 0, 0}, kUpright}});
   Rig rig(std::move(d));
   StageTimes times;
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
@@ -306,6 +308,10 @@ TEST(Step, AllocatesNothing) {
                 for (int n = 0; n < 300; ++n) {
                   const Configuration haptic{test::randomPoint(random, 9), rotationOf(test::randomPoint(random, 1))};
                   step(rig.scene, haptic, mode, *rig.workspace, &times);
+                  EXPECT_LE(contacts(*rig.workspace).size(), kMostContacts);
+                  if (n % 10 == 0) {
+                    EXPECT_TRUE(moveObject(1, {test::randomPoint(random, 3), haptic.orientation}, *rig.workspace));
+                  }
                 }
                 reset(*rig.workspace);
               }),
