@@ -163,9 +163,9 @@ runtime::Scene compiledScene(const runtime::SceneDescription& description, const
   return scene;
 }
 
-runtime::Scene loadScene(const std::filesystem::path& path, bool bridges, builder::Progress& progress) {
+runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurface contact, builder::Progress& progress) {
   runtime::SceneDescription description = describeScene(path, progress);
-  description.bridges = bridges;
+  description.contact = contact;
   return compiledScene(description, path);
 }
 

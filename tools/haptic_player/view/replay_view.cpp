@@ -26,7 +26,7 @@ ReplayedRun replayedRun(const std::filesystem::path& recording, const std::files
   const std::filesystem::path path = scene.empty() ? sceneOf(run, recording) : scene;
   const runtime::Mode mode = modeOf(run, recording);
   runtime::SceneDescription description = describeScene(path, progress);
-  description.bridges = run.identity.settings.find("bridges=off") == std::string::npos;
+  if (run.identity.settings.find("contact=leaves") != std::string::npos) description.contact = runtime::ContactSurface::Leaves;
   const runtime::Scene compiled = compiledScene(description, path);
   out.title = recording.filename().string();
   out.stage = std::make_unique<view::Stage>(stageOf(description, path, out.notes));
