@@ -12,8 +12,8 @@ namespace spheretree::formats {
 SphereTree readSphereTree(const std::filesystem::path& path) {
   // The largest tree, search tree and skin take 2.6 MB. The cap leaves room for later sections, and keeps a wrong file from
   // filling the memory.
-  constexpr std::uint64_t kMostBytes = 16 << 20;
-  return parseSphereTree(readFile(path, kMostBytes), path.string());
+  constexpr std::uint64_t kMostTreeBytes = 16 << 20;
+  return parseSphereTree(readFile(path, kMostTreeBytes), path.string());
 }
 
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {

@@ -56,11 +56,11 @@ struct Assignment {
 // Each sample goes to the ball that it lies in deepest: the least |p - c| - d(c). `reach`: a stand-off at which the balls (radius
 // d) cover every sample; it is doubled as often as that proves wrong.
 Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, double reach) {
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> owner(samples.size());
   std::vector<double> gap(samples.size());
   for (bool all = false; !all; reach *= 2) {
-    std::fill(owner.begin(), owner.end(), kNone);
+    std::fill(owner.begin(), owner.end(), kNobody);
     std::fill(gap.begin(), gap.end(), kInfinity);
     struct Hit {
       std::uint32_t sample;
@@ -75,7 +75,7 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
     for (std::size_t b = 0; b < balls.size(); ++b)
       for (const Hit& hit : hits[b])
         if (hit.gap < gap[hit.sample]) gap[hit.sample] = hit.gap, owner[hit.sample] = static_cast<std::uint32_t>(b);
-    all = std::find(owner.begin(), owner.end(), kNone) == owner.end();
+    all = std::find(owner.begin(), owner.end(), kNobody) == owner.end();
   }
   Assignment out;
   out.begin.assign(balls.size() + 1, 0);
