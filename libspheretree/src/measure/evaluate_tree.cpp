@@ -11,6 +11,7 @@
 
 #include "measure/cover_limits.h"
 #include "measure/coverage.h"
+#include "measure/evaluate_skin.h"
 #include "measure/overhang.h"
 #include "measure/volumes.h"
 #include "mesh/surface_with_sheets.h"
@@ -51,7 +52,8 @@ HierarchyEvaluation evaluateHierarchy(const SphereTree& tree, double tolerance) 
 Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
                     const TriangleMesh& cover_too) {
   progress.stage("distance field");
-  const DistanceField field = surfaceWithSheets(mesh, cover_too).field;
+  const SurfaceWithSheets surface = surfaceWithSheets(mesh, cover_too);
+  const DistanceField& field = surface.field;
   const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
   OverhangSettings outside;
   outside.samples = share(outside.samples);
@@ -90,6 +92,11 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
       result.missing_volume_fraction = volumes.missing / volumes.mesh;
     }
     progress.advance(1);
+  }
+  if (!tree.skin.empty()) {
+    progress.stage("skin");
+    out.skin =
+        settings.effort < 1 ? skinFigures(tree.skin) : evaluateSkin(tree.skin, origin, joined(mesh, surface.sheets), field, progress);
   }
   if (settings.limits) {
     progress.stage("limits");

@@ -20,17 +20,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 8,000 takes 280 KB.
-constexpr std::size_t kManyTriangles = 8000;
+// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 10,000 takes 350 KB.
+constexpr std::size_t kManyTriangles = 10000;
+// More triangles make more vertices and edges than 16 bits name even where few edges are sharp.
+constexpr std::size_t kMaxTriangles = 30000;
+// Share of the tolerance that a mesh of many triangles may be simplified by. At a quarter, vertices that are left stand so irregularly that
+// the felt normals of a smooth body are off by degrees; a tenth takes what lies in one plane, and little else.
+constexpr double kDistanceShare = 0.1;
+// Shares of that distance that the quadric error of a collapse may reach, tried in this order until the distance is proven. The quadric
+// error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
+constexpr std::array<double, 2> kErrorShares{0.6, 0.3};
 constexpr double kWorthIt = 0.8;          // of the triangles: with more than that left, those given are kept
 constexpr std::size_t kMaxNames = 65536;  // vertices and edges that 16 bits name
 constexpr double kMaxCoordinate = 65535;  // of a packed position
 constexpr double kMaxOffset = 127;        // of a packed offset
-constexpr double kSwing = 4.0 / 3;        // most that a patch moves out, as a multiple of its largest offset
-// Shares of the distance allowed that the quadric error of a collapse may reach, tried in this order until the distance is proven. The
-// quadric error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
-constexpr std::array<double, 3> kErrorShares{0.6, 0.3, 0.15};
-constexpr int kCountTries = 8;  // each with four fifths of the triangles of the one before, if there are more elements than names
+constexpr double kSwing = 4.0 / 3;        // the largest move of a patch, as a multiple of its largest offset
+constexpr int kCountTries = 8;            // each with four fifths of the triangles of the one before, if there are more elements than names
 
 struct BaseSurface {
   TriangleMesh mesh;
@@ -55,7 +60,7 @@ class SkinBuilder {
     for (int tries = 0; !(skin = pack(surface, origin)); ++tries) {
       const std::size_t triangles = surface.mesh.triangles.size();
       if (tries == kCountTries) return {};
-      surface = fewer(std::min<std::size_t>(triangles, kMaxSearchItems) * 4 / 5);
+      surface = fewer(triangles > kMaxTriangles ? kMaxTriangles : triangles * 4 / 5);
     }
     sortForSearch(*skin);
     return *std::move(skin);
@@ -71,38 +76,36 @@ class SkinBuilder {
 
   BaseSurface chooseSurface() const {
     if (solid_.triangles.size() <= kManyTriangles) return given();
-    const double allowed = 0.5 * settings_.tolerance;
+    const double allowed = kDistanceShare * settings_.tolerance;
     for (const double share : kErrorShares) {
-      BaseSurface s = simplified(kManyTriangles, share * allowed, allowed);
-      if (static_cast<double>(s.mesh.triangles.size()) > kWorthIt * static_cast<double>(solid_.triangles.size())) break;
-      if (s.distance <= allowed) return s;
+      TriangleMesh few = simplifyMesh(solid_, kManyTriangles / 2, progress_, share * allowed);
+      const bool is_worth_it = static_cast<double>(few.triangles.size()) <= kWorthIt * static_cast<double>(solid_.triangles.size());
+      if (!is_worth_it || few.triangles.size() > kMaxTriangles) break;
+      if (const double distance = provenDistance(few, allowed); distance <= allowed) return withSheets(std::move(few), distance);
     }
     return given();
   }
 
-  // The distance is above `allowed` if that cannot be kept.
-  BaseSurface simplified(std::size_t triangles, double error, double allowed) const {
-    progress_.check();
-    TriangleMesh mesh = simplifyMesh(solid_, triangles, progress_, error);
-    const double distance = provenDistance(mesh, allowed);
-    mesh = joined(std::move(mesh), sheets_);
-    dropDegenerate(mesh);
-    return {std::move(mesh), distance};
+  BaseSurface withSheets(TriangleMesh simplified, double distance) const {
+    BaseSurface s{joined(std::move(simplified), sheets_), distance};
+    dropDegenerate(s.mesh);
+    return s;
   }
 
   // By the number of triangles alone, however far that takes the surface from the mesh.
   BaseSurface fewer(std::size_t triangles) const {
-    BaseSurface s = simplified(triangles, std::numeric_limits<double>::infinity(), settings_.tolerance);
-    for (double allowed = 2 * settings_.tolerance; !(s.distance < std::numeric_limits<double>::infinity()); allowed *= 2)
-      s.distance = provenDistance(s.mesh, allowed);  // sheets are at distance 0
-    return s;
+    TriangleMesh few = simplifyMesh(solid_, triangles, progress_);
+    const double there = distanceBound(solid_, DistanceField(few, {}, sheets_), progress_);
+    double back = std::numeric_limits<double>::infinity();
+    for (double enough = 2 * there; !(back < std::numeric_limits<double>::infinity()); enough *= 2)
+      back = distanceBound(few, field_, progress_, enough);
+    return withSheets(std::move(few), std::max(there, back));
   }
 
-  // Of the points of a simplified solid from the mesh, and of the solid given from it and the sheets.
+  // Of the solid given from a simplified one and the sheets, and the other way round; above `allowed` if it is not proven to be less.
   double provenDistance(const TriangleMesh& mesh, double allowed) const {
-    const DistanceField few(mesh, {}, sheets_);
-    const double there = distanceBound(mesh, field_, progress_, allowed);
-    return there <= allowed ? std::max(there, distanceBound(solid_, few, progress_, allowed)) : there;
+    const double there = distanceBound(solid_, DistanceField(mesh, {}, sheets_), progress_, allowed);
+    return there <= allowed ? std::max(there, distanceBound(mesh, field_, progress_, allowed)) : there;
   }
 
   // How far the patches over each triangle may swing out of it.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "mesh/mesh_edges.h"
@@ -15,6 +16,15 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kSolverRounds = 60;  // of the solver; the error falls by 4 or more in each of the first, and is far below float after 30
+
+constexpr double kSmoothPassing = 0.5;  // cosine of the turn of a crease at a vertex, above which that is no corner of it
+
+constexpr int kGuardRounds = 8;  // of solving without the vertices where the limit folds; three are usual
+// How far a normal of the limit may lean out of those about it, beyond the largest angle between two of these [rad].
+constexpr double kLean = 0.1;
+constexpr double kMaxLean = 0.5;  // cosine of the largest angle between a triangle and the normals of its patch
+constexpr std::array<std::array<double, 3>, 7> kNodes{
+    {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {1.0 / 3, 1.0 / 3, 1.0 / 3}}};
 
 /// Of the control vertex in the limit mask of a vertex with n neighbours, each of which has the weight 1.
 double loopWeight(std::size_t n) {
@@ -45,6 +55,16 @@ Vector3d ringNormal(const Ring& ring) {
   return u.cross(v);
 }
 
+/// Whether `n` is no farther from each of `about` than the two of these that are farthest apart, and kLean. Unit vectors.
+bool leansWithin(const Vector3d& n, const std::vector<Vector3d>& about) {
+  double least = 1, between = 1;  // cosines
+  for (std::size_t i = 0; i < about.size(); ++i) {
+    least = std::min(least, n.dot(about[i]));
+    for (std::size_t j = 0; j < i; ++j) between = std::min(between, about[i].dot(about[j]));
+  }
+  return least >= std::cos(std::min(std::acos(std::clamp(between, -1.0, 1.0)) + kLean, 0.5 * std::numbers::pi));
+}
+
 struct MeshCorner {
   std::uint32_t triangle, k;
 };
@@ -56,7 +76,11 @@ class LoopSurface {
   SmoothSurface run() {
     collectCorners();
     findRings();
-    solve();
+    findCreases();
+    for (int round = 0; round < kGuardRounds; ++round) {
+      solve();
+      if (!dropFoldedRings()) break;
+    }
     out_.corner_normal.resize(mesh_.triangles.size());
     for (std::uint32_t v = 0; v < mesh_.positions.size(); ++v) {
       if (rings_[v].empty())
@@ -68,6 +92,8 @@ class LoopSurface {
     out_.offset.assign(edges_.kind.size(), Vector3d::Zero());
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
       for (std::uint32_t k = 0; k < 3; ++k) placeMiddle({t, k});
+    rightNormals();
+    straightenFolds();
     return std::move(out_);
   }
 
@@ -104,35 +130,81 @@ class LoopSurface {
     }
   }
 
-  // Control vertices by the iteration of Gauss and Seidel, so that the limit goes through the vertices of the mesh. No control vertex
-  // leaves its vertex by more than half of the mean length of its edges: noise is not to swing the surface.
+  // The two vertices next to each vertex that a crease passes smoothly; the same vertex twice: none.
+  void findCreases() {
+    creases_.assign(mesh_.positions.size(), {0, 0});
+    std::vector<std::vector<std::uint32_t>> next(mesh_.positions.size());
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t e = edges_.edge[t][k], a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+        if (!edges_.isSharp(e) || edges_.triangle[e][0] != t) continue;
+        next[a].push_back(b), next[b].push_back(a);
+      }
+    for (std::uint32_t v = 0; v < next.size(); ++v)
+      if (next[v].size() == 2 && passesSmoothly(at(v) - at(next[v][0]), at(next[v][1]) - at(v))) creases_[v] = {next[v][0], next[v][1]};
+  }
+
+  static bool passesSmoothly(const Vector3d& in, const Vector3d& out) { return in.dot(out) > kSmoothPassing * in.norm() * out.norm(); }
+
+  // Control vertices by the iteration of Gauss and Seidel, so that the limit goes through the vertices of the mesh: by the mask of a vertex
+  // with a ring, or of a crease. No control vertex leaves its vertex by more than half of the mean length of the edges in its mask: noise
+  // is not to swing the surface.
   void solve() {
+    struct Row {
+      std::uint32_t vertex;
+      double weight, reach;
+      std::vector<std::uint32_t> next;
+    };
+    std::vector<Row> rows;
     control_ = mesh_.positions;
-    std::vector<std::uint32_t> free;
-    std::vector<double> reach(control_.size());
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
-      if (rings_[v].empty()) continue;
-      free.push_back(v);
-      for (const std::uint32_t w : rings_[v]) reach[v] += (at(w) - at(v)).norm() / (2 * static_cast<double>(rings_[v].size()));
+      const auto& [p, q] = creases_[v];
+      Row row{v, 4, 0, {}};
+      if (!rings_[v].empty())
+        row.next = rings_[v], row.weight = loopWeight(rings_[v].size());
+      else if (p != q)
+        row.next = {p, q};
+      else
+        continue;
+      for (const std::uint32_t w : row.next) row.reach += (at(w) - at(v)).norm() / (2 * static_cast<double>(row.next.size()));
+      rows.push_back(std::move(row));
     }
     for (int round = 0; round < kSolverRounds; ++round) {
-      for (const std::uint32_t v : free) {
-        const auto n = static_cast<double>(rings_[v].size());
-        const double weight = loopWeight(rings_[v].size());
+      for (const Row& row : rows) {
+        const auto n = static_cast<double>(row.next.size());
         Vector3d sum = Vector3d::Zero();
-        for (const std::uint32_t w : rings_[v]) sum += control_[w];
-        Vector3d moved = ((weight + n) * at(v) - sum) / weight - at(v);
-        if (const double length = moved.norm(); length > reach[v]) moved *= reach[v] / length;
-        control_[v] = at(v) + moved;
+        for (const std::uint32_t w : row.next) sum += control_[w];
+        Vector3d moved = ((row.weight + n) * at(row.vertex) - sum) / row.weight - at(row.vertex);
+        if (const double length = moved.norm(); length > row.reach) moved *= row.reach / length;
+        control_[row.vertex] = at(row.vertex) + moved;
       }
     }
   }
 
-  void placeLimitNormal(std::uint32_t v) {
+  Vector3d limitNormal(std::uint32_t v) const {
     std::vector<Vector3d> ring;
     for (const std::uint32_t w : rings_[v]) ring.push_back(control_[w]);
-    const Vector3d n = unitOr(ringNormal(ring), facetNormal(corners_[v]));
+    return unitOr(ringNormal(ring), Vector3d::Zero());
+  }
+
+  void placeLimitNormal(std::uint32_t v) {
+    const Vector3d n = limitNormal(v);
     for (const MeshCorner c : corners_[v]) out_.corner_normal[c.triangle][c.k] = n;
+  }
+
+  // Where triangles are uneven, the limit may lean out of the facets or even fold over. Such vertices get their normals from the facets;
+  // the rest is solved anew without them. True if there were any, or may be: after the last round none is left.
+  bool dropFoldedRings() {
+    bool any = false;
+    for (std::uint32_t v = 0; v < rings_.size(); ++v) {
+      if (rings_[v].empty()) continue;
+      std::vector<Vector3d> facets;
+      for (const MeshCorner c : corners_[v]) facets.push_back(edges_.triangle_normal[c.triangle]);
+      if (leansWithin(limitNormal(v), facets)) continue;
+      rings_[v].clear();
+      any = true;
+    }
+    return any;
   }
 
   /// By the weights of Max: exact where the vertices lie on a sphere, and the same whichever way a rectangle is split.
@@ -191,31 +263,42 @@ class LoopSurface {
     }
     if (ends.size() != 2) return n;
     const double p = ends[0].norm(), q = ends[1].norm();
-    if (!(p > 0 && q > 0) || ends[0].dot(ends[1]) < 0.5 * p * q) return n;  // a corner of the crease
+    if (!passesSmoothly(ends[0], ends[1])) return n;  // a corner of the crease
     return perpendicularTo(n, ends[0] * (q / p) + ends[1] * (p / q));
   }
 
   void placeMiddle(MeshCorner c) {
     const std::uint32_t e = edgeAfter(c), a = vertexAt(c), b = vertexAt(c, 1);
     const Vector3d &m = out_.corner_normal[c.triangle][c.k], &n = out_.corner_normal[c.triangle][(c.k + 1) % 3];
-    const Vector3d chord = at(b) - at(a);
     Vector3d& normal = out_.side_normal[c.triangle][c.k];
-    const bool is_first = edges_.triangle[e][0] == c.triangle;
     if (const std::uint32_t f = faceBeside(c); f != kNoIndex) {
       normal = edges_.face_normal[f];
-    } else if (edges_.kind[e] == EdgeKind::Smooth && !rings_[a].empty() && !rings_[b].empty()) {
-      if (is_first)
-        normal = limitMiddle(e, a, b);
-      else
-        normal = out_.side_normal[edges_.triangle[e][0]][sideOf(edges_.triangle[e][0], e)];
-    } else if (edges_.kind[e] == EdgeKind::Smooth) {
-      // The cubic curve whose ends are perpendicular to the normals there.
-      const Vector3d u = chord - m * m.dot(chord), w = chord - n * n.dot(chord);
-      if (is_first) out_.offset[e] = (u - w) / 8;
-      normal = unitOr(perpendicularTo(m + n, 1.5 * chord - 0.25 * (u + w)), unitOr(m + n, m));
+    } else if (edges_.kind[e] != EdgeKind::Smooth) {
+      normal = unitOr(perpendicularTo(m + n, at(b) - at(a)), unitOr(m + n, m));
+    } else if (const auto [s, t] = edges_.triangle[e];
+               s != c.triangle && out_.corner_normal[s][(sideOf(s, e) + 1) % 3] == m && out_.corner_normal[s][sideOf(s, e)] == n) {
+      normal = out_.side_normal[s][sideOf(s, e)];
     } else {
-      normal = unitOr(perpendicularTo(m + n, chord), unitOr(m + n, m));
+      const Middle middle = middleOf(e, a, b, m, n);
+      normal = middle.normal;
+      if (s == c.triangle) out_.offset[e] = middle.offset;
     }
+  }
+
+  struct Middle {
+    Vector3d offset, normal;
+  };
+
+  // That of the limit surface if both ends are on it; else, and where that leans out of its surroundings, that of the cubic curve whose
+  // ends are perpendicular to the normals there.
+  Middle middleOf(std::uint32_t e, std::uint32_t a, std::uint32_t b, const Vector3d& m, const Vector3d& n) const {
+    if (!rings_[a].empty() && !rings_[b].empty()) {
+      const Middle middle = limitMiddle(a, b);
+      const auto [s, t] = edges_.triangle[e];
+      if (leansWithin(middle.normal, {m, n, edges_.triangle_normal[s], edges_.triangle_normal[t]})) return middle;
+    }
+    const Vector3d chord = at(b) - at(a), u = chord - m * m.dot(chord), w = chord - n * n.dot(chord);
+    return {(u - w) / 8, unitOr(perpendicularTo(m + n, 1.5 * chord - 0.25 * (u + w)), unitOr(m + n, m))};
   }
 
   // The flat face of the triangle at a side, or of that across a side that is not sharp.
@@ -231,7 +314,7 @@ class LoopSurface {
   }
 
   // After one step of subdivision the middle is a vertex with six neighbours: its place and its normal are those of the limit there.
-  Vector3d limitMiddle(std::uint32_t e, std::uint32_t a, std::uint32_t b) {
+  Middle limitMiddle(std::uint32_t a, std::uint32_t b) const {
     const std::vector<std::uint32_t>&ra = rings_[a], &rb = rings_[b];
     const auto placeOf = [](const std::vector<std::uint32_t>& ring, std::uint32_t v) {
       return static_cast<std::size_t>(std::find(ring.begin(), ring.end(), v) - ring.begin());
@@ -246,8 +329,7 @@ class LoopSurface {
                                        moved(a), edgePoint(a, right, b, ra[(i + n - 2) % n]), edgePoint(b, right, a, rb[(j + 2) % m])};
     Vector3d sum = 6 * edgePoint(a, b, left, right);
     for (const Vector3d& q : ring) sum += q;
-    out_.offset[e] = sum / 12 - 0.5 * (at(a) + at(b));
-    return unitOr(ringNormal(ring), unitOr(edges_.triangle_normal[edges_.triangle[e][0]], Vector3d::UnitZ()));
+    return {sum / 12 - 0.5 * (at(a) + at(b)), unitOr(ringNormal(ring), Vector3d::Zero())};
   }
 
   /// Where one step of subdivision takes a control vertex.
@@ -259,12 +341,62 @@ class LoopSurface {
     return (1 - n * beta) * control_[v] + beta * sum;
   }
 
+  // A corner or side whose normal leans far out of its triangle, as at the tip of a needle, has the triangle's own.
+  void rightNormals() {
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const Vector3d& flat = edges_.triangle_normal[t];
+      if (flat.isZero(0)) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (out_.corner_normal[t][k].dot(flat) < kMaxLean) out_.corner_normal[t][k] = flat;
+        if (out_.side_normal[t][k].dot(flat) < kMaxLean) out_.side_normal[t][k] = flat;
+      }
+    }
+  }
+
+  // A patch that folds gets straight sides, and is its flat triangle. That changes its neighbours, which then are looked at again.
+  void straightenFolds() {
+    std::vector<std::uint32_t> open(mesh_.triangles.size());
+    std::iota(open.begin(), open.end(), 0u);
+    while (!open.empty()) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      if (!folds(t)) continue;
+      for (const std::uint32_t e : edges_.edge[t]) {
+        if (out_.offset[e].isZero(0)) continue;
+        out_.offset[e].setZero();
+        for (const std::uint32_t beside : edges_.triangle[e])
+          if (beside != kNoIndex && beside != t) open.push_back(beside);
+      }
+    }
+  }
+
+  // Whether the patch turns away from its normals or from its flat triangle, at a node or in its middle.
+  bool folds(std::uint32_t t) const {
+    const Vector3d &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
+    const std::array<Vector3d, 3> offset{out_.offset[edges_.edge[t][0]], out_.offset[edges_.edge[t][1]], out_.offset[edges_.edge[t][2]]};
+    if (offset[0].isZero(0) && offset[1].isZero(0) && offset[2].isZero(0)) return false;
+    const Vector3d& flat = edges_.triangle_normal[t];
+    const auto& corner = out_.corner_normal[t];
+    const auto& side = out_.side_normal[t];
+    const std::array<Vector3d, 7> normal{corner[0], corner[1], corner[2], side[0], side[1], side[2], side[0] + side[1] + side[2]};
+    for (std::size_t i = 0; i < normal.size(); ++i) {
+      const double x = kNodes[i][0], y = kNodes[i][1], z = kNodes[i][2];
+      // position = x a + y b + z c + 4 (x y offset_0 + y z offset_1 + z x offset_2); derivatives along b - a and c - a
+      const Vector3d u = b - a + 4 * ((x - y) * offset[0] + z * offset[1] - z * offset[2]);
+      const Vector3d v = c - a + 4 * (-y * offset[0] + y * offset[1] + (x - z) * offset[2]);
+      const Vector3d n = u.cross(v);
+      if (!(n.dot(normal[i]) > 0 && n.dot(flat) > 0)) return true;
+    }
+    return false;
+  }
+
   const TriangleMesh& mesh_;
   const SurfaceEdges& edges_;
   SmoothSurface out_;
-  std::vector<std::vector<MeshCorner>> corners_;   // (vertices) in the order of the triangles
-  std::vector<std::vector<std::uint32_t>> rings_;  // (vertices) empty: fixed
-  std::vector<Vector3d> control_;                  // (vertices)
+  std::vector<std::vector<MeshCorner>> corners_;       // (vertices) in the order of the triangles
+  std::vector<std::vector<std::uint32_t>> rings_;      // (vertices) empty: fixed
+  std::vector<std::array<std::uint32_t, 2>> creases_;  // (vertices)
+  std::vector<Vector3d> control_;                      // (vertices)
 };
 
 }  // namespace

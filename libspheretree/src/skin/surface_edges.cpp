@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 constexpr double kSkinFlatness = 1e-6;
 // A flat face is wider by this than the groups it runs into. Triangles and quads of one regular mesh differ by up to 2.
 constexpr double kFlatWidth = 3;
-// Longest side over height of a long thin triangle. Its normals say nothing about how the surface bends along it.
+// Longest side over height of a long thin triangle. Subdivision surfaces fold over where such triangles meet others: their masks take the
+// neighbours of a vertex to lie evenly about it.
 constexpr double kThin = 10;
 // Needles side by side take their normals from each other; more than two in a row do not happen in sound meshes.
 constexpr int kNeedleRounds = 3;
@@ -54,7 +55,6 @@ class EdgeClassifier {
     findGroups();
     findFlatFaces();
     fixVertices();
-    straighten();
     return std::move(out_);
   }
 
@@ -197,27 +197,21 @@ class EdgeClassifier {
     }
   }
 
+  bool isThin(std::uint32_t t) const {
+    const double longest = longestSide(t);
+    return longest * longest > kThin * areaVector(t).norm();  // the height is twice the area over the longest side
+  }
+
   void fixVertices() {
     out_.is_fixed.assign(mesh_.positions.size(), 0);
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       const Triangle& corners = mesh_.triangles[t];
+      const bool is_stiff = out_.flat_face[t] != kNoIndex || isThin(t);
       for (std::size_t k = 0; k < 3; ++k) {
-        if (out_.flat_face[t] != kNoIndex) out_.is_fixed[corners[k]] = 1;
-        if (out_.isSharp(out_.edge[t][k])) out_.is_fixed[corners[k]] = out_.is_fixed[corners[(k + 1) % 3]] = 1;
+        const std::uint32_t e = out_.edge[t][k];
+        if (is_stiff || out_.isSharp(e)) out_.is_fixed[corners[k]] = out_.is_fixed[corners[(k + 1) % 3]] = 1;
+        if (is_stiff && !out_.isSharp(e)) out_.kind[e] = EdgeKind::Straight;
       }
-    }
-  }
-
-  void straighten() {
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      const Triangle& corners = mesh_.triangles[t];
-      const double longest = longestSide(t);
-      const bool touches = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return out_.is_fixed[v] != 0; });
-      const bool is_thin =
-          touches && longest * longest > kThin * areaVector(t).norm();  // the height is twice the area over the longest side
-      if (out_.flat_face[t] == kNoIndex && !is_thin) continue;
-      for (const std::uint32_t e : out_.edge[t])
-        if (!out_.isSharp(e)) out_.kind[e] = EdgeKind::Straight;
     }
   }
 

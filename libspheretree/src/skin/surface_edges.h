@@ -8,7 +8,7 @@
 //   plane, but its neighbours are as wide as itself; a flat face of a machined part is wider than the strips of the round
 //   surfaces that it runs into. So a group is a flat face if each edge around it is sharp, or leads to a group that is
 //   narrower by kFlatWidth.
-// - *Straight*: edges of flat faces, and edges of long thin triangles at a vertex that a sharp edge or a flat face fixes.
+// - *Straight*: edges of flat faces and of long thin triangles.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ struct SurfaceEdges {
   std::vector<std::uint32_t> flat_face;                // (triangles) kNoIndex: of none
   std::vector<Eigen::Vector3d> face_normal;            // (flat faces) unit length
   std::vector<Eigen::Vector3d> triangle_normal;        // (triangles) unit length; zero for a triangle without area
-  std::vector<char> is_fixed;                          // (vertices) on a sharp edge or in a flat face
+  std::vector<char> is_fixed;                          // (vertices) on a sharp edge, of a flat face or of a long thin triangle
 
   bool isSharp(std::uint32_t e) const { return kind[e] == EdgeKind::Sharp; }
 };

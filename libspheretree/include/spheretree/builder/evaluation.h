@@ -51,12 +51,27 @@ struct HierarchyEvaluation {
       0;  // ... the cover sphere of some ancestor: harmless here, a fault in a tree of one sphere a node
 };
 
+/// Of the surface that a tool rests on (core's skin.h).
+struct SkinEvaluation {
+  std::size_t triangles = 0, vertices = 0, edges = 0;
+  std::size_t sharp_edges = 0;     // a sharp edge between two triangles counts for each of them
+  std::size_t flat_triangles = 0;  // whose patch is flat, with one normal
+  std::size_t bytes = 0;           // in the file
+  double tolerance = 0;            // stated: no point of a patch is farther from its flat triangle [mm]
+  double mesh_distance = 0;        // stated: no point of the flat triangles is farther from the mesh, nor of the mesh from them [mm]
+  double crease_angle = 0;         // [rad]
+  double edge_angle_median = 0, edge_angle_p99 = 0, edge_angle_max = 0;  // between flat triangles, at edges that are not sharp [rad]
+  std::optional<double> from_mesh,
+      of_mesh;  // measured, upper bounds: distance of the flat triangles from the mesh, and the other way [mm]; with all effort only
+};
+
 struct Evaluation {
   double diagonal = 0;   // of the bounding box of the mesh and its sheets (surface.h) [mm]
   double tolerance = 0;  // of coverage and enclosure: 1e-5 of the diagonal [mm]
   std::vector<LevelEvaluation> levels;
   HierarchyEvaluation hierarchy;
-  std::optional<CoverLimits> limits;  // of the deepest level
+  std::optional<CoverLimits> limits;   // of the deepest level
+  std::optional<SkinEvaluation> skin;  // of a tree that has one
 };
 
 }  // namespace spheretree::builder

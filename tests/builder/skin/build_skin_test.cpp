@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "skin/build_skin.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "geometry/distance_field.h"
+#include "measure/evaluate_skin.h"
+#include "spheretree/core/mesh_edit.h"
+#include "support/random.h"
+#include "support/smooth_shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+using test::kDegree;
+
+Skin skinOf(const TriangleMesh& mesh, double tolerance, const Vector3d& origin = Vector3d::Zero(), const TriangleMesh& sheets = {}) {
+  Progress silent;
+  const SkinSettings settings{tolerance, {}, 50 * kDegree};
+  return buildSkin(mesh, sheets, DistanceField(mesh, {}, sheets), origin, settings, silent);
+}
+
+std::vector<TriangleMesh> sampleMeshes() {
+  TriangleMesh rough = test::sphereMesh(4, 3);
+  test::Random random(2);
+  for (Vector3d& p : rough.positions) p += random.inCube(0.1);
+  return {test::boxMesh({0, 0, 0}, {1, 2, 3}), test::sphereMesh(5, 3),
+          test::torusMesh(6, 2, 32, 16),       test::cylinderMesh(3, 8, 32, 4),
+          test::filletedSlab(20, 10, 8, 2, 6), rough};
+}
+
+std::size_t flatCount(const Skin& skin) {
+  std::size_t flat = 0;
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t) flat += allowanceOf(patchOf(skin, t), 1) == 0;
+  return flat;
+}
+
+std::size_t sharpCount(const Skin& skin) {
+  return static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(), [](const SkinEdge& e) { return e.is_sharp != 0; }));
+}
+
+TEST(BuildSkin, IsSound) {
+  for (const TriangleMesh& mesh : sampleMeshes()) {
+    const Skin skin = skinOf(mesh, 0.2);
+    EXPECT_EQ(findFault(skin), "");
+    EXPECT_EQ(skin.triangles.size(), mesh.triangles.size());
+    EXPECT_FLOAT_EQ(skin.crease_angle, static_cast<float>(50 * kDegree));
+  }
+}
+
+TEST(BuildSkin, OfABoxIsFlatWithSharpEdges) {
+  const Skin skin = skinOf(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 0.1);
+  EXPECT_EQ(flatCount(skin), 12u);
+  EXPECT_EQ(sharpCount(skin), 24u);  // 12 edges, from both sides
+  EXPECT_EQ(skin.vertices.size(), 24u);
+  EXPECT_EQ(skin.edges.size(), 30u);
+  EXPECT_EQ(skin.tolerance, 0);
+  EXPECT_LT(skin.mesh_distance, 1e-4f);
+}
+
+TEST(BuildSkin, OfASphereIsRound) {
+  const Skin skin = skinOf(test::sphereMesh(5, 4), 1);
+  EXPECT_EQ(sharpCount(skin), 0u);
+  const auto surface = [](const Vector3d& p) { return std::array<Vector3d, 2>{5 * p.normalized(), p.normalized()}; };
+  const test::SkinErrors errors = test::errorsAgainst(skin, surface);
+  EXPECT_LT(errors.position, 0.006);  // flat triangles are up to 0.05 inside
+  EXPECT_LT(errors.normal, 1.2 * kDegree);
+}
+
+TEST(BuildSkin, OfATorusIsRound) {
+  const auto surface = [](const Vector3d& p) {
+    const Vector3d c = 6 * Vector3d(p.x(), p.y(), 0).normalized(), n = (p - c).normalized();
+    return std::array<Vector3d, 2>{c + 2 * n, n};
+  };
+  const test::SkinErrors coarse = test::errorsAgainst(skinOf(test::torusMesh(6, 2, 32, 16), 1), surface),
+                         fine = test::errorsAgainst(skinOf(test::torusMesh(6, 2, 64, 32), 1), surface);
+  EXPECT_LT(fine.position, 4e-4);
+  EXPECT_LT(fine.normal, 0.02 * kDegree);
+  EXPECT_LT(fine.normal, 0.2 * coarse.normal) << "the third power of the length of the edges";
+}
+
+TEST(BuildSkin, OfACylinderIsRoundUpToItsFlatCaps) {
+  const Skin skin = skinOf(test::cylinderMesh(3, 8, 32, 4), 0.1);
+  EXPECT_EQ(flatCount(skin), 64u);
+  EXPECT_EQ(sharpCount(skin), 128u);  // 64 edges, from both sides
+  const auto surface = [](const Vector3d& p) {
+    const Vector3d c(0, 0, p.z()), n = (p - c).normalized();
+    return std::array<Vector3d, 2>{c + 3 * n, n};
+  };
+  const auto is_side = [](const test::PatchPoint& p) { return std::abs(p.normal.z()) < 0.5; };
+  const auto is_middle = [&](const test::PatchPoint& p) { return is_side(p) && std::abs(p.position.z() - 4) < 2; };
+  EXPECT_LT(test::errorsAgainst(skin, surface, is_side).normal, 0.02 * kDegree);
+  EXPECT_LT(test::errorsAgainst(skin, surface, is_side).position, 0.015);  // the sharp edges are straight: 3 (1 - cos 5.6 degrees)
+  EXPECT_LT(test::errorsAgainst(skin, surface, is_middle).position, 2e-4);
+}
+
+TEST(BuildSkin, StaysWithinWhatItStates) {
+  test::Random random(5);
+  for (const TriangleMesh& mesh : sampleMeshes())
+    for (const double tolerance : {0.3, 0.05, 0.002}) {
+      const Skin skin = skinOf(mesh, tolerance);
+      const DistanceField field(mesh), flat(flatTriangles(skin, Vector3d::Zero()));
+      EXPECT_LE(double{skin.tolerance} + double{skin.mesh_distance}, std::max(tolerance, 1e-3)) << "rounding alone moves vertices";
+      for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+        const SkinPatch patch = patchOf(skin, t);
+        for (int i = 0; i < 10; ++i) {
+          const test::PatchPoint p = test::pointOf(patch, test::randomPlace(random));
+          EXPECT_LE((p.position - p.flat).norm(), double{skin.tolerance} + 1e-6);
+          EXPECT_LE(field.distance(p.flat), double{skin.mesh_distance});
+        }
+      }
+      for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vector3d w = test::randomPlace(random);
+        EXPECT_LE(flat.distance(w[0] * mesh.corner(t, 0) + w[1] * mesh.corner(t, 1) + w[2] * mesh.corner(t, 2)),
+                  double{skin.mesh_distance});
+      }
+    }
+}
+
+TEST(BuildSkin, SimplifiesWithinADistanceThatHoldsBothWays) {
+  const TriangleMesh torus = test::torusMesh(6, 2, 200, 90);  // 36,000 triangles: more than 16 bits name
+  const Skin skin = skinOf(torus, 0.05);
+  EXPECT_EQ(findFault(skin), "");
+  EXPECT_LT(skin.triangles.size(), 31000u);
+  const DistanceField field(torus), flat(flatTriangles(skin, Vector3d::Zero()));
+  test::Random random(6);
+  double there = 0, back = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d w = test::randomPlace(random);
+    const test::PatchPoint p = test::pointOf(patchOf(skin, random.below(skin.triangles.size())), w);
+    there = std::max(there, field.distance(p.flat));
+    const std::size_t t = random.below(torus.triangles.size());
+    back = std::max(back, flat.distance(w[0] * torus.corner(t, 0) + w[1] * torus.corner(t, 1) + w[2] * torus.corner(t, 2)));
+  }
+  EXPECT_LE(std::max(there, back), double{skin.mesh_distance});
+  EXPECT_GT(std::max(there, back), 0.05 * double{skin.mesh_distance}) << "the bound says little";
+  EXPECT_LE(skin.mesh_distance, 0.05f);
+}
+
+TEST(BuildSkin, SwingsLessWhereATriangleAllowsLess) {
+  const TriangleMesh mesh = test::torusMesh(6, 2, 32, 16);
+  std::vector<double> allowed;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) allowed.push_back(mesh.corner(t, 0).x() > 0 ? 0.01 : 0.5);
+  Progress silent;
+  const Skin skin = buildSkin(mesh, {}, DistanceField(mesh), Vector3d::Zero(), {0.01, allowed, 50 * kDegree}, silent);
+  double strict = 0, loose = 0;
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+    const SkinPatch patch = patchOf(skin, t);
+    bool is_strict = true, is_loose = true;
+    for (std::size_t k = 0; k < 3; ++k) is_strict &= patch.position[k].x() > 0.5f, is_loose &= patch.position[k].x() < -1.5f;
+    for (const std::uint16_t e : skin.triangles[t].edge) {
+      if (is_strict) strict = std::max(strict, double{swingOf(skin, skin.edges[e])});
+      if (is_loose) loose = std::max(loose, double{swingOf(skin, skin.edges[e])});
+    }
+  }
+  EXPECT_LE(strict, 0.01);
+  EXPECT_GT(loose, 0.05);
+}
+
+TEST(BuildSkin, GoesWithThePose) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.9, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
+  for (const TriangleMesh& mesh : sampleMeshes()) {
+    TriangleMesh moved = mesh;
+    for (Vector3d& p : moved.positions) p = 3 * (turn * p) + Vector3d(50, 60, 70);
+    const Vector3d origin(40, 40, 40);
+    const Skin one = skinOf(mesh, 0.1), other = skinOf(moved, 0.3, origin);
+    const double rounding = 4 * double{one.step + other.step} + 2 * double{one.offset_step + other.offset_step};
+    const auto order = [](const Skin& skin) {
+      std::vector<std::array<double, 6>> middles;
+      for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+        const test::PatchPoint p = test::pointOf(patchOf(skin, t), Vector3d(0.2, 0.3, 0.5));
+        middles.push_back({p.position.x(), p.position.y(), p.position.z(), p.normal.x(), p.normal.y(), p.normal.z()});
+      }
+      return middles;
+    };
+    // Triangles stand in another order: each middle has to be found again.
+    const auto ours = order(one), theirs = order(other);
+    ASSERT_EQ(ours.size(), theirs.size());
+    for (const auto& m : ours) {
+      const Vector3d p = 3 * (turn * Vector3d(m[0], m[1], m[2])) + Vector3d(10, 20, 30), n = turn * Vector3d(m[3], m[4], m[5]);
+      double best = 1e9, angle = 4;
+      for (const auto& o : theirs)
+        if (const double d = (Vector3d(o[0], o[1], o[2]) - p).norm(); d < best) best = d, angle = (Vector3d(o[3], o[4], o[5]) - n).norm();
+      // The corners of a patch may be named in another turn: its point is then another one of three.
+      if (best > 0.1) continue;
+      EXPECT_LT(best, 3 * rounding);
+      EXPECT_LT(angle, 1e-3);
+    }
+  }
+}
+
+TEST(BuildSkin, IsTheSameForAnyNumberOfThreads) {
+  const TriangleMesh torus = test::torusMesh(6, 2, 190, 80);
+  const auto with = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return skinOf(torus, 0.05);
+  };
+  const Skin one = with(1);
+  EXPECT_EQ(one, with(2));
+  EXPECT_EQ(one, with(8));
+}
+
+TEST(BuildSkin, HoldsSheetsBesideTheSolid) {
+  TriangleMesh sheet;
+  sheet.positions = {{0, 0, 2}, {3, 0, 2}, {0, 3, 2}, {9, 9, 9}};  // a vertex of no triangle
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 1, 2}};             // from both sides; one triangle that is none
+  const TriangleMesh box = test::boxMesh({-1, -1, -1}, {1, 1, 1});
+  const Skin skin = skinOf(box, 0.1, Vector3d::Zero(), sheet);
+  EXPECT_EQ(findFault(skin), "");
+  EXPECT_EQ(skin.triangles.size(), 14u);
+  EXPECT_LT(skin.mesh_distance, 1e-3f);
+}
+
+TEST(BuildSkin, KeepsToTheOriginOfItsTree) {
+  TriangleMesh mesh = test::sphereMesh(5, 3);
+  const Vector3d origin(1e6, -2e6, 3e6);
+  for (Vector3d& p : mesh.positions) p += origin;
+  const Skin skin = skinOf(mesh, 0.1, origin);
+  EXPECT_EQ(findFault(skin), "");
+  EXPECT_LT(skin.mesh_distance, 1e-3f);
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t)
+    for (const Eigen::Vector3f& p : patchOf(skin, t).position) EXPECT_LT(p.norm(), 5.1f);
+}
+
+TEST(BuildSkin, ADamagedOneIsRefused) {
+  const Skin skin = skinOf(test::torusMesh(6, 2, 32, 16), 0.1);
+  Skin damaged = skin;
+  damaged.tolerance *= 0.9f;
+  EXPECT_NE(findFault(damaged).find("swings out"), std::string::npos);
+  damaged = skin;
+  damaged.search.inner[3].radius *= 0.9f;
+  EXPECT_NE(findFault(damaged).find("does not enclose"), std::string::npos);
+}
+
+TEST(EvaluateSkin, FindsADisplacement) {
+  const TriangleMesh mesh = test::sphereMesh(5, 3);
+  const Skin skin = skinOf(mesh, 0.1);
+  Progress silent;
+  const SkinEvaluation there = evaluateSkin(skin, Vector3d::Zero(), mesh, DistanceField(mesh), silent);
+  EXPECT_EQ(there.triangles, mesh.triangles.size());
+  EXPECT_EQ(there.sharp_edges, 0u);
+  EXPECT_LE(*there.from_mesh, 1.3 * there.mesh_distance);
+  EXPECT_LE(*there.of_mesh, 1.3 * there.mesh_distance);
+  EXPECT_NEAR(there.edge_angle_max, 0.2, 0.06);  // edges of about 11 degrees
+  const SkinEvaluation moved = evaluateSkin(skin, Vector3d(0.5, 0, 0), mesh, DistanceField(mesh), silent);
+  EXPECT_NEAR(*moved.from_mesh, 0.5, 0.05);
+  EXPECT_NEAR(*moved.of_mesh, 0.5, 0.05);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
