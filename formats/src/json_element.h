@@ -67,6 +67,7 @@ class JsonElement {
 
   // Values
   bool isNull() const { return value_.is_null(); }
+  bool isText() const { return value_.is_string(); }
   double number() const {
     if (!value_.is_number()) fail("is not a number");
     const double value = value_.get<double>();

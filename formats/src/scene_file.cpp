@@ -22,6 +22,7 @@ constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
 constexpr std::array<const char*, 3> kQualities{"quick", "standard", "best"};
 constexpr std::array<const char*, 2> kReferencePoints{"tip", "centre"};
+constexpr const char* kNoSkin = "off";
 constexpr std::array<const char*, 3> kRepairs{"auto", "off", "wrap"};
 
 std::string shortNumber(double value) {
@@ -86,7 +87,15 @@ std::string fileSafeName(const JsonElement& e) {
   return name;
 }
 
-#define SPHERETREE_TREE_SETTINGS "builder", "quality", "repair", "levels", "branching", "tolerance_mm", "seed"
+#define SPHERETREE_TREE_SETTINGS \
+  "builder", "quality", "repair", "levels", "branching", "tolerance_mm", "seed", "skin_mm", "crease_angle_deg"
+
+/// A length, or 0 for "off".
+double skinOf(const JsonElement& e) {
+  if (!e.isText()) return above0(e, kMaxSceneLength);
+  if (e.text() != kNoSkin) e.fail("is neither a length nor \"off\"");
+  return 0;
+}
 
 TreeSettings readSettings(const JsonElement& e) {
   TreeSettings s;
@@ -97,6 +106,12 @@ TreeSettings readSettings(const JsonElement& e) {
   if (e.has("branching")) s.branching = static_cast<int>(e.at("branching").whole(8, 2));
   if (e.has("tolerance_mm")) s.tolerance_mm = above0(e.at("tolerance_mm"), kMaxSceneLength);
   if (e.has("seed")) s.seed = e.at("seed").whole(std::numeric_limits<std::uint64_t>::max());
+  if (e.has("skin_mm")) s.skin_mm = skinOf(e.at("skin_mm"));
+  if (e.has("crease_angle_deg")) {
+    const JsonElement angle = e.at("crease_angle_deg");
+    s.crease_angle_deg = angle.number();
+    if (!(*s.crease_angle_deg >= 1 && *s.crease_angle_deg <= 180)) angle.fail("is not within 1 .. 180");
+  }
   return s;
 }
 
@@ -193,6 +208,13 @@ void addSettings(OrderedJson& out, const TreeSettings& s) {
   if (s.branching) out["branching"] = *s.branching;
   if (s.tolerance_mm) out["tolerance_mm"] = *s.tolerance_mm;
   if (s.seed) out["seed"] = *s.seed;
+  if (s.skin_mm) {
+    if (*s.skin_mm > 0)
+      out["skin_mm"] = *s.skin_mm;
+    else
+      out["skin_mm"] = kNoSkin;
+  }
+  if (s.crease_angle_deg) out["crease_angle_deg"] = *s.crease_angle_deg;
 }
 
 OrderedJson toJson(const SceneItem& item) {
@@ -226,6 +248,8 @@ TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& default
   if (own.branching) s.branching = own.branching;
   if (own.tolerance_mm) s.tolerance_mm = own.tolerance_mm;
   if (own.seed) s.seed = own.seed;
+  if (own.skin_mm) s.skin_mm = own.skin_mm;
+  if (own.crease_angle_deg) s.crease_angle_deg = own.crease_angle_deg;
   return s;
 }
 

@@ -25,7 +25,8 @@ constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
  "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [1, 2, 3], "tolerance_mm": 0.05},
  "objects": [
   {"name": "tooth_11", "mesh": "mouth.obj", "part": "tooth 11", "position_mm": [1, 0, -2.5], "quaternion_wxyz": [0, 1, 0, 0],
-   "tolerance_mm": 0.2, "quality": "best", "repair": "off", "branching": 4, "seed": 18446744073709551615},
+   "tolerance_mm": 0.2, "quality": "best", "repair": "off", "branching": 4, "seed": 18446744073709551615,
+   "skin_mm": 0.02, "crease_angle_deg": 40},
   {"name": "tongue", "tree": "trees/tongue.stree"}],
  "work": [{"name": "pocket", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 5}, "tolerance_mm": 0.05},
           {"box": {"low_mm": [0, 0, 0], "high_mm": [1, 1, 1]}, "tolerance_mm": 0.01}],
@@ -55,6 +56,8 @@ TEST(SceneFile, ReadsEveryField) {
   EXPECT_EQ(tooth.pose.position, Eigen::Vector3d(1, 0, -2.5));
   EXPECT_EQ(tooth.pose.orientation.x(), 1);
   EXPECT_EQ(tooth.settings.seed, 18446744073709551615u);
+  EXPECT_EQ(tooth.settings.skin_mm, 0.02);
+  EXPECT_EQ(tooth.settings.crease_angle_deg, 40);
   EXPECT_TRUE(s.objects[1].mesh.empty());
   EXPECT_EQ(s.objects[1].tree, "trees/tongue.stree");
   EXPECT_EQ(s.objects[1].pose.orientation.w(), 1);

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 namespace spheretree::pipeline {
 namespace {
@@ -17,6 +18,8 @@ Vector3d pointAt(const Json& json, const char* key) {
   if (found == json.end()) return Vector3d::Zero();
   return {found->at(0).get<double>(), found->at(1).get<double>(), found->at(2).get<double>()};
 }
+
+constexpr double kDegree = 180 / std::numbers::pi;  // [degrees/rad]
 
 /// JSON knows no infinity; the library writes it as null.
 double numberAt(const Json& json, const char* key) {
@@ -61,6 +64,45 @@ builder::LevelEvaluation levelFromJson(const Json& json) {
   return level;
 }
 
+Json skinJson(const builder::SkinEvaluation& skin) {
+  Json out{
+      {"triangles", skin.triangles},
+      {"vertices", skin.vertices},
+      {"edges", skin.edges},
+      {"sharp_edges", skin.sharp_edges},
+      {"flat_triangles", skin.flat_triangles},
+      {"bytes", skin.bytes},
+      {"tolerance_mm", skin.tolerance},
+      {"mesh_distance_mm", skin.mesh_distance},
+      {"crease_angle_deg", skin.crease_angle * kDegree},
+      {"edge_angle_deg",
+       {{"median", skin.edge_angle_median * kDegree}, {"p99", skin.edge_angle_p99 * kDegree}, {"max", skin.edge_angle_max * kDegree}}}};
+  if (skin.from_mesh && skin.of_mesh) out["measured_mm"] = {{"from_mesh", *skin.from_mesh}, {"of_mesh", *skin.of_mesh}};
+  return out;
+}
+
+builder::SkinEvaluation skinFromJson(const Json& json) {
+  builder::SkinEvaluation skin;
+  skin.triangles = json.at("triangles").get<std::size_t>();
+  skin.vertices = json.at("vertices").get<std::size_t>();
+  skin.edges = json.at("edges").get<std::size_t>();
+  skin.sharp_edges = json.at("sharp_edges").get<std::size_t>();
+  skin.flat_triangles = json.at("flat_triangles").get<std::size_t>();
+  skin.bytes = json.at("bytes").get<std::size_t>();
+  skin.tolerance = numberAt(json, "tolerance_mm");
+  skin.mesh_distance = numberAt(json, "mesh_distance_mm");
+  skin.crease_angle = numberAt(json, "crease_angle_deg") / kDegree;
+  const Json& angle = json.at("edge_angle_deg");
+  skin.edge_angle_median = numberAt(angle, "median") / kDegree;
+  skin.edge_angle_p99 = numberAt(angle, "p99") / kDegree;
+  skin.edge_angle_max = numberAt(angle, "max") / kDegree;
+  if (json.contains("measured_mm")) {
+    skin.from_mesh = numberAt(json.at("measured_mm"), "from_mesh");
+    skin.of_mesh = numberAt(json.at("measured_mm"), "of_mesh");
+  }
+  return skin;
+}
+
 Json hierarchyJson(const builder::HierarchyEvaluation& hierarchy) {
   return {{"leaves", hierarchy.leaves},
           {"leaves_outside_ancestor", hierarchy.leaves_outside_ancestor},
@@ -80,6 +122,7 @@ Json evaluationJson(const builder::Evaluation& evaluation) {
   out["levels"] = Json::array();
   for (const builder::LevelEvaluation& level : evaluation.levels) out["levels"].push_back(levelJson(level));
   out["hierarchy"] = hierarchyJson(evaluation.hierarchy);
+  if (evaluation.skin) out["skin"] = skinJson(*evaluation.skin);
   if (evaluation.limits)
     out["limit_mm"] = {
         {"h_fin", evaluation.limits->h_fin}, {"h_low", evaluation.limits->h_low}, {"h_low_in_range", evaluation.limits->h_low_in_range}};

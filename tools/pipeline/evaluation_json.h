@@ -15,6 +15,10 @@ nlohmann::ordered_json evaluationJson(const builder::Evaluation& evaluation);
 nlohmann::ordered_json levelJson(const builder::LevelEvaluation& level);
 builder::LevelEvaluation levelFromJson(const nlohmann::ordered_json& json);
 
+/// The field `skin`, and back. @throws as levelFromJson().
+nlohmann::ordered_json skinJson(const builder::SkinEvaluation& skin);
+builder::SkinEvaluation skinFromJson(const nlohmann::ordered_json& json);
+
 /// The field `hierarchy`, and back. @throws as levelFromJson().
 nlohmann::ordered_json hierarchyJson(const builder::HierarchyEvaluation& hierarchy);
 builder::HierarchyEvaluation hierarchyFromJson(const nlohmann::ordered_json& json);

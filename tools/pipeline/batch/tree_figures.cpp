@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "measure/evaluate_skin.h"
 #include "pipeline/evaluation_json.h"
 #include "pipeline/json_file.h"
 
@@ -59,6 +60,7 @@ TreeFigures figuresOf(const SphereTree& tree) {
     figures.levels.push_back(
         {static_cast<int>(level), s.sphere_count, is_proven ? std::optional<double>(s.overhang_bound) : std::nullopt, std::nullopt});
   }
+  if (!tree.skin.empty()) figures.skin = builder::skinFigures(tree.skin);
   return figures;
 }
 
@@ -83,6 +85,7 @@ Json toJson(const TreeFigures& figures) {
     if (figures.ratio->least_met_mm) out["least_met_mm"] = *figures.ratio->least_met_mm;
   }
   if (figures.least_tolerance_mm) out["least_tolerance_mm"] = *figures.least_tolerance_mm;
+  if (figures.skin) out["skin"] = skinJson(*figures.skin);
   if (figures.work) {
     out["work"] = Json::array();
     for (const WorkFigures& region : *figures.work)
@@ -112,6 +115,7 @@ TreeFigures treeFiguresFromJson(const Json& json) {
   if (const auto ratio = optionalAt<double>(json, "tolerance_ratio"))
     figures.ratio = ToleranceRatio{*ratio, optionalAt<double>(json, "least_met_mm")};
   figures.least_tolerance_mm = optionalAt<double>(json, "least_tolerance_mm");
+  if (json.contains("skin")) figures.skin = skinFromJson(json.at("skin"));
   if (json.contains("work")) {
     figures.work.emplace();
     for (const Json& region : json.at("work"))

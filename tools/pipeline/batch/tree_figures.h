@@ -53,6 +53,7 @@ struct TreeFigures {
   std::vector<std::string> notes;  // of the reader of the mesh
   std::vector<LevelFigures> levels;
   std::optional<ToleranceRatio> ratio;
+  std::optional<builder::SkinEvaluation> skin;   // of a tree that has one: what it states
   std::optional<double> least_tolerance_mm;      // graded: the smallest tolerance of any triangle
   std::optional<std::vector<WorkFigures>> work;  // with regions of work in the scene
 

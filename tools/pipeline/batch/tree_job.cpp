@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "generator.h"
+#include "measure/evaluate_skin.h"
 #include "pipeline/batch/tree_cache.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
@@ -76,6 +77,7 @@ TreeFigures figuresOf(const builder::BuildResult& built, const builder::Repaired
   figures.input_triangles = repaired.report.triangles;
   for (const builder::RepairStep& step : repaired.steps)
     figures.repair.push_back({std::string(builder::name(step.kind)), step.text, step.count, step.removed.size(), step.change_mm});
+  if (!built.tree.skin.empty()) figures.skin = builder::skinFigures(built.tree.skin);
   if (tolerance_mm > 0) {
     figures.tolerance_mm = tolerance_mm;
     figures.tolerance_met = built.statistics.tolerance_met;
@@ -93,6 +95,11 @@ builder::BuildSettings buildSettings(const formats::TreeSettings& settings) {
   if (settings.branching) out.branching = *settings.branching;
   if (settings.tolerance_mm) out.tolerance_mm = *settings.tolerance_mm;
   if (settings.seed) out.seed = *settings.seed;
+  if (settings.skin_mm) {
+    out.skin = *settings.skin_mm > 0;
+    out.skin_tolerance_mm = *settings.skin_mm;
+  }
+  if (settings.crease_angle_deg) out.crease_angle_deg = *settings.crease_angle_deg;
   return out;
 }
 

@@ -6,14 +6,17 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "commands/command.h"
 #include "commands/common_options.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
+#include "measure/evaluate_skin.h"
 #include "page/chart.h"
 #include "pipeline/builder_names.h"
+#include "pipeline/evaluation_json.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
 #include "run_files.h"
@@ -33,9 +36,10 @@ using Json = nlohmann::ordered_json;
 
 struct BuildOptions {
   std::filesystem::path input, output, report;
-  std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge";
+  std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge", skin = "auto";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
+  bool crease_angle_is_given = false;
 };
 
 void checkOptions(const BuildOptions& options, const RunFiles& files) {
@@ -43,6 +47,8 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (options.settings.most_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
+  if (options.skin == "off" && options.crease_angle_is_given)
+    throw UsageError("--crease-angle is for a skin, and there is none with --skin off. Leave one of them out.");
   files.willRead(options.input);
   files.willWrite(options.output, {".stree"}, "the tree (for other forms, see spheretree convert)", false);
   files.willWrite(options.report, {".json"}, "the report");
@@ -61,6 +67,8 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["leaves"] = s.most_leaves > 0 ? Json(s.most_leaves) : Json(nullptr);
   settings["quality"] = name(s.quality);
   settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
+  settings["skin_mm"] = !s.skin ? Json("off") : s.skin_tolerance_mm > 0 ? Json(s.skin_tolerance_mm) : Json("auto");
+  settings["crease_angle_deg"] = s.crease_angle_deg;
   settings["unit_mm"] = s.unit_mm;
   settings["parts"] = options.parts;
   settings["repair"] = options.repair;
@@ -88,6 +96,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
     out["levels"].push_back(
         {{"level", level}, {"spheres", l.spheres}, {"overhang_bound_mm", l.overhang_bound_mm}, {"largest_growth_mm", l.largest_growth_mm}});
   }
+  out["skin"] = result.tree.skin.empty() ? Json(nullptr) : pipeline::skinJson(builder::skinFigures(result.tree.skin));
   const builder::Simplification& simplification = statistics.simplification;
   out["simplification"] = simplification.triangles == 0
                               ? Json(nullptr)
@@ -121,10 +130,20 @@ bool leavesBind(const builder::BuildSettings& settings) {
   return settings.most_leaves > 0 && static_cast<std::size_t>(settings.most_leaves) <= allowed;
 }
 
+/// A length above 0, whole; none for any other text.
+std::optional<double> lengthIn(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool fits = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+  return fits ? std::optional<double>(value) : std::nullopt;
+}
+
 int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   checkOptions(options, files);
   options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
+  options.settings.skin = options.skin != "off";
+  options.settings.skin_tolerance_mm = lengthIn(options.skin).value_or(0);
   options.settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
   if (options.settings.builder == BuilderKind::Combined && options.combine.empty()) options.combine = {"merge", "burst", "expand"};
   for (const std::string& member : options.combine) options.settings.combine.push_back(pipeline::byName(pipeline::kMembers, member));
@@ -181,12 +200,20 @@ void addBuildCommand(Program& program) {
   app->add_option("--tolerance", options->settings.tolerance_mm,
                   "Fewest spheres whose worst leaf overhang stays within this length in mm, above 0; default: none, all levels are filled")
       ->type_name("MM")
+      ->check([](const std::string& text) { return lengthIn(text) ? std::string() : text + " is not a length above 0"; });
+  app->add_option("--skin", options->skin,
+                  "The surface that a tool is to rest on: within this length in mm of the mesh, above 0; auto, the tolerance, or 0.2 % of "
+                  "the diagonal without one; or off, for none; default auto")
+      ->type_name("MM")
       ->check([](const std::string& text) {
-        double value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool fits = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
-        return fits ? std::string() : text + " is not a length above 0";
+        const bool fits = text == "auto" || text == "off" || lengthIn(text);
+        return fits ? std::string() : text + " is neither a length above 0 nor auto nor off";
       });
+  app->add_option("--crease-angle", options->settings.crease_angle_deg,
+                  "Edges of the mesh that bend more, in degrees, stay sharp on the skin; 1 to 180; default 50")
+      ->type_name("DEG")
+      ->check(CLI::Range(1.0, 180.0))
+      ->each([options](const std::string&) { options->crease_angle_is_given = true; });
   app->add_option("--leaves", options->settings.most_leaves,
                   "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
       ->type_name("N")

@@ -50,6 +50,9 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
   const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
   printResult("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
               hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
+  if (evaluation.skin && evaluation.skin->from_mesh)
+    printResult("skin: %zu triangles, at most %.3g mm from the mesh, the mesh %.3g mm from them; patches at most %.3g mm from them\n",
+                evaluation.skin->triangles, *evaluation.skin->from_mesh, *evaluation.skin->of_mesh, evaluation.skin->tolerance);
   if (!evaluation.limits) return;
   const builder::CoverLimits& limits = *evaluation.limits;
   const builder::LevelEvaluation& leaves = evaluation.levels.back();

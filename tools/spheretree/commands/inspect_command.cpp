@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <span>
 #include <vector>
 
 #include "commands/command.h"
 #include "json_text.h"
+#include "measure/evaluate_skin.h"
+#include "pipeline/evaluation_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -89,6 +92,7 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
                  {"volume_mm3", p.volume_mm3},
                  {"hash", toHex(p.mesh_hash)}};
   out["settings_hash"] = toHex(p.settings_hash);
+  out["skin"] = tree.skin.empty() ? Json(nullptr) : pipeline::skinJson(builder::skinFigures(tree.skin));
   out["levels"] = Json::array();
   const std::vector<Tightness> tightness = measureTightness(tree);
   for (std::size_t level = 0; level < tightness.size(); ++level) {
@@ -110,6 +114,20 @@ Json toJson(const SphereTree& tree, const FileFacts& file) {
   return out;
 }
 
+void printSkin(const Skin& skin) {
+  if (skin.empty()) {
+    printResult("skin        none\n");
+    return;
+  }
+  const builder::SkinEvaluation s = builder::skinFigures(skin);
+  constexpr double kDegree = 180 / std::numbers::pi;
+  printResult("skin        %zu triangles, %zu of them flat, %zu sharp edges, %zu bytes\n", s.triangles, s.flat_triangles, s.sharp_edges,
+              s.bytes);
+  printResult("            flat triangles within %.3g mm of the mesh, patches within %.3g mm of them\n", s.mesh_distance, s.tolerance);
+  printResult("            facets bend by %.3g, %.3g, %.3g degrees (median, p99, largest); sharp above %g\n", kDegree * s.edge_angle_median,
+              kDegree * s.edge_angle_p99, kDegree * s.edge_angle_max, kDegree * s.crease_angle);
+}
+
 void printText(const SphereTree& tree, const InspectOptions& options, const FileFacts& file) {
   const Provenance& p = tree.provenance;
   printResult("%s: sound, %zu bytes, format %s\n", plainText(formats::shownName(options.tree)).c_str(), file.bytes, file.version.c_str());
@@ -124,6 +142,11 @@ void printText(const SphereTree& tree, const InspectOptions& options, const File
               static_cast<std::uintmax_t>(p.triangle_count), p.diagonal_mm, p.area_mm2, p.volume_mm3, p.unit_mm);
   printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
   printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  printResult("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
+  printResult("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
+  printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
+  printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  printSkin(tree.skin);
   printResult("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
   printResult("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
   const std::vector<Tightness> tightness = measureTightness(tree);

@@ -28,6 +28,8 @@ struct TreeSettings {
   std::optional<int> branching;        // 2 .. 8
   std::optional<double> tolerance_mm;  // > 0; absent: the whole budget of leaves
   std::optional<std::uint64_t> seed;
+  std::optional<double> skin_mm;           // of the skin: its tolerance, > 0; 0: no skin, "off" in the file
+  std::optional<double> crease_angle_deg;  // of the skin; 1 .. 180
   friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
 };
 
