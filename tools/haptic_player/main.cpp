@@ -63,6 +63,10 @@ int runBench(const Options& options, builder::Progress& progress) try {
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
   Bench bench{bodies, {options.share}, progress};
+  if (options.view.isAsked()) {
+    if (chosen.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
+    return viewScenario(options.view, *chosen.front(), bench, progress);
+  }
   std::vector<ScenarioResult> results;
   int short_of = 0;
   if (!options.json) printResult("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
@@ -121,7 +125,9 @@ void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
 int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
   play_settings.contact = contactOf(options);
-  const std::string device = !options.device.empty() ? options.device : play_settings.trajectory.empty() ? "simulated" : "replay";
+  // In a window a hand drives; the trajectory then says where it begins, or with --hand-from file where it goes.
+  const bool is_driven = play_settings.trajectory.empty() || options.view.view;
+  const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   refuseStrayOptions(cli, device);
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
@@ -164,6 +170,9 @@ void addOptions(CLI::App& cli, Options& o) {
       "  haptic-player scene.json --trajectory path.csv --clock stepped --record run.csv --json\n"
       "  haptic-player scene.json --device phantom\n"
       "  haptic-player --scenario all --out stability\n"
+      "  haptic-player scene.json --view                                 a window: the mouse moves the hand\n"
+      "  haptic-player --view --replay run.csv --compare other.csv       two recordings side by side\n"
+      "  haptic-player scene.json --picture out.png --at 2000            a picture, without a display\n"
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
       "  5 a scenario falls short of its figure, 130 interrupted.");
   CLI::Option* scenario = cli.add_option(

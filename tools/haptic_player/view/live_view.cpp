@@ -72,6 +72,7 @@ void LiveView::onScene(const runtime::SceneDescription& scene) {
   view::ViewerState& state = shown_.state;
   state.look = options_.look;
   state.panels = options_.panels;
+  state.follow = options_.follow;
   state.can_record = true;
   state.hand_source = options_.hand;
   viewer_ = std::make_unique<view::Viewer>(window_.gl(), window_.interface(), state);
@@ -174,7 +175,7 @@ bool LiveView::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
   shown_.update();
   if (!has_camera_ && shown_.pane().has_state) {
     const view::Layout layout = view::layoutOf(state, window_.width(), window_.height(), window_.interface().scale());
-    state.camera = view::firstCamera(shown_.stage(), shown_.pane().state.step.graphic.position, layout.panes[0]);
+    state.camera = view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic.position, options_.wish, layout.panes[0]);
     has_camera_ = true;
   }
   showStatus(status);

@@ -42,6 +42,8 @@ class LiveView final : public PlayObserver {
   struct Options {
     view::HandSource hand = view::HandSource::Mouse;
     view::Look look;
+    view::CameraWish wish;
+    bool follow = false;
     int width = 1280, height = 800;
     double scale = 0;
     bool panels = true;

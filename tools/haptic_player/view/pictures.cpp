@@ -57,8 +57,9 @@ void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std
 
 void PictureObserver::onScene(const runtime::SceneDescription& scene) {
   shown_.setScene(scene, play_.scene);
-  shown_.state.look = look_;
-  shown_.state.panels = panels_;
+  shown_.state.look = settings_.look;
+  shown_.state.panels = settings_.panels;
+  shown_.state.follow = settings_.follow;
   maker_ = std::make_unique<view::PictureMaker>(settings_.width, settings_.height, settings_.scale, shown_.state);
 }
 
@@ -70,7 +71,8 @@ bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop&) {
     const std::vector<view::Lamp> safety = safetyLamps(status.safety, status.safety_so_far);
     shown_.pane().lamps.insert(shown_.pane().lamps.end(), safety.begin(), safety.end());
     if (count_++ == 0)
-      shown_.state.camera = view::firstCamera(shown_.stage(), shown_.pane().state.step.graphic.position, maker_->layout().panes[0]);
+      shown_.state.camera =
+          view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic.position, settings_.wish, maker_->layout().panes[0]);
     drawPicture(*maker_, settings_, step);
   } else {
     shown_.update();

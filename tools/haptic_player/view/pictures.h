@@ -33,6 +33,9 @@ struct PictureSettings {
   PictureSteps steps;
   int width = 1280, height = 800;
   double scale = 1;
+  view::Look look;
+  view::CameraWish wish;
+  bool panels = true, follow = false;
 };
 
 /// Under the name that pictureName() says. @throws formats::FileError
@@ -41,8 +44,8 @@ void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std
 /// Draws pictures of a stepped run as it goes.
 class PictureObserver final : public PlayObserver {
  public:
-  PictureObserver(const PictureSettings& settings, const view::Look& look, bool panels, const PlaySettings& play)
-      : settings_(settings), look_(look), panels_(panels), play_(play) {}
+  /// Both must outlive it.
+  PictureObserver(const PictureSettings& settings, const PlaySettings& play) : settings_(settings), play_(play) {}
   void onScene(const runtime::SceneDescription& scene) override;
   view::LiveStreams* streams() override { return &shown_.streams; }
   bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
@@ -51,8 +54,6 @@ class PictureObserver final : public PlayObserver {
 
  private:
   const PictureSettings& settings_;
-  view::Look look_;
-  bool panels_;
   const PlaySettings& play_;
   RunShown shown_;
   std::unique_ptr<view::PictureMaker> maker_;

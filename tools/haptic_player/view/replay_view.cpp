@@ -66,6 +66,7 @@ void Replay::update() {
     pane.state = run.at(step);
     const std::span<const view::PlotSample> samples(samples_[k]);
     pane.figures = figuresOf(run.steps[step], view::stepTimes(view::lastOf(samples.first(step + 1), 2)));
+    pane.figures.insert(pane.figures.end(), runs_[k].results.begin(), runs_[k].results.end());
     pane.lamps = faultLamps(run.steps[step].faults, faults_[k][step]);
   }
 }
@@ -74,6 +75,7 @@ void showReplay(Replay& replay, const LiveView::Options& options, builder::Progr
   view::Window window("haptic-player: " + replay.state.title, options.width, options.height, options.scale);
   replay.state.look = options.look;
   replay.state.panels = options.panels;
+  replay.state.follow = options.follow;
   view::Viewer viewer(window.gl(), window.interface(), replay.state);
   replay.playback.loops = false;
   replay.playback.play();
@@ -84,7 +86,8 @@ void showReplay(Replay& replay, const LiveView::Options& options, builder::Progr
     replay.update();
     if (!has_camera) {
       const view::Layout layout = view::layoutOf(replay.state, window.width(), window.height(), window.interface().scale());
-      replay.state.camera = view::firstCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, layout.panes[0]);
+      replay.state.camera =
+          view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, options.wish, layout.panes[0]);
       has_camera = true;
     }
     viewer.frame(window.width(), window.height(), window.samples(), seconds, 0);
@@ -96,6 +99,9 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
   if (settings.steps.first >= replay.playback.steps())
     throw tool::UsageError("--at " + std::to_string(settings.steps.first) + ": the run has " + std::to_string(replay.playback.steps()) +
                            " steps, and the first is step 0");
+  replay.state.look = settings.look;
+  replay.state.panels = settings.panels;
+  replay.state.follow = settings.follow;
   view::PictureMaker maker(settings.width, settings.height, settings.scale, replay.state);
   bool has_camera = false;
   for (std::uint64_t step = settings.steps.first; step <= settings.steps.last && step < replay.playback.steps();
@@ -104,7 +110,8 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
     replay.playback.seek(static_cast<double>(step));
     replay.update();
     if (!has_camera)
-      replay.state.camera = view::firstCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, maker.layout().panes[0]);
+      replay.state.camera = view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, settings.wish,
+                                                maker.layout().panes[0]);
     has_camera = true;
     drawPicture(maker, settings, step);
   }

@@ -12,6 +12,7 @@
 #include "panel/viewer_state.h"
 #include "view/pictures.h"
 #include "view/recorded_run.h"
+#include "view/view_options.h"
 
 namespace spheretree::player {
 
@@ -20,6 +21,7 @@ struct ReplayedRun {
   std::string title;
   std::unique_ptr<view::Stage> stage;
   ShownRun run;
+  std::vector<view::FigureLine> results;  // of the whole run
   std::vector<std::string> notes;
 };
 
@@ -42,6 +44,13 @@ class Replay {
   std::vector<std::vector<view::PlotSample>> samples_;  // (runs)
   std::vector<std::vector<std::uint32_t>> faults_;      // (runs, steps) so far
 };
+
+/// What the options say of a look, a window and pictures.
+view::Look lookOf(const ViewOptions& options);
+LiveView::Options windowOf(const ViewOptions& options);
+PictureSettings picturesOf(const ViewOptions& options);
+/// Refuses what cannot be drawn or written. @throws tool::UsageError, formats::FileError
+void checkPictures(const ViewOptions& options);
 
 /// Until the window is closed or Ctrl-C.
 void showReplay(Replay& replay, const LiveView::Options& options, builder::Progress& progress);

@@ -32,6 +32,14 @@ void addViewOptions(CLI::App& cli, ViewOptions& o) {
                  "With --view or --picture: meshes, spheres, bounds (bounding spheres) or contact (what contact is computed with); default "
                  "meshes")
       ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
+  cli.add_option("--from", o.from, "With --view or --picture: direction from the tool to the eye, three numbers; default: where least hides it")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::Range(-1e6, 1e6));
+  cli.add_option("--within", o.within, "With --view or --picture: what is seen about the tool, 0.1 to 10000 mm; default: chosen")
+      ->check(CLI::Range(0.1, 10000.0));
+  cli.add_flag("--follow", o.follow, "With --view or --picture: the view moves with the tool");
   cli.add_option("--panels", o.panels, "With --view or --picture: panels and plots, on or off; default on")
       ->check(CLI::IsMember({"on", "off"}));
   cli.add_option("--scale", o.scale, "With --view or --picture: of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
@@ -39,8 +47,6 @@ void addViewOptions(CLI::App& cli, ViewOptions& o) {
 }
 
 #ifdef SPHERETREE_VIEW
-
-namespace {
 
 view::Look lookOf(const ViewOptions& o) {
   view::Look look;
@@ -52,17 +58,12 @@ view::Look lookOf(const ViewOptions& o) {
   return look;
 }
 
-view::HandSource handOf(const ViewOptions& o, const PlaySettings& play) {
-  if (play.device != DeviceKind::Simulated) {
-    if (!o.hand_from.empty()) throw UsageError("--hand-from is for the simulated device. Leave out --device, or --hand-from");
-    return view::HandSource::File;
-  }
-  if (o.hand_from == "file" && play.trajectory.empty()) throw UsageError("--hand-from file needs --trajectory IN.csv");
-  if (o.hand_from == "file") return view::HandSource::File;
-  if (o.hand_from == "keyboard") return view::HandSource::Keyboard;
-  if (o.hand_from == "gamepad") return view::HandSource::Gamepad;
-  if (o.hand_from == "spacemouse") return view::HandSource::SpaceMouse;
-  return view::HandSource::Mouse;
+view::CameraWish wishOf(const ViewOptions& o) {
+  view::CameraWish wish;
+  if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
+  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is no direction. Give a point to look from, such as 1,-2,1");
+  wish.within = o.within;
+  return wish;
 }
 
 LiveView::Options windowOf(const ViewOptions& o) {
@@ -70,6 +71,8 @@ LiveView::Options windowOf(const ViewOptions& o) {
   out.look = lookOf(o);
   out.scale = o.scale;
   out.panels = o.panels == "on";
+  out.wish = wishOf(o);
+  out.follow = o.follow;
   if (!o.size.empty()) {
     const auto [width, height] = pictureSize(o.size);
     out.width = width;
@@ -83,6 +86,10 @@ PictureSettings picturesOf(const ViewOptions& o) {
   out.out = o.picture;
   out.steps = pictureSteps(o.at.empty() ? "2000" : o.at);
   out.scale = o.scale > 0 ? o.scale : 1;
+  out.look = lookOf(o);
+  out.panels = o.panels == "on";
+  out.wish = wishOf(o);
+  out.follow = o.follow;
   if (!o.size.empty()) {
     const auto [width, height] = pictureSize(o.size);
     out.width = width;
@@ -100,6 +107,21 @@ void checkPictures(const ViewOptions& o) {
   if (!pictures.steps.isOne()) files.willWrite(pictureName(o.picture, pictures.steps, pictures.steps.first));
 }
 
+namespace {
+
+view::HandSource handOf(const ViewOptions& o, const PlaySettings& play) {
+  if (play.device != DeviceKind::Simulated) {
+    if (!o.hand_from.empty()) throw UsageError("--hand-from is for the simulated device. Leave out --device, or --hand-from");
+    return view::HandSource::File;
+  }
+  if (o.hand_from == "file" && play.trajectory.empty()) throw UsageError("--hand-from file needs --trajectory IN.csv");
+  if (o.hand_from == "file") return view::HandSource::File;
+  if (o.hand_from == "keyboard") return view::HandSource::Keyboard;
+  if (o.hand_from == "gamepad") return view::HandSource::Gamepad;
+  if (o.hand_from == "spacemouse") return view::HandSource::SpaceMouse;
+  return view::HandSource::Mouse;
+}
+
 }  // namespace
 
 bool canShowWindow() { return view::hasDisplay(); }
@@ -113,8 +135,6 @@ PlayEnd runView(const ViewOptions& o, PlaySettings& play_settings, builder::Prog
     for (const std::filesystem::path& file : {o.replay, o.compare})
       if (!file.empty()) runs.push_back(replayedRun(file, play_settings.scene, progress));
     Replay replay(std::move(runs));
-    replay.state.look = lookOf(o);
-    replay.state.panels = o.panels == "on";
     if (o.picture.empty())
       showReplay(replay, windowOf(o), progress);
     else
@@ -131,7 +151,7 @@ PlayEnd runView(const ViewOptions& o, PlaySettings& play_settings, builder::Prog
     throw UsageError("--picture is not for --device phantom: draw its recording, by --replay");
   const PictureSettings pictures = picturesOf(o);
   play_settings.clock = device::Clock::Stepped;
-  PictureObserver observer(pictures, lookOf(o), o.panels == "on", play_settings);
+  PictureObserver observer(pictures, play_settings);
   const PlayEnd end = play(play_settings, progress, summary, &observer);
   if (observer.count() == 0 && end == PlayEnd::Complete)
     throw UsageError("--at " + std::to_string(pictures.steps.first) + ": the run ended before this step. Choose an earlier one");
@@ -143,11 +163,11 @@ PlayEnd runView(const ViewOptions& o, PlaySettings& play_settings, builder::Prog
 bool canShowWindow() { return false; }
 const char* whyNoWindow() { return "built without a window: a simulated hand plays the built-in scene for 10 s (--help says what else)"; }
 
-PlayEnd runView(const ViewOptions&, PlaySettings&, builder::Progress&, nlohmann::ordered_json&) {
-  throw UsageError(
-      "this haptic-player was built without its view. Install libglfw3-dev, libimgui-dev and libegl-dev, and build it again "
-      "(-DSPHERETREE_VIEW=ON)");
-}
+constexpr const char* kNotBuilt =
+    "this haptic-player was built without its view. Install libglfw3-dev, libimgui-dev and libegl-dev, and build it again "
+    "(-DSPHERETREE_VIEW=ON)";
+PlayEnd runView(const ViewOptions&, PlaySettings&, builder::Progress&, nlohmann::ordered_json&) { throw UsageError(kNotBuilt); }
+int viewScenario(const ViewOptions&, const Scenario&, Bench&, builder::Progress&) { throw UsageError(kNotBuilt); }
 
 #endif
 

@@ -7,11 +7,15 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "play.h"
 #include "spheretree/builder/progress.h"
 
 namespace spheretree::player {
+
+struct Scenario;
+struct Bench;
 
 struct ViewOptions {
   bool view = false;
@@ -35,5 +39,8 @@ const char* whyNoWindow();
 /// Runs or replays with a window or for pictures. `summary` is that of play(), null after a replay.
 /// @throws tool::UsageError, view::ViewError, and what play() throws
 PlayEnd runView(const ViewOptions& options, PlaySettings& play, builder::Progress& progress, nlohmann::ordered_json& summary);
+
+/// A scenario in both modes, side by side. Returns an exit code. @throws tool::UsageError, view::ViewError
+int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& bench, builder::Progress& progress);
 
 }  // namespace spheretree::player

@@ -64,7 +64,11 @@ void drawFigures(const Pane& pane, const Theme& theme) {
     ImGui::PushStyleColor(ImGuiCol_Text, packed(theme.faint));
     ImGui::TextUnformatted(line.name.c_str());
     ImGui::PopStyleColor();
-    ImGui::SameLine(right - ImGui::CalcTextSize(line.value.c_str()).x);
+    const float begin = right - ImGui::CalcTextSize(line.value.c_str()).x;
+    if (ImGui::CalcTextSize(line.name.c_str()).x + ImGui::GetFontSize() < begin)
+      ImGui::SameLine(begin);
+    else
+      ImGui::SetCursorPosX(begin);  // in a line of its own
     ImGui::PushStyleColor(ImGuiCol_Text, packed(line.is_bad ? theme.bad : theme.text));
     ImGui::TextUnformatted(line.value.c_str());
     ImGui::PopStyleColor();
@@ -347,13 +351,16 @@ void drawHelp(ViewerState& state, const Layout& layout) {
 }
 
 void drawHint(const ViewerState& state, const Layout& layout, const Theme& theme) {
+  const std::string all = "?: all keys";
   std::string text = state.message;
   if (text.empty()) {
+    const float room = static_cast<float>(layout.scene.width) - 3 * ImGui::GetFontSize() - ImGui::CalcTextSize(all.c_str()).x;
     for (const HelpLine& line : helpLines(state)) {
-      text += line.key + ": " + line.does + "    ";
-      if (text.size() > 90) break;
+      const std::string more = text + line.key + ": " + line.does + "    ";
+      if (ImGui::CalcTextSize(more.c_str()).x > room || more.size() > 110) break;
+      text = more;
     }
-    text += "?: all keys";
+    text += all;
   }
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const float size = ImGui::GetFontSize();

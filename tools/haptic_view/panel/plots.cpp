@@ -126,17 +126,20 @@ void drawPlot(const Plot& plot, double begin, double end, std::optional<double> 
     const float x = low_left.x + wide * static_cast<float>((*mark - begin) / std::max(1e-9, end - begin));
     list.AddLine({x, low_left.y - high}, {x, low_left.y}, packed(theme.text, 0.8), 1.5f);
   }
-  float at = corner.x + margin;
-  const std::string title = plot.title + " [" + plot.unit + "]";
-  list.AddText({at, corner.y + margin}, packed(theme.text), title.c_str());
-  at += ImGui::CalcTextSize(title.c_str()).x + 2 * margin;
-  for (const Curve& curve : plot.curves) {
-    if (curve.name.empty()) continue;
-    list.AddText({at, corner.y + margin}, packed(curve.colour), curve.name.c_str());
-    at += ImGui::CalcTextSize(curve.name.c_str()).x + margin;
-  }
   const std::string top = shortNumber(axis.high);
-  list.AddText({corner.x + width - margin - ImGui::CalcTextSize(top.c_str()).x, corner.y + margin}, packed(theme.faint), top.c_str());
+  const float top_at = corner.x + width - margin - ImGui::CalcTextSize(top.c_str()).x;
+  list.AddText({top_at, corner.y + margin}, packed(theme.faint), top.c_str());
+  float at = corner.x + margin;
+  const auto write = [&](const std::string& words, Colour colour) {
+    const float wide_words = ImGui::CalcTextSize(words.c_str()).x;
+    if (at + wide_words + margin > top_at) return;  // no room
+    list.AddText({at, corner.y + margin}, packed(colour), words.c_str());
+    at += wide_words + margin;
+  };
+  const std::string title = plot.title + " [" + plot.unit + "]";
+  write(ImGui::CalcTextSize(title.c_str()).x + 2 * margin < top_at - corner.x ? title : plot.title, theme.text);
+  at += margin;
+  for (const Curve& curve : plot.curves) write(curve.name, curve.colour);
   list.PopClipRect();
   ImGui::Dummy({width, height});
 }

@@ -85,4 +85,14 @@ Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, cons
   return best;
 }
 
+Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport) {
+  Camera camera = firstCamera(stage, tool, viewport);
+  if (wish.from) {
+    camera.azimuth = std::atan2(wish.from->y(), wish.from->x());
+    camera.elevation = std::atan2(wish.from->z(), std::hypot(wish.from->x(), wish.from->y()));
+  }
+  if (wish.within > 0) camera.frame(tool.value_or(stage.centre()), wish.within, viewport);
+  return camera;
+}
+
 }  // namespace spheretree::view

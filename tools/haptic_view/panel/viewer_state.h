@@ -71,6 +71,14 @@ struct Layout {
 };
 Layout layoutOf(const ViewerState& state, int width, int height, double scale);
 
+/// What a user asks of the first view; the rest is chosen.
+struct CameraWish {
+  std::optional<Eigen::Vector3d> from;  // direction from the target to the eye, not zero
+  double within = 0;                    // radius of the ball about the tool that is to be seen [mm]; 0: chosen
+};
+/// firstCamera(), but for what is wished.
+Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport);
+
 /// From where a stage is seen at first: the whole of it, or what is about the tool if that is much smaller. Of some directions that in
 /// which the fewest balls hide the tool.
 Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const Viewport& viewport);

@@ -54,7 +54,11 @@ Window::Window(const std::string& title, int width, int height, double scale) {
   float across = 1, down = 1;
   glfwGetWindowContentScale(window_, &across, &down);
   interface_ = std::make_unique<Interface>(scale > 0 ? scale : std::clamp(static_cast<double>(across), 1.0, 4.0));
-  ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  glfwSetWindowUserPointer(window_, this);
+  glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
+    if (action == GLFW_PRESS && key >= 0) static_cast<Window*>(glfwGetWindowUserPointer(window))->pressed_.push_back(key);
+  });
+  ImGui_ImplGlfw_InitForOpenGL(window_, true);  // it calls the callback above, too
   last_ = due_ = Clock::now();
 }
 
@@ -68,6 +72,19 @@ Window::~Window() {
 bool Window::isOpen() const { return !glfwWindowShouldClose(window_); }
 void Window::close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
 
+/// A key that was pressed and let go between two frames counts as held in this one: else a quick tap on a slow machine would be lost.
+void Window::takeTaps() {
+  ImGuiIO& io = ImGui::GetIO();
+  for (const int key : released_later_) io.KeysDown[key] = false;
+  released_later_.clear();
+  for (const int key : pressed_) {
+    if (io.KeysDown[key]) continue;
+    io.KeysDown[key] = true;
+    released_later_.push_back(key);
+  }
+  pressed_.clear();
+}
+
 double Window::begin() {
   const Clock::time_point now = Clock::now();
   if (now < due_) std::this_thread::sleep_until(due_);
@@ -77,6 +94,7 @@ double Window::begin() {
   width_ = std::max(width_, 64);  // a window that is out of sight has none
   height_ = std::max(height_, 64);
   ImGui_ImplGlfw_NewFrame();
+  takeTaps();
   // Everything is in pixels here; the back end counts in units of the desktop, which may be larger.
   ImGuiIO& io = ImGui::GetIO();
   io.MousePos = {io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y};

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "draw/gl.h"
 #include "panel/interface.h"
@@ -53,6 +54,9 @@ class Window {
   GLFWwindow* window_ = nullptr;
   Gl gl_;
   std::unique_ptr<Interface> interface_;
+  void takeTaps();
+
+  std::vector<int> pressed_, released_later_;  // keys
   bool is_software_ = false;
   int width_ = 0, height_ = 0;
   Clock::time_point last_, due_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree view: meshes, trees, scenes and comparisons in a window or a picture.
 #include <array>
-#include <cmath>
 #include <memory>
 
 #include "commands/command.h"
@@ -46,12 +45,10 @@ void setLook(view::ViewerState& state, const ViewCommand& o) {
 }
 
 void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewport& pane) {
-  const view::Stage& stage = *state.panes[0].stage;
-  state.camera = view::firstCamera(stage, std::nullopt, pane);
-  if (o.from.size() != 3) return;
-  const Eigen::Vector3d from(o.from[0], o.from[1], o.from[2]);
-  state.camera.azimuth = std::atan2(from.y(), from.x());
-  state.camera.elevation = std::atan2(from.z(), std::hypot(from.x(), from.y()));
+  view::CameraWish wish;
+  if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
+  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is no direction. Give a point to look from, such as 1,-2,1.");
+  state.camera = view::wishedCamera(*state.panes[0].stage, std::nullopt, wish, pane);
 }
 
 int runView(const ViewCommand& o, builder::Progress& progress) try {

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A stability scenario in both modes side by side: it runs first, stepped, and is then shown with one clock for both.
+#include <cstdio>
+
+#include "program_end.h"
+#include "scenarios/stability.h"
+#include "view/replay_view.h"
+#include "view/view_options.h"
+
+namespace spheretree::player {
+namespace {
+
+std::string shortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+view::Stage stageOf(const Outcome& outcome) {
+  view::Stage stage;
+  const auto add = [&](const Body& body, std::size_t index) {
+    stage.bodies.push_back(view::bodyOf(body.name, &body.tree, &body.mesh, view::colourOf(body.name, index)));
+    return stage.bodies.size() - 1;
+  };
+  stage.tool = add(*outcome.tool, 0);
+  stage.reference_point = outcome.reference_point;
+  for (std::size_t i = 0; i < outcome.objects.size(); ++i) stage.objects.push_back({add(*outcome.objects[i].body, i + 1), outcome.objects[i].pose});
+  return stage;
+}
+
+ReplayedRun runOf(const Outcome& outcome, const std::string& mode) {
+  ReplayedRun run;
+  run.title = mode;
+  run.stage = std::make_unique<view::Stage>(stageOf(outcome));
+  run.run.steps = outcome.recording;
+  for (std::size_t i = 0; i < run.run.steps.size() && i < outcome.penetration.size(); ++i)
+    run.run.steps[i].penetration = static_cast<double>(outcome.penetration[i]);
+  for (const Figure& figure : outcome.figures) {
+    const std::string unit = figure.unit == "1" ? "" : " " + figure.unit;
+    run.results.push_back({figure.quantity, shortNumber(figure.value) + (figure.informative ? "" : " of " + shortNumber(figure.pass)) + unit,
+                           !holds(figure)});
+  }
+  return run;
+}
+
+}  // namespace
+
+int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& bench, builder::Progress& progress) {
+  if (!options.replay.empty()) throw tool::UsageError("--replay is for recordings; a scenario is run. Leave one of them out");
+  checkPictures(options);
+  std::vector<ReplayedRun> runs;
+  for (const auto& [mode, name] : {std::pair(runtime::Mode::Paper, "published method"), std::pair(runtime::Mode::Constrained, "constrained mode")}) {
+    const Outcome outcome = scenario.run(bench, mode);
+    if (outcome.recording.empty() || !outcome.tool)
+      throw tool::UsageError("--scenario " + scenario.id + ": it keeps no steps that could be shown. Run it without --view");
+    runs.push_back(runOf(outcome, name));
+  }
+  Replay replay(std::move(runs));
+  replay.state.title = scenario.id + " " + scenario.title;
+  if (options.picture.empty())
+    showReplay(replay, windowOf(options), progress);
+  else
+    drawReplay(replay, picturesOf(options), progress);
+  return tool::kExitOk;
+}
+
+}  // namespace spheretree::player
