@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# tools/demo.sh [FOLDER]: builds the program, makes the sample meshes, builds and evaluates their sphere-trees, and draws them.
+# tools/demo.sh [FOLDER]: builds the programs, makes the sample meshes, builds and evaluates their sphere-trees, and draws them; then builds a
+# whole mouth and names the command that opens it.
 # FOLDER, default out/demo in the checkout, receives the results.
 set -euo pipefail
 out=${1:+$(realpath -m "$1")}  # of the caller's folder
@@ -10,7 +11,7 @@ out=${out:-out/demo}
 tools/setup.sh
 echo "== Building the program (build/release; a few minutes the first time)"
 cmake --preset release -DSPHERETREE_TESTS=OFF >/dev/null
-cmake --build --preset release --target spheretree make_samples
+cmake --build --preset release --target spheretree haptic-player make_samples
 spheretree=build/release/tools/spheretree/spheretree
 
 echo "== Making the sample meshes"
@@ -31,3 +32,15 @@ echo "In $out, for molar and probe:"
 echo "  .obj  the mesh             .stree        its sphere-tree"
 echo "  .png  mesh and levels      .report.json  settings, figures of every level, seconds"
 echo "  .glb  every level as a mesh, for a glTF viewer"
+
+echo
+echo "== A mouth of 33 objects"
+mouth=$out/mouth
+build/release/samples/make_samples/make_samples --mouth "$mouth"
+"$spheretree" batch "$mouth/mouth.scene.json" -o "$mouth/trees"
+player=build/release/tools/haptic_player/haptic-player
+"$player" "$mouth/trees/scene.json" --trajectory "$mouth/inspection.csv" --picture "$mouth/mouth.png" --at 3000 -q >/dev/null ||
+  echo "No picture of it: the player was built without its window (libglfw3-dev, libimgui-dev, libegl-dev)."
+echo
+echo "Touch it, on a desktop: drag moves the probe, the wheel pushes it, ? shows all keys"
+echo "  $player $mouth/trees/scene.json --view --trajectory $mouth/inspection.csv"

@@ -54,7 +54,7 @@ write_torus() {
 
 case_help() {
   expect 0 --help
-  for verb in batch build check compare convert evaluate inspect report; do
+  for verb in batch build check compare convert evaluate inspect report view; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help
@@ -509,5 +509,6 @@ case_file_format() {
 . "${0%/*}/page_cases.sh"
 . "${0%/*}/player_cases.sh"
 . "${0%/*}/message_cases.sh"
+. "${0%/*}/view_cases.sh"
 
 "case_$case" "$@"

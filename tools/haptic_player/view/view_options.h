@@ -24,6 +24,9 @@ struct ViewOptions {
   std::string at;    // TICK or FROM:TO:EVERY
   std::string size;  // WxH
   std::string theme = "dark", show = "meshes", panels = "on";
+  std::vector<double> from;  // direction to the eye; empty: chosen
+  double within = 0;         // what is seen about the tool [mm]; 0: chosen
+  bool follow = false;
   double scale = 0;  // of text and marks; 0: that of the display
   bool isAsked() const { return view || !replay.empty() || !picture.empty(); }
 };

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Cases of program_test.sh for what is shown: pictures without a display, and what is said where there is none; read by it.
+# Argument of the player's cases: spheretree.
+unset DISPLAY WAYLAND_DISPLAY  # no case opens a window: tests/view/window_test.py does
+export LIBGL_ALWAYS_SOFTWARE=1
+
+# is_png FILE WIDTH HEIGHT
+is_png() {
+  [ "$(od -An -tu1 -N4 "$1" | tr -s ' ')" = " 137 80 78 71" ] || fail "$1 is no PNG"
+  set -- "$1" "$2" "$3" $(od -An -tu1 -j16 -N8 "$1")
+  [ $(($6 * 256 + $7)) -eq "$2" ] && [ $((${10} * 256 + ${11})) -eq "$3" ] || fail "$1 is not $2 x $3 pixels"
+}
+
+has_view() { "$program" "$@" >out 2>err; ! grep -q "built without its view" err; }
+
+case_player_picture() {
+  write_touch "$1"
+  write_path path.csv
+  has_view scene.json --trajectory path.csv --picture first.png --at 90 --size 320x200 || exit 77
+  expect 0 scene.json --trajectory path.csv --picture work/again.png --at 90 --size 320x200
+  cmp first.png work/again.png || fail "the same picture twice differs"
+  is_png first.png 320 200
+  expect 0 scene.json --trajectory path.csv --picture light.png --at 90 --size 320x200 --theme light --show spheres --panels off
+  if cmp -s first.png light.png; then fail "another theme gives the same picture"; fi
+  # Several, numbered.
+  expect 0 scene.json --trajectory path.csv --picture frame.png --at 10:90:40 --size 128x96
+  for name in frame.00000 frame.00001 frame.00002; do is_png $name.png 128 96; done
+  [ ! -e frame.00003.png ] || fail "one picture too many"
+  # A recording shows the same as the run that made it, but for the clock.
+  expect 0 scene.json --trajectory path.csv --clock stepped --record run.csv
+  expect 0 --replay run.csv --picture replay.png --at 90 --size 400x300
+  is_png replay.png 400 300
+  expect 0 --replay run.csv --compare run.csv --picture both.png --at 50 --size 640x300
+  expect 2 --replay run.csv --picture late.png --at 100
+  says "100 steps" err
+  expect 2 scene.json --trajectory path.csv --picture late.png --at 5000
+  expect 2 scene.json --trajectory path.csv --picture out.jpg
+  expect 2 scene.json --picture path.png --at soon
+  expect 2 scene.json --picture path.png --size 10x10
+  expect 2 --replay run.csv
+  expect 2 --compare run.csv
+  expect 3 scene.json --trajectory path.csv --picture work/missing/out.png --at 10
+  # A recording that is cut off or of another program.
+  head -n 5 run.csv | cut -d, -f1-12 >cut.csv
+  expect 4 --replay cut.csv --picture out.png
+  says "column" err
+  sed '4s/^[^,]*,[^,]*/3,soon/' run.csv >soon.csv
+  expect 4 --replay soon.csv --picture out.png
+  says "line 4" err
+}
+
+case_player_no_display() {
+  write_touch "$1"
+  has_view scene.json --view --seconds 0.1 || exit 77
+  expect 3 scene.json --view --seconds 0.1
+  says "DISPLAY" err
+  says "picture" err
+  DISPLAY=:7654 expect 3 scene.json --view --seconds 0.1
+  # Without arguments it plays the built-in scene and says why there is no window, in one line.
+  "$program" >out 2>err &
+  pid=$!
+  for _ in $(seq 150); do
+    grep -q "no window" err && break
+    sleep 0.1
+  done
+  sleep 3
+  kill -INT $pid
+  wait $pid
+  [ "$(grep -c "no window" err)" -eq 1 ] || fail "it does not say why there is no window"
+  expect 2 scene.json --view --hand-from nose
+  expect 2 scene.json --view --hand-from file
+}
+
+case_view() {
+  write_tetrahedron mesh.obj
+  write_sph tree.sph
+  "$program" view mesh.obj --picture mesh.png --size 200x150 >out 2>err
+  if grep -q "built without its view" err; then exit 77; fi
+  is_png mesh.png 200 150
+  expect 0 view mesh.obj tree.sph --overhang --picture over.png --size 500x300
+  expect 0 view mesh.obj tree.sph --overhang --picture again.png --size 500x300
+  cmp over.png again.png || fail "the same picture twice differs"
+  expect 0 view tree.sph --level 0 --picture root.png --size 200x150 --panels off
+  expect 0 view tree.sph --level 1 --picture leaves.png --size 200x150 --panels off
+  if cmp -s root.png leaves.png; then fail "two levels look the same"; fi
+  expect 0 convert tree.sph object.stree
+  printf '{"schema": "spheretree.scene/1", "tool": {"name": "t", "tree": "object.stree"},
+    "objects": [{"name": "o", "tree": "object.stree", "mesh": "mesh.obj"}]}' >a.scene.json
+  expect 0 view a.scene.json --picture scene.png --size 200x150
+  expect 2 view tree.sph tree.sph tree.sph tree.sph tree.sph tree.sph tree.sph --picture many.png
+  says "room for 6" err
+  expect 2 view mesh.obj --picture mesh.gif
+  expect 2 view mesh.obj --picture out.png --from 0,0,0
+  expect 3 view gone.obj --picture out.png
+  expect 3 view mesh.obj
+  says "DISPLAY" err
+}

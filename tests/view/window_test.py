@@ -1,0 +1,147 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""window_test.py HAPTIC_PLAYER SPHERETREE: the window on a virtual display, driven as by a user. Exit code 77 where Xvfb or xdotool are missing.
+
+A drag moves the tool and presses it on the object, keys begin and end recordings, closing the window ends the run like an emergency stop, and
+a signal at any time leaves a whole recording.
+"""
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PLAYER, SPHERETREE = sys.argv[1:3]
+if not shutil.which("Xvfb") or not shutil.which("xdotool"):
+    sys.exit(77)
+
+
+def start_display():
+    read, write = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24"], pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    number = os.read(read, 16).decode().strip()
+    os.close(read)
+    return server, f":{number}"
+
+
+def write_scene(folder):
+    for name, text in (("tool", "2 2\n0 0 0 2 1\n0.5 0 0 1.25 1\n-0.5 0.1 0 1.125 1\n"),
+                       ("object", "2 2\n0 0 -6.5 6 1\n0.5 0 -6.5 5.5 1\n-0.5 0 -6.5 5.5 1\n")):
+        (folder / f"{name}.sph").write_text(text)
+        subprocess.run([SPHERETREE, "convert", folder / f"{name}.sph", folder / f"{name}.stree"], check=True)
+    (folder / "scene.json").write_text('{"schema": "spheretree.scene/1", "tool": {"name": "tool", "tree": "tool.stree"},'
+                                       ' "objects": [{"name": "object", "tree": "object.stree"}]}')
+    rows = "\n".join(f"{n / 1000:.3f},0,0,4,1,0,0,0" for n in range(10))
+    (folder / "start.csv").write_text("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + rows + "\n")
+
+
+def xdo(*words):
+    subprocess.run(["xdotool", *map(str, words)], check=True)
+
+
+def open_player(folder, *more):
+    player = subprocess.Popen([PLAYER, "scene.json", "--view", "--trajectory", "start.csv", "--from", "0,-1,0", "--within", "20", "--size", "900x600",
+                               *more],
+                              cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for _ in range(200):
+        if player.poll() is not None:
+            sys.exit(f"the player ended: {player.communicate()}")
+        if subprocess.run(["xdotool", "search", "--name", "haptic-player"], capture_output=True, check=False).stdout:
+            break
+        time.sleep(0.1)
+    time.sleep(1.5)  # the first frames
+    return player
+
+
+def column(path, name):
+    lines = path.read_text().splitlines()
+    at = lines[0].split(",").index(name)
+    return [float(line.split(",")[at]) for line in lines[1:]]
+
+
+def drag(steps, down):
+    xdo("mousemove", 300, 150)
+    time.sleep(0.2)
+    xdo("mousedown", 1)
+    for _ in range(steps):
+        xdo("mousemove_relative", "--", 0, down)
+        time.sleep(0.03)
+    xdo("mouseup", 1)
+    time.sleep(1)
+
+
+def check(condition, message):
+    if not condition:
+        sys.exit(f"FAILED: {message}")
+
+
+def check_drag_and_close(folder):
+    player = open_player(folder, "--record", "run.csv", "--json")
+    drag(40, 2)
+    xdo("key", "r")  # ends the recording that --record began
+    time.sleep(0.6)
+    xdo("key", "r")  # begins another one
+    time.sleep(1)
+    xdo("key", "r")
+    time.sleep(0.6)
+    xdo("key", "ctrl+q")
+    out, err = player.communicate(timeout=30)
+    check(player.returncode == 0, f"closing the window gave exit code {player.returncode}: {err}")
+    check('"end": "complete"' in out, f"the run does not say how it ended: {out}")
+    z = column(folder / "run.csv", "hz_mm")
+    check(z[0] > 3.5 and min(z) < 2.5, f"the drag moved the tool from {z[0]} to {min(z)} mm")
+    check(max(column(folder / "run.csv", "fz_n")) > 0.05, "nothing was felt")
+    ticks = column(folder / "run.csv", "tick")
+    check(ticks == list(range(len(ticks))), "the recording has gaps")
+    later = column(folder / "run-1.csv", "tick")
+    check(len(later) > 300 and later[0] > ticks[-1], "the second recording is not one of its own")
+
+
+def check_keyboard(folder):
+    player = open_player(folder, "--hand-from", "keyboard", "--record", "keys.csv", "--seconds", "6")
+    xdo("mousemove", 300, 150)
+    xdo("keydown", "Right")
+    time.sleep(0.5)
+    xdo("keyup", "Right")
+    player.communicate(timeout=30)
+    check(player.returncode == 0, "a run with an end fails")
+    x = column(folder / "keys.csv", "hx_mm")
+    check(2 < x[-1] < 25, f"half a second at 20 mm/s led to {x[-1]} mm")
+    rows = len(x)
+    check(rows == 6000, f"{rows} rows of 6 s")
+
+
+def check_killed(folder, times):
+    dice = random.Random(1)
+    for n in range(times):
+        player = open_player(folder, "--record", f"killed{n}.csv")
+        time.sleep(dice.uniform(0, 1))
+        player.send_signal(dice.choice([signal.SIGTERM, signal.SIGINT, signal.SIGHUP]))
+        player.communicate(timeout=30)
+        check(player.returncode == 130, f"a signal gave exit code {player.returncode}")
+        ticks = column(folder / f"killed{n}.csv", "tick")
+        check(len(ticks) > 500 and ticks == list(range(len(ticks))), "the recording of a run that was stopped is not whole")
+
+
+def main():
+    server, display = start_display()
+    os.environ.update(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1")
+    os.environ.pop("WAYLAND_DISPLAY", None)
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            write_scene(folder)
+            check_drag_and_close(folder)
+            check_keyboard(folder)
+            check_killed(folder, 3)
+    finally:
+        server.terminate()
+        server.wait()
+
+
+main()
