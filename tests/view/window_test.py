@@ -24,9 +24,15 @@ def start_display():
     read, write = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24"], pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
-    number = os.read(read, 16).decode().strip()
+    display = ":" + os.read(read, 16).decode().strip()
     os.close(read)
-    return server, f":{number}"
+    for _ in range(50):  # until it answers
+        asked = subprocess.run(["xdotool", "getdisplaygeometry"], env=os.environ | {"DISPLAY": display}, capture_output=True, check=False)
+        if asked.returncode == 0:
+            return server, display
+        time.sleep(0.1)
+    server.terminate()
+    sys.exit(f"FAILED: the virtual display {display} does not answer")
 
 
 def write_scene(folder):

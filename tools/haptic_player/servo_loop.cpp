@@ -51,7 +51,13 @@ void ServoLoop::publish(const RecordedStep& row) noexcept {
   view::LiveState& state = live_->state.back();
   state.step = row;
   state.contact_count = 0;
+  for (const runtime::Contact& contact : runtime::contacts(workspace_))
+    if (state.contact_count < state.contacts.size()) state.contacts[state.contact_count++] = shownContact(contact);
   live_->state.publish();
+}
+
+view::ShownContact shownContact(const runtime::Contact& contact) noexcept {
+  return {contact.point.cast<float>(), contact.normal.cast<float>(), static_cast<float>(contact.force), contact.object};
 }
 
 double threadTime() noexcept {

@@ -54,6 +54,9 @@ class ServoLoop final : public device::Renderer {
 /// Processor time of this thread: what other programs do meanwhile does not count [us].
 double threadTime() noexcept;
 
+/// As a view shows it.
+view::ShownContact shownContact(const runtime::Contact& contact) noexcept;
+
 /// The row of a step.
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
                           const runtime::StageTimes& times, double total_us) noexcept;

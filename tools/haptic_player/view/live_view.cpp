@@ -71,6 +71,7 @@ void LiveView::onScene(const runtime::SceneDescription& scene) {
   shown_.setScene(scene, settings_.scene);
   view::ViewerState& state = shown_.state;
   state.look = options_.look;
+  state.look.skin_contact = settings_.contact == runtime::ContactSurface::Skin;
   state.panels = options_.panels;
   state.follow = options_.follow;
   state.can_record = true;

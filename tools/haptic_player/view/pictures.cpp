@@ -58,6 +58,7 @@ void drawPicture(view::PictureMaker& maker, const PictureSettings& settings, std
 void PictureObserver::onScene(const runtime::SceneDescription& scene) {
   shown_.setScene(scene, play_.scene);
   shown_.state.look = settings_.look;
+  shown_.state.look.skin_contact = play_.contact == runtime::ContactSurface::Skin;
   shown_.state.panels = settings_.panels;
   shown_.state.follow = settings_.follow;
   maker_ = std::make_unique<view::PictureMaker>(settings_.width, settings_.height, settings_.scale, shown_.state);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "servo_loop.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -173,6 +174,7 @@ ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, 
     // A recording may begin in the middle of a run.
     if (out.contact_begin.size() == 1) runtime::resetTo(step.graphic, workspace);
     if (isSame(step, runtime::step(scene, step.haptic, mode, workspace))) {
+      for (const runtime::Contact& contact : runtime::contacts(workspace)) out.contacts.push_back(shownContact(contact));
     } else {
       ++differ;
       runtime::resetTo(step.graphic, workspace);

@@ -28,6 +28,7 @@ ReplayedRun replayedRun(const std::filesystem::path& recording, const std::files
   runtime::SceneDescription description = describeScene(path, progress);
   if (run.identity.settings.find("contact=leaves") != std::string::npos) description.contact = runtime::ContactSurface::Leaves;
   const runtime::Scene compiled = compiledScene(description, path);
+  out.skin_contact = description.contact == runtime::ContactSurface::Skin;
   out.title = recording.filename().string();
   out.stage = std::make_unique<view::Stage>(stageOf(description, path, out.notes));
   out.run = shownRun(std::move(run.steps), compiled, mode);
@@ -74,6 +75,7 @@ void Replay::update() {
 void showReplay(Replay& replay, const LiveView::Options& options, builder::Progress& progress) {
   view::Window window("haptic-player: " + replay.state.title, options.width, options.height, options.scale);
   replay.state.look = options.look;
+  replay.state.look.skin_contact = replay.hasSkinContact();
   replay.state.panels = options.panels;
   replay.state.follow = options.follow;
   view::Viewer viewer(window.gl(), window.interface(), replay.state);
@@ -100,6 +102,7 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
     throw tool::UsageError("--at " + std::to_string(settings.steps.first) + ": the run has " + std::to_string(replay.playback.steps()) +
                            " steps, and the first is step 0");
   replay.state.look = settings.look;
+  replay.state.look.skin_contact = replay.hasSkinContact();
   replay.state.panels = settings.panels;
   replay.state.follow = settings.follow;
   view::PictureMaker maker(settings.width, settings.height, settings.scale, replay.state);
@@ -110,8 +113,8 @@ void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progre
     replay.playback.seek(static_cast<double>(step));
     replay.update();
     if (!has_camera)
-      replay.state.camera = view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, settings.wish,
-                                                maker.layout().panes[0]);
+      replay.state.camera =
+          view::wishedCamera(replay.stage(), replay.state.panes[0].state.step.graphic.position, settings.wish, maker.layout().panes[0]);
     has_camera = true;
     drawPicture(maker, settings, step);
   }

@@ -21,6 +21,7 @@ struct ReplayedRun {
   std::string title;
   std::unique_ptr<view::Stage> stage;
   ShownRun run;
+  bool skin_contact = true;               // what contact was computed with
   std::vector<view::FigureLine> results;  // of the whole run
   std::vector<std::string> notes;
 };
@@ -38,6 +39,7 @@ class Replay {
   /// Shows the step at which the playback stands. A run that is over stands at its end.
   void update();
   const view::Stage& stage() const { return *runs_[0].stage; }
+  bool hasSkinContact() const { return runs_.back().skin_contact; }
 
  private:
   std::vector<ReplayedRun> runs_;

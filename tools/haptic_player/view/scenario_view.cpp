@@ -24,20 +24,34 @@ view::Stage stageOf(const Outcome& outcome) {
   };
   stage.tool = add(*outcome.tool, 0);
   stage.reference_point = outcome.reference_point;
-  for (std::size_t i = 0; i < outcome.objects.size(); ++i) stage.objects.push_back({add(*outcome.objects[i].body, i + 1), outcome.objects[i].pose});
+  for (std::size_t i = 0; i < outcome.objects.size(); ++i)
+    stage.objects.push_back({add(*outcome.objects[i].body, i + 1), outcome.objects[i].pose});
   return stage;
 }
 
-ReplayedRun runOf(const Outcome& outcome, const std::string& mode) {
+/// What the runtime says of the contacts at the recorded poses. Where objects moved or the coupling was another, they stay out.
+ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
+  runtime::SceneDescription d;
+  d.tool = outcome.tool->tree;
+  d.reference_point = outcome.reference_point;
+  for (const PlacedBody& object : outcome.objects) d.objects.push_back({object.body->tree, object.pose});
+  d.step_limits = runtime::defaultLimits(d.objects.size());
+  ShownRun run = shownRun(outcome.recording, compiledScene(d, "scenario"), mode);
+  run.note.clear();
+  return run;
+}
+
+ReplayedRun runOf(const Outcome& outcome, runtime::Mode mode, const std::string& name) {
   ReplayedRun run;
-  run.title = mode;
+  run.title = name;
   run.stage = std::make_unique<view::Stage>(stageOf(outcome));
-  run.run.steps = outcome.recording;
+  run.run = withContacts(outcome, mode);
   for (std::size_t i = 0; i < run.run.steps.size() && i < outcome.penetration.size(); ++i)
     run.run.steps[i].penetration = static_cast<double>(outcome.penetration[i]);
   for (const Figure& figure : outcome.figures) {
     const std::string unit = figure.unit == "1" ? "" : " " + figure.unit;
-    run.results.push_back({figure.quantity, shortNumber(figure.value) + (figure.informative ? "" : " of " + shortNumber(figure.pass)) + unit,
+    run.results.push_back({figure.quantity,
+                           shortNumber(figure.value) + (figure.informative ? "" : " of " + shortNumber(figure.pass)) + unit,
                            !holds(figure)});
   }
   return run;
@@ -49,11 +63,12 @@ int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& be
   if (!options.replay.empty()) throw tool::UsageError("--replay is for recordings; a scenario is run. Leave one of them out");
   checkPictures(options);
   std::vector<ReplayedRun> runs;
-  for (const auto& [mode, name] : {std::pair(runtime::Mode::Paper, "published method"), std::pair(runtime::Mode::Constrained, "constrained mode")}) {
+  for (const auto& [mode, name] :
+       {std::pair(runtime::Mode::Paper, "published method"), std::pair(runtime::Mode::Constrained, "constrained mode")}) {
     const Outcome outcome = scenario.run(bench, mode);
     if (outcome.recording.empty() || !outcome.tool)
       throw tool::UsageError("--scenario " + scenario.id + ": it keeps no steps that could be shown. Run it without --view");
-    runs.push_back(runOf(outcome, name));
+    runs.push_back(runOf(outcome, mode, name));
   }
   Replay replay(std::move(runs));
   replay.state.title = scenario.id + " " + scenario.title;

@@ -32,7 +32,8 @@ void addViewOptions(CLI::App& cli, ViewOptions& o) {
                  "With --view or --picture: meshes, spheres, bounds (bounding spheres) or contact (what contact is computed with); default "
                  "meshes")
       ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
-  cli.add_option("--from", o.from, "With --view or --picture: direction from the tool to the eye, three numbers; default: where least hides it")
+  cli.add_option("--from", o.from,
+                 "With --view or --picture: direction from the tool to the eye, three numbers; default: where least hides it")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)

@@ -197,7 +197,9 @@ void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configurati
                            bool own_colours) {
   const BodyBuffers& buffers = *bodies_[body];
   if (buffers.levels.empty()) geometry = Geometry::Meshes;
-  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin) return drawSurface(pass, *buffers.skin, pose, colour);
+  const bool is_tool = stage_.tool && body == *stage_.tool;  // touches with its leaves, whatever it touches
+  if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin && !is_tool)
+    return drawSurface(pass, *buffers.skin, pose, colour);
   if (geometry == Geometry::Meshes && buffers.mesh) return drawSurface(pass, *buffers.mesh, pose, colour);
   if (buffers.levels.empty()) return;
   const std::size_t last = buffers.levels.size() - 1;

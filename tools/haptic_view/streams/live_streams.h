@@ -15,10 +15,10 @@ namespace spheretree::view {
 /// A place where the tool touches something.
 struct ShownContact {
   Eigen::Vector3f point, normal;  // world; the normal points from the object to the tool
-  float gap = 0, force = 0;       // [mm], negative inside; [N]
+  float force = 0;                // [N]
   std::uint32_t object = 0;       // index in the scene
 };
-inline constexpr std::size_t kMostContacts = 64;
+inline constexpr std::size_t kMostContacts = 16;  // more than a step has
 
 /// All that a picture shows of one servo step.
 struct LiveState {
