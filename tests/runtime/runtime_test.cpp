@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -85,6 +86,134 @@ void stepAsTheCppFaceDoes(ContactSurface contact) {
 TEST(Runtime, StepsAsTheCppFaceDoes) {
   stepAsTheCppFaceDoes(ContactSurface::Skin);
   stepAsTheCppFaceDoes(ContactSurface::Leaves);
+}
+
+// A ball of radius 1 over a sphere of radius 5 with a skin; the leaf reaches out by 0.2.
+struct OnSphere {
+  CScene c;
+  st_renderer* renderer = nullptr;
+
+  explicit OnSphere(int surface = ST_SKIN, int copies = 0) {
+    const std::vector<std::byte> tool = encodeSphereTree(test::oneBallTree(1)),
+                                 object = encodeSphereTree(test::withSkin(test::oneBallTree(5.2), test::roundSkin(4)));
+    EXPECT_EQ(st_scene_set_tool(c.scene, tool.data(), tool.size(), kOrigin), 0) << st_scene_error(c.scene);
+    EXPECT_EQ(st_scene_add_object(c.scene, object.data(), object.size(), &kHere), 0) << st_scene_error(c.scene);
+    for (int i = 1; i <= copies; ++i) {
+      const st_pose pose{{0, 20.0 * i, 0}, {1, 0, 0, 0}};
+      EXPECT_EQ(st_scene_add_copy(c.scene, 0, &pose), 0) << st_scene_error(c.scene);
+    }
+    EXPECT_EQ(st_scene_set_contact(c.scene, surface), 0);
+    renderer = st_renderer_create(c.scene, ST_CONSTRAINED);
+    EXPECT_NE(renderer, nullptr) << st_scene_error(c.scene);
+  }
+  ~OnSphere() { st_renderer_destroy(renderer); }
+  st_step press(double x, double y, double z, int steps = 20) {
+    st_step out = ST_STEP_INIT;
+    const st_pose pose{{x, y, z}, {1, 0, 0, 0}};
+    for (int n = 0; n < steps; ++n) st_renderer_step(renderer, &pose, &out);
+    return out;
+  }
+};
+
+TEST(Runtime, RestsOnTheSkinOrOnTheLeaves) {
+  OnSphere skin(ST_SKIN), leaves(ST_LEAVES);
+  for (OnSphere* on : {&skin, &leaves}) {
+    on->press(0, 0, 7);
+    EXPECT_NEAR(on->press(0, 0, 5.5).graphic_tool.position_mm[2], on == &skin ? 6 : 6.2, 2e-3);
+  }
+}
+
+TEST(Runtime, TellsTheContacts) {
+  OnSphere on;
+  EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 0u);
+  on.press(0, 0, 7);
+  EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 0u);
+  const st_step out = on.press(0, 0, 5.5);
+  EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 1u);  // how many there are, though there is room for none
+  st_contact contacts[ST_MOST_CONTACTS] = {ST_CONTACT_INIT};
+  ASSERT_EQ(st_renderer_contacts(on.renderer, contacts, ST_MOST_CONTACTS), 1u);
+  const st_contact& c = contacts[0];
+  EXPECT_EQ(c.struct_size, sizeof(st_contact));
+  EXPECT_NEAR(c.point_mm[2], 5, 2e-3);
+  EXPECT_NEAR(c.normal[2], 1, 1e-5);
+  EXPECT_NEAR(c.force_n, out.wrench.force_n[2], 1e-3);
+  EXPECT_EQ(c.object, 0u);
+  EXPECT_EQ(c.on_skin, 1u);
+  EXPECT_EQ(c.tool_leaf, 0u);
+}
+
+TEST(Runtime, WritesNoByteBeyondTheSizeThatTheCallerKnows) {
+  OnSphere on;
+  on.press(0, 0, 7);
+  const st_step whole = on.press(0, 0, 5.5);
+  const st_pose pose{{0, 0, 5.5}, {1, 0, 0, 0}};
+  // A caller that was compiled when a struct ended earlier, at each member's end, or knows only its size.
+  for (const std::size_t size : {sizeof(size_t), offsetof(st_step, wrench), offsetof(st_step, limited_wrench), offsetof(st_step, faults),
+                                 offsetof(st_step, pairs), offsetof(st_step, work), sizeof(st_step)}) {
+    st_step out;
+    std::memset(&out, 0x5a, sizeof out);
+    out.struct_size = size;
+    st_renderer_step(on.renderer, &pose, &out);
+    EXPECT_EQ(out.struct_size, size);
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(&out);
+    for (std::size_t i = size; i < sizeof out; ++i) ASSERT_EQ(bytes[i], 0x5a) << "byte " << i << " of a struct of " << size;
+    if (size >= offsetof(st_step, wrench)) {
+      EXPECT_EQ(out.graphic_tool.position_mm[2], whole.graphic_tool.position_mm[2]);
+    }
+  }
+  // A later caller, whose struct is longer.
+  struct Longer {
+    st_step known;
+    unsigned char added[16];
+  } longer;
+  std::memset(&longer, 0x5a, sizeof longer);
+  longer.known.struct_size = sizeof longer;
+  st_renderer_step(on.renderer, &pose, &longer.known);
+  EXPECT_EQ(longer.known.struct_size, sizeof longer);
+  for (const unsigned char byte : longer.added) EXPECT_EQ(byte, 0x5a);
+  EXPECT_EQ(longer.known.active, 1u);
+
+  // Contacts, of which the caller knows the point alone.
+  constexpr std::size_t kShort = offsetof(st_contact, normal);
+  alignas(st_contact) unsigned char few[2 * kShort];
+  std::memset(few, 0x5a, sizeof few);
+  reinterpret_cast<st_contact*>(few)->struct_size = kShort;  // NOLINT: what an old caller has
+  EXPECT_EQ(st_renderer_contacts(on.renderer, reinterpret_cast<st_contact*>(few), 1), 1u);
+  double point[3];
+  std::memcpy(point, few + offsetof(st_contact, point_mm), sizeof point);
+  EXPECT_NEAR(point[2], 5, 2e-3);
+  for (std::size_t i = kShort; i < sizeof few; ++i) ASSERT_EQ(few[i], 0x5a) << i;
+}
+
+TEST(Runtime, CopiesAreObjectsOfTheirOwn) {
+  OnSphere on(ST_SKIN, 3);
+  for (int i = 0; i <= 3; ++i) {
+    const double y = 20 * i;
+    st_renderer_reset(on.renderer, nullptr);
+    on.press(0, y, 7);
+    EXPECT_NEAR(on.press(0, y, 5.5).graphic_tool.position_mm[2], 6, 2e-3) << i;
+    st_contact contact = ST_CONTACT_INIT;
+    ASSERT_EQ(st_renderer_contacts(on.renderer, &contact, 1), 1u);
+    EXPECT_EQ(contact.object, static_cast<std::uint32_t>(i));
+  }
+  EXPECT_EQ(st_scene_add_copy(on.c.scene, 4, &kHere), -1);
+  EXPECT_NE(std::string(st_scene_error(on.c.scene)).find("no object 4"), std::string::npos) << st_scene_error(on.c.scene);
+  EXPECT_EQ(st_scene_add_copy(on.c.scene, 0, nullptr), -1);
+}
+
+TEST(Runtime, MovesObjects) {
+  OnSphere on(ST_SKIN, 1);
+  on.press(0, 0, 9);
+  const st_pose up{{0, 0, 2}, {1, 0, 0, 0}}, nowhere{{0, 0, NAN}, {1, 0, 0, 0}}, turned_by_nothing{{0, 0, 0}, {0, 0, 0, 0}};
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 0, &up), 0);
+  EXPECT_NEAR(on.press(0, 0, 7, 60).graphic_tool.position_mm[2], 8, 2e-3);
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 0, &nowhere), -1);
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 0, &turned_by_nothing), -1);
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 2, &up), -1);
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 0, nullptr), -1);
+  EXPECT_NEAR(on.press(0, 0, 7, 60).graphic_tool.position_mm[2], 8, 2e-3);
+  EXPECT_EQ(st_renderer_move_object(on.renderer, 0, &kHere), 0);
+  EXPECT_NEAR(on.press(0, 0, 5, 60).graphic_tool.position_mm[2], 6, 2e-3);
 }
 
 TEST(Runtime, SaysWhatIsWrong) {
