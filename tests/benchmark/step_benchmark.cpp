@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each. Paced: one step each millisecond,
-// as a servo loop runs (it sleeps in between, as the player does, and does not spin: caches and predictors go cold), each with a pose that
-// was not seen before. Time on the clock, from call to return; steps in which the system took the processor away are left out and counted.
-// Usage: step_benchmark [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the built-in shapes.
+// Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each; teeth and tongue have a skin of 2,048
+// triangles. In the mode of the paper, and in constrained mode on the leaves and on the skins, at the same poses. Paced: one step each
+// millisecond, as a servo loop runs (it sleeps in between, as the player does, and does not spin: caches and predictors go cold), each with
+// a pose that was not seen before. Time on the clock, from call to return; steps in which the system took the processor away are left out
+// and counted. Usage: step_benchmark [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the
+// built-in shapes.
 #include <sys/resource.h>
 #include <algorithm>
 #include <chrono>
@@ -20,6 +22,7 @@
 #include "find_pairs.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
+#include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace {
@@ -49,14 +52,26 @@ SphereTree archTree(double width, double depth, double radius) {
       balls.push_back(test::ball((width + 3 * std::cos(turn)) * std::cos(angle), (depth + 3 * std::cos(turn)) * std::sin(angle),
                                  3 * std::sin(turn), radius));
     }
-  return test::treeOfBalls(std::move(balls));
+  return test::withSearch(test::treeOfBalls(std::move(balls)));
+}
+
+SphereTree ellipsoid(const Eigen::Vector3d& half, double grain) {
+  return test::withSkin(test::withSearch(test::ellipsoidTree(half, 512, grain)), test::ellipsoidSkin(half, 4));
+}
+
+Scene compiled(const SceneDescription& description) {
+  Scene scene;
+  std::string fault;
+  if (compileScene(description, scene, fault)) return scene;
+  std::fprintf(stderr, "%s\n", fault.c_str());
+  std::exit(1);
 }
 
 SceneDescription mouth(const std::string& folder) {
   SceneDescription d;
-  d.tool = treeFile(folder, "probe", test::rodTree(35, 512, 0.5));
+  d.tool = treeFile(folder, "probe", test::withSearch(test::rodTree(35, 512, 0.5)));
   d.reference_point = {0, 0, 20};
-  const SphereTree tooth = treeFile(folder, "tooth", test::ellipsoidTree({4.5, 4.5, 7}, 512, 1.8));
+  const SharedTree tooth(treeFile(folder, "tooth", ellipsoid({4.5, 4.5, 7}, 1.8)));
   for (int i = 0; i < 28; ++i) {
     const double angle = M_PI * (i % 14 + 0.5) / 14;
     const bool upper = i >= 14;
@@ -65,7 +80,7 @@ SceneDescription mouth(const std::string& folder) {
   }
   d.objects.push_back({archTree(28, 40, 3), {{0, 0, -7}, Quaternion(1, 0, 0, 0)}});
   d.objects.push_back({archTree(28, 40, 3), {{0, 0, 87}, Quaternion(1, 0, 0, 0)}});
-  d.objects.push_back({test::ellipsoidTree({14, 20, 7}, 512, 4), {{0, 10, -6}, Quaternion(1, 0, 0, 0)}});
+  d.objects.push_back({ellipsoid({14, 20, 7}, 4), {{0, 10, -6}, Quaternion(1, 0, 0, 0)}});
   d.objects.push_back({archTree(50, 64, 4), {{0, 0, 40}, Quaternion(1, 0, 0, 0)}});
   return d;
 }
@@ -150,21 +165,19 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
 
 int main(int argc, char** argv) {
   const int steps = argc > 1 ? std::max(100, std::atoi(argv[1])) : 4000;
-  const SceneDescription description = mouth(argc > 2 ? argv[2] : "");
-  Scene scene;
-  std::string fault;
-  if (!compileScene(description, scene, fault)) {
-    std::fprintf(stderr, "%s\n", fault.c_str());
-    return 1;
-  }
+  SceneDescription description = mouth(argc > 2 ? argv[2] : "");
+  const Scene skins = compiled(description);
+  description.contact = ContactSurface::Leaves;
+  const Scene leaves = compiled(description);
   std::printf("%-24s %6s %6s %5s %4s %4s | %7s %7s %7s %7s | %8s %s %s\n", "case", "pairs", "most", "lin.", "p99", "srch", "median", "p99",
               "p99.9", "max us", "deep mm", "faults", "left out");
   for (const bool paced : {false, true})
     for (const std::uint32_t wanted : {1u, 150u, 2000u, 5000u}) {
-      const std::vector<Configuration> poses = posesWith(scene, wanted, steps);
+      const std::vector<Configuration> poses = posesWith(leaves, wanted, steps);
       const std::string count = std::to_string(wanted) + (paced ? " paced" : " back to back");
-      run(("paper " + count).c_str(), scene, poses, Mode::Paper, paced);
-      run(("constrained " + count).c_str(), scene, poses, Mode::Constrained, paced);
+      run(("paper " + count).c_str(), leaves, poses, Mode::Paper, paced);
+      run(("leaves " + count).c_str(), leaves, poses, Mode::Constrained, paced);
+      run(("skin " + count).c_str(), skins, poses, Mode::Constrained, paced);
     }
   return 0;
 }

@@ -200,6 +200,17 @@ inline Skin roundSkin(int times, double radius = 5) {
   return skinOf(mesh);
 }
 
+/// An ellipsoid about the origin with these half axes, from an octahedron that is divided `times` times.
+inline Skin ellipsoidSkin(const Eigen::Vector3d& half, int times) {
+  SmoothMesh mesh = dividedOctahedron(times);
+  for (Eigen::Vector3d& n : mesh.normals) {
+    mesh.positions.push_back(n.cwiseProduct(half));
+    n = n.cwiseQuotient(half).normalized();
+  }
+  mesh.project = [=](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p / p.cwiseQuotient(half).norm(); };
+  return skinOf(mesh);
+}
+
 /// The crown of a tooth, roughly: how far a surface with cusps and pits is from the origin in this direction (of unit length), 4 to 6 mm.
 inline double cuspedRadius(const Eigen::Vector3d& u) {
   return 5 + 0.6 * std::sin(4 * u.x()) * std::sin(4 * u.y()) + 0.4 * std::cos(5 * u.z());
