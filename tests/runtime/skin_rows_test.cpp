@@ -285,32 +285,8 @@ TEST(FeltRows, HoldABallOnTheSmoothSphere) {
   }
 }
 
-// Two curved strips that meet along the y axis at an angle, the common edge sharp: a ridge.
-Skin sharpRidge() {
-  test::SmoothMesh mesh;
-  for (int side = 0; side < 2; ++side) {
-    const double sign = side == 0 ? -1 : 1;
-    const auto first = static_cast<std::uint16_t>(mesh.positions.size());
-    for (const double y : {-2.0, 2.0})
-      for (const double x : {0.0, 2.0}) {
-        mesh.positions.emplace_back(sign * x, y, -0.7 * x);
-        mesh.normals.push_back(Vector3d(sign * (0.7 + 0.1 * (x - 1)), 0, 1).normalized());  // bends a little away from the ridge
-      }
-    const auto corner = [first](int k) { return static_cast<std::uint16_t>(first + k); };
-    if (side == 1) {
-      mesh.triangles.push_back({corner(0), corner(1), corner(3)});
-      mesh.triangles.push_back({corner(0), corner(3), corner(2)});
-    } else {
-      mesh.triangles.push_back({corner(0), corner(3), corner(1)});
-      mesh.triangles.push_back({corner(0), corner(2), corner(3)});
-    }
-  }
-  mesh.project = [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.01 * std::abs(p.x()) * (2 - std::abs(p.x()))); };
-  return test::skinOf(mesh);
-}
-
 TEST(FeltRows, MeetSharpSidesAsSegments) {
-  Rig rig(test::oneBallTree(0.5), sharpRidge());
+  Rig rig(test::oneBallTree(0.5), test::ridgeSkin());
   Random random(5);
   int held = 0;
   for (int n = 0; n < 300; ++n) {

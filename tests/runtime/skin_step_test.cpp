@@ -127,6 +127,23 @@ TEST(SkinStep, SharpEdgesStaySharp) {
   }
 }
 
+TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
+  // Over the ridge the ball goes round an edge, though the patches on either side are curved.
+  Rig rig(test::oneBallTree(0.5), test::boxTree({2, 2, 1}, {8, 8, 3}, 1), test::ridgeSkin());
+  for (const double depth : {0.1, 0.3}) {
+    resetTo({{-0.2, 0, 2}, kUpright}, *rig.workspace);
+    for (int k = 0; k < 80; ++k) rig.to(Vector3d(-0.2, 0, 2 - 0.02 * k));
+    for (int n = -100; n <= 100; ++n) {
+      const Vector3d hand(0.002 * n, 0.3, 0.5 - depth);
+      const StepResult r = rig.to(hand);
+      if (std::abs(hand.x()) > 0.45 * hand.z()) continue;  // there the strips hold it
+      const Vector3d edge(0, 0.3, 0), expected = edge + 0.5 * (hand - edge).normalized();
+      EXPECT_LT((r.graphic.position - expected).norm(), 3e-3) << depth << " at " << hand.x();
+      EXPECT_EQ(r.faults, 0u);
+    }
+  }
+}
+
 // Deepest a leaf of the tool is in what is guaranteed, every leaf against every triangle in double; and how far the centre that is nearest
 // to the origin is beyond the surface of cusps.
 struct Depth {

@@ -232,6 +232,32 @@ inline Skin cuspedSkin(int times) {
   return skinOf(mesh);
 }
 
+/// Two curved strips that meet along the y axis, from y = -2 to 2, at an angle; the common edge is sharp: a ridge.
+inline Skin ridgeSkin() {
+  SmoothMesh mesh;
+  for (int side = 0; side < 2; ++side) {
+    const double sign = side == 0 ? -1 : 1;
+    const auto first = static_cast<std::uint16_t>(mesh.positions.size());
+    for (const double y : {-2.0, 2.0})
+      for (const double x : {0.0, 2.0}) {
+        mesh.positions.emplace_back(sign * x, y, -0.7 * x);
+        mesh.normals.push_back(Eigen::Vector3d(sign * (0.7 + 0.1 * (x - 1)), 0, 1).normalized());  // bends a little away from the ridge
+      }
+    const auto corner = [first](int k) { return static_cast<std::uint16_t>(first + k); };
+    if (side == 1) {
+      mesh.triangles.push_back({corner(0), corner(1), corner(3)});
+      mesh.triangles.push_back({corner(0), corner(3), corner(2)});
+    } else {
+      mesh.triangles.push_back({corner(0), corner(3), corner(1)});
+      mesh.triangles.push_back({corner(0), corner(2), corner(3)});
+    }
+  }
+  mesh.project = [](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return p + Eigen::Vector3d(0, 0, 0.01 * std::abs(p.x()) * (2 - std::abs(p.x())));
+  };
+  return skinOf(mesh);
+}
+
 /// A flat square of 2 n * n triangles at z = 1, `side` mm long, seen from above.
 inline Skin gridSkin(int n, double side = 8) {
   SmoothMesh mesh;
