@@ -181,8 +181,8 @@ TEST(Scene, CompilesASkinTriangleByTriangle) {
         EXPECT_NEAR(static_cast<std::int16_t>(patch.normal[i][axis]) / 32767.0,
                     static_cast<double>(expected.normal[i][static_cast<Eigen::Index>(axis)]), 4e-5);
     }
-    for (std::uint32_t k = 0; k < 3; ++k) EXPECT_EQ((patch.sharp >> k & 1) != 0, expected.is_sharp[k]);
-    EXPECT_EQ(patch.allowance, allowanceOf(expected, tree.skin.tolerance));
+    for (std::uint32_t k = 0; k < 3; ++k) EXPECT_EQ((patch.flags >> k & 1) != 0, expected.is_sharp[k]);
+    EXPECT_EQ((patch.flags & kCurved) != 0, allowanceOf(expected, tree.skin.tolerance) > 0);
   }
   for (const int count : seen) EXPECT_EQ(count, 1);
   d.contact = ContactSurface::Leaves;

@@ -48,7 +48,7 @@ struct Rig {
   void make(const Configuration& pose, double margin, bool felt) {
     pairs = findPairs(pose, margin, PairsOf::ContactSurface, 1u << 30, memory());
     rows = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), memory());
-    curved = curvedPairs(pairs, memory());
+    curved = feltPairs(pairs, rows, margin, memory());
     if (felt) addFeltRows(curved, pose, margin, rows, memory());
   }
   SkinPatch patchOfPair(std::uint32_t pair) const { return patchOf(skin, scene.compiled().bodyOf(0).skin.tree.item.at(pair & 0xffff)); }
@@ -366,7 +366,7 @@ TEST(SkinRows, KeepNearLosesNothingThatIsFelt) {
         if (rig.isIn(k) && rig.gap(k) < 0.01) near.push_back(rig.gap(k));
       rig.make(pose, 1, false);
       keepNear(0.01, rig.pairs, rig.rows, rig.memory());
-      const PairSet curved = curvedPairs(rig.pairs, rig.memory());
+      const PairSet curved = feltPairs(rig.pairs, rig.rows, 1, rig.memory());
       addFeltRows(curved, pose, 1, rig.rows, rig.memory());
       std::vector<double> kept;
       for (std::uint32_t k = rig.rows.guarded; k < rig.rows.rows.count; ++k)

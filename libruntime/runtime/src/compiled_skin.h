@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A skin (core/skin.h) laid out for the inner loops: a search tree over its triangles, and a record of 128 bytes for each of them, which
+// A skin (core/skin.h) laid out for the inner loops: a search tree over its triangles, and a record of 112 bytes for each of them, which
 // eight lanes load and transpose.
 // Units: mm; frame: axes of the file, about the centre of the object.
 #pragma once
@@ -18,16 +18,15 @@ inline constexpr float kNormalScale = 32767;  // of the components of unit vecto
 struct CompiledPatch {
   float position[6][3];
   std::uint16_t normal[6][3];  // two's complement, times kNormalScale
-  float allowance;             // the flat triangle gives way by this, so that the patch is what is felt; 0: the patch is flat [mm]
-  std::uint32_t sharp;         // bit k: side k is sharp
-  float unused[3];
+  std::uint32_t flags;         // bit k: side k is sharp; kCurved
 };
-static_assert(sizeof(CompiledPatch) == 128);
+static_assert(sizeof(CompiledPatch) == 112);
+inline constexpr std::uint32_t kCurved = 8;  // the flat triangle gives way by the tolerance, so that the patch is what is felt
 
 struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles
   std::vector<CompiledPatch> patch;  // (triangle)
-  float tolerance = 0;               // no allowance is larger [mm]
+  float tolerance = 0;               // what triangles with a curved patch give way [mm]
   bool empty() const { return patch.empty(); }
 };
 

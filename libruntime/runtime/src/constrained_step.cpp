@@ -14,6 +14,7 @@ namespace {
 constexpr double kPathTolerance = 0.01;  // deepest a leaf may dip in the middle of a step [mm]
 constexpr double kLeastMargin = 0.01;    // [mm]
 constexpr double kContactMargin = 1;     // most with something near: beyond, searching again is cheaper than the rows of far pairs [mm]
+constexpr double kFeltReach = 0.2;       // smooth patches farther off than this have their rows in the next piece [mm]
 constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
 constexpr int kMostLinearisations = 48;  // of one step
@@ -49,6 +50,7 @@ class ConstrainedStep {
   void pushOut();
   void noteContacts();
   void makeRows();
+  void addFelt();
   void record();
   Change mostChange();
   double partWithin(const Vector6& way, double most) const;
@@ -72,8 +74,9 @@ class ConstrainedStep {
   PairSet pairs_;                              // all that a way of `margin_` from where they were found can meet
   RowSet rows_;                                // of the pairs at `now_`
   double margin_, margin_limit_ = kInfinity;
-  double used_ = 0;    // of the margin
-  bool stale_ = true;  // the pairs are not those of `margin_` about `now_`
+  double used_ = 0;                 // of the margin
+  double felt_reach_ = kFeltReach;  // smooth patches farther off are left to the pieces to come [mm]
+  bool stale_ = true;               // the pairs are not those of `margin_` about `now_`
   int pieces_ = 0;
   double nearest_ = kInfinity;     // to the haptic pose, some pieces ago [mm, scaled]
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
@@ -122,7 +125,11 @@ void ConstrainedStep::run() {
 
 void ConstrainedStep::makeRows() {
   rows_ = parts_.rows(pairs_, now_);
-  parts_.addFelt(now_, margin_, rows_);
+  addFelt();
+}
+
+void ConstrainedStep::addFelt() {
+  parts_.addFelt(pairs_, now_, std::min(margin_, felt_reach_), rows_);
   depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_gap));
   felt_depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_felt_gap));
 }
@@ -151,9 +158,7 @@ bool ConstrainedStep::findPairs() {
     if (parts_.workLeft() && best_depth_ == kInfinity) coarseMove(pairs_);
     return false;
   }
-  parts_.addFelt(now_, margin_, rows_);
-  depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_gap));
-  felt_depth_ = std::max(0.0, -static_cast<double>(rows_.smallest_felt_gap));
+  addFelt();
   if (depth_ > kGapTolerance) change_ = kAnyChange;
   used_ = 0;
   stale_ = false;
@@ -210,6 +215,7 @@ Piece ConstrainedStep::contactPiece() {
     margin_ = enough;
     used_ = 0;
   }
+  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kLeastMargin);
   const Configuration from = now_;
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
@@ -261,6 +267,7 @@ void ConstrainedStep::pushOut() {
     if (pairs_.pairs.empty() || stale_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
     is_settled_ = false;
     parts_.solve(rows_, Vector6::Zero());
+    parts_.keepActive(pairs_);
     const Displacement step = parts_.displacement(memory_.answer.y);
     used_ += parts_.reach(step);
     if (used_ > margin_) return;

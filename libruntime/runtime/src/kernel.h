@@ -17,9 +17,10 @@ struct alignas(64) ObjectView {
   const BlockLinks* links;
   const std::array<double, 3>* exact;  // (slot) about the anchor, axes of the object
   const double* anchor;                // world
-  const Sphere* spheres;               // (slot)
+  const Sphere* spheres;               // (slot) may be null
   const CompiledPatch* patches;        // (triangle)
   const std::uint32_t* items;          // (slot) triangle
+  float allowance;                     // what triangles with a curved patch give way [mm]
   double to_world[9];                  // axes of the object to world axes, row-major
 };
 
@@ -71,14 +72,16 @@ struct RowRequest {
   const Sphere* tool;            // (slot) about the reference point, tool axes
   RelativePose pose;             // of the tool in the axes of the object
   float to_world[9];             // axes of the object to world axes, row-major
-  const Sphere* object;          // (slot)
+  const Block* bound;            // of the object
+  const Sphere* object;          // (slot) the same spheres; null: only those of the blocks are kept
   const CompiledPatch* patches;  // (triangle); null: the object's spheres are met
   const std::uint32_t* items;    // (slot) triangle
   float inverse_angle_length;
-  float most_gap;  // of felt rows: a plane beside the patch that is farther off is in no one's way [mm]
-  bool squared;    // RowForm::SquaredDistance, of spheres
-  float axes[9];   // row k: the axis of angle k; used if `squared`
-  float* a[6];     // written to [0, count + 8)
+  float most_gap;   // of felt rows: a plane beside the patch that is farther off is in no one's way [mm]
+  float allowance;  // what triangles with a curved patch give way [mm]
+  bool squared;     // RowForm::SquaredDistance, of spheres
+  float axes[9];    // row k: the axis of angle k; used if `squared`
+  float* a[6];      // written to [0, count + 8)
   float* b;
   float* weight;
 };

@@ -357,7 +357,15 @@ float sphereRows(const RowRequest& q) {
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const ToolBalls balls(q, i);
     const Sphere* object[8];
-    for (unsigned k = 0; k < 8; ++k) object[k] = q.object + balls.slot[k];
+    Sphere kept[8];
+    for (unsigned k = 0; k < 8; ++k) {
+      const std::uint32_t slot = balls.slot[k], lane = slot & 7;
+      object[k] = q.object + slot;
+      if (q.object) continue;
+      const Block& b = q.bound[slot >> 3];
+      kept[k] = {b.x[lane], b.y[lane], b.z[lane], b.r[lane]};
+      object[k] = kept + k;
+    }
     Vector8 c;
     F8 radius;
     transpose(object, c.x, c.y, c.z, radius);
@@ -377,22 +385,20 @@ float sphereRows(const RowRequest& q) {
 struct Patches {
   Vector8 position[6];
   U8 packed[9];  // normals, two components in each
-  F8 allowance;
-  U8 sharp;
+  U8 flags;
 
   Patches(const RowRequest& q, const ToolBalls& balls) {
     const CompiledPatch* patch[8];
     for (unsigned k = 0; k < 8; ++k) patch[k] = q.patches + q.items[balls.slot[k]];
-    F8 column[32];
-    for (unsigned part = 0; part < 8; ++part) {
+    F8 column[28];
+    for (unsigned part = 0; part < 7; ++part) {
       const Sphere* four[8];  // four floats each
       for (unsigned k = 0; k < 8; ++k) four[k] = reinterpret_cast<const Sphere*>(patch[k]) + part;
       transpose(four, column[4 * part], column[4 * part + 1], column[4 * part + 2], column[4 * part + 3]);
     }
     for (unsigned i = 0; i < 6; ++i) position[i] = {column[3 * i], column[3 * i + 1], column[3 * i + 2]};
     for (unsigned i = 0; i < 9; ++i) packed[i] = (U8)column[18 + i];
-    allowance = column[27];
-    sharp = (U8)column[28];
+    flags = (U8)column[27];
   }
 
   // Component `c` (0 .. 17) of the six normals.
@@ -406,7 +412,7 @@ struct Patches {
 // Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is convex, so the row
 // holds all along a piece of the way.
 float flatRows(const RowRequest& q) {
-  const F8 one = splat(1), zero = splat(0);
+  const F8 one = splat(1), zero = splat(0), allowance = splat(q.allowance);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const ToolBalls balls(q, i);
@@ -435,7 +441,8 @@ float flatRows(const RowRequest& q) {
     const Vector8 to_side = select(height < zero, zero - one, one) * upright;
     const Vector8 from_edge = select(apart, (one / edge_distance) * way, to_side);
     const F8 distance = select(over, size(height), select(apart, edge_distance, zero));
-    const F8 gap = distance - largest(balls.radius - p.allowance, splat(0.5f) * balls.radius);
+    const F8 gap =
+        distance - largest(balls.radius - select((I8)(p.flags & splatU(kCurved)) != 0, allowance, zero), splat(0.5f) * balls.radius);
     smallest = least(smallest, gap);
     storeRows(q, i, balls, select(over, to_side, from_edge), gap, is_flat | ~is_flat);
   }
@@ -462,7 +469,8 @@ struct Quadratic {
   Vector8 alongV(F8 u, F8 v) const { return b + u * d + (splat(2) * v) * e; }
 };
 
-constexpr int kNewtonSteps = 8;         // to the foot of a ball on a patch; 3 or 4 are usual
+constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; 2 or 3 are usual
+constexpr float kLastStep = 3e-4f;      // of them, in weights: they converge quadratically, and the next would be below 1e-6
 constexpr float kLongestStep = 0.35f;   // of them, in weights: farther the quadratic model is no guide
 constexpr float kOutside = 0.1f;        // how far they may leave the patch, in weights, before they turn back
 constexpr float kFootFound = 1e-3f;     // the last step of a foot that counts, in weights; it converges quadratically
@@ -500,7 +508,7 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
     const F8 moved = largest(size(u - foot.u), size(v - foot.v));
     foot.u = u;
     foot.v = v;
-    if (maskOf(moved > splat(1e-6f)) == 0) break;
+    if (maskOf(moved > splat(kLastStep)) == 0) break;
   }
   const Vector8 n = normal.at(foot.u, foot.v);
   const F8 square = dot(n, n);
@@ -534,7 +542,7 @@ float feltRows(const RowRequest& q) {
     // Its centre has to be outside: whoever is deeper is held by the flat triangle.
     I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.most_gap)));
     for (unsigned k = 0; k < 3; ++k) {
-      const I8 is_sharp = (I8)((p.sharp >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
+      const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
       if (maskOf(on_side) == 0) continue;
       const Vector8 side = p.position[(k + 1) % 3] - p.position[k], from = balls.centre - p.position[k];
       const F8 length2 = dot(side, side);

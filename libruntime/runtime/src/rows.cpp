@@ -39,7 +39,9 @@ class Requests {
     for (int k = 0; k < 9; ++k) request_.to_world[k] = static_cast<float>(view.to_world[k]);
     request_.pairs = pairs + run.begin;
     request_.count = run.count;
+    request_.bound = view.bound;
     request_.object = view.spheres;
+    request_.allowance = view.allowance;
     request_.patches = view.patches;
     request_.items = view.items;
     float* const first = memory_.row_memory.get() + first_row;
@@ -83,16 +85,25 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
   return out;
 }
 
-void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
+namespace {
+
+// Guarded rows with a larger gap are of nothing that is within `margin`. The patch may be nearer than the flat triangle by the tolerance,
+// and that is what the triangle gives way, at most.
+float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
   const auto most = static_cast<float>(margin * (1 + 1e-6));
+  return memory.feelsSkin(object) ? most + 2 * memory.scene.bodyOf(object).skin.tolerance : most;
+}
+
+}  // namespace
+
+void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
   float* const first = memory.row_memory.get();
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
-    // The patch may be nearer than the flat triangle by the tolerance, and that is what the triangle gives way, at most.
-    const float most_gap = memory.feelsSkin(run.object) ? most + 2 * memory.scene.bodyOf(run.object).skin.tolerance : most;
+    const float most = reachOf(run.object, margin, memory);
     const std::uint32_t begin = count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
-      if (-rows.b[i] > most_gap * rows.weight[i]) continue;
+      if (-rows.b[i] > most * rows.weight[i]) continue;
       memory.pairs[count] = memory.pairs[i];
       for (std::size_t k = 0; k < 8; ++k) first[k * memory.row_stride + count] = first[k * memory.row_stride + i];
       ++count;
@@ -107,15 +118,17 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
   padRows(first, memory.row_stride, count);
 }
 
-PairSet curvedPairs(const PairSet& set, StepMemory& memory) noexcept {
+PairSet feltPairs(const PairSet& set, const RowSet& rows, double most_gap, StepMemory& memory) noexcept {
   memory.felt_runs.clear();
   std::uint32_t count = 0;
   for (const PairRun& run : set.runs) {
     const ObjectView& view = memory.views[run.object];
     if (view.patches == nullptr) continue;
+    const float most = reachOf(run.object, most_gap, memory);
     const std::uint32_t begin = count;
-    for (const std::uint32_t pair : set.pairs.subspan(run.begin, run.count))
-      if (view.patches[view.items[pair & 0xffff]].allowance > 0) memory.felt_pairs[count++] = pair;
+    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i)
+      if (-rows.b[i] <= most * rows.weight[i] && (view.patches[view.items[set.pairs[i] & 0xffff]].flags & kCurved) != 0)
+        memory.felt_pairs[count++] = set.pairs[i];
     if (count > begin) memory.felt_runs.push_back({run.object, begin, count - begin});
   }
   PairSet out;
@@ -124,12 +137,12 @@ PairSet curvedPairs(const PairSet& set, StepMemory& memory) noexcept {
   return out;
 }
 
-void addFeltRows(const PairSet& curved, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept {
-  if (curved.pairs.empty()) return;
+void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept {
+  if (felt.pairs.empty()) return;
   Requests requests(pose, memory);
   requests.request().most_gap = static_cast<float>(most_gap);
-  for (const PairRun& run : curved.runs) {
-    const RowRequest& request = requests.of(memory.views[run.object], run, curved.pairs.data(), rows.rows.count);
+  for (const PairRun& run : felt.runs) {
+    const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);
     rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, memory.kernel->feltRows(request));
     rows.rows.count += run.count;
   }

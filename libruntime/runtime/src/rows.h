@@ -38,11 +38,12 @@ RowSet makeRows(const PairSet& pairs, const Configuration& pose, RowForm form, c
 /// pair. No allocation.
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept;
 
-/// The pairs among `pairs` whose triangles carry a curved patch: those that have felt rows. Held by `memory` until the next call.
-PairSet curvedPairs(const PairSet& pairs, StepMemory& memory) noexcept;
+/// The pairs among `pairs` with a curved patch that may be nearer than `most_gap` [mm], by their `rows`: those that have felt rows. Held by
+/// `memory` until the next call. Cost: about 2 ns a pair. No allocation.
+PairSet feltPairs(const PairSet& pairs, const RowSet& rows, double most_gap, StepMemory& memory) noexcept;
 
-/// Adds to `rows`, which makeRows() made at `pose`, the felt row of each of `curved`. A plane beside a patch that is farther off than
+/// Adds to `rows`, which makeRows() made at `pose`, the felt row of each of `felt`. A plane beside a patch that is farther off than
 /// `most_gap` [mm] is left out. Cost: about 40 ns a pair. No allocation.
-void addFeltRows(const PairSet& curved, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept;
+void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept;
 
 }  // namespace spheretree::runtime

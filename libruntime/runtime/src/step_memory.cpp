@@ -18,7 +18,7 @@ ObjectView viewOf(const CompiledObject& object, const CompiledTree& tree) {
   view.bound = tree.bound.data();
   view.links = tree.links.data();
   view.exact = tree.exact.data();
-  view.spheres = tree.spheres.data();
+  view.spheres = tree.spheres.empty() ? nullptr : tree.spheres.data();
   view.anchor = object.anchor.data();
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) view.to_world[3 * r + c] = object.rotation(r, c);
@@ -72,6 +72,7 @@ ObjectView StepMemory::skinView(std::size_t object) const {
   ObjectView view = viewOf(objects[object], skin.tree);
   view.patches = skin.patch.data();
   view.items = skin.tree.item.data();
+  view.allowance = skin.tolerance;
   return view;
 }
 

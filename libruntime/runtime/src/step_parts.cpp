@@ -46,7 +46,7 @@ PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) 
   result.work += set.work;
   ++result.searches;
   result.pairs = static_cast<std::uint32_t>(set.pairs.size());
-  curved_ = {};
+  felt_ = {};
   return set;
 }
 
@@ -62,15 +62,15 @@ void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
   const Stage stage(times_ ? &times_->find : nullptr);
   result.work += groups(set.pairs.size());
   runtime::keepNear(margin, set, rows, memory);
-  curved_ = curvedPairs(set, memory);
-  findActive(set);
 }
 
-void StepParts::addFelt(const Configuration& pose, double margin, RowSet& rows) {
+void StepParts::addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows) {
   const Stage stage(times_ ? &times_->rows : nullptr);
-  addFeltRows(curved_, pose, margin, rows, memory);
+  felt_ = feltPairs(set, rows, margin, memory);
+  addFeltRows(felt_, pose, margin, rows, memory);
   result.rows = rows.rows.count;
-  result.work += kFeltWork * groups(curved_.pairs.size());
+  result.work += kFeltWork * groups(felt_.pairs.size());
+  findActive(set);
 }
 
 void StepParts::allowStaying(RowSet& set) {
@@ -120,7 +120,7 @@ void StepParts::keepActive(const PairSet& set) {
   const auto guarded = static_cast<std::uint32_t>(set.pairs.size());
   for (std::size_t k = 0; k < memory.active_count; ++k) {
     const std::uint32_t row = memory.answer.active[k];
-    memory.active_names[k] = row < guarded ? nameOf(set, row, false) : nameOf(curved_, row - guarded, true);
+    memory.active_names[k] = row < guarded ? nameOf(set, row, false) : nameOf(felt_, row - guarded, true);
   }
 }
 
@@ -129,7 +129,7 @@ void StepParts::findActive(const PairSet& set) {
   answer.active_count = 0;
   for (std::size_t k = 0; k < memory.active_count; ++k) {
     const RowName& name = memory.active_names[k];
-    const PairSet& from = name.is_felt ? curved_ : set;
+    const PairSet& from = name.is_felt ? felt_ : set;
     for (const PairRun& run : from.runs) {
       if (run.object != name.object) continue;
       const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);

@@ -25,10 +25,9 @@ class StepParts {
   RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes);
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
   /// Of the pairs those whose `rows`, at this pose, have a gap of at most `margin`; the next QP starts from the same active rows.
-  /// addFelt() is for those from then on.
   void keepNear(double margin, PairSet& set, RowSet& rows);
-  /// Adds the rows of smooth patches.
-  void addFelt(const Configuration& pose, double margin, RowSet& rows);
+  /// Adds the rows of smooth patches that are within `margin`; the next QP starts from the same active rows, which keepActive() named.
+  void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
   /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved back by the same
   /// distance [mm], the least that lets them agree: those of smooth patches first, for they are there for comfort only, and then all.
@@ -56,7 +55,7 @@ class StepParts {
 
  private:
   StageTimes* times_;
-  PairSet curved_;  // of the pairs that the last keepNear() kept
+  PairSet felt_;  // of the last addFelt()
 };
 
 void constrainedStep(StepParts& parts, const Configuration& haptic);
