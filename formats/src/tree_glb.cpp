@@ -109,7 +109,7 @@ ShadedMesh meshOf(const Skin& skin) {
   return mesh;
 }
 
-/// Appends a mesh, its material and a node below the root.
+/// Appends a mesh, its material and a node.
 void addMesh(Json& document, std::vector<std::byte>& buffer, const ShadedMesh& mesh) {
   const auto appendPoint = [&](const Eigen::Vector3d& p) {
     append(buffer, std::array<float, 3>{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
@@ -145,22 +145,37 @@ void addMesh(Json& document, std::vector<std::byte>& buffer, const ShadedMesh& m
   primitive["material"] = document["materials"].size() - 1;
   document["meshes"].push_back({{"name", mesh.name}, {"primitives", Json::array({primitive})}});
   document["nodes"].push_back({{"name", mesh.name}, {"mesh", document["meshes"].size() - 1}});
-  document["nodes"][0]["children"].push_back(document["nodes"].size() - 1);
+}
+
+/// A node above `children`, where the tree stands, and a scene of it.
+void addScene(Json& document, const SphereTree& tree, const std::string& name, std::vector<std::size_t> children) {
+  Json root{{"name", name}, {"children", std::move(children)}};
+  if (tree.origin_mm != std::array<double, 3>{})
+    root["translation"] = {tree.origin_mm[0] * kMetre, tree.origin_mm[1] * kMetre, tree.origin_mm[2] * kMetre};
+  document["nodes"].push_back(std::move(root));
+  document["scenes"].push_back({{"name", name}, {"nodes", {document["nodes"].size() - 1}}});
 }
 
 }  // namespace
 
-std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind) {
+std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::optional<int> level) {
   Json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "spheretree"}};
   document["scene"] = 0;
-  document["scenes"] = Json::array({{{"nodes", {0}}}});
-  document["nodes"] = Json::array({{{"name", "sphere_tree"}}});
+  document["scenes"] = Json::array();
+  document["nodes"] = Json::array();
   std::vector<std::byte> buffer;
-  for (int level = 0; level < tree.levelCount(); ++level) addMesh(document, buffer, meshOf(tree, level, kind));
-  if (!tree.skin.empty()) addMesh(document, buffer, meshOf(tree.skin));
-  if (tree.origin_mm != std::array<double, 3>{})
-    document["nodes"][0]["translation"] = {tree.origin_mm[0] * kMetre, tree.origin_mm[1] * kMetre, tree.origin_mm[2] * kMetre};
+  const int last = tree.levelCount() - 1;
+  for (int k = 0; k <= last; ++k)
+    if (!level || k == *level) addMesh(document, buffer, meshOf(tree, k, kind));
+  const std::size_t leaves = document["nodes"].size() - 1;
+  std::vector<std::size_t> shown{leaves};
+  if (!tree.skin.empty() && level.value_or(last) == last) {
+    addMesh(document, buffer, meshOf(tree.skin));
+    shown.push_back(leaves + 1);
+  }
+  addScene(document, tree, "sphere_tree", shown);
+  for (std::size_t k = 0; k < leaves; ++k) addScene(document, tree, "scene_of_level_" + std::to_string(k), {k});
   return packGlb(document, buffer);
 }
 

@@ -61,7 +61,7 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
       const std::vector<std::uint32_t> nodes = levelSet(tree, level);
       const json& mesh = glb.document["meshes"][static_cast<std::size_t>(level)];
       EXPECT_EQ(mesh["name"], "level_" + std::to_string(level));
-      EXPECT_EQ(glb.document["nodes"][static_cast<std::size_t>(level) + 1]["name"], "level_" + std::to_string(level));
+      EXPECT_EQ(glb.document["nodes"][static_cast<std::size_t>(level)]["name"], "level_" + std::to_string(level));
       const json& primitive = mesh["primitives"][0];
       const std::size_t positions_at = primitive["attributes"]["POSITION"];
       const auto positions = glb.read<std::array<float, 3>>(positions_at),
@@ -104,20 +104,29 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
       for (const std::uint32_t node : nodes) expected += 4 * M_PI / 3 * std::pow(sphereOf(tree, node, kind).radius * 0.001, 3);
       EXPECT_NEAR(volume / expected, 0.99, 0.01);
     }
-    const json& translation = glb.document["nodes"][0]["translation"];
-    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(translation[axis].get<double>(), tree.origin_mm[axis] * 0.001);
+    // A scene for each level, the leaves first: the root's sphere would hide all others.
+    ASSERT_EQ(glb.document["scenes"].size(), 3u);
+    const std::array<std::size_t, 3> level_of_scene{2, 0, 1};
+    for (std::size_t scene = 0; scene < 3; ++scene) {
+      const json& root = glb.document["nodes"][glb.document["scenes"][scene]["nodes"][0].get<std::size_t>()];
+      EXPECT_EQ(root["children"], (json{level_of_scene[scene]}));
+      for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(root["translation"][axis].get<double>(), tree.origin_mm[axis] * 0.001);
+    }
+    const Glb one(encodeGlb(tree, kind, 1));
+    ASSERT_EQ(one.document["meshes"].size(), 1u);
+    EXPECT_EQ(one.document["meshes"][0]["name"], "level_1");
   }
 }
 
 TEST(TreeGlb, ShowsThePatchesOfTheSkinBesideTheLevels) {
   SphereTree tree = test::threeLevelTree();
-  EXPECT_EQ(Glb(encodeGlb(tree, SphereKind::Cover)).document["nodes"].size(), 4u) << "no skin, no node";
+  EXPECT_EQ(Glb(encodeGlb(tree, SphereKind::Cover)).document["nodes"].size(), 6u) << "no skin, no node";
   tree.skin = test::roundSkin(3, 5);  // 512 triangles about the origin
   const Glb glb(encodeGlb(tree, SphereKind::Cover));
-  ASSERT_EQ(glb.document["nodes"].size(), 5u);
-  const json& node = glb.document["nodes"][4];
+  ASSERT_EQ(glb.document["nodes"].size(), 7u);
+  const json& node = glb.document["nodes"][3];
   EXPECT_EQ(node["name"], "skin");
-  EXPECT_EQ(glb.document["nodes"][0]["children"], (json{1, 2, 3, 4}));
+  EXPECT_EQ(glb.document["nodes"][4]["children"], (json{2, 3})) << "beside the leaves";
   const json& mesh = glb.document["meshes"][node["mesh"].get<std::size_t>()];
   EXPECT_EQ(mesh["name"], "skin");
   const json& primitive = mesh["primitives"][0];

@@ -39,14 +39,18 @@ case_mistyped() {
   expect 2 build mesh.obj -o work/a.stree --tolerance
   says_in_a_line "tolerance needs a value"
   expect 2 build mesh.obj more.obj -o work/a.stree
-  says_in_a_line "unexpected argument 'more.obj' of build"
+  says_in_a_line "several meshes need a folder"
+  expect 2 evaluate mesh.obj a.stree more.obj
+  says_in_a_line "unexpected argument 'more.obj' of evaluate"
   is_empty work
   # After -- every word is a file name.
   cp mesh.obj ./-dash.obj
   expect 0 -q build -o work/a.stree --quality quick --levels 2 -- -dash.obj
   [ ! -s err ] || fail "-q before the verb is not quiet"
   expect 2 build -- -dash.obj -o work/b.stree
-  says_in_a_line "unexpected argument '-o' of build: after --"
+  says_in_a_line "output is required"
+  expect 2 repair -- -dash.obj -o work/b.ply
+  says_in_a_line "unexpected argument '-o' of repair: after --"
 }
 
 # Messages are ours, not a library's, and say where a text stops to be JSON.
@@ -169,4 +173,83 @@ case_repairs_are_said() {
   sed 's/"reference_point_mm": \[0, 0, 90\]/"reference_point": "centre"/' far.scene.json >centre.scene.json
   expect 0 batch centre.scene.json -o work/centre
   [ "$(tr -d ' \n' <work/centre/scene.json | sed 's/.*"reference_point_mm":\[\([^]]*\)\].*/\1/')" = "5.0,5.0,5.0" ] || fail "not the centre of the box"
+}
+
+# A mesh as a build takes it, in a file.
+case_repair() {
+  write_tetrahedron whole.obj
+  grep -v 'f 2 3 4' whole.obj >open.obj
+  expect 0 repair open.obj -o work/a.ply
+  says "work/a.ply: 4 triangles, sound" out
+  says "1 opening closed" out
+  expect 0 check work/a.ply
+  # The tree of the repaired mesh is that of the input, up to what they are called.
+  expect 0 build open.obj -o a.stree --levels 2 --quality quick -q
+  expect 0 build work/a.ply -o b.stree --levels 2 --quality quick -q
+  for name in a b; do "$program" convert $name.stree - --to csv >$name.csv || fail "no list of $name"; done
+  cmp a.csv b.csv || fail "the repaired mesh gives another tree"
+  expect 0 repair whole.obj -o work/a.obj --json
+  says '"schema": "spheretree.repair/1"' out
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' >flat.obj
+  expect 4 repair flat.obj -o work/b.ply
+  [ ! -e work/b.ply ] || fail "a mesh that cannot be repaired was written"
+  expect 2 repair whole.obj -o work/b.stl
+  # The exit code of check, as a script may want it.
+  expect 4 check open.obj
+  expect 0 check open.obj --fail-on unfixable
+  expect 4 check flat.obj --fail-on unfixable
+  expect 0 check flat.obj --fail-on nothing
+}
+
+# Spheres as robot programs read them, in any unit; a GLB of one level.
+case_lists() {
+  write_sph a.sph
+  expect 0 convert a.sph work/a.csv
+  [ "$(cat work/a.csv)" = "$(printf 'x,y,z,radius\n0.5,0,0,1.25\n-0.5,0.10000000149011612,0,1.125')" ] || fail "$(cat work/a.csv)"
+  expect 0 convert a.sph -o work/a.yaml --unit m --level 0
+  [ "$(cat work/a.yaml)" = "$(printf 'collision_spheres:\n  - center: [0, 0, 0]\n    radius: 0.002')" ] || fail "$(cat work/a.yaml)"
+  expect 0 convert a.sph work/a.json --level 1 --unit m
+  tr -d ' \n' <work/a.json >flat
+  says '^{"a":\[{"origin":\[0.0005,0.0,0.0\],"radius":0.00125},{"origin":\[-0.0005,0.0001' flat
+  expect 2 convert a.sph work/b.csv --level 2
+  says_in_a_line "the tree has the levels 0 to 1"
+  expect 0 convert a.sph work/all.glb
+  expect 0 convert a.sph work/one.glb --level 1
+  [ "$(wc -c <work/one.glb)" -lt "$(wc -c <work/all.glb)" ] || fail "--level leaves nothing out"
+  # What a viewer shows first is the leaves: the root's sphere would hide them.
+  expect 4 check work/all.glb --json
+  says '"level_1"' out
+  if grep -q '"level_0"' out; then fail "the root is shown with its leaves"; fi
+}
+
+# Several files at once, the folder of a batch, and a quick look at a scene.
+case_several() {
+  write_tetrahedron a.obj
+  sed 's/10/12/' a.obj >b.obj
+  expect 0 check a.obj b.obj
+  [ "$(grep -c 'no defects' out)" -eq 2 ] || fail "not both were checked"
+  expect 0 check a.obj b.obj --json
+  says '"file": "b.obj"' out
+  expect 0 build a.obj b.obj -o trees --levels 2 --quality quick
+  expect 0 inspect trees/a.stree trees/b.stree
+  [ "$(grep -c ': sound' out)" -eq 2 ] || fail "not both were inspected"
+  printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' >flat.obj
+  expect 6 build flat.obj a.obj -o work/more --levels 2 --quality quick
+  says_in_a_line "flat.obj: the mesh is refused"
+  [ "$(ls work/more)" = a.stree ] || fail "in the folder: $(ls work/more)"
+  mkdir other
+  cp b.obj other/a.obj
+  expect 2 build a.obj other/a.obj -o work/twins --levels 2
+  says_in_a_line "named for two outputs"
+  cp trees/a.stree cut.stree
+  head -c 300 trees/b.stree >bad.stree
+  expect 4 inspect bad.stree cut.stree --json
+  says '"valid": false' out
+  says '"valid": true' out
+  printf '{"schema": "spheretree.scene/1", "defaults": {"quality": "best", "levels": 2, "builder": "octree"}, "tool": {"name": "tool", "mesh": "a.obj"},
+    "objects": [{"name": "a", "mesh": "a.obj", "tolerance_mm": 0.1}]}' >a.scene.json
+  expect 0 batch a.scene.json -o work/quick --quality quick --builder cover --tolerance 5 -j 1
+  expect 0 inspect work/quick/a.stree
+  says "builder cover, quality quick" out
+  says "tolerance   5 mm" out
 }

@@ -138,6 +138,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
+  if (std::error_code none; std::filesystem::is_directory(play_settings.scene, none)) play_settings.scene /= "scene.json";
   const RunFiles files;
   for (const std::filesystem::path& input : {play_settings.trajectory, play_settings.scene})
     if (!input.empty()) files.willRead(input);
@@ -177,8 +178,9 @@ void addOptions(CLI::App& cli, Options& o) {
       "  5 a scenario falls short of its figure, 130 interrupted.");
   CLI::Option* scenario = cli.add_option(
       "--scenario", o.scenario, "Runs stability scenarios, in both modes, instead of a scene: all, or ids and names divided by commas");
-  cli.add_option("SCENE", o.play.scene,
-                 "Scene with trees, as `spheretree batch` writes it; default: the built-in sample, a probe over a molar")
+  cli.add_option(
+         "SCENE", o.play.scene,
+         "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
       ->excludes(scenario);
   cli.add_option("--device", o.device,
                  "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios simulate theirs")
@@ -243,6 +245,7 @@ int runProgram(int argc, char** argv) {
   Options options;
   addOptions(cli, options);
   try {
+    refuseEmptyWords({argv + 1, argv + argc});
     cli.parse(argc, argv);
     if (argc == 1) {
       options.view.view = canShowWindow();

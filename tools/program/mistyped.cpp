@@ -5,6 +5,7 @@
 #include <charconv>
 #include <vector>
 
+#include "program_end.h"
 #include "spheretree/formats/nearest_word.h"
 
 namespace spheretree::tool {
@@ -23,7 +24,7 @@ std::string unknownOption(const CLI::App& app, const std::string& word, const st
 
 std::string unknownWord(const CLI::App& app, const std::string& of, const std::string& command) {
   const std::vector<std::string> left = app.remaining();
-  if (left.empty()) return {};
+  if (left.empty() || (left.size() == 1 && left[0] == "--")) return {};
   const std::string see = " See " + command + " --help.";
   const auto dashes = std::find(left.begin(), left.end(), "--");
   const auto option = std::find_if(left.begin(), dashes, [](const std::string& w) { return w.size() >= 2 && w[0] == '-'; });
@@ -32,6 +33,11 @@ std::string unknownWord(const CLI::App& app, const std::string& of, const std::s
   if (dashes != left.end() && extra.starts_with('-'))
     return "unexpected argument '" + extra + "'" + of + ": after -- every word is a file name. Put the options before it." + see;
   return "unexpected argument '" + extra + "'" + of + "." + see;
+}
+
+void refuseEmptyWords(const std::vector<std::string>& words) {
+  if (std::find(words.begin(), words.end(), "") != words.end())
+    throw UsageError("an argument is an empty text. Leave it out, or check the variable that it comes from.");
 }
 
 std::string explained(const CLI::ParseError& error) {

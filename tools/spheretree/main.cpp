@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
     addConvertCommand(program);
     addEvaluateCommand(program);
     addInspectCommand(program);
+    addRepairCommand(program);
     addReportCommand(program);
     addViewCommand(program);
     return runProgram(program, argc, argv);

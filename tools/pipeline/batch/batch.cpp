@@ -52,6 +52,9 @@ formats::SceneFile compiledScene(const formats::SceneFile& scene, const BatchSet
   return out;
 }
 
+/// What a quick look at a scene asks for goes before what the scene says.
+void override(const formats::TreeSettings& overrides, formats::TreeSettings& own) { own = formats::mergedSettings(overrides, own); }
+
 /// The leaves that levels and branching allow but a tolerance made unnecessary.
 std::size_t savedLeaves(const BatchItem& item) {
   const builder::BuildSettings& settings = item.job.settings;
@@ -108,6 +111,8 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   formats::SceneFile scene = formats::readScene(settings.scene);
+  override(settings.overrides, scene.tool.settings);
+  for (formats::SceneItem& object : scene.objects) override(settings.overrides, object.settings);
   formats::makeFolder(settings.folder);
 
   progress.stage("read");

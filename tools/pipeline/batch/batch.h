@@ -10,6 +10,7 @@
 #include "pipeline/batch/batch_items.h"
 #include "pipeline/batch/batch_result.h"
 #include "spheretree/builder/progress.h"
+#include "spheretree/formats/scene_file.h"
 
 namespace spheretree::pipeline {
 
@@ -20,6 +21,7 @@ struct BatchSettings {
   Shard shard;                   // count > 1: only the cache is filled, and nothing else is written
   int threads = 0;               // 0: as many as the machine has
   std::optional<Budget> budget;
+  formats::TreeSettings overrides;           // in place of what the scene says, for every object and the tool
   bool speed = false;                        // also measure speed against accuracy
   std::vector<std::filesystem::path> paths;  // trajectories or recordings whose steps `speed` and a budget of time count
 };

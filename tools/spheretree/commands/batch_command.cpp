@@ -10,7 +10,9 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "mistyped.h"
 #include "page/chart.h"
+#include "pipeline/builder_names.h"
 #include "terminal.h"
 
 namespace spheretree::tool {
@@ -119,6 +121,20 @@ std::string parseShard(const std::string& text, Shard& shard) {
   return text + " is not I/N with 1 <= I <= N <= 10000";
 }
 
+/// For a quick look: what the scene says stays as it is.
+void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
+  app.add_option("--quality", overrides.quality, "quick, standard or best for every object; default: as the scene says")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
+  app.add_option("--builder", overrides.builder, "Builder of every object, as of build; default: as the scene says")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
+  app.add_option("--tolerance", overrides.tolerance_mm,
+                 "Tolerance of every object in mm, above 0 and at most 10^6; default: as the scene says")
+      ->type_name("MM")
+      ->check(numberIn(1e-9, formats::kMaxSceneLength));
+}
+
 }  // namespace
 
 void addBatchCommand(Program& program) {
@@ -160,6 +176,7 @@ void addBatchCommand(Program& program) {
                   "contacts at random")
       ->type_name("FILE")
       ->allow_extra_args(false);
+  addOverrides(*app, options->overrides);
   addThreads(*app, options->threads);
 }
 

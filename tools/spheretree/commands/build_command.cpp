@@ -14,6 +14,7 @@
 #include "commands/tree_input.h"
 #include "json_text.h"
 #include "measure/evaluate_skin.h"
+#include "mistyped.h"
 #include "page/chart.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/evaluation_json.h"
@@ -22,6 +23,7 @@
 #include "run_files.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/provenance.h"
+#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -35,7 +37,8 @@ using builder::Quality;
 using Json = nlohmann::ordered_json;
 
 struct BuildOptions {
-  std::filesystem::path input, output, report;
+  std::vector<std::filesystem::path> inputs;
+  std::filesystem::path input, output, report;  // of one tree
   std::string builder = "cover", quality = "standard", unit, repair = "auto", parts = "merge", skin = "auto";
   std::vector<std::string> combine;
   builder::BuildSettings settings;
@@ -114,8 +117,11 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
 }
 
 void printSummary(const BuildOptions& options, const builder::BuildResult& result) {
+  double seconds = 0;
+  for (const builder::BuildStatistics::Stage& stage : result.statistics.stages) seconds += stage.seconds;
   const std::size_t nodes = result.tree.nodeCount();
-  printResult("%s: %zu node%s, every level covers the surface\n", plainText(options.output.string()).c_str(), nodes, nodes == 1 ? "" : "s");
+  printResult("%s: %zu node%s, every level covers the surface; %.1f s\n", plainText(options.output.string()).c_str(), nodes,
+              nodes == 1 ? "" : "s", seconds);
   printResult("level  spheres  overhang bound [mm]\n");
   for (std::size_t level = 0; level < result.statistics.levels.size(); ++level) {
     const builder::LevelBuildStatistics& l = result.statistics.levels[level];
@@ -138,9 +144,26 @@ std::optional<double> lengthIn(const std::string& text) {
   return fits ? std::optional<double>(value) : std::nullopt;
 }
 
-int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
-  const RunFiles files;
-  checkOptions(options, files);
+/// The trees to build: of one mesh to the file of the output, or of several, each to its own file in that folder.
+std::vector<BuildOptions> treesOf(const BuildOptions& options) {
+  std::vector<BuildOptions> trees;
+  std::error_code none;
+  const bool to_folder =
+      options.inputs.size() > 1 || (endingOf(options.output) != ".stree" && std::filesystem::is_directory(options.output, none));
+  if (to_folder && !options.report.empty()) throw UsageError("--report is for one tree. Leave it out, or name a file with -o.");
+  if (to_folder && endingOf(options.output) == ".stree" && !std::filesystem::is_directory(options.output, none))
+    throw UsageError(options.output.string() + ": several meshes need a folder. Name one with -o.");
+  for (const std::filesystem::path& input : options.inputs) {
+    trees.push_back(options);
+    trees.back().input = input;
+    if (!to_folder) continue;
+    if (isDash(input)) throw UsageError("the tree of standard input has no name in a folder. Name a file with -o.");
+    trees.back().output = options.output / input.stem().concat(".stree");
+  }
+  return trees;
+}
+
+int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   options.settings.builder = pipeline::byName(pipeline::kBuilders, options.builder);
   options.settings.skin = options.skin != "off";
   options.settings.skin_tolerance_mm = lengthIn(options.skin).value_or(0);
@@ -175,6 +198,28 @@ int runBuild(BuildOptions options, bool quiet, builder::Progress& progress) {
   return kExitOk;
 }
 
+/// Of several meshes one that cannot be built does not stop the others.
+int runBuild(const BuildOptions& options, bool quiet, builder::Progress& progress) {
+  const RunFiles files;
+  const std::vector<BuildOptions> trees = treesOf(options);
+  if (trees.size() > 1) formats::makeFolder(options.output);
+  for (const BuildOptions& tree : trees) checkOptions(tree, files);
+  if (trees.size() == 1) return buildOne(trees[0], quiet, progress);
+  int code = kExitOk;
+  for (const BuildOptions& tree : trees) {
+    try {
+      if (buildOne(tree, quiet, progress) == kExitTargetMissed && code == kExitOk) code = kExitTargetMissed;
+    } catch (const formats::FileError& error) {
+      code = explain(kProgram, kExitPartlyFailed, error.what());
+    } catch (const formats::FormatError& error) {
+      code = explain(kProgram, kExitPartlyFailed, error.what());
+    } catch (const builder::BuildError& error) {
+      code = explain(kProgram, kExitPartlyFailed, error.what());
+    }
+  }
+  return code;
+}
+
 }  // namespace
 
 void addBuildCommand(Program& program) {
@@ -182,8 +227,10 @@ void addBuildCommand(Program& program) {
   CLI::App* app = addVerb(program, "build", "Build a certified sphere-tree of a closed triangle mesh",
                           "spheretree build tooth.obj -o tooth.stree --tolerance 0.1",
                           [options, &program](builder::Progress& progress) { return runBuild(*options, program.quiet, progress); });
-  app->add_option("INPUT", options->input, "Mesh to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
-  app->add_option("-o,--output", options->output, "Tree to write (.stree)")->required()->type_name("FILE");
+  app->add_option("INPUT", options->inputs, "Meshes to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE...");
+  app->add_option("-o,--output", options->output, "Tree to write (.stree); of several meshes a folder for NAME.stree each")
+      ->required()
+      ->type_name("FILE|DIR");
   app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
@@ -212,7 +259,7 @@ void addBuildCommand(Program& program) {
   app->add_option("--crease-angle", options->settings.crease_angle_deg,
                   "Edges of the mesh that bend more, in degrees, stay sharp on the skin; 1 to 180; default 50")
       ->type_name("DEG")
-      ->check(CLI::Range(1.0, 180.0))
+      ->check(numberIn(1, 180))
       ->each([options](const std::string&) { options->crease_angle_is_given = true; });
   app->add_option("--leaves", options->settings.most_leaves,
                   "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")

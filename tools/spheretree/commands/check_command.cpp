@@ -30,8 +30,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct CheckOptions {
-  std::filesystem::path input, output;
-  std::string parts = "merge", unit;
+  std::vector<std::filesystem::path> inputs;
+  std::filesystem::path output;
+  std::string parts = "merge", unit, fail_on = "defects";
   bool json = false, list_parts = false;
 };
 
@@ -166,14 +167,16 @@ Json toJson(const formats::MeshFile& file, const TriangleMesh& mesh, const build
   return out;
 }
 
-void printText(const CheckOptions& options, const formats::MeshFile& file, const TriangleMesh& mesh, const builder::RepairedMesh& repaired,
-               const builder::MeshSurvey& survey) {
+void printText(const std::filesystem::path& input, const formats::MeshFile& file, const TriangleMesh& mesh,
+               const builder::RepairedMesh& repaired, const builder::MeshSurvey& survey) {
   const builder::MeshReport& report = repaired.report;
   const Eigen::Vector3d size = report.high - report.low;
-  printResult("%s: %s, %zu triangles, %zu vertices", plainText(formats::shownName(options.input)).c_str(), file.format.c_str(),
-              report.triangles, report.vertices);
+  printResult("%s: %s, %zu triangles, %zu vertices", plainText(formats::shownName(input)).c_str(), file.format.c_str(), report.triangles,
+              report.vertices);
   if (!report.components.empty()) printResult(", %zu component%s", report.components.size(), report.components.size() == 1 ? "" : "s");
-  printResult("\nbox %.6g x %.6g x %.6g mm, area %.6g mm2, volume %.6g mm3\n", size.x(), size.y(), size.z(), report.area, report.volume);
+  printResult("\nbox %.6g x %.6g x %.6g mm, from %.6g %.6g %.6g to %.6g %.6g %.6g, area %.6g mm2, volume %.6g mm3\n", size.x(), size.y(),
+              size.z(), report.low.x(), report.low.y(), report.low.z(), report.high.x(), report.high.y(), report.high.z(), report.area,
+              report.volume);
   for (const std::string& note : file.notes) printResult("note: %s\n", plainText(note).c_str());
   for (const builder::Component& c : report.components) {
     if (!c.buried && !c.cavity) continue;
@@ -249,14 +252,16 @@ void printParts(const std::vector<PartLine>& parts) {
   for (const PartLine& p : parts) printResult("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, plainText(p.name).c_str());
 }
 
-int runCheck(const CheckOptions& options, builder::Progress& progress) {
-  const RunFiles files;
-  files.willRead(options.input);
-  files.willWrite(options.output, {".glb"}, "the marked mesh", false);
-  if (isDash(options.output) && options.json)
-    throw UsageError("--json and the marked mesh cannot both go to standard output. Name a file.");
+/// What the exit code says of a mesh.
+bool fails(const CheckOptions& options, const builder::RepairedMesh& repaired) {
+  if (options.fail_on == "nothing") return false;
+  return options.fail_on == "defects" ? !repaired.report.clean() : !repaired.isSound();
+}
+
+/// Returns whether the mesh fails; `json`: the list that its findings go to instead of stdout, if JSON is asked for.
+bool checkOne(const CheckOptions& options, const std::filesystem::path& input, Json& json, builder::Progress& progress) {
   progress.stage("read");
-  formats::MeshFile file = pipeline::readMeshIn(options.input, options.unit);
+  formats::MeshFile file = pipeline::readMeshIn(input, options.unit);
   progress.check();
   progress.stage("check");
   const TriangleMesh mesh = pipeline::choosePart(file.mesh, options.parts);
@@ -269,16 +274,34 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
   const std::vector<PartLine> parts = options.list_parts ? partsOf(mesh, report, progress) : std::vector<PartLine>();
   progress.check();
   if (!options.output.empty()) formats::writeWhole(options.output, formats::encodeMarkedGlb(mesh, marksOf(report, survey)));
-  if (isDash(options.output)) return report.clean() ? kExitOk : kExitRefused;
+  if (isDash(options.output)) return fails(options, repaired);
   if (options.json) {
     Json out = toJson(file, mesh, report, repaired, survey);
+    if (options.inputs.size() > 1) out["file"] = input.string();
     if (options.list_parts) out["part_list"] = partsJson(parts);
-    writeResult(jsonText(out, 2) + "\n");
+    json.push_back(std::move(out));
   } else {
-    printText(options, file, mesh, repaired, survey);
+    printText(input, file, mesh, repaired, survey);
     if (options.list_parts) printParts(parts);
   }
-  return report.clean() ? kExitOk : kExitRefused;
+  return fails(options, repaired);
+}
+
+int runCheck(const CheckOptions& options, builder::Progress& progress) {
+  const RunFiles files;
+  for (const std::filesystem::path& input : options.inputs) files.willRead(input);
+  files.willWrite(options.output, {".glb"}, "the marked mesh", false);
+  if (isDash(options.output) && options.json)
+    throw UsageError("--json and the marked mesh cannot both go to standard output. Name a file.");
+  if (!options.output.empty() && options.inputs.size() > 1) throw UsageError("-o is for one mesh. Check them one by one, or leave it out.");
+  bool failed = false;
+  Json list = Json::array();
+  for (const std::filesystem::path& input : options.inputs) {
+    if (!options.json && &input != &options.inputs.front()) printResult("\n");
+    failed |= checkOne(options, input, list, progress);
+  }
+  if (options.json && !isDash(options.output)) writeResult(jsonText(options.inputs.size() > 1 ? list : list[0], 2) + "\n");
+  return failed ? kExitRefused : kExitOk;
 }
 
 }  // namespace
@@ -288,11 +311,16 @@ void addCheckCommand(Program& program) {
   CLI::App* app =
       addVerb(program, "check", "Tell what is wrong with a mesh, where, and what a build would do about it; exit code 4 if anything is",
               "spheretree check tooth.obj --json", [options](builder::Progress& progress) { return runCheck(*options, progress); });
-  app->add_option("INPUT", options->input, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
+  app->add_option("INPUT", options->inputs, "Meshes: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE...");
+  app->add_option("--fail-on", options->fail_on,
+                  "When the exit code is 4: defects: if anything is wrong; unfixable: if no repair makes the mesh sound; nothing; default "
+                  "defects")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"defects", "unfixable", "nothing"}));
   app->add_option("-o,--output", options->output, "Also write the mesh with the places coloured (.glb); default: none")->type_name("FILE");
   app->add_flag("--list-parts", options->list_parts,
                 "Also list the named parts and the connected components, each checked by itself; default off");
-  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1");
+  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1; of several meshes a list");
   addUnit(*app, options->unit);
   addParts(*app, options->parts);
 }

@@ -34,6 +34,7 @@ std::string mistyped(const CLI::App& cli) {
 /// `help VERB` is `VERB --help`, and `help` alone is `--help`. The parser takes the words from the end.
 std::vector<std::string> wordsOf(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
+  refuseEmptyWords(words);
   if (!words.empty() && words[0] == "help") {
     words.erase(words.begin());
     if (words.empty() || words[0].starts_with('-')) return {"--help"};

@@ -33,6 +33,7 @@ void addCompareCommand(Program& program);
 void addConvertCommand(Program& program);
 void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
+void addRepairCommand(Program& program);
 void addReportCommand(Program& program);
 void addViewCommand(Program& program);
 

@@ -41,7 +41,7 @@ void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of) {
 }
 
 void addThreads(CLI::App& app, int& threads) {
-  app.add_option("--threads", threads, "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
+  app.add_option("-j,--threads", threads, "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
 }

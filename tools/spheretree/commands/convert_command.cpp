@@ -5,28 +5,34 @@
 #include <filesystem>
 #include <memory>
 #include <numeric>
+#include <optional>
+#include <span>
 
 #include "commands/command.h"
 #include "commands/tree_input.h"
 #include "mistyped.h"
 #include "page/picture.h"
 #include "run_files.h"
+#include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/mesh_file.h"
 #include "spheretree/formats/sph_text.h"
-#include "spheretree/formats/sphere_tree_file.h"
+#include "spheretree/formats/sphere_list.h"
 #include "spheretree/formats/tree_glb.h"
 #include "spheretree/formats/tree_json.h"
+#include "terminal.h"
 
 namespace spheretree::tool {
 namespace {
 
 struct ConvertOptions {
   std::filesystem::path input, output, mesh;
-  std::string spheres, to;
+  std::string spheres, to, unit;
   std::vector<double> view;
-  int width = 0;
+  int width = 0, level = -1;
 };
+
+const std::vector<std::string> kKinds{"stree", "sph", "json", "csv", "yaml", "glb", "png"};
 
 std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const ConvertOptions& options) {
   PictureSettings settings;
@@ -38,37 +44,63 @@ std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const 
   return drawPicture(&mesh, tree, kind, settings);
 }
 
-int runConvert(const ConvertOptions& options, builder::Progress& progress) {
-  const RunFiles files;
-  const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
-  if (to.empty() && isDash(options.output)) throw UsageError("say what standard output is to hold: --to stree, sph, json, glb or png.");
-  if (!options.to.empty() && !isDash(options.output) && to != endingOf(options.output))
-    throw UsageError(options.output.string() + ": the name does not end in " + to + ", as --to says. Leave --to out.");
-  files.willRead(options.input);
-  if (!options.mesh.empty()) files.willRead(options.mesh);
-  files.willWrite(options.output, {".stree", ".sph", ".json", ".glb", ".png"}, "the output", to == ".sph" || to == ".json");
+/// Options that only some kinds of output heed, given with another.
+void refuseStrayOptions(const ConvertOptions& options, const std::string& to) {
   if (to != ".png" && (!options.mesh.empty() || !options.view.empty() || options.width > 0))
     throw UsageError("--mesh, --view and --width are for pictures (.png). Leave them out.");
   const double length =
       std::accumulate(options.view.begin(), options.view.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
   if (!options.view.empty() && !(length > 0)) throw UsageError("--view is no direction. Give a point to look from, such as 1,-2,1.");
-  if (!options.spheres.empty() && to != ".sph" && to != ".glb" && to != ".png")
-    throw UsageError("--spheres is for .sph, .glb and .png; " + to + " always holds both kinds of spheres. Leave it out.");
-  const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;
+  const bool is_list = to == ".csv" || to == ".yaml" || (to == ".json" && options.level >= 0);
+  if (options.level >= 0 && !is_list && to != ".glb")
+    throw UsageError("--level is for lists of spheres (.csv, .yaml, .json) and .glb; " + to + " holds the whole tree. Leave it out.");
+  if (!options.unit.empty() && !is_list)
+    throw UsageError("--unit is for lists of spheres: .csv, .yaml, or .json with --level. Leave it out.");
+  if (!options.spheres.empty() && (to == ".stree" || (to == ".json" && !is_list)))
+    throw UsageError("--spheres is for .sph, .csv, .yaml, .glb and .png; " + to + " always holds both kinds of spheres. Leave it out.");
+}
 
+/// The bytes of the output; `to`: its ending.
+std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& options, const std::string& to) {
+  const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;
+  if (options.level >= tree.levelCount())
+    throw UsageError("--level " + std::to_string(options.level) + ": the tree has the levels 0 to " +
+                     std::to_string(tree.levelCount() - 1) + ".");
+  const formats::SphereListSettings list{.level = options.level >= 0 ? options.level : tree.levelCount() - 1,
+                                         .unit_mm = formats::unitInMm(options.unit),
+                                         .kind = kind,
+                                         .name = isDash(options.input) ? "spheres" : options.input.stem().string()};
+  const auto bytesOf = [](const std::string& text) {
+    const auto bytes = std::as_bytes(std::span(text));
+    return std::vector<std::byte>(bytes.begin(), bytes.end());
+  };
+  if (to == ".stree") return encodeSphereTree(tree);
+  if (to == ".sph") return bytesOf(formats::writeSph(tree, kind));
+  if (to == ".csv") return bytesOf(formats::sphereListCsv(tree, list));
+  if (to == ".yaml") return bytesOf(formats::sphereListYaml(tree, list));
+  if (to == ".json") return bytesOf(options.level >= 0 ? formats::sphereListJson(tree, list) : formats::writeTreeJson(tree));
+  if (to == ".png") return pictureOf(tree, kind, options);
+  return formats::encodeGlb(tree, kind, options.level >= 0 ? std::optional(options.level) : std::nullopt);
+}
+
+int runConvert(const ConvertOptions& options, builder::Progress& progress) {
+  const RunFiles files;
+  const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
+  if (to.empty() && isDash(options.output))
+    throw UsageError("say what standard output is to hold: --to stree, sph, json, csv, yaml, glb or png.");
+  if (!options.to.empty() && !isDash(options.output) && to != endingOf(options.output))
+    throw UsageError(options.output.string() + ": the name does not end in " + to + ", as --to says. Leave --to out.");
+  files.willRead(options.input);
+  if (!options.mesh.empty()) files.willRead(options.mesh);
+  const bool is_text = to != ".stree" && to != ".glb" && to != ".png";
+  files.willWrite(options.output, {".stree", ".sph", ".json", ".csv", ".yaml", ".glb", ".png"}, "the output", is_text);
+  refuseStrayOptions(options, to);
   SphereTree tree = readTree(options.input);
   if (tree.provenance.generator.empty()) tree.provenance.generator = kGenerator;
   progress.check();
-  if (to == ".stree")
-    formats::writeSphereTree(options.output, tree);
-  else if (to == ".sph")
-    formats::writeWhole(options.output, formats::writeSph(tree, kind));
-  else if (to == ".json")
-    formats::writeWhole(options.output, formats::writeTreeJson(tree));
-  else if (to == ".png")
-    formats::writeWhole(options.output, pictureOf(tree, kind, options));
-  else
-    formats::writeWhole(options.output, formats::encodeGlb(tree, kind));
+  const std::vector<std::byte> bytes = converted(tree, options, to);
+  clearProgressLine();
+  formats::writeWhole(options.output, bytes);
   return kExitOk;
 }
 
@@ -76,24 +108,36 @@ int runConvert(const ConvertOptions& options, builder::Progress& progress) {
 
 void addConvertCommand(Program& program) {
   const auto options = std::make_shared<ConvertOptions>();
-  CLI::App* app = addVerb(program, "convert", "Convert a tree: .stree, .sph or .json to .stree, .sph, .json, .glb or a picture (.png)",
+  CLI::App* app = addVerb(program, "convert",
+                          "Convert a tree: .stree, .sph or .json to these, a list of spheres (.csv, .yaml), .glb or a picture (.png)",
                           "spheretree convert tooth.stree tooth.glb --spheres cover",
                           [options](builder::Progress& progress) { return runConvert(*options, progress); });
   app->add_option("IN", options->input, "Tree to read; its kind is told from the ending .stree, .sph or .json")
       ->required()
       ->type_name("FILE");
-  app->add_option("OUT", options->output, "File to write; its kind is told from the ending .stree, .sph, .json, .glb or .png")
+  app->add_option("OUT,-o,--output", options->output,
+                  "File to write; its kind is told from the ending .stree, .sph, .json, .csv, .yaml, .glb or .png")
       ->required()
       ->type_name("FILE");
-  app->add_option("--to", options->to,
-                  "Kind of the output where OUT is - (standard output): stree, sph, json, glb or png; default: by the ending of OUT")
+  app->add_option(
+         "--to", options->to,
+         "Kind of the output where OUT is - (standard output): stree, sph, json, csv, yaml, glb or png; default: by the ending of OUT")
       ->type_name("KIND")
-      ->check(CLI::IsMember({"stree", "sph", "json", "glb", "png"}));
+      ->check(CLI::IsMember(kKinds));
   app->add_option(
          "--spheres", options->spheres,
-         "Spheres of inner nodes in .sph, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")
+         "Spheres of inner nodes in .sph, lists, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")
       ->type_name("KIND")
       ->check(CLI::IsMember({"cover", "bound"}));
+  app->add_option(
+         "--level", options->level,
+         "Only the spheres of this level, 0 (the root) to 5: as a list in .csv, .yaml and .json, as a mesh in .glb; default: the leaves "
+         "in a list, all levels in .glb, the whole tree in .json")
+      ->type_name("N")
+      ->check(CLI::Range(0, kMaxLevels - 1));
+  app->add_option("--unit", options->unit, "Unit of a list of spheres: mm, cm, m or in; default mm")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   app->add_option("--mesh", options->mesh, "Mesh that the tree was built from, to be drawn beside it in .png; default: none")
       ->type_name("FILE");
   app->add_option("--view", options->view, "Direction from the object to the eye in .png, three numbers; default 1,-2,1")

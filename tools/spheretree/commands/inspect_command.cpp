@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct InspectOptions {
-  std::filesystem::path tree;
+  std::vector<std::filesystem::path> trees;
   bool json = false;
 };
 
@@ -128,9 +128,9 @@ void printSkin(const Skin& skin) {
               kDegree * s.edge_angle_p99, kDegree * s.edge_angle_max, kDegree * s.crease_angle);
 }
 
-void printText(const SphereTree& tree, const InspectOptions& options, const FileFacts& file) {
+void printText(const SphereTree& tree, const std::filesystem::path& path, const FileFacts& file) {
   const Provenance& p = tree.provenance;
-  printResult("%s: sound, %zu bytes, format %s\n", plainText(formats::shownName(options.tree)).c_str(), file.bytes, file.version.c_str());
+  printResult("%s: sound, %zu bytes, format %s\n", plainText(formats::shownName(path)).c_str(), file.bytes, file.version.c_str());
   printResult("made by     %s, builder %s, quality %s, seed %ju\n", p.generator.empty() ? "?" : plainText(p.generator).c_str(),
               p.builder.empty() ? "?" : plainText(p.builder).c_str(), p.quality.empty() ? "?" : plainText(p.quality).c_str(),
               static_cast<std::uintmax_t>(p.seed));
@@ -140,10 +140,6 @@ void printText(const SphereTree& tree, const InspectOptions& options, const File
                 static_cast<double>(p.work_overhang_mm));
   printResult("mesh        %ju triangles, diagonal %g mm, area %g mm^2, volume %g mm^3, unit %g mm\n",
               static_cast<std::uintmax_t>(p.triangle_count), p.diagonal_mm, p.area_mm2, p.volume_mm3, p.unit_mm);
-  printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
-  printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-  printResult("nodes       %zu, %zu of them inner, branching %d\n\n", tree.nodeCount(), tree.bound.size(), tree.branching);
-  printResult("level  spheres  overhang bound [mm]  radii [mm]               bounding radius over smallest  over cover\n");
   printResult("mesh hash   %s\nsettings    %s\n", toHex(p.mesh_hash).c_str(), toHex(p.settings_hash).c_str());
   printResult("origin      %g %g %g mm\n", tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   printSkin(tree.skin);
@@ -165,21 +161,36 @@ void printText(const SphereTree& tree, const InspectOptions& options, const File
   }
 }
 
-int runInspect(const InspectOptions& options) {
+/// What a file that is no sound tree throws is said in the JSON, too, where JSON is asked for.
+void inspectOne(const std::filesystem::path& path, const InspectOptions& options, Json& list) {
   constexpr std::uint64_t kMostBytes = 16 << 20;
-  const std::vector<std::byte> bytes = formats::readFile(options.tree, kMostBytes);
+  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
   SphereTree tree;
   try {
-    tree = formats::parseSphereTree(bytes, formats::shownName(options.tree));
+    tree = formats::parseSphereTree(bytes, formats::shownName(path));
   } catch (const formats::FormatError& error) {
-    if (options.json) writeResult(jsonText({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}}, 2) + "\n");
+    list.push_back({{"schema", "spheretree.inspection/1"}, {"valid", false}, {"reason", error.what()}});
+    if (options.trees.size() > 1) list.back()["file"] = path.string();
     throw;
   }
-  if (options.json)
-    writeResult(jsonText(toJson(tree, factsOf(bytes)), 2) + "\n");
-  else
-    printText(tree, options, factsOf(bytes));
-  return kExitOk;
+  if (!options.json) return printText(tree, path, factsOf(bytes));
+  list.push_back(toJson(tree, factsOf(bytes)));
+  if (options.trees.size() > 1) list.back()["file"] = path.string();
+}
+
+int runInspect(const InspectOptions& options) {
+  Json list = Json::array();
+  int code = kExitOk;
+  for (const std::filesystem::path& path : options.trees) {
+    if (!options.json && &path != &options.trees.front()) printResult("\n");
+    try {
+      inspectOne(path, options, list);
+    } catch (const formats::FormatError& error) {  // the others are inspected all the same
+      code = explain(kProgram, kExitRefused, error.what());
+    }
+  }
+  if (options.json) writeResult(jsonText(options.trees.size() > 1 ? list : list[0], 2) + "\n");
+  return code;
 }
 
 }  // namespace
@@ -188,8 +199,8 @@ void addInspectCommand(Program& program) {
   const auto options = std::make_shared<InspectOptions>();
   CLI::App* app = addVerb(program, "inspect", "Show what a .stree file holds and prove that it is sound",
                           "spheretree inspect tooth.stree --json", [options](builder::Progress&) { return runInspect(*options); });
-  app->add_option("TREE", options->tree, "Tree to inspect (.stree)")->required()->type_name("FILE");
-  app->add_flag("--json", options->json, "Print JSON on stdout; a damaged file gives valid: false and the reason");
+  app->add_option("TREE", options->trees, "Trees to inspect (.stree)")->required()->type_name("FILE...");
+  app->add_flag("--json", options->json, "Print JSON on stdout; a damaged file gives valid: false and the reason; of several trees a list");
 }
 
 }  // namespace spheretree::tool

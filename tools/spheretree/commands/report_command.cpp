@@ -29,21 +29,22 @@ constexpr std::size_t kMostComparisonBytes = 2'000'000, kMostBytes = 5'000'000;
 Report makeReport(const ReportOptions& options, builder::Progress& progress) {
   const fs::path& in = options.input;
   const auto given = [](const fs::path& path) { return path.empty() ? std::optional<fs::path>() : std::optional<fs::path>(path); };
-  if (!fs::is_directory(in)) {
+  std::error_code none;
+  if (!fs::is_directory(in, none)) {
     if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
     return recordingReport(in, given(options.scene), kMostBytes, progress);
   }
   if (!options.scene.empty()) throw UsageError("--scene is for a recording: a folder brings its own. Leave it out.");
-  if (fs::exists(in / "report.json")) return batchReport(in, given(options.recording), kMostBytes, progress);
+  if (fs::exists(in / "report.json", none)) return batchReport(in, given(options.recording), kMostBytes, progress);
   if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
-  if (fs::exists(in / "compare.json")) {
+  if (fs::exists(in / "compare.json", none)) {
     Report report;
     const pipeline::Comparison comparison = pipeline::readComparison(in / "compare.json");
     report.figures = toJson(comparison);
     report.html = comparisonPage(comparison, in, kMostComparisonBytes, progress);
     return report;
   }
-  if (fs::exists(in / "stability.json")) return stabilityReport(in, kMostBytes, progress);
+  if (fs::exists(in / "stability.json", none)) return stabilityReport(in, kMostBytes, progress);
   throw formats::FileError(in.string() +
                            ": neither report.json (batch) nor compare.json nor stability.json is in this folder. Name the folder that one "
                            "of these programs wrote.");

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// A triangle mesh as a file: PLY or OBJ, in millimetres, without loss.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::formats {
+
+/// Binary PLY, little-endian: positions as double, triangles. Parts are left out.
+std::vector<std::byte> encodePly(const TriangleMesh& mesh);
+
+/// OBJ: positions as the shortest decimals that read back as the same double, a group (g) for each part that has a name.
+std::vector<std::byte> encodeObj(const TriangleMesh& mesh);
+
+}  // namespace spheretree::formats

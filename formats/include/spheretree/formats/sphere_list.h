@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The spheres of one level as a flat list, as robot programs read them: CSV, YAML or JSON, in the frame of the mesh.
+#pragma once
+
+#include <string>
+
+#include "spheretree/core/sphere_tree.h"
+
+namespace spheretree::formats {
+
+struct SphereListSettings {
+  int level = 0;       // its level set: with the leaves that ended earlier
+  double unit_mm = 1;  // one unit of the list [mm]
+  SphereKind kind = SphereKind::Cover;
+  std::string name;  // of the body, in JSON
+};
+
+/// Header x,y,z,radius and a line for each sphere.
+std::string sphereListCsv(const SphereTree& tree, const SphereListSettings& settings);
+
+/// collision_spheres: a list of {center: [x, y, z], radius: r}.
+std::string sphereListYaml(const SphereTree& tree, const SphereListSettings& settings);
+
+/// {"NAME": [{"origin": [x, y, z], "radius": r}, ...]}
+std::string sphereListJson(const SphereTree& tree, const SphereListSettings& settings);
+
+}  // namespace spheretree::formats
