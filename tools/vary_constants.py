@@ -37,12 +37,12 @@ T varied(const char* name, T value) {
 }
 """
 # Wing or file: how it is driven. Mesh and options of `spheretree build`; "evaluate" measures the tree, too.
-CASES = {"default": ["molar", "probe", "molar --tolerance 0.3 --quality quick"],
-         "repair": ["broken", "broken --repair wrap --quality quick"],
+CASES = {"default": ["molar --quality quick", "probe --quality quick", "molar --tolerance 0.3 --quality quick"],
+         "repair": ["broken --quality quick", "broken --repair wrap --quality quick"],
          "measure": ["evaluate molar --quality quick", "evaluate probe --quality quick"],
-         "published": [f"probe --builder {b} --levels 3" for b in ("merge", "expand")] + ["molar --builder merge --levels 3"]}
+         "published": [f"probe --builder {b} --levels 3 --quality quick" for b in ("merge", "expand")] + ["molar --builder merge --levels 3 --quality quick"]}
 for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"):
-    CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3" for mesh in ("molar", "probe")]
+    CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3 --quality quick" for mesh in ("molar", "probe")]
 
 
 def rewritten(text, name, keep):
