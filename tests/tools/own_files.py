@@ -115,6 +115,8 @@ def named_outputs(template):
         ("build --report", ["build", "m.gltf", "-o", "new.stree", "--levels", 2, "--report", "OUT"], ".json", mesh),
         ("check -o", ["check", "m.gltf", "-o", "OUT"], ".glb", mesh),
         ("check -o, refused mesh", ["check", "open.obj", "-o", "OUT"], ".glb", ["open.obj"]),
+        ("repair -o", ["repair", "m.gltf", "-o", "OUT"], ".ply", mesh),
+        ("repair -o, OBJ", ["repair", "open.obj", "-o", "OUT"], ".obj", ["open.obj"]),
         ("report of a batch", ["report", "bc", "-o", "OUT", "--recording", "run.csv"], ".html",
          ["bc/report.json", "bc/scene.json", "bc/tool.stree", "bc/a.stree", "bc/b.stree", "run.csv", "mine.scene.json", *mesh, "m.obj"]),
         ("report of a recording", ["report", "run.csv", "-o", "OUT", "--scene", "bc/scene.json"], ".html",
@@ -127,7 +129,7 @@ def named_outputs(template):
          ["bc/scene.json", "bc/tool.stree", "bc/a.stree", "bc/b.stree"]),
     ]
     for source in ("t.stree", "t.sph", "t.json"):
-        for ending in (".stree", ".sph", ".json", ".glb", ".png"):
+        for ending in (".stree", ".sph", ".json", ".csv", ".yaml", ".glb", ".png"):
             cases.append((f"convert {source} to {ending}", ["convert", source, "OUT"], ending, [source]))
     cases.append(("convert --mesh", ["convert", "t.stree", "OUT", "--mesh", "m.gltf"], ".png", ["t.stree", *mesh]))
     for what, words, ending, inputs in cases:
@@ -163,6 +165,14 @@ def folder_outputs(template):
                         where.symlink_to(folder / source)
                     trial(f"{what}: {output} is {source} ({link})", folder, before, spheretree, *words)
                     shutil.rmtree(folder)
+    # Several meshes into a folder: a tree there is a mesh by another name.
+    for link in ("symbolic", "hard"):
+        folder = fresh(template)
+        before = contents(folder)
+        (folder / "out").mkdir()
+        (os.link if link == "hard" else lambda a, b: b.symlink_to(a))(folder / "m.obj", folder / "out/m.stree")
+        trial(f"build of several: out/m.stree is m.obj ({link})", folder, before, spheretree, "build", "m.obj", "open.obj", "-o", "out", "--levels", 2)
+        shutil.rmtree(folder)
     # The tree of an object would take the place of a tree that the scene names, or of the scene itself.
     for name, scene in (("a", "mine.scene.json"), ("a", "scene.json"), ("a", "report.json")):
         folder = fresh(template)

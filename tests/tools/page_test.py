@@ -145,6 +145,19 @@ def check_hiding(browser):
     assert browser.run(SEEN) == whole, "the table's button does not bring it back"
 
 
+def check_names(browser):
+    """A name in the table shows the worst spot of the leaves, whose figure stands beside it, whatever level was shown before."""
+    if not browser.run("return Boolean(document.querySelector('[data-object]'))"):
+        return
+    browser.run("const s = document.querySelector('.level'); s.value = 0; s.dispatchEvent(new Event('input', {bubbles: true}))")
+    browser.run("document.querySelector('[data-object]').click()")
+    level, last = browser.run("return [Number(document.querySelector('.level').value), sphereView.levelCount() - 1]")
+    assert level == last, f"the worst spot of level {last} is shown at level {level}"
+    assert browser.run("return document.querySelector('.says').textContent").startswith(
+        browser.run("return document.querySelector('[data-object]').textContent")), "the spot has another name"
+    browser.run("document.querySelector('.all').click()")
+
+
 def check_replay(browser):
     """A page with a recording: the time slider moves the tool."""
     if not browser.run("return Boolean(document.querySelector('.time input'))"):
@@ -185,6 +198,7 @@ def main():
         if has_view:
             check_view(browser)
             check_hiding(browser)
+            check_names(browser)
             check_replay(browser)
         if options.picture:
             for selector, value in (("look", options.look), ("level", options.level)):

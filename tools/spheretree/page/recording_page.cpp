@@ -201,7 +201,7 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
   for (const std::size_t triangles : kTriangles) {
     progress.check();
     Page page("Recording " + file.filename().string(), runVerdict(figures));
-    page.addSection("run", "The run", recordingBoxes(figures) + recordingCharts(recording));
+    const std::string run = recordingBoxes(figures) + recordingCharts(recording);
     if (scene_file) {
       const std::string remark = remarkOnScene(recording, file, *scene_file);
       page.data.root["scenes"] = Json::array();
@@ -212,8 +212,10 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
       page.addSection(
           "view", "Replay",
           viewSection(true, "Grey: the tool as it is shown. Blue glass: where the hand is. Arrow: the force on the hand. " + remark));
+      page.addSection("run", "The run", run);
       report.html = page.html(std::array{embedded::viewScript(), embedded::reportScript()});
     } else {
+      page.addSection("run", "The run", run);
       report.html = page.html({});
     }
     if (report.html.size() <= most_bytes) break;

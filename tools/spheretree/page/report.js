@@ -17,6 +17,7 @@ class Replay {
     this.shown.setLook(model.mesh ? 'mesh' : 'solid');
     this.hand.setLook('glass');
     if (this.shown.surface) this.shown.surface.material.uniforms.tinted.value = 0;
+    for (const part of [this.shown.surface, this.shown.balls]) if (part) part.material.uniforms.plain.value = new THREE.Color('#b9c0c8');
     this.hand.balls.material.uniforms.tinted.value = this.shown.balls.material.uniforms.tinted.value = 0;
     this.hand.balls.material.uniforms.branched.value = this.shown.balls.material.uniforms.branched.value = 0;
     this.hand.balls.material.uniforms.plain.value = new THREE.Color('#4f8fd6');
