@@ -252,8 +252,8 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
       const Colour colour = heat(share);
       const Vector3d point = contact.point.cast<double>(), normal = contact.normal.cast<double>();
       const Vector3d lifted = point + 0.6 * px * normal;
-      addDisc(out, lifted, normal, 5.5 * px, colour);
-      addRing(out, lifted, normal, 5.5 * px, 7 * px, pass.theme.text);
+      addDisc(out, lifted, normal, 8 * px, colour);
+      addRing(out, lifted, normal, 8 * px, 9.5 * px, pass.theme.text);
       if (share > 0) addRod(out, lifted, lifted + 42 * share * px * normal, 1.4 * px, colour);
     }
   const Vector3d stretch = state.haptic.position - at;

@@ -364,8 +364,12 @@ void drawHint(const ViewerState& state, const Layout& layout, const Theme& theme
   }
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const float size = ImGui::GetFontSize();
-  label(list, {static_cast<float>(layout.scene.x) + size, static_cast<float>(layout.scene.y) + (state.panes.size() > 1 ? 2 : 0.6f) * size},
-        state.message.empty() ? theme.faint : theme.warning, theme, text.c_str());
+  const ImVec2 at{static_cast<float>(layout.scene.x) + size,
+                  static_cast<float>(layout.scene.y) + (state.panes.size() > 1 ? 2 : 0.6f) * size};
+  const ImVec2 extent = ImGui::CalcTextSize(text.c_str());
+  list.AddRectFilled({at.x - 0.4f * size, at.y - 0.2f * size}, {at.x + extent.x + 0.4f * size, at.y + extent.y + 0.25f * size},
+                     packed(theme.panel, 0.6), 0.3f * size);
+  list.AddText(at, packed(state.message.empty() ? theme.text : theme.warning, 0.9), text.c_str());
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ Axis axisOf(const Plot& plot, double begin, double end) {
       high = std::max(high, value);
     }
   // A limit shows once the curve comes near; what is far beyond it is cut off, so that one bad step does not flatten the others.
-  if (plot.limit && high > *plot.limit / 4) high = std::clamp(high, *plot.limit * 1.05, *plot.limit * 2);
+  if (plot.limit && high > 0.6 * *plot.limit) high = std::clamp(high, *plot.limit * 1.05, *plot.limit * 2);
   if (plot.from_zero) return {0, roundEnd(std::max(high, plot.least_span))};
   const double half = roundEnd(std::max({high, -low, plot.least_span}));
   return {-half, half};
@@ -34,7 +34,7 @@ Axis axisOf(const Plot& plot, double begin, double end) {
 
 std::string shortNumber(double value) {
   char text[24];
-  std::snprintf(text, sizeof text, "%.3g", value);
+  std::snprintf(text, sizeof text, value >= 1000 ? "%.0f" : "%.3g", value);
   return text;
 }
 
@@ -126,18 +126,20 @@ void drawPlot(const Plot& plot, double begin, double end, std::optional<double> 
     const float x = low_left.x + wide * static_cast<float>((*mark - begin) / std::max(1e-9, end - begin));
     list.AddLine({x, low_left.y - high}, {x, low_left.y}, packed(theme.text, 0.8), 1.5f);
   }
-  const std::string top = shortNumber(axis.high);
-  const float top_at = corner.x + width - margin - ImGui::CalcTextSize(top.c_str()).x;
-  list.AddText({top_at, corner.y + margin}, packed(theme.faint), top.c_str());
+  // The title comes first; unit, number and legend stand where there is room.
+  const auto wide_of = [](const std::string& words) { return ImGui::CalcTextSize(words.c_str()).x; };
+  const std::string top = shortNumber(axis.high), title = plot.title + " [" + plot.unit + "]";
+  const float inside = width - 2 * margin, number_width = wide_of(top) + 2 * margin;
+  const bool has_unit = wide_of(title) + number_width < inside, has_number = has_unit || wide_of(plot.title) + number_width < inside;
+  const float end_at = corner.x + width - margin - (has_number ? wide_of(top) : 0);
+  if (has_number) list.AddText({end_at, corner.y + margin}, packed(theme.faint), top.c_str());
   float at = corner.x + margin;
   const auto write = [&](const std::string& words, Colour colour) {
-    const float wide_words = ImGui::CalcTextSize(words.c_str()).x;
-    if (at + wide_words + margin > top_at) return;  // no room
+    if (at + wide_of(words) + margin > end_at && at > corner.x + margin) return;  // no room
     list.AddText({at, corner.y + margin}, packed(colour), words.c_str());
-    at += wide_words + margin;
+    at += wide_of(words) + margin;
   };
-  const std::string title = plot.title + " [" + plot.unit + "]";
-  write(ImGui::CalcTextSize(title.c_str()).x + 2 * margin < top_at - corner.x ? title : plot.title, theme.text);
+  write(has_unit ? title : plot.title, theme.text);
   at += margin;
   for (const Curve& curve : plot.curves) write(curve.name, curve.colour);
   list.PopClipRect();

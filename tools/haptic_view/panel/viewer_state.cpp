@@ -43,7 +43,7 @@ Layout layoutOf(const ViewerState& state, int width, int height, double scale) {
     bottom -= high;
     out.plots = {0, bottom, out.scene.width, high};
   }
-  if (state.playback && height > px(200)) {
+  if (state.panels && state.playback && height > px(200)) {
     const int high = px(40);
     bottom -= high;
     out.scrubber = {0, bottom, out.scene.width, high};
