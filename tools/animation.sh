@@ -16,7 +16,7 @@ from=${4:-1500} to=${5:-11500}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 "$player" "$1" --trajectory "$2" --clock stepped --seconds "$(((to + 1000) / 1000))" --record "$work/run.csv" -q >/dev/null
-"$player" "$1" --replay "$work/run.csv" --picture "$work/frame.png" --at "$from:$((to - 100)):100" --size 480x320 --panels off --follow \
+"$player" "$1" --replay "$work/run.csv" --picture "$work/frame.png" --at "$from:$((to - 100)):100" --size 400x266 --panels off --follow \
   --within 14 -q
 ffmpeg -loglevel error -framerate 10 -i "$work/frame.%05d.png" \
   -vf 'split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle' "$work/run.gif"
