@@ -10,12 +10,6 @@
 #include "draw/shaders.h"
 
 namespace spheretree::view {
-namespace {
-
-using Eigen::Vector3d;
-
-constexpr double kLongestArrow = 150;  // [pixels of the screen]
-
 /// Locations of what the shaders of solids share.
 struct SolidUniforms {
   GLint model, view_projection, eye, key, fill, cut, tint, tint_share;
@@ -29,6 +23,12 @@ struct SolidUniforms {
         tint(p.uniform("tint")),
         tint_share(p.uniform("tint_share")) {}
 };
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLongestArrow = 150;  // [pixels of the screen]
 
 /// From the frame of a body to the world about `origin`: what lies far from the world's origin keeps its digits in float.
 Eigen::Matrix4f matrixOf(const Configuration& pose, const Vector3d& origin) {
