@@ -18,6 +18,7 @@ CONDITIONS = {
     "root": lambda meshes: os.geteuid() == 0,
     "no-avx2": lambda meshes: not re.search(r"\bavx2\b", Path("/proc/cpuinfo").read_text(encoding="utf-8")),
     "no-browser": lambda meshes: not (shutil.which("chromium") and shutil.which("chromedriver")),
+    "no-display": lambda meshes: not (shutil.which("Xvfb") and shutil.which("xdotool")),
     "no-slurm": lambda meshes: not shutil.which("slurmctld"),
     "no-parallel": lambda meshes: not shutil.which("parallel"),
     "no-mouth": lambda meshes: "SPHERETREE_MOUTH" not in os.environ,

@@ -6,7 +6,8 @@
 2. Wings of libspheretree: each wing includes only the wings before it, and neither wings nor files include each other in a circle.
 3. The runtime includes nothing that reads files, prints or allocates by text: no <iostream>, <fstream>, <filesystem>, JSON.
 4. Public headers are few: what only our own programs include stays in src/.
-5. With COMPILER: every header compiles alone. One that its own source includes first is proven by the build.
+5. With COMPILER: every header compiles alone. One that its own source includes first is proven by
+   `.ci/lane debug`, which compiles each source alone.
 """
 import re
 import subprocess

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The CMake package `spheretree`. Two export sets, so that a program that only needs the Apache rooms never looks for oneTBB.
+# The CMake package `spheretree`. Two export sets, so that a program that only needs the Apache rooms never looks for
+# oneTBB.
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
 
