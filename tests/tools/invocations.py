@@ -114,6 +114,8 @@ def values():
         case(REFUSED, "check", "m.obj", "--parts", parts)
     for words in (["--shard", "0/2"], ["--shard", "3/2"], ["--shard", "1"], ["--shard", "1/2", "--budget", "9"], ["--trajectory", "run.csv"]):
         case(USAGE, "batch", "s.json", "-o", "out", *words)
+    case(OK, "batch", "s.json", "-o", "out", "--dry-run")
+    case(USAGE, "batch", "s.json", "-o", "out", "--dry-run", "--chart")
     case(USAGE, "report", "run.csv", "-o", "out.html", "--recording", "run.csv")
     case(USAGE, "report", "folder", "-o", "out.html", "--scene", "s.json")
     case(REFUSED, "report", "m.obj", "-o", "out.html")

@@ -252,4 +252,11 @@ case_several() {
   expect 0 inspect work/quick/a.stree
   says "builder cover, quality quick" out
   says "tolerance   5 mm" out
+  # What would be done, and nothing else.
+  expect 0 batch a.scene.json -o work/none --dry-run
+  says "work/none: 2 to build, 0 unchanged, 0 cannot be read; nothing was written" out
+  [ ! -e work/none ] || fail "a dry run made a folder"
+  expect 0 batch a.scene.json -o work/quick --dry-run --quality quick --builder cover --tolerance 5
+  says "work/quick: 0 to build, 2 unchanged" out
+  expect 2 batch a.scene.json -o work/none --dry-run --budget 100
 }

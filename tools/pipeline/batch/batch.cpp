@@ -30,6 +30,8 @@ void check(const BatchSettings& settings) {
     throw UsageError("--chart belongs to the run that writes the results. Leave out --shard or --chart.");
   if (!settings.paths.empty() && !settings.speed && !(settings.budget && settings.budget->is_time))
     throw UsageError("--trajectory is for --chart and for a --budget in us. Leave it out, or add one of them.");
+  if (settings.dry_run && (settings.budget || settings.speed || settings.shard.count > 1))
+    throw UsageError("--dry-run cannot tell what --budget, --chart or --shard would build. Leave them out.");
 }
 
 /// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects that failed.
@@ -95,6 +97,18 @@ void writeResults(const BatchSettings& settings, const formats::SceneFile& scene
   formats::writeWhole(settings.folder / "report.json", tool::jsonText(toJson(result), 1) + "\n");
 }
 
+/// What a run would find in the cache; what it would build is skipped.
+void lookUp(std::vector<BatchItem>& items, const TreeCache& cache, const builder::Progress& progress) {
+  for (BatchItem& item : items) {
+    if (item.status != ItemStatus::Waiting) continue;
+    progress.check();
+    item.key = item.job.key();
+    std::optional<TreeResult> found = cache.find(item.key);
+    item.status = found ? ItemStatus::Cached : ItemStatus::Skipped;
+    if (found) item.result = std::move(*found);
+  }
+}
+
 /// Once everything is read and before the first build: everything that writeResults() writes.
 void declareOutputs(const BatchSettings& settings, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
   for (const char* name : {"scene.json", "report.json"}) files.willWrite(settings.folder / name);
@@ -113,14 +127,14 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   formats::SceneFile scene = formats::readScene(settings.scene);
   override(settings.overrides, scene.tool.settings);
   for (formats::SceneItem& object : scene.objects) override(settings.overrides, object.settings);
-  formats::makeFolder(settings.folder);
+  if (!settings.dry_run) formats::makeFolder(settings.folder);
 
   progress.stage("read");
   const ToolPaths paths = readToolPaths(settings.paths);
   MeshStore meshes;
   const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
   std::vector<BatchItem> items = loadItems(scene, settings.scene, meshes, threads, progress);
-  if (settings.shard.count == 1) declareOutputs(settings, items, files);
+  if (settings.shard.count == 1 && !settings.dry_run) declareOutputs(settings, items, files);
   if (items[0].status != ItemStatus::Failed) resolveReferencePoint(scene.tool, items[0]);
   const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
   const std::vector<BatchItem> source = items;
@@ -128,14 +142,16 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   result.generator = tool::kGenerator;
   result.scene = settings.scene;
   result.tool_distance_mm = items[0].status == ItemStatus::Failed ? 0 : distanceFrom(scene.tool.reference_point_mm, items[0]);
-  if (settings.budget)
+  if (settings.dry_run)
+    lookUp(items, cache, progress);
+  else if (settings.budget)
     result.budget = buildWithin(*settings.budget, items, paths, context);
   else
     buildItems(items, context, "build " + std::to_string(items.size()) + " trees", settings.shard);
   if (settings.speed) result.speed = speedRows(source, items, paths, context);
   for (BatchItem& item : items) result.objects.push_back(resultOf(item));
   result.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
-  if (settings.shard.count == 1) writeResults(settings, scene, items, result);
+  if (settings.shard.count == 1 && !settings.dry_run) writeResults(settings, scene, items, result);
   return result;
 }
 

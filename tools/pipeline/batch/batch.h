@@ -23,6 +23,7 @@ struct BatchSettings {
   std::optional<Budget> budget;
   formats::TreeSettings overrides;           // in place of what the scene says, for every object and the tool
   bool speed = false;                        // also measure speed against accuracy
+  bool dry_run = false;                      // nothing is built or written; objects that would be built are Skipped
   std::vector<std::filesystem::path> paths;  // trajectories or recordings whose steps `speed` and a budget of time count
 };
 

@@ -72,7 +72,20 @@ void printRepairs(const BatchResult& result, const BatchSettings& settings) {
     printResult("  and %zu more: %s\n", repaired.size() - kListed, plainText((settings.folder / "report.json").string()).c_str());
 }
 
+/// Of a dry run: what would be done.
+int printPlan(const BatchSettings& settings, const BatchResult& result) {
+  const pipeline::BatchTotals totals = totalsOf(result);
+  printResult("%s: %zu to build, %zu unchanged, %zu cannot be read; nothing was written\n", plainText(settings.folder.string()).c_str(),
+              totals.skipped, totals.cached, totals.failed);
+  for (const ObjectResult& object : result.objects) {
+    if (object.status == ItemStatus::Skipped) printResult("  build %s\n", object.name.c_str());
+    if (object.status == ItemStatus::Failed) say("spheretree: " + object.name + ": " + object.error);
+  }
+  return totals.failed > 0 ? kExitPartlyFailed : kExitOk;
+}
+
 int printResults(const BatchSettings& settings, const BatchResult& result) {
+  if (settings.dry_run) return printPlan(settings, result);
   const std::size_t missed = reportFaults(result);
   if (const ObjectResult& tool = result.objects[0]; tool.hasTree() && result.tool_distance_mm > tool.figures.diagonal_mm / 4)
     say("spheretree: warning: the reference point of the tool is " + shortNumber(result.tool_distance_mm) +
@@ -177,6 +190,7 @@ void addBatchCommand(Program& program) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   addOverrides(*app, options->overrides);
+  app->add_flag("--dry-run", options->dry_run, "Only say which trees would be built; nothing is written; default: not");
   addThreads(*app, options->threads);
 }
 

@@ -461,12 +461,11 @@ function addViewControls(view, onLevel) {
     <label class="check"><input type="checkbox" class="own"> each object by its own worst</label></div>
     <div class="note says-what"></div><div class="note says-gap"></div></div><button type="button" class="all">Show all</button>`;
   view.panel.append(box);
-  const slider = box.querySelector('.level'), output = box.querySelector('output'), most = box.querySelector('.most'), what = box.querySelector('.says-what'), gap = box.querySelector('.says-gap'), own = box.querySelector('.own');
+  const slider = box.querySelector('.level'), output = box.querySelector('output'), most = box.querySelector('.most'), what = box.querySelector('.says-what'), gap = box.querySelector('.says-gap'), own = box.querySelector('.own'), look = box.querySelector('.look');
   box.querySelector('.ramp').style.background = `linear-gradient(90deg,${SphereView.RAMP.join(',')})`;
   box.querySelector('.all').addEventListener('click', () => view.showAll());
   own.addEventListener('change', () => { view.ownScale = own.checked; view.setLook(view.look); describe(); });
-  box.querySelector('.look').value = view.look;
-  box.querySelector('.look').addEventListener('change', e => { view.setLook(e.target.value); describe(); });
+  look.addEventListener('change', e => { view.setLook(e.target.value); describe(); });
   function describe() {
     output.textContent = `${view.level} of ${view.levelCount() - 1}` +
       (view.objects.length === 1 && view.objects[0].sets ? ` · ${view.objects[0].sets[view.objects[0].level].length} spheres` : '');
@@ -484,6 +483,12 @@ function addViewControls(view, onLevel) {
       (one && one.surface && one.balls ? `: ${one.gaps ? (100 * one.gaps).toPrecision(2) : 0} % of the vertices` : '') : '';
   }
   function refresh() {
+    // Without meshes, as on the page of a recording, there are spheres alone, and without their overhang.
+    const has = {mesh: view.objects.some(object => object.surface), heat: view.objects.some(object => object.given.tree && object.given.tree.overhang)};
+    has.glass = has.mesh;
+    for (const option of look.options) option.hidden = has[option.value] === false;
+    if (has[view.look] === false) view.setLook('solid');
+    look.value = view.look;
     slider.max = view.levelCount() - 1;
     slider.value = view.level;
     slider.disabled = view.levelCount() < 2;
