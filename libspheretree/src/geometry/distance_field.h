@@ -44,6 +44,13 @@ class DistanceField {
   /// Nearest surface point among those nearer than `limit`; none: `distance` is infinite. Ties go to the lower triangle.
   NearestPoint nearest(const Eigen::Vector3d& p, double limit = std::numeric_limits<double>::infinity()) const;
   double distance(const Eigen::Vector3d& p) const { return nearest(p).distance; }
+  /// Calls visit(triangle) for each triangle that comes within `radius` of `p`, and for some that are farther. In a fixed order.
+  template <class Visit>
+  void visitNear(const Eigen::Vector3d& p, double radius, Visit&& visit) const {
+    tree_.searchWithin(p, radius * radius, [&](std::size_t first, std::size_t count) {
+      for (std::size_t slot = first; slot < first + count; ++slot) visit(faces_[slot].triangle);
+    });
+  }
   /// Distance to the surface, negative inside the solid [mm].
   double signedDistance(const Eigen::Vector3d& p, NearestPoint* nearest_out = nullptr) const;
   /// Whether `p` is inside, given its nearest surface point. With slack, the place nearest in earnest is sought again.

@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mesh/projected_cover.h"
+
 #include "base/ball.h"
 
 namespace spheretree::builder {
@@ -218,9 +220,17 @@ class PieceBound {
   /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if a point is
   /// farther than `enough`.
   double run(const std::array<Corner, 3>& triangle) {
-    double bound = 0;
-    std::size_t pieces = 1;
+    double bound = boundOf(triangle);
+    if (bound <= (enough_ < kInfinity ? kTightShare * allowed_ : allowed_)) return bound;
+    bound = 0;
     stack_.assign(1, triangle);
+    if (enough_ < kInfinity) {
+      const ProjectedCover cover = coverByProjection({triangle[0].p, triangle[1].p, triangle[2].p}, field_, allowed_);
+      bound = cover.distance;
+      stack_.clear();
+      for (const auto& [a, b, c] : cover.not_covered) stack_.push_back({corner(a), corner(b), corner(c)});
+    }
+    std::size_t pieces = stack_.size();
     while (!stack_.empty()) {
       const std::array<Corner, 3> piece = stack_.back();
       stack_.pop_back();
@@ -250,6 +260,7 @@ class PieceBound {
 
  private:
   static constexpr std::size_t kMostPieces = 1024;
+  static constexpr double kTightShare = 0.25;  // of what is allowed: looser bounds of a whole triangle are made tighter by projection
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }

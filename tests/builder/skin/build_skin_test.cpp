@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "geometry/distance_field.h"
@@ -125,6 +129,14 @@ TEST(BuildSkin, StaysWithinWhatItStates) {
 }
 
 TEST(BuildSkin, SimplifiesWithinADistanceThatHoldsBothWays) {
+  TriangleMesh fine = test::boxMesh({-5, -4, -3}, {5, 4, 3});
+  for (int round = 0; round < 5; ++round) fine = test::quartered(std::move(fine));  // 12,288 triangles in six planes
+  const Skin box = skinOf(fine, 0.1);
+  EXPECT_EQ(findFault(box), "");
+  EXPECT_LT(box.triangles.size(), 6000u);
+  EXPECT_EQ(flatCount(box), box.triangles.size());
+  EXPECT_LT(box.mesh_distance, 0.003f);
+
   const TriangleMesh torus = test::torusMesh(6, 2, 200, 90);  // 36,000 triangles: more than 16 bits name
   const Skin skin = skinOf(torus, 0.05);
   EXPECT_EQ(findFault(skin), "");
@@ -227,6 +239,55 @@ TEST(BuildSkin, KeepsToTheOriginOfItsTree) {
   EXPECT_LT(skin.mesh_distance, 1e-3f);
   for (std::size_t t = 0; t < skin.triangles.size(); ++t)
     for (const Eigen::Vector3f& p : patchOf(skin, t).position) EXPECT_LT(p.norm(), 5.1f);
+}
+
+/// A plain reader for meshes outside the project: v and f lines alone.
+TriangleMesh readObj(const std::filesystem::path& path) {
+  TriangleMesh mesh;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "v") {
+      Vector3d& p = mesh.positions.emplace_back();
+      words >> p.x() >> p.y() >> p.z();
+    } else if (kind == "f") {
+      Triangle& t = mesh.triangles.emplace_back();
+      std::string corner;
+      for (std::uint32_t& v : t) words >> corner, v = static_cast<std::uint32_t>(std::stoul(corner)) - 1;
+    }
+  }
+  return mesh;
+}
+
+// Long thin triangles beside even ones, where the limit of a subdivision surface leans out of its facets and folds over.
+TEST(BuildSkin, OfMachinedPartsHasNoFolds) {
+  for (const char* name : {"cad_metacarpal_link.obj", "cad_fandisk.obj", "thin_mug.obj"}) {
+    const std::filesystem::path path = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "bench" / name;
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+    TriangleMesh mesh = readObj(path);
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& p : mesh.positions) box.extend(p);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vector3d(3, 1, -2).normalized()).toRotationMatrix();
+    for (const bool is_turned : {false, true}) {
+      TriangleMesh posed = mesh;
+      for (Vector3d& p : posed.positions) p = (is_turned ? turn : Eigen::Matrix3d::Identity()) * (25 / box.diagonal().norm() * p);
+      const Skin skin = skinOf(posed, 0.05);
+      EXPECT_EQ(findFault(skin), "");
+      double folded = 0, area = 0;
+      for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+        const SkinPatch patch = patchOf(skin, t);
+        const Vector3d a = patch.position[0].cast<double>(),
+                       n = (patch.position[1].cast<double>() - a).cross(patch.position[2].cast<double>() - a);
+        bool leans = false;
+        for (const Eigen::Vector3f& normal : patch.normal) leans |= normal.cast<double>().dot(n) < 0.4 * n.norm();
+        area += n.norm();
+        if (leans) folded += n.norm();
+      }
+      EXPECT_LT(folded, 1e-6 * area) << name << ": only needles, whose own normals are rounding errors, may lean";
+    }
+  }
 }
 
 TEST(BuildSkin, ADamagedOneIsRefused) {
