@@ -120,7 +120,7 @@ def main():
         if b"\r" not in shown.replace(b"\r\n", b"\n"):
             failures.append("no progress was shown at all: this test cannot fail")
         for words in (["evaluate", "torus.obj", "a.stree"], ["batch", "torus.scene.json", "-o", "out"],
-                      ["compare", "torus.obj", "-o", "cmp", "--builders", "cover,octree", "--levels", "3"]):
+                      ["compare", "torus.obj", "-o", "cmp", "--builders", "cover,octree", "--qualities", "quick", "--levels", "3"]):
             trial([spheretree, *words], 60, "xterm", folder)
         result = subprocess.run([spheretree, "build", "torus.obj", "-o", "a.stree"], cwd=folder, capture_output=True, text=True)
         if result.stderr:
