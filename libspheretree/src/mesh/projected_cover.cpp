@@ -14,7 +14,7 @@ constexpr double kLeastSlope = 0.1;       // cosine between the normals: steeper
 constexpr double kWidening = 1e-11;       // of the size of the triangle: so that rounding leaves no gaps between neighbours
 constexpr double kMostSlack = 0.01;       // of the allowed distance, that the widening may add
 constexpr double kHeightRounding = 1e-9;  // heights of cut corners are rounded: they are to be within what is allowed
-constexpr std::size_t kMaxParts = 512;  // of a triangle at a time; then the rest counts as not covered
+constexpr std::size_t kMaxParts = 512;    // of a triangle at a time; then the rest counts as not covered
 
 using Polygon = std::vector<Vector2d>;  // convex
 
