@@ -22,10 +22,10 @@ if not shutil.which("Xvfb") or not shutil.which("xdotool"):
 
 def start_display():
     read, write = os.pipe()
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24"], pass_fds=[write], stderr=subprocess.DEVNULL)
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24", "-noreset"], pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
-    display = ":" + os.read(read, 16).decode().strip()
-    os.close(read)
+    with os.fdopen(read) as told:
+        display = ":" + told.readline().strip()  # the whole line: the server gives up if nobody reads its end
     for _ in range(50):  # until it answers
         asked = subprocess.run(["xdotool", "getdisplaygeometry"], env=os.environ | {"DISPLAY": display}, capture_output=True, check=False)
         if asked.returncode == 0:

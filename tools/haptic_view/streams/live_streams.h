@@ -14,9 +14,9 @@ namespace spheretree::view {
 
 /// A place where the tool touches something.
 struct ShownContact {
-  Eigen::Vector3f point, normal;  // world; the normal points from the object to the tool
-  float force = 0;                // [N]
-  std::uint32_t object = 0;       // index in the scene
+  Eigen::Vector3f point{0, 0, 0}, normal{0, 0, 1};  // world; the normal points from the object to the tool
+  float force = 0;                                  // [N]
+  std::uint32_t object = 0;                         // index in the scene
 };
 inline constexpr std::size_t kMostContacts = 16;  // more than a step has
 

@@ -55,8 +55,11 @@ Window::Window(const std::string& title, int width, int height, double scale) {
   glfwGetWindowContentScale(window_, &across, &down);
   interface_ = std::make_unique<Interface>(scale > 0 ? scale : std::clamp(static_cast<double>(across), 1.0, 4.0));
   glfwSetWindowUserPointer(window_, this);
-  glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
-    if (action == GLFW_PRESS && key >= 0) static_cast<Window*>(glfwGetWindowUserPointer(window))->pressed_.push_back(key);
+  glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+    if (action != GLFW_PRESS || key < 0) return;
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+    self.pressed_.push_back(key);
+    self.pressed_with_ |= modifiers;
   });
   ImGui_ImplGlfw_InitForOpenGL(window_, true);  // it calls the callback above, too
   last_ = due_ = Clock::now();
@@ -83,6 +86,10 @@ void Window::takeTaps() {
     released_later_.push_back(key);
   }
   pressed_.clear();
+  // Control and Shift as they were when a key was pressed, though they may have been let go since.
+  io.KeyCtrl = io.KeysDown[GLFW_KEY_LEFT_CONTROL] || io.KeysDown[GLFW_KEY_RIGHT_CONTROL] || (pressed_with_ & GLFW_MOD_CONTROL);
+  io.KeyShift = io.KeysDown[GLFW_KEY_LEFT_SHIFT] || io.KeysDown[GLFW_KEY_RIGHT_SHIFT] || (pressed_with_ & GLFW_MOD_SHIFT);
+  pressed_with_ = 0;
 }
 
 double Window::begin() {

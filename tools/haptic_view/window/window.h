@@ -57,6 +57,7 @@ class Window {
   void takeTaps();
 
   std::vector<int> pressed_, released_later_;  // keys
+  int pressed_with_ = 0;                       // modifiers, as GLFW gives them
   bool is_software_ = false;
   int width_ = 0, height_ = 0;
   Clock::time_point last_, due_;
