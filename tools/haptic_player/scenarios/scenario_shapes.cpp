@@ -137,7 +137,7 @@ TriangleMesh groove() {
   return extrude({{-10, -4}, {10, -4}, {10, 10}, {half, 10}, {0, 0}, {-half, 10}, {-10, 10}}, 20);
 }
 
-// Each a little wider than what the tool touches: bridges at the rim lean on leaves that stand out farther.
+// Each a little wider than what the tool touches.
 /// Where F3's ball of radius 5 comes over the edge of the cube.
 const Work kEdgeWork{{Eigen::Vector3d(1, -2.5, 1), Eigen::Vector3d(11, 2.5, 11)}, 0.04, 1, 1};
 /// Where F3's ball of radius 1 slides along the groove.
