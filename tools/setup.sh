@@ -23,7 +23,7 @@ packages=(
   libtet1.5-dev           # tests: TetGen, in a program of its own
 )
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
-if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge); fi
+if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-numpy python3-scipy); fi
 
 missing=()
 for package in "${packages[@]}"; do
