@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Loads the runtime as a shared library at run time and presses a tool on an object: what a player in any language does.
- * Usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree      LIBRARY: path of libspheretree_runtime.so */
+/* Loads the runtime as a shared library at run time and presses a tool on an object: what a player in any language
+ * does. Usage: haptic_step_in_c LIBRARY TOOL.stree OBJECT.stree      LIBRARY: path of libspheretree_runtime.so */
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>

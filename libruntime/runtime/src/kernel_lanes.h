@@ -133,6 +133,46 @@ inline unsigned within(const Hits& h, float margin) {
 
 constexpr U8 kLanes{0, 1, 2, 3, 4, 5, 6, 7};
 
+struct Vector8 {
+  F8 x, y, z;
+};
+inline Vector8 operator+(const Vector8& a, const Vector8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vector8 operator-(const Vector8& a, const Vector8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vector8 operator*(F8 f, const Vector8& a) { return {f * a.x, f * a.y, f * a.z}; }
+inline F8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vector8 cross(const Vector8& a, const Vector8& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline Vector8 select(I8 mask, const Vector8& yes, const Vector8& no) {
+  return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
+}
+inline Vector8 splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
+inline F8 least(F8 a, F8 b) { return select(a < b, a, b); }
+inline F8 largest(F8 a, F8 b) { return select(a > b, a, b); }
+inline F8 size(F8 a) { return largest(a, -a); }
+inline F8 clamp01(F8 a) { return largest(splat(0), least(a, splat(1))); }
+inline float leastLane(F8 v) {
+  float out = v[0];
+  for (unsigned k = 1; k < 8; ++k) out = v[k] < out ? v[k] : out;
+  return out;
+}
+
+// Squared distances from 8 points to 8 triangles.
+inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& p2, const Vector8& point) {
+  const F8 one = splat(1), zero = splat(0);
+  const Vector8 corner[3] = {p0, p1, p2}, side[3] = {p1 - p0, p2 - p1, p0 - p2}, across = cross(side[0], p2 - p0);
+  const F8 area2 = dot(across, across);
+  I8 over = area2 > splat(1e-30f);
+  F8 nearest = splat(__builtin_inff());
+  for (unsigned k = 0; k < 3; ++k) {
+    const Vector8 from = point - corner[k];
+    over = over & (dot(cross(across, side[k]), from) >= zero);
+    const F8 length2 = dot(side[k], side[k]);
+    const Vector8 to = from - clamp01(dot(from, side[k]) / select(length2 > zero, length2, one)) * side[k];
+    nearest = least(nearest, dot(to, to));
+  }
+  const F8 height = dot(across, point - p0);
+  return select(over, height * height / select(over, area2, one), nearest);
+}
+
 // One search, object by object. Breadth first in straight loops: of two nodes that touch the one that promises more is opened, and its
 // children meet the other one all at once; what they hit is only appended to a list.
 class PairFinder {
@@ -239,10 +279,12 @@ class PairFinder {
   template <bool kToolIsOne>
   void meet(const ObjectView& view, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
     const Hits h = measure(one, many);
-    const unsigned hits = within(h, s_.inner_margin);
+    unsigned hits = within(h, s_.inner_margin);
     if (hits == 0) return;
     const BlockLinks &links = (kToolIsOne ? view.links : s_.tool_links)[b],
                      &one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
+    if (!kToolIsOne && view.patches && (slot & 7) >= one_links.inner) hits &= nearTriangle(view, slot, many);
+    if (hits == 0) return;
     const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot;
     const unsigned more = hits & ((1u << links.inner) - 1) & maskOf(load(links.open_priority) >= splat(one_links.open_priority[slot & 7]));
     const unsigned others = hits & ~more;
@@ -260,6 +302,15 @@ class PairFinder {
       live_ -= static_cast<std::uint32_t>(__builtin_popcount(apart));
       add(leaf_end_, others & ~apart, 0);
     }
+  }
+
+  // Those of the tool's balls that are within the margin of a patch. A large triangle fills little of its sphere.
+  [[gnu::noinline]] unsigned nearTriangle(const ObjectView& view, std::uint32_t slot, const Balls& balls) const {
+    const auto& p = view.patches[view.items[slot]].position;
+    const F8 square = squareToTriangle(splat(p[0][0], p[0][1], p[0][2]), splat(p[1][0], p[1][1], p[1][2]), splat(p[2][0], p[2][1], p[2][2]),
+                                       {balls.x, balls.y, balls.z});
+    const F8 reach = balls.r + splat(s_.inner_margin + view.allowance);
+    return maskOf(square <= reach * reach);
   }
 
   // Those of the pairs that double arithmetic finds apart.
@@ -294,28 +345,6 @@ class PairFinder {
 };
 
 PairSearchResult findPairs(const PairSearch& s) { return PairFinder(s).run(); }
-
-struct Vector8 {
-  F8 x, y, z;
-};
-inline Vector8 operator+(const Vector8& a, const Vector8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vector8 operator-(const Vector8& a, const Vector8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vector8 operator*(F8 f, const Vector8& a) { return {f * a.x, f * a.y, f * a.z}; }
-inline F8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Vector8 cross(const Vector8& a, const Vector8& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline Vector8 select(I8 mask, const Vector8& yes, const Vector8& no) {
-  return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
-}
-inline Vector8 splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
-inline F8 least(F8 a, F8 b) { return select(a < b, a, b); }
-inline F8 largest(F8 a, F8 b) { return select(a > b, a, b); }
-inline F8 size(F8 a) { return largest(a, -a); }
-inline F8 clamp01(F8 a) { return largest(splat(0), least(a, splat(1))); }
-inline float leastLane(F8 v) {
-  float out = v[0];
-  for (unsigned k = 1; k < 8; ++k) out = v[k] < out ? v[k] : out;
-  return out;
-}
 
 // 8 balls of the tool, in the axes of the object.
 struct ToolBalls {

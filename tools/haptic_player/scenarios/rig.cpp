@@ -22,10 +22,11 @@ double leafOverhang(const Body& body) { return static_cast<double>(body.tree.sta
 namespace {
 
 // The published algorithm knows leaves alone.
-runtime::ContactSurface surfaceOf(runtime::Mode mode, const std::vector<PlacedBody>& objects) {
+runtime::ContactSurface surfaceOf(runtime::Mode mode, const std::vector<PlacedBody>& objects, runtime::ContactSurface wanted) {
   const bool all_skin =
       std::all_of(objects.begin(), objects.end(), [](const PlacedBody& o) { return o.body->contact == runtime::ContactSurface::Skin; });
-  return mode == runtime::Mode::Constrained && all_skin ? runtime::ContactSurface::Skin : runtime::ContactSurface::Leaves;
+  return mode == runtime::Mode::Constrained && all_skin && wanted == runtime::ContactSurface::Skin ? runtime::ContactSurface::Skin
+                                                                                                   : runtime::ContactSurface::Leaves;
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, 
       objects_(std::move(objects)),
       mode_(mode),
       options_(options),
-      leaves_(tool.tree, options.reference_point, objects_, surfaceOf(mode, objects_)) {
+      leaves_(tool.tree, options.reference_point, objects_, surfaceOf(mode, objects_, options.contact)) {
   runtime::SceneDescription description;
   description.tool = tool.tree;
   description.reference_point = options.reference_point;
@@ -43,7 +44,7 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, 
   for (const PlacedBody& object : objects_) {
     description.objects.push_back({object.body->tree, object.pose});
   }
-  description.contact = surfaceOf(mode, objects_);
+  description.contact = surfaceOf(mode, objects_, options.contact);
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);

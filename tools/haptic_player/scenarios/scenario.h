@@ -60,6 +60,7 @@ class Rig {
     runtime::Coupling coupling;
     double mesh_spacing = 0;  // > 0: the meshes are compared too, at every 10th step in contact [mm]
     bool keep_rows = true;
+    runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // of bodies that do not say leaves themselves
   };
   Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options);
   Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode) : Rig(tool, std::move(objects), mode, Options{}) {}

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The plain C face of the runtime (libspheretree_runtime.so): describe a scene, make a renderer of it, then one call for each servo step.
+/* The plain C face of the runtime (libspheretree_runtime.so): describe a scene, make a renderer of it, then one call
+ * for each servo step.
  *
- * Units: mm, N, N mm, rad. World axes are right-handed. Quaternions are w, x, y, z and turn tool (or object) axes into world axes; they
- * need not be of unit length. A pose of the tool is the position of its reference point and its orientation. A wrench acts on the
- * hand; its torque is about the reference point of the haptic tool.
+ * Units: mm, N, N mm, rad. World axes are right-handed. Quaternions are w, x, y, z and turn tool (or object) axes into
+ * world axes; they need not be of unit length. A pose of the tool is the position of its reference point and its
+ * orientation. A wrench acts on the hand; its torque is about the reference point of the haptic tool.
  *
- * Threads: a scene or a renderer belongs to one thread at a time. st_renderer_step() allocates nothing, takes no lock, does no I/O
- * and never fails; its time is bounded by the step limits. All other functions may allocate. */
+ * Threads: a scene or a renderer belongs to one thread at a time. st_renderer_step() allocates nothing, takes no lock,
+ * does no I/O and never fails; its time is bounded by the step limits. All other functions may allocate. */
 #ifndef SPHERETREE_RUNTIME_H
 #define SPHERETREE_RUNTIME_H
 
@@ -57,7 +58,8 @@ enum {
   ST_LEAVES = 1 /* the leaf spheres of every object */
 };
 
-/* Later versions add members at the end. `struct_size` tells which of them the caller knows: set it with ST_STEP_INIT, once. */
+/* Later versions add members at the end. `struct_size` tells which of them the caller knows: set it with ST_STEP_INIT,
+ * once. */
 typedef struct st_step {
   size_t struct_size; /* sizeof(st_step) */
   st_pose graphic_tool;
@@ -92,7 +94,8 @@ typedef struct st_contact {
 /* "0.1.0" */
 ST_API const char* st_version(void);
 
-/* An empty scene with the default limits, or NULL without memory. Functions below return 0, or -1 with a sentence in st_scene_error(). */
+/* An empty scene with the default limits, or NULL without memory. Functions below return 0, or -1 with a sentence in
+ * st_scene_error(). */
 ST_API st_scene* st_scene_create(void);
 ST_API void st_scene_destroy(st_scene* scene); /* NULL is fine; renderers made of it stay alive */
 /* What went wrong last; "" at first. Valid until the next call with this scene. */
@@ -108,22 +111,25 @@ ST_API int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose)
 ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
 /* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */
 ST_API int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]);
-/* Pairs at a time: 64 for each object .. 1048576, default 8192. Work units (about 3 ns each) a step: 1000 .. 2^30, default 100000. */
+/* Pairs at a time: 64 for each object .. 1048576, default 8192. Work units (about 3 ns each) a step: 1000 .. 2^30,
+ * default 100000. */
 ST_API int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work);
 /* ST_SKIN (default) or ST_LEAVES. */
 ST_API int st_scene_set_contact(st_scene* scene, int surface);
 
-/* Compiles the scene as it stands; later changes of the scene do not reach the renderer. NULL with a sentence in st_scene_error().
- * The first step puts the graphic tool at its haptic pose. */
+/* Compiles the scene as it stands; later changes of the scene do not reach the renderer. NULL with a sentence in
+ * st_scene_error(). The first step puts the graphic tool at its haptic pose. */
 ST_API st_renderer* st_renderer_create(st_scene* scene, int mode);
 ST_API void st_renderer_destroy(st_renderer* renderer); /* NULL is fine */
 /* One servo step. Of `out` the members within out->struct_size are written. */
 ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out);
-/* The contacts that held the graphic tool at the end of the last step, in constrained mode: fills up to `capacity` elements, whose
- * struct_size the first of them tells, and returns how many there are, at most ST_MOST_CONTACTS. `out` may be NULL if `capacity` is 0. */
+/* The contacts that held the graphic tool at the end of the last step, in constrained mode: fills up to `capacity`
+ * elements, whose struct_size the first of them tells, and returns how many there are, at most ST_MOST_CONTACTS. `out`
+ * may be NULL if `capacity` is 0. */
 ST_API size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity);
-/* Puts an object elsewhere for the steps to come: its file's frame in the world. The tool is not taken along. Returns 0, or -1, and nothing
- * changes, if there is no such object or the pose is not finite or beyond 1e7 mm. Allocates nothing. */
+/* Puts an object elsewhere for the steps to come: its file's frame in the world. The tool is not taken along. Returns
+ * 0, or -1, and nothing changes, if there is no such object or the pose is not finite or beyond 1e7 mm. Allocates
+ * nothing. */
 ST_API int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose);
 /* The graphic tool starts anew: at `graphic_tool`, or at the next haptic pose if NULL. */
 ST_API void st_renderer_reset(st_renderer* renderer, const st_pose* graphic_tool);
