@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# tools/animation.sh SCENE.json TRAJECTORY.csv OUT.gif [FROM TO]: plays the path in the scene, records it, and draws ten pictures for each second
-# of the recording from step FROM to TO (default 1500 to 11500) as an animated image. Needs ffmpeg and gifsicle (Debian), which nothing else
-# needs, and no display.
+# tools/animation.sh SCENE.json TRAJECTORY.csv OUT.gif [FROM TO]: plays the path in the scene, records it, and draws ten
+# pictures for each second of the recording from step FROM to TO (default 1500 to 11500) as an animated image. Needs
+# ffmpeg and gifsicle (Debian), which nothing else needs, and no display.
 set -euo pipefail
 if [[ $# -ne 3 && $# -ne 5 ]]; then
   echo "usage: tools/animation.sh SCENE.json TRAJECTORY.csv OUT.gif [FROM TO]" >&2

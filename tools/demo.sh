@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# tools/demo.sh [FOLDER]: builds the programs, makes the sample meshes, builds and evaluates their sphere-trees, and draws them; then builds a
-# whole mouth and names the command that opens it.
+# tools/demo.sh [FOLDER]: builds the programs, makes the sample meshes, builds and evaluates their sphere-trees, and
+# draws them; then builds a whole mouth and names the command that opens it.
 # FOLDER, default out/demo in the checkout, receives the results.
 set -euo pipefail
 out=${1:+$(realpath -m "$1")}  # of the caller's folder

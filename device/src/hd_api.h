@@ -76,8 +76,8 @@ struct HdApi {
 #undef SPHERETREE_HD_MEMBER
 };
 
-/// Loads `library`, or the first of the known names if it is empty. Stays loaded for the rest of the process: the driver does not
-/// survive a second load. @throws DeviceError
+/// Loads `library`, or the first of the known names if it is empty. Stays loaded for the rest of the process: the
+/// driver does not survive a second load. @throws DeviceError
 const HdApi& loadHdApi(const std::string& library);
 
 }  // namespace spheretree::device

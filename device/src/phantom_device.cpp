@@ -18,8 +18,8 @@ constexpr int kMostErrors = 32;                    // of one drain; a broken dri
 constexpr unsigned long kRate = 1000;              // [Hz]
 constexpr double kMostTorque[3] = {188, 188, 48};  // the library tells none: what its own example allows [N mm]
 
-/// Column-major, millimetres. The rotation is slightly off in the library: the nearest rotation to it, by Newton's iteration for the
-/// polar factor. Not finite if it is no rotation at all.
+/// Column-major, millimetres. The rotation is slightly off in the library: the nearest rotation to it, by Newton's
+/// iteration for the polar factor. Not finite if it is no rotation at all.
 Configuration poseOf(const double (&transform)[16]) noexcept {
   const Eigen::Map<const Eigen::Matrix4d> matrix(transform);
   Eigen::Matrix3d r = matrix.topLeftCorner<3, 3>();
@@ -33,7 +33,8 @@ Configuration poseOf(const double (&transform)[16]) noexcept {
   return pose;
 }
 
-/// Torque about the joints: its part along each axis as the joints are now. The roll axis is the handle's z; pitch and yaw lie before it.
+/// Torque about the joints: its part along each axis as the joints are now. The roll axis is the handle's z; pitch and
+/// yaw lie before it.
 Eigen::Vector3d gimbalTorque(const Quaternion& handle, const double (&angles)[3], const Eigen::Vector3d& torque) noexcept {
   const Quaternion before_roll = handle * rotationOf({0, 0, -angles[2]});
   const Quaternion before_pitch = before_roll * rotationOf({-angles[1], 0, 0});
@@ -219,8 +220,9 @@ void PhantomDevice::send(const Wrench& wrench) noexcept {
   api_->hdSetDoublev(kHdCurrentGimbalTorque, torque.data());
 }
 
-/// Force errors (too warm, too strong, too fast, a kick) toggle the amplifiers, which come back by themselves: so guard and ramp begin
-/// anew. Everything else means that nobody knows what the device does: zero, and no way back in this run.
+/// Force errors (too warm, too strong, too fast, a kick) toggle the amplifiers, which come back by themselves: so guard
+/// and ramp begin anew. Everything else means that nobody knows what the device does: zero, and no way back in this
+/// run.
 void PhantomDevice::drainInServo() noexcept {
   for (int n = 0; n < kMostErrors; ++n) {
     const HdErrorInfo error = api_->hdGetError();

@@ -14,7 +14,8 @@ constexpr double kLargest = 1e6;
 constexpr int kCalmSteps = 3;
 constexpr double kRestForce = 1e-3, kRestTorque = 0.05;  // less than the smallest command of a 16-bit device [N, N mm]
 
-/// `to`, or the nearest wrench whose change is a fall and then a rise by at most `rise`. A fall is free: it is the safe direction.
+/// `to`, or the nearest wrench whose change is a fall and then a rise by at most `rise`. A fall is free: it is the safe
+/// direction.
 Eigen::Vector3d risen(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double rise) {
   const double square = from.squaredNorm();
   const Eigen::Vector3d fallen = square > 0 ? Eigen::Vector3d(from * std::clamp(from.dot(to) / square, 0.0, 1.0)) : from;
@@ -201,7 +202,8 @@ Wrench Safety::slewed(const Wrench& wrench) noexcept {
   return out;
 }
 
-/// A contact that comes after a rest begins with a true impact, which the slew limit would soften. One that flickers does not.
+/// A contact that comes after a rest begins with a true impact, which the slew limit would soften. One that flickers
+/// does not.
 void Safety::followContact(double elapsed) noexcept {
   const bool nothing = sent_.force.norm() < kRestForce && sent_.torque.norm() < kRestTorque;
   if (nothing) {

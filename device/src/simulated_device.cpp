@@ -50,8 +50,8 @@ void check(const SimulatedSettings& s) {
 
 double quantised(double value, double step) noexcept { return step > 0 ? std::round(value / step) * step : value; }
 
-/// Implicit Coulomb friction over a substep: its impulse takes away speed, at most all of it. So a body sticks without any band of
-/// speeds in which sticking is assumed, and never chatters.
+/// Implicit Coulomb friction over a substep: its impulse takes away speed, at most all of it. So a body sticks without
+/// any band of speeds in which sticking is assumed, and never chatters.
 Eigen::Vector3d rubbed(const Eigen::Vector3d& velocity, double loss) noexcept {
   Eigen::Vector3d out;
   for (int k = 0; k < 3; ++k) out[k] = std::copysign(std::max(0.0, std::abs(velocity[k]) - loss), velocity[k]);
@@ -182,7 +182,8 @@ void SimulatedDevice::moveTranslation(int substeps, const Hand& hand, const Eige
 }
 
 void SimulatedDevice::moveRotation(int substeps, const Hand& hand, const Configuration& from, const Configuration& to) noexcept {
-  // N m everywhere here. Over one servo step the rotation is small: rotation vectors from its begin add up like translations.
+  // N m everywhere here. Over one servo step the rotation is small: rotation vectors from its begin add up like
+  // translations.
   const double inertia = settings_.inertia + hand.inertia;
   const Eigen::Vector3d torque = held_.torque / kMmPerM;
   const Eigen::Vector3d target_rate = rotationVector(to.orientation * from.orientation.conjugate()) / (substeps * kSubstep);

@@ -21,7 +21,8 @@ bool hasSizeOfBinaryStl(std::span<const char> bytes);
 /// "OBJ", "STL", "PLY", "OFF", "glTF".
 const char* nameOf(MeshKind kind);
 
-/// "a mesh (OBJ)", "a sphere-tree (.stree)", "a picture (PNG)", "a table (CSV)", "JSON", "empty"; "" for what is not known.
+/// "a mesh (OBJ)", "a sphere-tree (.stree)", "a picture (PNG)", "a table (CSV)", "JSON", "empty"; "" for what is not
+/// known.
 std::string describedContent(std::string_view bytes);
 
 }  // namespace spheretree::formats

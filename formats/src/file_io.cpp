@@ -202,7 +202,8 @@ void WholeFile::commit() {
   if (straight) return;
   if (told) told->onWritten(s.target, s.role);
   s.temporary.clear();
-  // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is whole.
+  // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is
+  // whole.
   const std::filesystem::path folder = s.target.has_parent_path() ? s.target.parent_path() : std::filesystem::path(".");
   const Descriptor folder_file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder_file.get() >= 0) ::fsync(folder_file.get());

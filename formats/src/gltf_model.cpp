@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// tinygltf 2.7.0 reads up to 8 bytes beyond a truncated GLB, recurses without limit into nested extras, takes properties of a wrong type
-// for missing ones, narrows indices to 32 bits, and refuses a mesh for the sake of its images. What it is given is therefore a document
-// made here: only what a mesh needs, every property of its right type, every index within its array, every buffer of its exact size.
+// tinygltf 2.7.0 reads up to 8 bytes beyond a truncated GLB, recurses without limit into nested extras, takes
+// properties of a wrong type for missing ones, narrows indices to 32 bits, and refuses a mesh for the sake of its
+// images. What it is given is therefore a document made here: only what a mesh needs, every property of its right type,
+// every index within its array, every buffer of its exact size.
 #include "gltf_model.h"
 
 #include <algorithm>

@@ -23,11 +23,11 @@ std::string place(const std::string& key, std::uint64_t index);  // "meshes[3]"
 /// Says what is wrong with an element, as "meshes[3].primitives[0]".
 [[noreturn]] void refuseElement(const MeshAssembly& assembly, const std::string& where, const std::string& what);
 
-/// Holds the nodes, the scene to read, the meshes that nodes name with their triangles and positions, and the accessors, bufferViews and
-/// buffers of those. All else keeps its index, but is empty. Certain: every index is within its array; accessors have an element, the type
-/// and a componentType of their use, and a bufferView if they hold indices; transforms have all their numbers; buffers have all their
-/// bytes. Not certain: that views lie within buffers, and accessors within views. Cost: O(bytes) in time and memory, and of the buffers
-/// beside.
+/// Holds the nodes, the scene to read, the meshes that nodes name with their triangles and positions, and the
+/// accessors, bufferViews and buffers of those. All else keeps its index, but is empty. Certain: every index is within
+/// its array; accessors have an element, the type and a componentType of their use, and a bufferView if they hold
+/// indices; transforms have all their numbers; buffers have all their bytes. Not certain: that views lie within
+/// buffers, and accessors within views. Cost: O(bytes) in time and memory, and of the buffers beside.
 /// @param folder Buffers in files lie in it or below; empty: none are read.
 /// @throws FormatError for what is not such a file; FileError for a buffer that cannot be read.
 tinygltf::Model loadGltfModel(std::span<const char> bytes, const std::filesystem::path& folder, MeshAssembly& assembly);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the URIs of a glTF file's buffers name: base64 data within it, or a file beside or below it. Nothing else is opened.
+// What the URIs of a glTF file's buffers name: base64 data within it, or a file beside or below it. Nothing else is
+// opened.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,8 @@ class GltfUris {
   GltfUris(std::filesystem::path folder, const MeshAssembly& assembly) : folder_(std::move(folder)), assembly_(assembly) {}
 
   /// @param where The element that has the URI, for messages: "buffers[0]".
-  /// @throws FormatError for a URI that is refused; FileError for a file that cannot be read, or more than 4 GiB of files together.
+  /// @throws FormatError for a URI that is refused; FileError for a file that cannot be read, or more than 4 GiB of
+  /// files together.
   std::vector<unsigned char> open(const std::string& uri, const std::string& where);
 
  private:

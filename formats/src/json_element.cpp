@@ -49,7 +49,8 @@ std::string adviceAt(std::string_view text, std::size_t at) {
 }  // namespace
 
 nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
-  // The keys of the objects that are open. Of two equal ones a parser keeps one, and the other would be lost without a word.
+  // The keys of the objects that are open. Of two equal ones a parser keeps one, and the other would be lost without a
+  // word.
   std::vector<std::set<std::string>> open;
   const auto refuseTwins = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
     if (event == nlohmann::json::parse_event_t::object_start) open.emplace_back();

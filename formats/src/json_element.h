@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value of a JSON text that nobody vouches for, with its path in the text: every access checks, and says where it failed.
+// A value of a JSON text that nobody vouches for, with its path in the text: every access checks, and says where it
+// failed.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +45,8 @@ class JsonElement {
     if (found == value_.end()) fail(std::string("has no \"") + key + "\"");
     return {*found, path_.empty() ? key : path_ + "." + key, source_};
   }
-  /// Refuses a key that is none of these: most likely a typing mistake, and then its value would be lost without a word.
+  /// Refuses a key that is none of these: most likely a typing mistake, and then its value would be lost without a
+  /// word.
   void onlyKeys(std::initializer_list<std::string_view> known) const {
     if (!value_.is_object()) fail("is not an object");
     for (const auto& item : value_.items()) {

@@ -42,8 +42,8 @@ using Point2 = std::array<double, 2>;
 
 double turn(const Point2& a, const Point2& b, const Point2& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
 
-/// Ear clipping of a polygon that runs counter-clockwise: emits index triples into `points`. Ears are taken in order, so that the
-/// result depends on nothing but the polygon; what has no ear left (it crosses itself) is cut into a fan.
+/// Ear clipping of a polygon that runs counter-clockwise: emits index triples into `points`. Ears are taken in order,
+/// so that the result depends on nothing but the polygon; what has no ear left (it crosses itself) is cut into a fan.
 template <class Emit>
 void clipEars(std::span<const Point2> points, Emit&& emit) {
   const std::size_t n = points.size();

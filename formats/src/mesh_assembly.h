@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the mesh readers share: collects vertices, polygons and parts as a file gives them, and makes a welded TriangleMesh.
+// What the mesh readers share: collects vertices, polygons and parts as a file gives them, and makes a welded
+// TriangleMesh.
 #pragma once
 
 #include <cstdint>

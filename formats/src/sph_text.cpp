@@ -64,7 +64,8 @@ struct Slot {
   bool used = false;
 };
 
-/// Floats round to 2^-24 of a coordinate: far from the frame's origin that would eat up the spheres. There, the middle of their box.
+/// Floats round to 2^-24 of a coordinate: far from the frame's origin that would eat up the spheres. There, the middle
+/// of their box.
 std::array<double, 3> originOf(const std::vector<Slot>& slots) {
   constexpr double kFar = 16;  // diagonals of the box
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -10,8 +10,8 @@
 namespace spheretree::formats {
 
 SphereTree readSphereTree(const std::filesystem::path& path) {
-  // The largest tree, search tree and skin take 2.6 MB. The cap leaves room for later sections, and keeps a wrong file from
-  // filling the memory.
+  // The largest tree, search tree and skin take 2.6 MB. The cap leaves room for later sections, and keeps a wrong file
+  // from filling the memory.
   constexpr std::uint64_t kMostTreeBytes = 16 << 20;
   return parseSphereTree(readFile(path, kMostTreeBytes), path.string());
 }

@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::string_view kPrefix = ".spheretree-", kSuffix = ".tmp";
 
-// A file is made a moment before it is locked, and not every file system shares locks between machines. Whoever writes does so again and
-// again, or is done within seconds.
+// A file is made a moment before it is locked, and not every file system shares locks between machines. Whoever writes
+// does so again and again, or is done within seconds.
 constexpr std::time_t kLeftAlone = 600;  // [s]
 
 bool isLeftover(const std::filesystem::path& path) {

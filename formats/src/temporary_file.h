@@ -35,8 +35,9 @@ struct TemporaryFile {
   int error;        // why not: an errno
 };
 
-/// A new empty file `.spheretree-PID-N.tmp` in `folder`, locked for as long as it is open. Before the first one of a folder, those that
-/// nobody holds and nobody has touched for ten minutes are removed: the leftovers of programs that were killed.
+/// A new empty file `.spheretree-PID-N.tmp` in `folder`, locked for as long as it is open. Before the first one of a
+/// folder, those that nobody holds and nobody has touched for ten minutes are removed: the leftovers of programs that
+/// were killed.
 TemporaryFile createTemporary(const std::filesystem::path& folder);
 
 }  // namespace spheretree::formats

@@ -9,9 +9,10 @@
 
 namespace spheretree::builder {
 
-/// `mesh` is to be covered; `field` is the distance from its surface. Lengths, and the tolerance of the settings, are in the units of
-/// `mesh`. Deterministic for any number of threads. @throws BuildError, Cancelled; std::invalid_argument for a member of Combined that
-/// cannot be combined.
+/// `mesh` is to be covered; `field` is the distance from its surface. Lengths, and the tolerance of the settings, are
+/// in the units of
+/// `mesh`. Deterministic for any number of threads. @throws BuildError, Cancelled; std::invalid_argument for a member
+/// of Combined that cannot be combined.
 LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

@@ -67,8 +67,9 @@ DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, 
 // The levels for the settings, searched on the simplified input and certified against the target.
 CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
                                 StageClock& clock, Progress& progress) {
-  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the distance bound of the
-  // simplification, and reach out of it by at most h and twice the bound: its distance from their centres may be less by the bound, too.
+  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the
+  // distance bound of the simplification, and reach out of it by at most h and twice the bound: its distance from their
+  // centres may be less by the bound, too.
   const double tolerance = std::max(0.0, settings.tolerance_mm - 2 * search.distance_bound_mm) / search.pose.scale;
   return searchLevels(settings, tolerance, [&](const BuildSettings& tried, std::size_t max_levels) {
     progress.stage("balls");

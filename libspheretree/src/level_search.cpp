@@ -15,7 +15,8 @@ constexpr double kUndershoot = 0.99;    // each of them aims this share below wh
 constexpr std::size_t kSmallTree = 21;  // nodes: 1 + 4 + 16; trees this small are searched exhaustively
 constexpr double kOutOfReach = 1.05;    // times the tolerance: a full tree this far out is not followed by one with fewer leaves
 
-// Levels are built for the tolerance over this factor, since certification makes spheres grow to close the gaps that a search leaves.
+// Levels are built for the tolerance over this factor, since certification makes spheres grow to close the gaps that a
+// search leaves.
 double certificationAllowance(const BuildSettings& settings) {
   if (settings.builder == BuilderKind::Octree) return 1;  // leaves no gaps
   if (settings.builder == BuilderKind::Cover) return 1.02;
@@ -36,7 +37,8 @@ class LevelSearch {
     }
     double aim = search_tolerance_ / certificationAllowance(settings_);
     best_ = forTolerance(aim);
-    // If the levels kept the tolerance before certification, certification has pushed them beyond it: aim lower by as much.
+    // If the levels kept the tolerance before certification, certification has pushed them beyond it: aim lower by as
+    // much.
     for (int attempt = 0; attempt < kMaxAttempts && best_.uncertified_overhang <= settings_.tolerance_mm && !isKept(best_); ++attempt) {
       aim *= kUndershoot * settings_.tolerance_mm / best_.overhang_bound;
       best_ = forTolerance(aim);
@@ -53,7 +55,8 @@ class LevelSearch {
     if (isKept(other) && (!isKept(best_) || other.count() < best_.count())) best_ = std::move(other);
   }
 
-  // Builds every small full tree of `depth` levels, the largest branching first, down to the first that is out of reach.
+  // Builds every small full tree of `depth` levels, the largest branching first, down to the first that is out of
+  // reach.
   void tryFull(int depth) {
     for (int branching = settings_.branching; branching >= kMinBranching; --branching) {
       std::size_t nodes = 1;

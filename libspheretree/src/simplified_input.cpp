@@ -14,7 +14,8 @@ namespace spheretree::builder {
 
 namespace {
 
-// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves' overhang.
+// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves'
+// overhang.
 constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
 constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
 constexpr double kSliver = 16;            // roundings: triangles that are no higher may turn over by them, and lie across their neighbours

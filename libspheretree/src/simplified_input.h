@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the balls of a tree are searched on: the mesh in its canonical pose, so that no search depends on how a file has the object turned,
-// and on fewer triangles where it has more than the spheres can follow. What a build states is proven against the mesh that was given.
+// What the balls of a tree are searched on: the mesh in its canonical pose, so that no search depends on how a file has
+// the object turned, and on fewer triangles where it has more than the spheres can follow. What a build states is
+// proven against the mesh that was given.
 #pragma once
 
 #include "base/ball.h"
@@ -19,9 +20,9 @@ struct SimplifiedInput {
   double distance_bound_mm = 0;          // proven: no point of the mesh given is farther from the simplified surface [mm]
 };
 
-/// Of the solid that `mesh` bounds, of `cover_too`, and of the `sheets` among it (surface_with_sheets.h). The solid is simplified if it has
-/// far more triangles than the tree can follow, unless the tree is graded, the walls are so thin that the simplified ones cross, or the
-/// tolerance is too small for it. @throws Cancelled.
+/// Of the solid that `mesh` bounds, of `cover_too`, and of the `sheets` among it (surface_with_sheets.h). The solid is
+/// simplified if it has far more triangles than the tree can follow, unless the tree is graded, the walls are so thin
+/// that the simplified ones cross, or the tolerance is too small for it. @throws Cancelled.
 SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& sheets, const TriangleMesh& cover_too,
                               const BuildSettings& settings, Progress& progress);
 

@@ -16,8 +16,8 @@ using namespace spheretree;
 void printContacts(const Configuration& haptic, const runtime::Workspace& workspace) {
   std::printf("hand at z = %.2f mm\n", haptic.position.z());
   for (const runtime::Contact& c : runtime::contacts(workspace))
-    std::printf("  on %s of object %u at (%.3f, %.3f, %.3f) mm, normal (%.3f, %.3f, %.3f), %.3f N\n", c.on_skin ? "the skin" : "a leaf", c.object,
-                c.point.x(), c.point.y(), c.point.z(), c.normal.x(), c.normal.y(), c.normal.z(), c.force);
+    std::printf("  on %s of object %u at (%.3f, %.3f, %.3f) mm, normal (%.3f, %.3f, %.3f), %.3f N\n", c.on_skin ? "the skin" : "a leaf",
+                c.object, c.point.x(), c.point.y(), c.point.z(), c.normal.x(), c.normal.y(), c.normal.z(), c.force);
 }
 
 int run(const char* tool, const char* object) {

@@ -30,7 +30,8 @@ Vector3d gradient(const Field& field, const Vector3d& p) {
   return slope;
 }
 
-// Newton's method along the gradient; a step is at most `longest`, since the field is a distance only near its zero set.
+// Newton's method along the gradient; a step is at most `longest`, since the field is a distance only near its zero
+// set.
 Vector3d projectToSurface(const Field& field, Vector3d p, double longest) {
   for (int i = 0; i < 6; ++i) {
     const double value = field(p);
@@ -116,7 +117,8 @@ class Net {
     }
   }
 
-  // Two triangles for each crossed edge that starts at this corner: the four cells round the edge, cut along the shorter diagonal.
+  // Two triangles for each crossed edge that starts at this corner: the four cells round the edge, cut along the
+  // shorter diagonal.
   void addFaces(const std::array<int, 3>& at) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -158,7 +160,8 @@ double cosineAt(const Vector3d& apex, const Vector3d& a, const Vector3d& b) {
   return u.dot(v) / std::sqrt(std::max(u.squaredNorm() * v.squaredNorm(), 1e-30));
 }
 
-// Flips every edge whose opposite angles add up to more than a half turn, unless that folds the surface or doubles an edge.
+// Flips every edge whose opposite angles add up to more than a half turn, unless that folds the surface or doubles an
+// edge.
 void flipToDelaunay(TriangleMesh& mesh) {
   for (int round = 0; round < 3; ++round) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> triangle_at;  // by directed edge
@@ -195,7 +198,8 @@ void flipToDelaunay(TriangleMesh& mesh) {
   }
 }
 
-// Moves each vertex towards the area-weighted mean of its neighbourhood, within its tangent plane, and back to the surface.
+// Moves each vertex towards the area-weighted mean of its neighbourhood, within its tangent plane, and back to the
+// surface.
 void relax(TriangleMesh& mesh, const Field& field, double cell) {
   std::vector<Vector3d> sum(mesh.positions.size(), Vector3d::Zero());
   std::vector<double> weight(mesh.positions.size(), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. make_samples --mouth FOLDER: the sample mouth.
-// The same meshes on every machine, byte for byte.
+// make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. make_samples --mouth FOLDER:
+// the sample mouth. The same meshes on every machine, byte for byte.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

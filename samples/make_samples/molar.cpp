@@ -43,7 +43,8 @@ double polylineDistance(const Vector3d& p, std::span<const Vector3d> line) {
   return nearest;
 }
 
-// The chewing surface as a height over x and y: five cones with rounded tips, their valleys cut deeper by fissures, a rim at both ends.
+// The chewing surface as a height over x and y: five cones with rounded tips, their valleys cut deeper by fissures, a
+// rim at both ends.
 double chewingHeight(double x, double y) {
   struct Cusp {
     double x, y, height;
@@ -72,7 +73,8 @@ double chewingHeight(double x, double y) {
 
 double crown(const Vector3d& p) {
   const double x = p.x(), y = p.y(), z = p.z();
-  // Half-widths: narrow neck, a small step out at the cervical line, widest at half the height, drawn in towards the cusps.
+  // Half-widths: narrow neck, a small step out at the cervical line, widest at half the height, drawn in towards the
+  // cusps.
   const double cervical = 0.2 + 0.75 * squared(x / 4.5) * (1 - 0.3 * squared(y / 4.5)) - 0.35 * squared(y / 4.5);
   const double enamel = smoothStep((z - cervical + 0.35) / 0.8);
   const double belly = smoothStep((z - cervical + 0.8) / 4.4);

@@ -6,9 +6,9 @@
 
 namespace spheretree::samples {
 
-/// Five cusps round a branched fissure, a cervical line, a mesial and a distal root that part at a furcation. Closed, manifold, genus 0,
-/// about 4,000 triangles, 21 mm long. Frame [mm]: x to the front (mesial), y to the cheek (buccal), z up to the chewing
-/// surface; z = 0 near the cervical line.
+/// Five cusps round a branched fissure, a cervical line, a mesial and a distal root that part at a furcation. Closed,
+/// manifold, genus 0, about 4,000 triangles, 21 mm long. Frame [mm]: x to the front (mesial), y to the cheek (buccal),
+/// z up to the chewing surface; z = 0 near the cervical line.
 TriangleMesh makeMolar();
 
 }  // namespace spheretree::samples

@@ -90,7 +90,8 @@ class NeckOutline {
   explicit NeckOutline(const MouthTooth& tooth) : normals_(circleCorners(8)) {
     for (const Vector2d& n : normals_) reach_.push_back(neckReach(tooth, n));
   }
-  /// How far from the centre, in direction `d`, is the outline when it is `gap` wider: the nearest of the lines that bound it.
+  /// How far from the centre, in direction `d`, is the outline when it is `gap` wider: the nearest of the lines that
+  /// bound it.
   double distance(const Vector2d& d, double gap) const {
     double nearest = 1e9;
     for (std::size_t i = 0; i < normals_.size(); ++i) {
@@ -131,8 +132,9 @@ void append(std::vector<MouthTooth>& teeth, const Arch& arch, const std::array<P
   }
 }
 
-// A jaw: the ridge with a socket round each tooth, on a band that runs along the arch. Each tooth has a rectangle of the ridge; its rim
-// of 16 points is joined to the rim of the sulcus, that to the floor of the sulcus, and the floor is closed by a fan under the tooth.
+// A jaw: the ridge with a socket round each tooth, on a band that runs along the arch. Each tooth has a rectangle of
+// the ridge; its rim of 16 points is joined to the rim of the sulcus, that to the floor of the sulcus, and the floor is
+// closed by a fan under the tooth.
 class JawMesh {
  public:
   JawMesh(const Arch& arch, const std::vector<const MouthTooth*>& teeth, bool upper) : arch_(arch), teeth_(teeth), upper_(upper) {}
@@ -168,7 +170,8 @@ class JawMesh {
     mesh_.triangles.push_back({a, c, d});
   }
 
-  // The points across the ridge at arc length `s`, from the tongue's side to the cheek's; only the two outermost where `edges_only`.
+  // The points across the ridge at arc length `s`, from the tongue's side to the cheek's; only the two outermost where
+  // `edges_only`.
   std::array<std::uint32_t, kSide + 1> column(double s, bool edges_only = false) {
     const Arch::Frame frame = arch_.frame(s);
     std::array<std::uint32_t, kSide + 1> points{};
@@ -212,7 +215,8 @@ class JawMesh {
   }
 
   void addSidesAndBase() {
-    // The outline of the ridge: along the tongue's side, across the far end, back along the cheek's side, across the near end.
+    // The outline of the ridge: along the tongue's side, across the far end, back along the cheek's side, across the
+    // near end.
     struct Edge {
       std::uint32_t top;
       double s, v;
@@ -244,8 +248,8 @@ class JawMesh {
     addBase(above, count);
   }
 
-  // A cell for each edge of the tongue's side, up to the cheek's side. As many get a point in their middle as the number of triangles asks
-  // for; the cells at both ends do in any case, since the points of an end lie in one line.
+  // A cell for each edge of the tongue's side, up to the cheek's side. As many get a point in their middle as the
+  // number of triangles asks for; the cells at both ends do in any case, since the points of an end lie in one line.
   void addBase(const std::vector<std::uint32_t>& outline, std::size_t count) {
     const std::size_t cells = count - 1, ring = outline.size();
     const auto cheek = [&](std::size_t k) { return cells + kSide + (cells - k); };  // place in the outline opposite k

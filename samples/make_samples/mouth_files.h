@@ -22,10 +22,12 @@ std::string mouthSceneText(const Mouth& mouth);
 /// A pose for each millisecond.
 using Path = std::vector<Configuration>;
 
-/// The probe walks round the cheek side of the lower right first molar, into the sulcus and out again; it presses on the floor by 0.3 mm.
+/// The probe walks round the cheek side of the lower right first molar, into the sulcus and out again; it presses on
+/// the floor by 0.3 mm.
 Path probePocket(const Mouth& mouth);
 
-/// The probe's tip slides over the chewing surfaces and biting edges of all teeth, pressed in by 0.4 mm: the lower arch, then the upper.
+/// The probe's tip slides over the chewing surfaces and biting edges of all teeth, pressed in by 0.4 mm: the lower
+/// arch, then the upper.
 Path inspectTeeth(const Mouth& mouth);
 
 /// As spheretree/formats/trajectory.h reads it.

@@ -6,8 +6,9 @@
 
 namespace spheretree::samples {
 
-/// A slender tapered shaft that ends in a curved hook with a fine tip: a tube of 34 rings with 16 corners, 1,088 triangles, 34 mm long.
-/// Closed, manifold, genus 0. Frame [mm]: the tip at the origin, the shaft along +z, the hook in the plane y = 0.
+/// A slender tapered shaft that ends in a curved hook with a fine tip: a tube of 34 rings with 16 corners, 1,088
+/// triangles, 34 mm long. Closed, manifold, genus 0. Frame [mm]: the tip at the origin, the shaft along +z, the hook in
+/// the plane y = 0.
 TriangleMesh makeProbe();
 
 }  // namespace spheretree::samples

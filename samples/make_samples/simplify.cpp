@@ -18,7 +18,8 @@ Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t) {
   return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
 }
 
-// Whether the edge a-b can become its middle: its ends share just the two corners opposite, and no triangle turns by more than 60 degrees.
+// Whether the edge a-b can become its middle: its ends share just the two corners opposite, and no triangle turns by
+// more than 60 degrees.
 bool canCollapse(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& around, std::uint32_t a, std::uint32_t b) {
   const auto neighbours = [&](std::uint32_t v) {
     std::set<std::uint32_t> all;

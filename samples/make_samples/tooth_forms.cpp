@@ -105,7 +105,8 @@ std::vector<Vector2d> circleCorners(int quarter) {
   std::vector<Vector2d> corners;
   for (int side = 0; side < 4; ++side) {
     for (int i = 0; i < quarter; ++i) {
-      // Half the angle's tangent, so that cosine and sine are quotients; tan(22.5 degrees) where the eighth turn is reached.
+      // Half the angle's tangent, so that cosine and sine are quotients; tan(22.5 degrees) where the eighth turn is
+      // reached.
       const double t = static_cast<double>(i) / quarter;
       const double tangent = (std::sqrt(2.0) - 1) * (t <= 0.5 ? 2 * t : 2 * (1 - t));
       double c = (1 - tangent * tangent) / (1 + tangent * tangent), s = 2 * tangent / (1 + tangent * tangent);

@@ -9,13 +9,13 @@ namespace spheretree::samples {
 enum class ToothForm { Incisor, Canine, Premolar, Molar };
 inline constexpr std::size_t kToothTriangles = 4000;
 
-/// Closed, manifold, genus 0. Frame [mm] as makeMolar(): x to the front (mesial), y to the cheek (buccal), z up to the biting edge or
-/// chewing surface, z = 0 near the cervical line. A crown is as wide along x as crownWidth() says.
+/// Closed, manifold, genus 0. Frame [mm] as makeMolar(): x to the front (mesial), y to the cheek (buccal), z up to the
+/// biting edge or chewing surface, z = 0 near the cervical line. A crown is as wide along x as crownWidth() says.
 TriangleMesh makeTooth(ToothForm form);
 double crownWidth(ToothForm form);  // [mm]
 
-/// Corners of a circle: unit vectors counter-clockwise, the first along +x. `quarter`: corners in a quarter turn. By square roots only,
-/// so that every machine gives the same bits; spaced evenly within 10 %.
+/// Corners of a circle: unit vectors counter-clockwise, the first along +x. `quarter`: corners in a quarter turn. By
+/// square roots only, so that every machine gives the same bits; spaced evenly within 10 %.
 std::vector<Eigen::Vector2d> circleCorners(int quarter);
 
 }  // namespace spheretree::samples

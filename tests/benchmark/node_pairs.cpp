@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sphere pairs that a tree-tree query tests, at random touching poses of a tool on an object: what a builder costs at run time, whatever
-// the machine. Once by the bounding spheres of the files and once by their search trees over the same leaves. The same poses for
-// every pair of trees: the tool is turned at random and moved along a random line until the leaves of the first pair of trees just touch,
-// all of it in double. Usage: node_pairs POSES TOOL.stree OBJECT.stree [TOOL.stree OBJECT.stree ...]   e.g. 10000 poses: 10 s of one core
-// for two pairs
+// Sphere pairs that a tree-tree query tests, at random touching poses of a tool on an object: what a builder costs at
+// run time, whatever the machine. Once by the bounding spheres of the files and once by their search trees over the
+// same leaves. The same poses for every pair of trees: the tool is turned at random and moved along a random line until
+// the leaves of the first pair of trees just touch, all of it in double. Usage: node_pairs POSES TOOL.stree
+// OBJECT.stree [TOOL.stree OBJECT.stree ...]   e.g. 10000 poses: 10 s of one core for two pairs
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>

@@ -4,8 +4,9 @@
 //   slot       between two walls of varying distance; every deficit clamped, so that staying is always allowed
 //   slot-raw   the same, not clamped: some cycles have no answer
 //   redundant  slide, each row four times: itself, a copy, and neighbours turned by 1e-8 and 1e-5
-// Warm: from the rows that were active in the cycle before; cold: from none. Peer: quadprog, where it is installed (r-cran-quadprog).
-// Least of three passes for each cycle, less the cost of reading the clock; copying rows to the peer is not timed.
+// Warm: from the rows that were active in the cycle before; cold: from none. Peer: quadprog, where it is installed
+// (r-cran-quadprog). Least of three passes for each cycle, less the cost of reading the clock; copying rows to the peer
+// is not timed.
 // Usage: qp_benchmark [CYCLES]
 #include <algorithm>
 #include <array>

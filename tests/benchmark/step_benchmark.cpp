@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each; teeth and tongue have a skin of 2,048
-// triangles. In the mode of the paper, and in constrained mode on the leaves and on the skins, at the same poses. Paced: one step each
-// millisecond, as a servo loop runs (it sleeps in between, as the player does, and does not spin: caches and predictors go cold), each with
-// a pose that was not seen before. Time on the clock, from call to return; steps in which the system took the processor away are left out
-// and counted. Usage: step_benchmark [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the
-// built-in shapes.
+// Time of one servo step in a mouth: 28 teeth, 2 jaws, tongue, cheek and a probe, 512 leaves each; teeth and tongue
+// have a skin of 2,048 triangles. In the mode of the paper, and in constrained mode on the leaves and on the skins, at
+// the same poses. Paced: one step each millisecond, as a servo loop runs (it sleeps in between, as the player does, and
+// does not spin: caches and predictors go cold), each with a pose that was not seen before. Time on the clock, from
+// call to return; steps in which the system took the processor away are left out and counted. Usage: step_benchmark
+// [STEPS] [TREE_DIR]   TREE_DIR: probe.stree, tooth.stree, ... made by `spheretree` in place of the built-in shapes.
 #include <sys/resource.h>
 #include <algorithm>
 #include <chrono>

@@ -163,8 +163,9 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
   EXPECT_EQ(tight.statistics.levels.back().spheres, build(mesh, settings).statistics.levels.back().spheres) << "the whole budget";
 }
 
-// The fewest spheres for a tolerance that a single one keeps is that one: --levels is the most that may be used, not the least.
-// A cell that ended early is no child of another: none may lose its last child on its account, and stand for its part as a leaf.
+// The fewest spheres for a tolerance that a single one keeps is that one: --levels is the most that may be used, not
+// the least. A cell that ended early is no child of another: none may lose its last child on its account, and stand for
+// its part as a leaf.
 TEST(BuildSphereTree, AnOctreeKeepsAToleranceThatAllOfItsCellsKeep) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
   BuildSettings settings = quick(4, 8);

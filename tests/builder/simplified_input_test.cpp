@@ -47,7 +47,8 @@ TEST(SimplifiedInput, SlackFollowsItsTriangle) {
     EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
 }
 
-// Rounding to the grid of the pose would turn a plate a billionth as thick as wide inside out: outside must stay outside.
+// Rounding to the grid of the pose would turn a plate a billionth as thick as wide inside out: outside must stay
+// outside.
 TEST(SimplifiedInput, WhatThePoseWouldFoldIsSearchedAsItIs) {
   const auto searched = [](double thickness) {
     Progress progress;

@@ -79,14 +79,14 @@ TEST(EncloseDescendants, KeepsABallThatHoldsAllOthers) {
   EXPECT_LE(tree.bound[0].radius, std::nextafter(10.0f, 11.0f));
 }
 
-/// A lower bound of the radius of any ball that encloses `balls`, and an upper one: Badoiu and Clarkson's steps towards the farthest
-/// ball give a centre; the convex combination of the balls that it went to gives the dual bound.
+/// A lower bound of the radius of any ball that encloses `balls`, and an upper one: Badoiu and Clarkson's steps towards
+/// the farthest ball give a centre; the convex combination of the balls that it went to gives the dual bound.
 struct Optimum {
   double low, high;
 };
 Optimum enclosingRadius(const std::vector<Sphere>& balls, int steps) {
-  // Dual: max over weights w of sum w_i |c_i|^2 - |sum w_i c_i|^2 for points; for balls, take points on the spheres that lie
-  // farthest from the present centre: any ball around the balls holds those points too.
+  // Dual: max over weights w of sum w_i |c_i|^2 - |sum w_i c_i|^2 for points; for balls, take points on the spheres
+  // that lie farthest from the present centre: any ball around the balls holds those points too.
   Sphere c = balls[0];
   double x = c.x, y = c.y, z = c.z, high = std::numeric_limits<double>::infinity(), low = 0;
   double sx = 0, sy = 0, sz = 0, s2 = 0, weight = 0;

@@ -114,7 +114,8 @@ TEST_F(PhantomDevice_, SendsWhatWasRendered) {
   EXPECT_TRUE(last.framed);
 }
 
-/// The fake solves for the torque that has these parts along its joint axes: the same vector must come out at the motors.
+/// The fake solves for the torque that has these parts along its joint axes: the same vector must come out at the
+/// motors.
 TEST_F(PhantomDevice_, GimbalTorqueIsTheSameTorqueAboutTheJoints) {
   settings.path = [](double time, double* p, double* q) {
     const Quaternion turn = rotationOf({0.8 * time, -0.5 + time, 0.6 * time});

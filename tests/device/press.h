@@ -50,8 +50,8 @@ struct Press {
   double rough;  // rms above 30 Hz
 };
 
-/// The hand comes from 1 mm (1 degree) before the wall at `speed` [mm/s, rad/s], means to go as deep as pushes it with `push` [N, N mm],
-/// and holds. Judged from `settle` [s] after it meant to stop, for 0.9 s.
+/// The hand comes from 1 mm (1 degree) before the wall at `speed` [mm/s, rad/s], means to go as deep as pushes it with
+/// `push` [N, N mm], and holds. Judged from `settle` [s] after it meant to stop, for 0.9 s.
 inline Press press(device::SimulatedSettings settings, double stiffness, bool angular, double push, double speed, double settle) {
   const double hand = angular ? settings.hand.angular_stiffness * 1000 : settings.hand.stiffness / 1000;  // [N mm/rad, N/mm]
   const double before = angular ? 0.0175 : 1, depth = push / hand;

@@ -275,7 +275,8 @@ TEST(SimulatedDevice, RefusesSettingsByName) {
             std::string::npos);
 }
 
-/// A linear sampled spring on a damped mass is stable up to K = 2b / (T (1 + 2d)): Colgate and Schenkel's b > KT/2, with d steps of delay.
+/// A linear sampled spring on a damped mass is stable up to K = 2b / (T (1 + 2d)): Colgate and Schenkel's b > KT/2,
+/// with d steps of delay.
 TEST(SimulatedDevice, TheSampledSpringBecomesUnstableAtItsLimit) {
   for (const double damping : {1.0, 3.0})
     for (int delay = 0; delay <= 2; ++delay) {
@@ -304,8 +305,8 @@ TEST(SimulatedDevice, TheSampledSpringBecomesUnstableAtItsLimit) {
     }
 }
 
-/// The largest stiffness, in steps of 12 %, up to which a wall stays quiet: ring <= 0.1 N peak to peak and <= 20 mN above 30 Hz, while
-/// the hand holds still after a tap at 300 mm/s and a push of 8 N.
+/// The largest stiffness, in steps of 12 %, up to which a wall stays quiet: ring <= 0.1 N peak to peak and <= 20 mN
+/// above 30 Hz, while the hand holds still after a tap at 300 mm/s and a push of 8 N.
 double quietStiffness(const SimulatedSettings& settings, double from) {
   double quiet = 0;
   for (double stiffness = from; stiffness < 100; stiffness *= 1.12) {  // [N/mm]

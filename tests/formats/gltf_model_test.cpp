@@ -85,7 +85,8 @@ void forEachValue(Json& json, Visit visit) {
   }
 }
 
-// Every value of the document in turn becomes something of another type, or a number out of range: refused by name, or of no matter.
+// Every value of the document in turn becomes something of another type, or a number out of range: refused by name, or
+// of no matter.
 TEST(GltfModel, AnyValueMayBeWrong) {
   const Json wrong[] = {nullptr,       true,           -1,          0.5, 1e300, 4294967296u, 18446744073709551615u, "x",
                         Json::array(), Json::object(), {{{"a", 1}}}};

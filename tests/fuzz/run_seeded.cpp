@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a fuzz target without libFuzzer: mutates its seeds a fixed number of times from a fixed seed, the same on every machine.
-//   TARGET EXECUTIONS [SEED]     TARGET --write-seeds FOLDER (a corpus for libFuzzer)     TARGET --replay FILE (a finding)
+// Runs a fuzz target without libFuzzer: mutates its seeds a fixed number of times from a fixed seed, the same on every
+// machine.
+//   TARGET EXECUTIONS [SEED]     TARGET --write-seeds FOLDER (a corpus for libFuzzer)     TARGET --replay FILE (a
+//   finding)
 // A target that stops leaves its input as FINDING in the working folder.
 #include <algorithm>
 #include <csignal>

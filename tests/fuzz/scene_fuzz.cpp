@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of scenes: refused with a message that names the file, or a scene that reads the same again as it is written.
+// Any text into the reader of scenes: refused with a message that names the file, or a scene that reads the same again
+// as it is written.
 #include "fuzz/fuzz_target.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of trajectories: refused with a reason that names the text, or poses that a servo step may be given.
+// Any text into the reader of trajectories: refused with a reason that names the text, or poses that a servo step may
+// be given.
 #include <cmath>
 
 #include "fuzz/fuzz_target.h"

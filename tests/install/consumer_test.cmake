@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Installs the build BUILD under WORK/prefix, configures and builds the project CONSUMER against it, runs its programs, and asks
-# the installed `spheretree` to validate the tree that came out.
+# Installs the build BUILD under WORK/prefix, configures and builds the project CONSUMER against it, runs its programs,
+# and asks the installed `spheretree` to validate the tree that came out.
 cmake_minimum_required(VERSION 3.25)
 set(prefix ${WORK}/prefix)
 file(REMOVE_RECURSE ${prefix} ${WORK}/consumer)

@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# batch_threads.sh BUILD: `spheretree batch` on one and on several threads makes the same trees; for ThreadSanitizer, on small objects.
+# batch_threads.sh BUILD: `spheretree batch` on one and on several threads makes the same trees; for ThreadSanitizer, on
+# small objects.
 set -euo pipefail
 build=$(realpath "$1")
 work=$(mktemp -d)

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# compare_compilers.sh BUILD_A BUILD_B: two build folders, of different compilers, make the same sample meshes, trees and pictures
-# byte for byte, the second on one thread.
+# compare_compilers.sh BUILD_A BUILD_B: two build folders, of different compilers, make the same sample meshes, trees
+# and pictures byte for byte, the second on one thread.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Trees of the `cover` builder, measured: nothing uncovered at any level, no leaf outside an ancestor, overhang within its proof.
+// Trees of the `cover` builder, measured: nothing uncovered at any level, no leaf outside an ancestor, overhang within
+// its proof.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Runs an independent program that measures what is felt (feel_figures.py), where its source and its packages are. Limits leave room above
-# the figures of docs/stability.md, which are those of more strokes.
+# Runs an independent program that measures what is felt (feel_figures.py), where its source and its packages are.
+# Limits leave room above the figures of docs/stability.md, which are those of more strokes.
 # That of the system: its packages are Debian's.
 find_program(SPHERETREE_SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
 execute_process(COMMAND ${SPHERETREE_SYSTEM_PYTHON} -c "import numpy, scipy.optimize" RESULT_VARIABLE no_numpy OUTPUT_QUIET ERROR_QUIET)

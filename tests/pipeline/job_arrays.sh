@@ -1,8 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# The lines of docs/batch.md for GNU parallel and for Slurm, run as they stand there: with a small scene in the place of the mouth, and for
-# Slurm on a cluster of one node (munged, slurmctld and slurmd of our own) that lives in a temporary folder. The trees must be those of one run.
-# Usage: job_arrays.sh slurm|parallel PROGRAM DOCS/batch.md      Exit code 77, skipped, where the scheduler is not installed.
+# The lines of docs/batch.md for GNU parallel and for Slurm, run as they stand there: with a small scene in the place of
+# the mouth, and for Slurm on a cluster of one node (munged, slurmctld and slurmd of our own) that lives in a temporary
+# folder. The trees must be those of one run.
+# Usage: job_arrays.sh slurm|parallel PROGRAM DOCS/batch.md      Exit code 77, skipped, where the scheduler is not
+# installed.
 set -u
 kind=$1
 program=$(realpath "$2")

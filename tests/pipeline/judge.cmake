@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Compares `spheretree evaluate` with an independent program, which is configured and built in a folder of its own by the tests'
-# first step; where its source is missing, the comparison skips itself.
+# Compares `spheretree evaluate` with an independent program, which is configured and built in a folder of its own by
+# the tests' first step; where its source is missing, the comparison skips itself.
 add_executable(judge_agreement_test pipeline/judge_agreement_test.cpp)
 target_include_directories(judge_agreement_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 set(judge_build ${CMAKE_CURRENT_BINARY_DIR}/judge)

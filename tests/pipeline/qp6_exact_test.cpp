@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The QP of the haptic step against an independent solver that computes with exact numbers: CGAL's, after K. Fischer, B. Gaertner,
-// S. Schoenherr, F. Wessendorp. Apart from the tests of the runtime, which stay free of the GPL.
+// The QP of the haptic step against an independent solver that computes with exact numbers: CGAL's, after K. Fischer,
+// B. Gaertner, S. Schoenherr, F. Wessendorp. Apart from the tests of the runtime, which stay free of the GPL.
 #include <CGAL/Gmpzf.h>
 #include <CGAL/QP_functions.h>
 #include <CGAL/QP_models.h>
@@ -96,7 +96,8 @@ TEST(Qp6, AgreesWithAnExactSolver) {
     }
     ASSERT_TRUE(solved) << n;
     ++optimal;
-    // A row may be violated by the tolerance: then the objective differs by that times the multipliers, and the point by the root of it.
+    // A row may be violated by the tolerance: then the objective differs by that times the multipliers, and the point
+    // by the root of it.
     for (std::size_t k = 0; k < answer.active_count; ++k) weights += answer.multiplier[k];
     const double tolerance = 2 * (kQpTolerance + 1e-6 * size);
     EXPECT_LT(std::sqrt(distance), std::sqrt(2 * tolerance * weights) + 1e-9) << n;

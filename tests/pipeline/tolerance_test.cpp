@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `--tolerance`: the bound is kept, with hardly more nodes than the best tree that a full search over all shapes of tree finds, and no leaf
-// is there for nothing. SPHERETREE_LONG=1: the full search for all builders on all meshes (three minutes of one core in place of seconds).
+// `--tolerance`: the bound is kept, with hardly more nodes than the best tree that a full search over all shapes of
+// tree finds, and no leaf is there for nothing. SPHERETREE_LONG=1: the full search for all builders on all meshes
+// (three minutes of one core in place of seconds).
 #include <gtest/gtest.h>
 
 #include <algorithm>

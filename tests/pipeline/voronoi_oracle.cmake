@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Our Voronoi vertices against those of TetGen, which runs as a program of its own (tools/voronoi_oracle); without TetGen there is no such test.
+# Our Voronoi vertices against those of TetGen, which runs as a program of its own (tools/voronoi_oracle); without
+# TetGen there is no such test.
 if(TARGET voronoi_oracle)
   add_executable(voronoi_oracle_test pipeline/voronoi_oracle_test.cpp)
   target_include_directories(voronoi_oracle_test PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The measures of the stability bench against closed forms, and against faults planted on purpose: a measure that misses them is a defect.
+// The measures of the stability bench against closed forms, and against faults planted on purpose: a measure that
+// misses them is a defect.
 #include "scenarios/measures.h"
 
 #include <gtest/gtest.h>
@@ -113,8 +114,8 @@ TEST(Measures, ADroppedPairShowsAsPenetrationOfLeaves) {
 }
 
 TEST(Measures, PenetrationOfLeavesIsTheSameWhereverTheToolComesFrom) {
-  // One measure follows a rod that slides, turns and rests by turns, in and out of a bed of balls that moves while it rests; another starts
-  // afresh at each pose.
+  // One measure follows a rod that slides, turns and rests by turns, in and out of a bed of balls that moves while it
+  // rests; another starts afresh at each pose.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::rodTree(40, 30, 1));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::boxTree({20, 20, 0}, {20, 20, 1}, 1.5));
   const std::vector<PlacedBody> objects{{&object, {}}};

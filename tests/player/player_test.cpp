@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The player: no allocation in the loop, whole recordings, replays to the byte; scenarios that must come out one way in each mode.
+// The player: no allocation in the loop, whole recordings, replays to the byte; scenarios that must come out one way in
+// each mode.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -146,7 +147,8 @@ TEST(ServoLoop, ShowsEveryStep) {
   EXPECT_EQ(live.steps.lost(), 0u);
 }
 
-/// A recording that begins and ends while the loop runs holds the steps between, each once, and the next one goes on from there.
+/// A recording that begins and ends while the loop runs holds the steps between, each once, and the next one goes on
+/// from there.
 TEST(ServoLoop, RecordsFromAnyStepOn) {
   const test::ScratchFolder folder;
   const runtime::Scene scene = ballOnPlate();

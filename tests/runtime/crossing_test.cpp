@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing is passed through: plates and a wire of leaves, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1: 10^4 (about 3 minutes).
-// Plates with a skin as thin as one likes, from both sides and with tools that turn, 10^4 runs; SPHERETREE_LONG=1: 10^5.
+// Nothing is passed through: plates and a wire of leaves, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1: 10^4
+// (about 3 minutes). Plates with a skin as thin as one likes, from both sides and with tools that turn, 10^4 runs;
+// SPHERETREE_LONG=1: 10^5.
 #include <gtest/gtest.h>
 
 #include <algorithm>

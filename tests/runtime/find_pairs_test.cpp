@@ -115,7 +115,8 @@ TEST(FindPairs, FindsExactlyThePairsOfBruteForce) {
   EXPECT_GT(pairs, 10000u);  // the poses do meet something
 }
 
-// Leaves of one tree in the world, by x: every leaf against those whose x is near enough. In double, and without the tree.
+// Leaves of one tree in the world, by x: every leaf against those whose x is near enough. In double, and without the
+// tree.
 struct LeafList {
   struct Leaf {
     double x, y, z, r;

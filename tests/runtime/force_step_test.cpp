@@ -35,8 +35,9 @@ double ratio(const Coupling& k, const StepResult& before, const StepResult& afte
 }
 
 TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
-  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching radii are 3, and as
-  // a skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are spread; on the skin it slides.
+  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching
+  // radii are 3, and as a skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are
+  // spread; on the skin it slides.
   constexpr double kDeepest = 1.5;
   const SphereTree leaves = test::ellipsoidTree({10, 10, 10}, 600, 2), skin = test::withSkin(leaves, test::roundSkin(4, 10));
   for (const bool is_rod : {false, true}) {
@@ -66,9 +67,9 @@ TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
   }
 }
 
-// The hand is 3 mm below a plate and moves out past its edge: the graphic tool, above, has to come round it. A hand that turns meanwhile
-// changes neither what is near nor what is felt; held at `arm` from the ball, the jump is one of the torque, too. Changes beyond the hand's
-// motion, over what may pass.
+// The hand is 3 mm below a plate and moves out past its edge: the graphic tool, above, has to come round it. A hand
+// that turns meanwhile changes neither what is near nor what is felt; held at `arm` from the ball, the jump is one of
+// the torque, too. Changes beyond the hand's motion, over what may pass.
 struct Jumps {
   double force = 0, torque = 0;
 };
@@ -114,9 +115,9 @@ TEST(ForceStep, IsSpreadWhereTheNearestPoseJumps) {
 }
 
 TEST(ForceStep, FollowsAHandThatOnlyTurns) {
-  // A ball at the end of a lever is pressed on a large ball by turning the lever, 20 rad/s. The force changes by half of what the hand
-  // moves in the metric of the springs, the most that it can where free poses are a convex set; yet the graphic tool is where it would come
-  // to rest.
+  // A ball at the end of a lever is pressed on a large ball by turning the lever, 20 rad/s. The force changes by half
+  // of what the hand moves in the metric of the springs, the most that it can where free poses are a convex set; yet
+  // the graphic tool is where it would come to rest.
   constexpr double kLever = 30;
   const Scene scene = compiled(test::oneBallTree(1), test::oneBallTree(1000), {-kLever, 0, 0});
   Workspace workspace(scene), at_rest(scene);
@@ -137,7 +138,8 @@ TEST(ForceStep, FollowsAHandThatOnlyTurns) {
 }
 
 TEST(ForceStep, GivesNoEnergyBeyondWhatSamplingLeaks) {
-  // Held for a step while the hand moves by d, a spring that only ever relaxes gives at most what it has stored and |d|^2 / 2 each step.
+  // Held for a step while the hand moves by d, a spring that only ever relaxes gives at most what it has stored and
+  // |d|^2 / 2 each step.
   const Scene scene = compiled(test::oneBallTree(1), test::boxTree({10, 10, 0}, {12, 12, 1}, 1.5));
   for (const double speed : {0.02, 0.2, 1.0}) {
     Workspace workspace(scene);

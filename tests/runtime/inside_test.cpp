@@ -19,7 +19,8 @@ using Eigen::Vector3d;
 using test::Random;
 const Quaternion kUpright(1, 0, 0, 0);
 
-// A ball of the tool on a sphere of radius 5 whose leaf, one ball, has radius 5.2: it rests at 6 on the skin, at 6.2 on the leaf.
+// A ball of the tool on a sphere of radius 5 whose leaf, one ball, has radius 5.2: it rests at 6 on the skin, at 6.2 on
+// the leaf.
 Scene ballOnSphere(SphereTree tool = test::oneBallTree(1)) {
   SceneDescription d;
   d.tool = std::move(tool);

@@ -129,8 +129,9 @@ TEST(FlatRows, AreTheNearestPointsOfTriangles) {
         const double distance = (c - q).norm();
         ASSERT_NEAR(rig.gap(k), distance - 1, 1e-5);
         ASSERT_NEAR(normal.norm(), 1, 1e-5);
-        // The plane through the nearest point has the whole triangle behind it: the row never asks for less than the triangle does. In
-        // float a point may pass for the nearest that is farther by 1e-7 of the distance, and that is off by some 1e-4 of it.
+        // The plane through the nearest point has the whole triangle behind it: the row never asks for less than the
+        // triangle does. In float a point may pass for the nearest that is farther by 1e-7 of the distance, and that is
+        // off by some 1e-4 of it.
         for (const Vector3d& corner : p) ASSERT_LE(normal.dot(corner - c), -distance + 5e-3) << c.transpose();
         if (distance > 0.05) {
           ASSERT_LT((normal - (c - q) / distance).norm(), 1e-3);
@@ -211,7 +212,8 @@ struct Foot {
   Vector3d normal;   // of unit length
 };
 
-// Where the patch's normal points at `c`: the best of a grid, then Newton's steps with differences. Nothing if that is not within.
+// Where the patch's normal points at `c`: the best of a grid, then Newton's steps with differences. Nothing if that is
+// not within.
 std::optional<Foot> footOf(const SkinPatch& patch, const Vector3d& c) {
   const auto rest = [&](double u, double v) -> Vector3d {
     const Vector3d n = valueAt(patch.normal, u, v).normalized(), way = c - valueAt(patch.position, u, v);
@@ -263,7 +265,8 @@ TEST(FeltRows, AreTheFeetOnThePatches) {
 }
 
 TEST(FeltRows, HoldABallOnTheSmoothSphere) {
-  // At every direction some row holds a ball that touches, and none pushes it further off than the fineness of the skin.
+  // At every direction some row holds a ball that touches, and none pushes it further off than the fineness of the
+  // skin.
   for (const int times : {2, 3, 4}) {
     Rig rig(test::oneBallTree(1), test::roundSkin(times));
     const double off = times == 2 ? 0.03 : times == 3 ? 2e-3 : 3e-4;

@@ -58,7 +58,8 @@ TEST(SkinStep, ABallRestsOnTheSmoothSphere) {
   }
 }
 
-/// The largest second difference of the force and the largest angle to the true normal along a great circle, `depth` below.
+/// The largest second difference of the force and the largest angle to the true normal along a great circle, `depth`
+/// below.
 std::pair<double, double> ripple(Rig& rig, double touch, double depth, const Vector3d& from, const Vector3d& towards) {
   Vector3d last = Vector3d::Zero(), before = Vector3d::Zero();
   double jump = 0, angle = 0;
@@ -144,8 +145,8 @@ TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
   }
 }
 
-// Deepest a leaf of the tool is in what is guaranteed, every leaf against every triangle in double; and how far the centre that is nearest
-// to the origin is beyond the surface of cusps.
+// Deepest a leaf of the tool is in what is guaranteed, every leaf against every triangle in double; and how far the
+// centre that is nearest to the origin is beyond the surface of cusps.
 struct Depth {
   double triangles, outside;
 };
@@ -199,7 +200,8 @@ class BruteForce {
 };
 
 TEST(SkinStep, NoLeafGetsDeepInRandomMotion) {
-  // 3,000 steps of a wandering hand at up to 2 m/s and 20 rad/s over cusps and pits; SPHERETREE_LONG=1: 10^5 for each tool.
+  // 3,000 steps of a wandering hand at up to 2 m/s and 20 rad/s over cusps and pits; SPHERETREE_LONG=1: 10^5 for each
+  // tool.
   const int steps = std::getenv("SPHERETREE_LONG") ? 100000 : 1500;
   const Skin skin = test::cuspedSkin(4);
   for (const bool is_ball : {true, false}) {

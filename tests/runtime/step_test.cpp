@@ -205,8 +205,8 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
 }
 
 TEST(Step, NoAngleIsSpecial) {
-  // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same scene turned
-  // elsewhere.
+  // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same
+  // scene turned elsewhere.
   const Quaternion elsewhere = rotationOf({0.7, -0.4, 1.1});
   SceneDescription d = scene(test::rodTree(60, 64, 1), test::boxTree({40, 0, 40}, {24, 1, 24}, 3));
   SceneDescription turned = d;
@@ -361,7 +361,8 @@ TEST(Step, SmallBudgetsStaySafe) {
 }
 
 TEST(Step, AlwaysAnswers) {
-  // Random trees that overlap each other, jumps, large turns, starts inside, small budgets: finite, limited, within the budget.
+  // Random trees that overlap each other, jumps, large turns, starts inside, small budgets: finite, limited, within the
+  // budget.
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Random random(seed);
     SceneDescription d;
@@ -406,7 +407,8 @@ TEST(Step, BadPosesDecay) {
 }
 
 TEST(Step, PaperModeFollowsThePrintedFormulas) {
-  // One pair: the row is (d^2 - R^2) + 2 d . dx >= 0 about the last graphic pose, so the answer is a projection on a known plane.
+  // One pair: the row is (d^2 - R^2) + 2 d . dx >= 0 about the last graphic pose, so the answer is a projection on a
+  // known plane.
   Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
   rig.mode = Mode::Paper;
   const Eigen::Vector3d before(5.4, 0.3, -0.2), haptic(4.2, 0.6, 0.4);

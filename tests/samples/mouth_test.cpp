@@ -38,7 +38,8 @@ TEST(Mouth, HasPartsOfTheRightSizeThatABuildTakes) {
 }
 
 TEST(Mouth, HasFormsThatDiffer) {
-  // A biting edge is thin; a canine ends in one point; a premolar has two cusps, a molar more: the highest points, 2 mm apart or more.
+  // A biting edge is thin; a canine ends in one point; a premolar has two cusps, a molar more: the highest points, 2 mm
+  // apart or more.
   const auto peaks = [](const MouthTooth& tooth) {
     int count = 0;
     for (int i = -12; i <= 12; ++i) {
@@ -121,7 +122,8 @@ TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
   }
   EXPECT_EQ(visits, 9);
   EXPECT_GT(nearest, -0.05);
-  // The tip is inside every tooth at some time, and never deeper than the 0.4 mm it is pressed in, for the height that it crosses.
+  // The tip is inside every tooth at some time, and never deeper than the 0.4 mm it is pressed in, for the height that
+  // it crosses.
   for (const MouthTooth& touched : mouth().teeth) {
     const builder::DistanceField field(touched.mesh);
     double deepest = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces the allocation functions of the whole test program by ones that count. To be included in one source of a program.
+// Replaces the allocation functions of the whole test program by ones that count. To be included in one source of a
+// program.
 #pragma once
 
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent QP solver, if this machine has one: qpgen2, the Fortran reference of Goldfarb and Idnani's method by B. A. Turlach, out of
-// Debian's r-cran-quadprog. Opened at run time; nothing of the project needs it.
+// An independent QP solver, if this machine has one: qpgen2, the Fortran reference of Goldfarb and Idnani's method by
+// B. A. Turlach, out of Debian's r-cran-quadprog. Opened at run time; nothing of the project needs it.
 #pragma once
 
 #include <dlfcn.h>
@@ -25,7 +25,8 @@ class QuadprogPeer {
     active_.resize(rows + 6);
     work_.resize(2 * 6 + 6 * (6 + 5) / 2 + 2 * rows + 16);
   }
-  /// minimise |y - target|^2 / 2 subject to a_i . y >= b_i. `a`: row by row, `b`: both may be changed. False if infeasible.
+  /// minimise |y - target|^2 / 2 subject to a_i . y >= b_i. `a`: row by row, `b`: both may be changed. False if
+  /// infeasible.
   bool solve(double* a, double* b, int rows, const double* target, double* y) {
     double hessian[36] = {}, linear[6], value = 0;
     for (int k = 0; k < 6; ++k) {

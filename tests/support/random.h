@@ -7,7 +7,8 @@
 
 namespace spheretree::test {
 
-/// SplitMix64 (Steele, Lea, Flood 2014). The distributions of the standard library differ between implementations; these do not.
+/// SplitMix64 (Steele, Lea, Flood 2014). The distributions of the standard library differ between implementations;
+/// these do not.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

@@ -55,8 +55,8 @@ inline double openShare(const builder::Region& region, const std::vector<builder
   return static_cast<double>(open) / static_cast<double>(region.points.size());
 }
 
-/// Properties of every reducer: few balls, true clearances, pure, fewer balls where fewer are enough. `open`: share of the points
-/// that the method may leave to the frame (it looks at a choice of them).
+/// Properties of every reducer: few balls, true clearances, pure, fewer balls where fewer are enough. `open`: share of
+/// the points that the method may leave to the frame (it looks at a choice of them).
 inline void expectReduces(builder::Reducer reduce, double open = 0) {
   for (const TriangleMesh& mesh : {boxMesh({-1, -2, -3}, {1, 2, 3}), torusMesh(5, 1, 40, 16), sphereMesh(2, 3)}) {
     const WholeRegion whole(mesh, 600);

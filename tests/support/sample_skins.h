@@ -164,7 +164,8 @@ inline Skin skinOf(const SmoothMesh& mesh) {
   return skin;
 }
 
-/// Directions of the corners of an octahedron, divided `times` times, as `normals`, with 8 * 4^times triangles (at most 6 times).
+/// Directions of the corners of an octahedron, divided `times` times, as `normals`, with 8 * 4^times triangles (at most
+/// 6 times).
 inline SmoothMesh dividedOctahedron(int times) {
   SmoothMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -211,7 +212,8 @@ inline Skin ellipsoidSkin(const Eigen::Vector3d& half, int times) {
   return skinOf(mesh);
 }
 
-/// The crown of a tooth, roughly: how far a surface with cusps and pits is from the origin in this direction (of unit length), 4 to 6 mm.
+/// The crown of a tooth, roughly: how far a surface with cusps and pits is from the origin in this direction (of unit
+/// length), 4 to 6 mm.
 inline double cuspedRadius(const Eigen::Vector3d& u) {
   return 5 + 0.6 * std::sin(4 * u.x()) * std::sin(4 * u.y()) + 0.4 * std::cos(5 * u.z());
 }

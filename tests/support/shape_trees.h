@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sphere-trees of simple shapes, made without the builders: balls on a grid or a curve, grouped by halving along the longest axis.
+// Sphere-trees of simple shapes, made without the builders: balls on a grid or a curve, grouped by halving along the
+// longest axis.
 #pragma once
 
 #include <algorithm>
@@ -110,7 +111,8 @@ inline SphereTree rodTree(double length, int count, double radius) {
   return treeOfBalls(std::move(balls));
 }
 
-/// Balls of radius about `grain` whose centres lie `grain` inside an ellipsoid with these half axes [mm], evenly by a golden spiral.
+/// Balls of radius about `grain` whose centres lie `grain` inside an ellipsoid with these half axes [mm], evenly by a
+/// golden spiral.
 inline SphereTree ellipsoidTree(const Eigen::Vector3d& half, int count, double grain) {
   std::vector<Sphere> balls;
   for (int i = 0; i < count; ++i) {

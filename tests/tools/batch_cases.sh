@@ -217,7 +217,8 @@ case_batch_tutorial() {
   says '"overhang_mm"' compiled/report.json
   says 'tooth_46' page.html
   sed 's/"tool"/"defaults": {"quality": "quick"}, "tool"/' mouth/first.scene.json >mouth/quick.scene.json
-  # Fewer leaves where the tool cannot come and no work is done; the region has its own figure, and its tolerance is met.
+  # Fewer leaves where the tool cannot come and no work is done; the region has its own figure, and its tolerance is
+  # met.
   sed -e 's/"quality": "quick"/"quality": "quick", "tolerance_mm": 0.4/' mouth/quick.scene.json >mouth/even.scene.json
   sed -e '$ s/}$/, "work": [{"name": "cusp", "sphere": {"centre_mm": [-26, 16, 7], "radius_mm": 2}, "tolerance_mm": 0.2}]}/' \
     mouth/even.scene.json >mouth/work.scene.json

@@ -117,7 +117,8 @@ TEST(Chart, ATraceKeepsEveryPeak) {
     chart.traces[0].y.push_back(i == 54321 ? 9.0f : 1.0f);
   }
   const std::string svg = traceSvg(chart);
-  // Drawn from near the top of the frame (34, and a twentieth of the range below it), where 9 stands, down to where 1 does.
+  // Drawn from near the top of the frame (34, and a twentieth of the range below it), where 9 stands, down to where 1
+  // does.
   EXPECT_NE(tracePathOf(svg).find(" 40V"), std::string::npos) << tracePathOf(svg).substr(0, 200);
   EXPECT_LT(svg.size(), 60000u) << "as many pieces as pixels, however many values";
 }

@@ -383,7 +383,8 @@ case_build_repairs() {
   expect 0 evaluate open.obj work/a.stree --no-limits
   says "1 opening closed" err
   if grep -q "another mesh" err; then fail "evaluate repairs otherwise than build"; fi
-  # A triangle beside the solid is no part of it, yet every tree of the file covers it, and evaluate misses it in a tree of another.
+  # A triangle beside the solid is no part of it, yet every tree of the file covers it, and evaluate misses it in a tree
+  # of another.
   { cat whole.obj; printf 'v 12 1 1\nv 12.1 1 1\nv 12 1.1 1\nf 5 6 7\n'; } >crumb.obj
   expect 0 build whole.obj -o work/b.stree --levels 2 --quality quick
   expect 0 build crumb.obj -o work/c.stree --levels 2 --quality quick

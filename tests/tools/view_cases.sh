@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Cases of program_test.sh for what is shown: pictures without a display, and what is said where there is none; read by it.
-# Argument of the player's cases: spheretree.
+# Cases of program_test.sh for what is shown: pictures without a display, and what is said where there is none; read by
+# it. Argument of the player's cases: spheretree.
 unset DISPLAY WAYLAND_DISPLAY  # no case opens a window: tests/view/window_test.py does
 export LIBGL_ALWAYS_SOFTWARE=1
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pictures without a display: what is drawn stands where ray casting says that it should, in the colours that it should have.
+// Pictures without a display: what is drawn stands where ray casting says that it should, in the colours that it should
+// have.
 #include <gtest/gtest.h>
 #include <imgui.h>
 
@@ -84,7 +85,8 @@ TEST_F(Drawing, BallsStandWhereRaysMeetThem) {
         ++hits;
         const Vector3d hit = ray.origin + (-along - std::sqrt(r * r - missed * missed)) * ray.direction;
         const double expected = (camera.eye() - hit).dot(camera.towardsEye());
-        // Within a pixel, where the surface is not steeper than the distance from the outline allows, or the depth buffer's own step.
+        // Within a pixel, where the surface is not steeper than the distance from the outline allows, or the depth
+        // buffer's own step.
         const double slope = missed / std::sqrt(r * r - missed * missed);
         const double step = expected * expected / near / (1 << 22);
         const double off = std::abs(eyeDepth(depth, near, far) - expected) - step;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// streams_check COUNT: sends COUNT values through each stream between two threads, and reports values that were torn, came out of order, or
-// were lost without being counted. Exit code 1 if there is one. Built with ThreadSanitizer as well, which ends it at the first race.
+// streams_check COUNT: sends COUNT values through each stream between two threads, and reports values that were torn,
+// came out of order, or were lost without being counted. Exit code 1 if there is one. Built with ThreadSanitizer as
+// well, which ends it at the first race.
 #include <array>
 #include <atomic>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plays a scene: a device (simulated, replay or phantom) drives the tool, the runtime answers, what happens is recorded and summed up.
+// Plays a scene: a device (simulated, replay or phantom) drives the tool, the runtime answers, what happens is recorded
+// and summed up.
 #pragma once
 
 #include <filesystem>
@@ -53,10 +54,12 @@ class PlayObserver {
   virtual bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) = 0;
 };
 
-/// Runs to the end, or until an emergency stop is requested: zero wrench, clean stop, the recording whole under its name.
-/// `summary`: what --json prints (schema spheretree.run/1). Talks on stderr. `observer` may be null; without `seconds` it says when a
-/// simulated hand ends.
-/// @throws formats::FileError, formats::FormatError, device::DeviceError, builder::Cancelled, and what the observer throws
+/// Runs to the end, or until an emergency stop is requested: zero wrench, clean stop, the recording whole under its
+/// name.
+/// `summary`: what --json prints (schema spheretree.run/1). Talks on stderr. `observer` may be null; without `seconds`
+/// it says when a simulated hand ends.
+/// @throws formats::FileError, formats::FormatError, device::DeviceError, builder::Cancelled, and what the observer
+/// throws
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer = nullptr);
 
 /// What a scene file that names trees describes, or the built-in sample.
@@ -75,8 +78,8 @@ runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurf
 
 inline constexpr double kTourStopSeconds = 5;  // that a tour spends on each object
 
-/// A hand's tour: down on every object in turn from above (+z), 2 mm deeper than the first touch, a small circle there, and up again.
-/// Defined for all t >= 0; begins again after the last.
+/// A hand's tour: down on every object in turn from above (+z), 2 mm deeper than the first touch, a small circle there,
+/// and up again. Defined for all t >= 0; begins again after the last.
 device::IntendedPath tourOf(const runtime::Scene& scene);
 
 }  // namespace spheretree::player

@@ -35,8 +35,8 @@ std::string encodedField(std::string_view text);
 /// What encodedField() was given.
 std::string decodedField(std::string_view field);
 
-/// Rows from one thread to a file that appears under its name only at finish(). push() takes no lock and allocates nothing: rows go
-/// through a ring to a thread of their own, which formats and writes.
+/// Rows from one thread to a file that appears under its name only at finish(). push() takes no lock and allocates
+/// nothing: rows go through a ring to a thread of their own, which formats and writes.
 class RecordingWriter {
  public:
   /// `capacity`: rows that may wait, a power of two. @throws formats::FileError

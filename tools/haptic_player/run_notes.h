@@ -10,7 +10,8 @@
 
 namespace spheretree::player {
 
-/// Whole sentences: a tool that touched nothing, objects that the simulated hand did not come to, a trajectory that ended early.
+/// Whole sentences: a tool that touched nothing, objects that the simulated hand did not come to, a trajectory that
+/// ended early.
 /// `steps`, `largest_force_n`: of the run, which came to its end. @throws formats::FileError, formats::FormatError
 std::vector<std::string> notesOn(const PlaySettings& settings, std::uint64_t steps, double largest_force_n);
 

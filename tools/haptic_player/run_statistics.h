@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a run comes to: times, penetration, force steps, energy, faults. Filled in the servo loop: adding allocates nothing.
+// What a run comes to: times, penetration, force steps, energy, faults. Filled in the servo loop: adding allocates
+// nothing.
 // Units: mm, N, N mm, s, mJ (= N mm); times in us.
 #pragma once
 
@@ -28,9 +29,9 @@ class TimeHistogram {
   double largest_ = 0;
 };
 
-/// Passivity observer: the energy that the renderer has taken from the hand, E[n] = -sum F . dx + torque . dtheta over the ticks, each
-/// wrench held until the next pose. Below 0 the renderer has given energy. Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of
-/// haptic interfaces. IEEE Trans. Robotics and Automation 18(1), 2002.
+/// Passivity observer: the energy that the renderer has taken from the hand, E[n] = -sum F . dx + torque . dtheta over
+/// the ticks, each wrench held until the next pose. Below 0 the renderer has given energy. Paper: B. Hannaford, J.-H.
+/// Ryu. Time-domain passivity control of haptic interfaces. IEEE Trans. Robotics and Automation 18(1), 2002.
 class PassivityObserver {
  public:
   void add(const Configuration& pose, const Wrench& wrench) noexcept;

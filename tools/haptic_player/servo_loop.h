@@ -25,8 +25,9 @@ class ServoLoop final : public device::Renderer {
   /// The step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (`wait` aside).
   device::Rendered render(const device::DeviceState& state) noexcept override;
 
-  /// Where the rows of later steps go; null: nowhere. From one thread, not that of the steps. Returns once the step that was under way
-  /// has ended, so that the former writer may be finished; false if it has not ended within a second.
+  /// Where the rows of later steps go; null: nowhere. From one thread, not that of the steps. Returns once the step
+  /// that was under way has ended, so that the former writer may be finished; false if it has not ended within a
+  /// second.
   bool record(RecordingWriter* recording) noexcept;
 
   // After the last step.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The figures of `spheretree evaluate` as JSON, schema spheretree.evaluation/1. What is not in the JSON (the area outside, which sphere
-// is the worst) is lost on the way there and back.
+// The figures of `spheretree evaluate` as JSON, schema spheretree.evaluation/1. What is not in the JSON (the area
+// outside, which sphere is the worst) is lost on the way there and back.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -14,7 +14,8 @@ namespace spheretree::pipeline {
 /// @throws formats::FileError; formats::FormatError if the file is not JSON or not of this schema.
 nlohmann::ordered_json readJson(const std::filesystem::path& path, const std::string& schema);
 
-/// What `parse` makes of the JSON. What it throws because a key is missing or of another type becomes a formats::FormatError.
+/// What `parse` makes of the JSON. What it throws because a key is missing or of another type becomes a
+/// formats::FormatError.
 template <class Parse>
 auto readJsonAs(const std::filesystem::path& path, const std::string& schema, Parse&& parse) {
   const nlohmann::ordered_json json = readJson(path, schema);

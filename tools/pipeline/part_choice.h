@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a mesh is meant: one that the file names, or #N, the connected component N as `check --list-parts` counts them.
+// Which part of a mesh is meant: one that the file names, or #N, the connected component N as `check --list-parts`
+// counts them.
 #pragma once
 
 #include <cstdint>

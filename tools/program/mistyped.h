@@ -8,7 +8,8 @@
 
 namespace spheretree::tool {
 
-/// Of a word that `app` did not take: an option that is unknown, with the nearest known one if one is close, or an argument too many.
+/// Of a word that `app` did not take: an option that is unknown, with the nearest known one if one is close, or an
+/// argument too many.
 /// `of`: " of build"; `command`: whose --help tells more. Empty if every word was taken.
 std::string unknownWord(const CLI::App& app, const std::string& of, const std::string& command);
 

@@ -67,7 +67,8 @@ int explain(const std::string& program, int code, const std::string& message) {
 }
 
 int runAndExplain(const std::string& program, const std::function<int()>& run) {
-  // Writing beyond a limit or to a closed pipe then fails with an error, which is explained and leaves nothing half written.
+  // Writing beyond a limit or to a closed pipe then fails with an error, which is explained and leaves nothing half
+  // written.
   for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
   try {
     return flushed(program, run());

@@ -33,7 +33,8 @@ int explain(const std::string& program, int code, const std::string& message);
 /// Runs the program proper, flushes stdout, and turns whatever goes wrong into a message and an exit code.
 int runAndExplain(const std::string& program, const std::function<int()>& run);
 
-/// While one lives, the first Ctrl-C (or SIGTERM) cancels `progress`, so that nothing is left half done; the second ends the program.
+/// While one lives, the first Ctrl-C (or SIGTERM) cancels `progress`, so that nothing is left half done; the second
+/// ends the program.
 class InterruptGuard {
  public:
   explicit InterruptGuard(builder::Progress& progress);

@@ -11,8 +11,9 @@ namespace spheretree::tool {
 
 class ProgressBar : public builder::Progress {
  public:
-  /// `kind`: auto (a bar on a terminal, plain on one that cannot draw over its line, else none), bar, plain (a line for each stage, and
-  /// one every ten seconds within it), json (an object a line) or none. Short work shows nothing: bar and plain wait for half a second.
+  /// `kind`: auto (a bar on a terminal, plain on one that cannot draw over its line, else none), bar, plain (a line for
+  /// each stage, and one every ten seconds within it), json (an object a line) or none. Short work shows nothing: bar
+  /// and plain wait for half a second.
   ProgressBar(const std::string& kind, bool quiet);
   ~ProgressBar() override;  // clears it
   ProgressBar(const ProgressBar&) = delete;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The files of one run of a program. This is the one place that decides whether an output may be written: none replaces a file that the
-// run reads, or another of its outputs, whatever the path looks like (another name, a link, a file that is read because another names it).
+// The files of one run of a program. This is the one place that decides whether an output may be written: none replaces
+// a file that the run reads, or another of its outputs, whatever the path looks like (another name, a link, a file that
+// is read because another names it).
 #pragma once
 
 #include <filesystem>
@@ -11,9 +12,9 @@
 
 namespace spheretree::tool {
 
-/// While one lives, every file that formats::readFile() reads is remembered, and formats::WholeFile refuses to replace it. Where several
-/// live, they share what they remember: a program has one around a run, and functions that write several files have one of their own, so
-/// that they are safe in any program.
+/// While one lives, every file that formats::readFile() reads is remembered, and formats::WholeFile refuses to replace
+/// it. Where several live, they share what they remember: a program has one around a run, and functions that write
+/// several files have one of their own, so that they are safe in any program.
 class RunFiles {
  public:
   RunFiles();
@@ -26,9 +27,10 @@ class RunFiles {
   /// An input, before it is read. "-" is standard input, which can be read once. @throws UsageError for the second "-".
   void willRead(const std::filesystem::path& input) const;
 
-  /// An output, before long work: nothing is written, but what formats::WholeFile would refuse at the end is refused now. "-" is standard
-  /// output. An empty path is no output.
-  /// @throws UsageError if it would replace a file that is read or another output; formats::FileError if it cannot be written.
+  /// An output, before long work: nothing is written, but what formats::WholeFile would refuse at the end is refused
+  /// now. "-" is standard output. An empty path is no output.
+  /// @throws UsageError if it would replace a file that is read or another output; formats::FileError if it cannot be
+  /// written.
   void willWrite(const std::filesystem::path& output) const;
 
   /// The same for a file whose name must end in one of `endings`, in any case; "-" and devices may stand for it.

@@ -7,8 +7,8 @@
 
 namespace spheretree::tool {
 
-/// `text` as it may go to a terminal: control characters as \n, \t or \x1b, so that a name from a file can neither break a line nor send
-/// commands to the terminal. Bytes that are no UTF-8 stay as they are.
+/// `text` as it may go to a terminal: control characters as \n, \t or \x1b, so that a name from a file can neither
+/// break a line nor send commands to the terminal. Bytes that are no UTF-8 stay as they are.
 std::string plainText(std::string_view text);
 
 /// "1 step", "2 steps"; `plural` where an s is not enough.
@@ -26,7 +26,8 @@ void say(std::string_view line);
 /// Columns of the terminal that stderr is; 0 if it is none, or one that cannot go back in its line (TERM=dumb).
 int terminalColumns();
 
-/// Draws `text` in place of the line of progress before it, cut to `columns` - 1 characters of ASCII. Only one thread may draw.
+/// Draws `text` in place of the line of progress before it, cut to `columns` - 1 characters of ASCII. Only one thread
+/// may draw.
 void drawProgressLine(std::string_view text, int columns);
 
 /// Takes the line of progress away, if there is one.

@@ -22,7 +22,8 @@ bool inRange(float value, float low, float high) { return value >= low && value 
 
 float signOf(float x) { return x < 0 ? -1.0f : 1.0f; }
 
-// The two further points whose hull with the corners holds a quadratic side: Bezier's control point of the side with the middle `m`.
+// The two further points whose hull with the corners holds a quadratic side: Bezier's control point of the side with
+// the middle `m`.
 Vector3f controlPoint(const Vector3f& a, const Vector3f& b, const Vector3f& m) { return 2.0f * m - 0.5f * (a + b); }
 
 std::string faultOf(const char* element, std::size_t i, const char* what) { return describe("%s %zu of the skin: %s", element, i, what); }
@@ -75,7 +76,8 @@ Vector3f offsetOf(const Skin& skin, const SkinEdge& edge) {
   return skin.offset_step * steps;
 }
 
-// Whether spheres enclose patches: their corners and the control points of their sides, whose hull holds the patch and the flat triangle.
+// Whether spheres enclose patches: their corners and the control points of their sides, whose hull holds the patch and
+// the flat triangle.
 class PatchCheck {
  public:
   explicit PatchCheck(const Skin& skin) : skin_(skin) {
@@ -88,8 +90,8 @@ class PatchCheck {
     doubt_ = 4 * std::numeric_limits<float>::epsilon() * size;
   }
 
-  // In float where that is beyond doubt: the middle of a chord is off by at most 2^-24 of its coordinates, a difference, its square and
-  // the sum by less than 8 roundings. What is closer to the sphere is looked at in double.
+  // In float where that is beyond doubt: the middle of a chord is off by at most 2^-24 of its coordinates, a
+  // difference, its square and the sum by less than 8 roundings. What is closer to the sphere is looked at in double.
   bool encloses(const Sphere& sphere, std::size_t triangle) const {
     const SkinTriangle& t = skin_.triangles[triangle];
     const Vector4f centre(sphere.x, sphere.y, sphere.z, 0);
@@ -196,7 +198,8 @@ float allowanceOf(const SkinPatch& patch, float tolerance) {
   return 0;
 }
 
-// The smallest circle about the flat triangle, made large enough for the control points of the patch, whose hull holds it.
+// The smallest circle about the flat triangle, made large enough for the control points of the patch, whose hull holds
+// it.
 Sphere enclose(const SkinPatch& patch) {
   const Vector3f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
   Vector3f centre = Vector3f::Zero();
@@ -216,7 +219,8 @@ Sphere enclose(const SkinPatch& patch) {
     hold(patch.position[k]);
     hold(controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]));
   }
-  // (p - centre) is rounded once for each axis, the norm a few times in double, the result once: 4 units in the last place hold it all.
+  // (p - centre) is rounded once for each axis, the norm a few times in double, the result once: 4 units in the last
+  // place hold it all.
   const double size = std::max({radius, static_cast<double>(centre.cwiseAbs().maxCoeff())});
   return {centre.x(), centre.y(), centre.z(), static_cast<float>(radius + 4 * size * std::numeric_limits<float>::epsilon())};
 }

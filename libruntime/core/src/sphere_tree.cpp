@@ -29,15 +29,15 @@ struct Ball {
 
 Ball ballOf(const Sphere& s) { return {{s.x, s.y, s.z}, s.radius}; }
 
-/// Radius about `centre` that holds all of `ball`. The writer and the reader evaluate this same expression, and each of its
-/// operations is rounded correctly everywhere, so that what one proved the other finds.
+/// Radius about `centre` that holds all of `ball`. The writer and the reader evaluate this same expression, and each of
+/// its operations is rounded correctly everywhere, so that what one proved the other finds.
 double reach(const Eigen::Vector3d& centre, const Ball& ball) {
   const double dx = ball.centre.x() - centre.x(), dy = ball.centre.y() - centre.y(), dz = ball.centre.z() - centre.z();
   return std::sqrt(dx * dx + dy * dy + dz * dz) + ball.radius;
 }
 
-/// Calls `visit(first, last)` for the descendants of `node`, itself included, one range of nodes a level: breadth first, the
-/// descendants on one level are consecutive.
+/// Calls `visit(first, last)` for the descendants of `node`, itself included, one range of nodes a level: breadth
+/// first, the descendants on one level are consecutive.
 template <class Visit>
 void forEachRange(const SphereTree& tree, std::uint32_t node, Visit&& visit) {
   std::uint32_t first = node, last = node + 1;
@@ -55,9 +55,9 @@ void forEachRange(const SphereTree& tree, std::uint32_t node, Visit&& visit) {
 
 constexpr double kFlat = 1e-15;  // square of the area or volume of edges, over the product of their squares, that counts as none
 
-/// Centres of the balls that touch all of `support` (1 to 4 balls) from outside, with the least radius first: up to two.
-/// With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x = |q_i|^2 - d_i^2 + 2 d_i s:
-/// x is linear in s, and s solves a quadratic.
+/// Centres of the balls that touch all of `support` (1 to 4 balls) from outside, with the least radius first: up to
+/// two. With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x =
+/// |q_i|^2 - d_i^2 + 2 d_i s: x is linear in s, and s solves a quadratic.
 int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vector3d, 2>& centres) {
   const Ball& origin = *support[0];
   if (support.size() == 1) {
@@ -73,7 +73,8 @@ int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vecto
     slope[i] = ball.radius - origin.radius;
     constant[i] = 0.5 * (q[i].squaredNorm() - slope[i] * slope[i]);
   }
-  // With the dual basis in the span of q, in which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the right sides.
+  // With the dual basis in the span of q, in which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the right
+  // sides.
   std::array<Eigen::Vector3d, 3> dual;
   double square = q[0].squaredNorm(), least = 0;
   if (count == 1) {
@@ -120,9 +121,9 @@ double reachAll(const Eigen::Vector3d& centre, std::span<const Ball* const> ball
   return radius;
 }
 
-/// Centre of the smallest ball that encloses `balls`. A basis of at most four balls determines the ball; as long as some ball sticks
-/// out, the farthest one enters, and the best basis among the five is found by trying all. Rounding can only make the result a
-/// little large, since the caller measures the radius about the centre found.
+/// Centre of the smallest ball that encloses `balls`. A basis of at most four balls determines the ball; as long as
+/// some ball sticks out, the farthest one enters, and the best basis among the five is found by trying all. Rounding
+/// can only make the result a little large, since the caller measures the radius about the centre found.
 Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
   std::vector<const Ball*> basis{&balls[0]};
   for (const Ball& ball : balls)

@@ -108,7 +108,8 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   return {};
 }
 
-// A ball that is kept from leaves may have the sum of two radii; one that is kept from a skin has its own, less what the skin gives way.
+// A ball that is kept from leaves may have the sum of two radii; one that is kept from a skin has its own, less what
+// the skin gives way.
 double leastContact(const CompiledScene& scene) {
   const auto tool = static_cast<double>(scene.tool.smallest_radius);
   double least = std::numeric_limits<double>::infinity();

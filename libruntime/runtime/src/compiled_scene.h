@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Scene hides: the tool, the bodies (each sphere-tree once, however many objects share it), and the objects in their places.
+// What Scene hides: the tool, the bodies (each sphere-tree once, however many objects share it), and the objects in
+// their places.
 // Tool: about its reference point, in tool axes. Body: about the centre of its root, in the axes of its file.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A skin (core/skin.h) laid out for the inner loops: a search tree over its triangles, and a record of 112 bytes for each of them, which
-// eight lanes load and transpose.
+// A skin (core/skin.h) laid out for the inner loops: a search tree over its triangles, and a record of 112 bytes for
+// each of them, which eight lanes load and transpose.
 // Units: mm; frame: axes of the file, about the centre of the object.
 #pragma once
 

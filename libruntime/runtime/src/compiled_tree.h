@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A search tree (core/search_tree.h) laid out for the search: the children of an inner node stand in one 128-byte block of 8 lanes, so
-// that one sphere is tested against all of them at once. A node is named by its slot = 8 * block + lane; the root is slot 0, alone in
-// block 0. Empty lanes are far away.
+// A search tree (core/search_tree.h) laid out for the search: the children of an inner node stand in one 128-byte block
+// of 8 lanes, so that one sphere is tested against all of them at once. A node is named by its slot = 8 * block + lane;
+// the root is slot 0, alone in block 0. Empty lanes are far away.
 // Units: mm; frame: axes of the file, about a centre.
 #pragma once
 
@@ -23,7 +23,8 @@ struct alignas(128) Block {
 };
 static_assert(sizeof(Block) == 128);
 
-/// Lanes [0, inner) of a block are inner nodes, the others items or empty. The children of lane k stand in block first_child + k.
+/// Lanes [0, inner) of a block are inner nodes, the others items or empty. The children of lane k stand in block
+/// first_child + k.
 struct BlockLinks {
   std::uint16_t first_child = 0, inner = 0;
   float open_priority[8] = {};  // (lane) of inner nodes: radius for each child [mm]; of two nodes that with the larger one is opened
@@ -48,8 +49,8 @@ struct CompiledTree {
 /// `items`: the sphere of each item. `origin` of the spheres' frame less the centre that the compiled tree is about.
 CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items, const Eigen::Vector3d& origin);
 
-/// The tree's search tree over its leaves, levelSet() of the deepest level; if the file has none, its own inner nodes with their bounding
-/// spheres, which is slower to search and finds the same.
+/// The tree's search tree over its leaves, levelSet() of the deepest level; if the file has none, its own inner nodes
+/// with their bounding spheres, which is slower to search and finds the same.
 SearchTree searchTreeOf(const SphereTree& tree);
 
 /// A block without nodes, and a node for a lane of it.

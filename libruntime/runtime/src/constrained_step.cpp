@@ -100,9 +100,10 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
   if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
 }
 
-// Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the tool moves farther
-// than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b), and the true gap is the row's value
-// plus a convex function of the translation, less at most |r| angle^2 / 2 for the turn. So no pair is ever deeper than that.
+// Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the
+// tool moves farther than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b),
+// and the true gap is the row's value plus a convex function of the translation, less at most |r| angle^2 / 2 for the
+// turn. So no pair is ever deeper than that.
 void ConstrainedStep::run() {
   Piece piece = Piece::GoesOn;
   while (piece == Piece::GoesOn) {
@@ -239,7 +240,8 @@ Piece ConstrainedStep::contactPiece() {
   return Piece::GoesOn;
 }
 
-// Goes `part` of `step`, or half of it and so on, until it ends no deeper than it may. 0: rows that conflict, no way on from here.
+// Goes `part` of `step`, or half of it and so on, until it ends no deeper than it may. 0: rows that conflict, no way on
+// from here.
 double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool is_straight) {
   const Configuration from = now_;
   const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
@@ -260,7 +262,8 @@ bool ConstrainedStep::isIdle() {
   return is_idle;
 }
 
-// A way that ends with a turn may end a little inside. Straight out, if that works; else the last pose that was free is the answer.
+// A way that ends with a turn may end a little inside. Straight out, if that works; else the last pose that was free is
+// the answer.
 void ConstrainedStep::pushOut() {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const double deepest = std::max(depth_, felt_depth_);
@@ -277,7 +280,8 @@ void ConstrainedStep::pushOut() {
   }
 }
 
-// What holds the graphic tool where it is now. A step that ended for another reason than that the QP says to stay asks it once more.
+// What holds the graphic tool where it is now. A step that ended for another reason than that the QP says to stay asks
+// it once more.
 void ConstrainedStep::noteContacts() {
   memory_.contact_count = 0;
   if (pairs_.pairs.empty() || stale_ || pairs_.coarse) return;
@@ -288,17 +292,18 @@ void ConstrainedStep::noteContacts() {
   parts_.noteContacts(rows_);
 }
 
-// In a hollow the plain steps go to and fro: the rows are tangents, and the deeper the haptic tool is below it, the farther each step goes
-// beyond its aim. The part of the step that ends there, by the last two of them (a secant).
+// In a hollow the plain steps go to and fro: the rows are tangents, and the deeper the haptic tool is below it, the
+// farther each step goes beyond its aim. The part of the step that ends there, by the last two of them (a secant).
 double ConstrainedStep::damping(const Vector6& plain) const {
   if (!has_last_ || !(plain.dot(last_way_) < 0)) return 1;
   const double overshoot = (last_plain_ - plain).dot(last_way_), square = last_way_.squaredNorm();
   return overshoot > square ? square / overshoot : 1;
 }
 
-// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents, and the deeper the
-// haptic tool is below a bump, the slower. The last two of them tell the factor (a secant, as in Anderson's mixing), and the sum of the
-// series. The QP aims there instead; its rows are the same, so the step is as safe as the plain one.
+// Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents,
+// and the deeper the haptic tool is below a bump, the slower. The last two of them tell the factor (a secant, as in
+// Anderson's mixing), and the sum of the series. The QP aims there instead; its rows are the same, so the step is as
+// safe as the plain one.
 bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
   if (!has_last_) return false;
   const Vector6 change = plain - last_plain_;
@@ -310,10 +315,11 @@ bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
   return true;
 }
 
-// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over several steps: force
-// and torque change by no more than they may where the free poses are a convex set, or than the hand moved and what can hardly be felt. The
-// nearest point of a convex set is firmly non-expansive: a motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool
-// that had not yet arrived for want of work is free to catch up.
+// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over
+// several steps: force and torque change by no more than they may where the free poses are a convex set, or than the
+// hand moved and what can hardly be felt. The nearest point of a convex set is firmly non-expansive: a motion d of the
+// hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool that had not yet arrived for want of work is free to
+// catch up.
 Change ConstrainedStep::mostChange() {
   stretch_before_ = parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic));
   if (memory_.is_behind) return kAnyChange;
@@ -327,7 +333,8 @@ Change ConstrainedStep::mostChange() {
   return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }
 
-// The largest part, up to `most`, of the piece `way` at whose end the stretch of the springs has changed by no more than it may.
+// The largest part, up to `most`, of the piece `way` at whose end the stretch of the springs has changed by no more
+// than it may.
 double ConstrainedStep::partWithin(const Vector6& way, double most) const {
   const Vector6 so_far = parts_.scaledVector(displacementBetween(now_, haptic_)) - stretch_before_;
   const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
@@ -342,9 +349,9 @@ double ConstrainedStep::partWithin(const Vector6& way, double most) const {
   return most;
 }
 
-// The list is full even for the shortest way. Whole branches stand in, as the balls about their leaves: none may come closer than it is.
-// That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs that overlap comes back in full and
-// finds none.
+// The list is full even for the shortest way. Whole branches stand in, as the balls about their leaves: none may come
+// closer than it is. That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs
+// that overlap comes back in full and finds none.
 void ConstrainedStep::coarseMove(PairSet pairs) {
   const Configuration from = memory_.graphic;
   parts_.findActive(pairs);

@@ -6,8 +6,8 @@
 
 namespace spheretree::runtime {
 
-/// Acts on the hand, towards the graphic tool: stiffness times (graphic - haptic), the rotation as a rotation vector of length [0, pi].
-/// About the reference point of the haptic tool, world axes.
+/// Acts on the hand, towards the graphic tool: stiffness times (graphic - haptic), the rotation as a rotation vector of
+/// length [0, pi]. About the reference point of the haptic tool, world axes.
 Wrench couplingWrench(const Coupling& coupling, const Configuration& haptic, const Configuration& graphic) noexcept;
 
 /// The wrench shortened to the limits; the directions of force and torque stay. Not finite: zero.

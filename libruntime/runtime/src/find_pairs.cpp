@@ -8,7 +8,8 @@
 namespace spheretree::runtime {
 namespace {
 
-// Float rounding moves a distance by less than this times the lengths involved: at most 12 roundings of 2^-24 each on either side.
+// Float rounding moves a distance by less than this times the lengths involved: at most 12 roundings of 2^-24 each on
+// either side.
 constexpr double kRounding = 1e-6;
 
 }  // namespace
@@ -31,8 +32,8 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   const bool exact = of == PairsOf::LeavesExactly;
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
   const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
-  // Rounding of world coordinates in the broad phase, and of what is about the anchors afterwards: offsets of near objects are no longer
-  // than the two reaches and the margin.
+  // Rounding of world coordinates in the broad phase, and of what is about the anchors afterwards: offsets of near
+  // objects are no longer than the two reaches and the margin.
   const double world_slack = kRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
   const double slack = kRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the pairs, one leaf of the tool and one leaf or triangle of an object, whose gap is at most a margin.
-// Paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic rendering using
-//        sphere-trees. IROS 2011, Algorithm 1. Departures: trees of unequal depth and roots that are leaves lose no pair; of two nodes
-//        only one is opened, which halves the tests; the search is breadth first, so that when a list is full what is still to open
-//        stands for the rest.
+// Paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic
+//         rendering using
+//        sphere-trees. IROS 2011, Algorithm 1. Departures: trees of unequal depth and roots that are leaves lose no
+//        pair; of two nodes only one is opened, which halves the tests; the search is breadth first, so that when a
+//        list is full what is still to open stands for the rest.
 #pragma once
 
 #include <cstdint>
@@ -32,9 +33,9 @@ enum class PairsOf {
   ContactSurface,  // each object's skin or leaves, whichever is felt; some pairs beyond the margin may be among them, none within is missed
 };
 
-/// The pairs of the whole scene, tool at `pose`, gap <= `margin` [mm, >= 0], with at most `max_work` 8-lane tests. Held by `memory` until
-/// the next search. Order: by object, then as the search meets them; always the same. Cost: a sphere test for each object, then about one
-/// 8-lane test for each pair. No allocation.
+/// The pairs of the whole scene, tool at `pose`, gap <= `margin` [mm, >= 0], with at most `max_work` 8-lane tests. Held
+/// by `memory` until the next search. Order: by object, then as the search meets them; always the same. Cost: a sphere
+/// test for each object, then about one 8-lane test for each pair. No allocation.
 PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uint32_t max_work, StepMemory& memory) noexcept;
 
 }  // namespace spheretree::runtime

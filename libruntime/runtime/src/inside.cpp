@@ -9,8 +9,10 @@ namespace spheretree::runtime {
 namespace {
 
 // How often the surface winds about a point: 1 within a closed one, 0 outside; in between for one with holes.
-// Paper: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding numbers. ACM TOG 32(4),
-//        2013. A triangle's solid angle: A. van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983.
+// Paper: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding
+//         numbers. ACM TOG 32(4),
+//        2013. A triangle's solid angle: A. van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME
+//              30(2), 1983.
 double windingNumber(const CompiledSkin& skin, const Eigen::Vector3d& point) {
   double half_angles = 0;
   for (const CompiledPatch& patch : skin.patch) {

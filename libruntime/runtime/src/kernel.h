@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h). All give the same bits: the same IEEE
-// operations in the same order, no contraction.
+// The inner loops, compiled once for each instruction set from one source (kernel_lanes.h). All give the same bits: the
+// same IEEE operations in the same order, no contraction.
 #pragma once
 
 #include <array>
@@ -11,7 +11,8 @@
 
 namespace spheretree::runtime {
 
-/// An object as the search and the rows see it: what they read of it before the blocks. `patches` is null where leaves are felt.
+/// An object as the search and the rows see it: what they read of it before the blocks. `patches` is null where leaves
+/// are felt.
 struct alignas(64) ObjectView {
   const Block* bound;
   const BlockLinks* links;
@@ -30,7 +31,8 @@ struct RelativePose {
   float offset[3];    // reference point of the tool from the anchor [mm]
 };
 
-/// Up to 8 pairs that one test found: one node of the tool or of an object, and some lanes of a block of the other side.
+/// Up to 8 pairs that one test found: one node of the tool or of an object, and some lanes of a block of the other
+/// side.
 struct HitGroup {
   std::uint32_t name;             // of the pair of lane 0: tool slot << 16 | object slot
   std::uint32_t many : 16;        // block to be tested next, of the side that is opened; the children of lane 0, if it is the lanes' side

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The body of the inner loops; included by one source for each instruction set. Everything here has internal linkage and calls no inline
-// function of the standard library or Eigen: the linker keeps one copy of such a function, which may be the one for the newer machine.
+// The body of the inner loops; included by one source for each instruction set. Everything here has internal linkage
+// and calls no inline function of the standard library or Eigen: the linker keeps one copy of such a function, which
+// may be the one for the newer machine.
 #pragma once
 
 #if defined(__SSE2__)
@@ -173,8 +174,8 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
   return select(over, height * height / select(over, area2, one), nearest);
 }
 
-// One search, object by object. Breadth first in straight loops: of two nodes that touch the one that promises more is opened, and its
-// children meet the other one all at once; what they hit is only appended to a list.
+// One search, object by object. Breadth first in straight loops: of two nodes that touch the one that promises more is
+// opened, and its children meet the other one all at once; what they hit is only appended to a list.
 class PairFinder {
  public:
   explicit PairFinder(const PairSearch& s) : s_(s), pairs_end_(s.pairs) {}
@@ -192,8 +193,8 @@ class PairFinder {
   }
 
  private:
-  // Appends the pairs of one object. Out of room or work (true), or if that is so from the start, what is still to open stands for what
-  // is below it.
+  // Appends the pairs of one object. Out of room or work (true), or if that is so from the start, what is still to open
+  // stands for what is below it.
   bool searchObject(const ObjectView& view, std::uint32_t turn, bool full) {
     view_ = &view;
     turn_ = turn;
@@ -275,7 +276,8 @@ class PairFinder {
     }
   }
 
-  // One node against the 8 of a block: what it meets, to where it goes on. Of a leaf and another node the other is opened.
+  // One node against the 8 of a block: what it meets, to where it goes on. Of a leaf and another node the other is
+  // opened.
   template <bool kToolIsOne>
   void meet(const ObjectView& view, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
     const Hits h = measure(one, many);
@@ -438,8 +440,8 @@ struct Patches {
   Vector8 normal(unsigned i) const { return {component(3 * i), component(3 * i + 1), component(3 * i + 2)}; }
 };
 
-// Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is convex, so the row
-// holds all along a piece of the way.
+// Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is
+// convex, so the row holds all along a piece of the way.
 float flatRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), allowance = splat(q.allowance);
   F8 smallest = splat(__builtin_inff());
@@ -478,8 +480,8 @@ float flatRows(const RowRequest& q) {
   return leastLane(smallest);
 }
 
-// A field that is quadratic over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and v are the weights of
-// corners 1 and 2.
+// A field that is quadratic over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and
+// v are the weights of corners 1 and 2.
 struct Quadratic {
   Vector8 f, a, b, c, d, e;
   Quadratic(const Vector8& p0, const Vector8& p1, const Vector8& p2, const Vector8& p01, const Vector8& p12, const Vector8& p20) {
@@ -506,7 +508,8 @@ constexpr float kFootFound = 1e-3f;     // the last step of a foot that counts, 
 constexpr float kSeam = 1e-4f;          // a foot may be beyond a side by this, so that rounding leaves no slit between patches
 constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and farther than this above its plane, has the plane ahead of it [mm]
 
-// The foot of a ball: weights u and v and the height h with position + h normal = centre (the normal not of unit length).
+// The foot of a ball: weights u and v and the height h with position + h normal = centre (the normal not of unit
+// length).
 struct Foot {
   F8 u, v, h;
   I8 found;
@@ -546,8 +549,9 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
   return foot;
 }
 
-// The ball rests on the patch where its foot lies within. Beyond a sharp side it rests on that side. Beyond a smooth one it rests on the
-// neighbour, and the plane of this patch is what it meets next if it is above it, as in a hollow; over a ridge it is below.
+// The ball rests on the patch where its foot lies within. Beyond a sharp side it rests on that side. Beyond a smooth
+// one it rests on the neighbour, and the plane of this patch is what it meets next if it is above it, as in a hollow;
+// over a ridge it is below.
 float feltRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), seam = splat(-kSeam);
   F8 smallest = splat(__builtin_inff());

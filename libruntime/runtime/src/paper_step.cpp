@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mode paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic rendering using
-// sphere-trees. IROS 2011. What is printed wrongly or left open, and what is done here: docs/runtime.md
+// Mode paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic
+// rendering using sphere-trees. IROS 2011. What is printed wrongly or left open, and what is done here: docs/runtime.md
 #include <cmath>
 
 #include "step_parts.h"

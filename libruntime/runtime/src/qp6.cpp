@@ -13,8 +13,8 @@ namespace {
 constexpr double kDependent = 1e-10;  // squared length of what is left of a unit row off the active ones
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular: a row enters by a reflection and leaves by
-// Givens rotations.
+// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular: a row enters by a
+// reflection and leaves by Givens rotations.
 class ActiveSet {
  public:
   int size = 0;
@@ -137,8 +137,8 @@ Vector6 normalOf(const QpRows& rows, std::uint32_t i) {
   return n;
 }
 
-/// Takes the rows that were active before into `set`, and gives a dual feasible start: the nearest point on them, without those that would
-/// have to pull.
+/// Takes the rows that were active before into `set`, and gives a dual feasible start: the nearest point on them,
+/// without those that would have to pull.
 Vector6 warmStart(const QpRows& rows, const Vector6& target, const QpAnswer& before, ActiveSet& set) {
   double d[6];
   for (int k = 0; k < before.active_count; ++k) {
@@ -185,8 +185,8 @@ void proveInfeasible(std::uint32_t row, const ActiveSet& set, const double (&r)[
     }
 }
 
-/// Moves `y` onto the row, which becomes active; rows that would have to pull leave. False if it comes to nothing: the rows contradict each
-/// other, and `answer` says how, or only float saw this one violated.
+/// Moves `y` onto the row, which becomes active; rows that would have to pull leave. False if it comes to nothing: the
+/// rows contradict each other, and `answer` says how, or only float saw this one violated.
 bool takeIn(std::uint32_t row, const QpRows& rows, ActiveSet& set, Vector6& y, QpAnswer& answer) {
   const Vector6 normal = normalOf(rows, row);
   const double bound = static_cast<double>(rows.b[row]);
@@ -236,7 +236,8 @@ void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& targ
     ++answer.iterations;
     if (!takeIn(row, rows, set, y, answer)) break;
   }
-  // Free of what the steps have gathered; and where one stopped between two corners by rounding, what is active is as good.
+  // Free of what the steps have gathered; and where one stopped between two corners by rounding, what is active is as
+  // good.
   if (answer.status == QpStatus::Optimal && answer.iterations > 0) y = set.nearest(target);
   answer.y = y;
   answer.active_count = static_cast<std::uint8_t>(set.size);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The projection of a point on a polyhedron in 6 dimensions:  minimise |y - target|^2 / 2  subject to  a_i . y >= b_i.
 // Paper: D. Goldfarb, A. Idnani. A numerically stable dual method for solving strictly convex quadratic programs.
-//        Mathematical Programming 27, 1983. Here with the identity as Hessian, rows scanned in float, active rows in double,
-//        warm start, and a certificate for rows that contradict each other.
+//        Mathematical Programming 27, 1983. Here with the identity as Hessian, rows scanned in float, active rows in
+//        double, warm start, and a certificate for rows that contradict each other.
 // Units: y in mm (scaled), rows of unit length. No allocation. Deterministic.
 #pragma once
 
@@ -15,7 +15,8 @@ namespace spheretree::runtime {
 
 using Vector6 = Eigen::Matrix<double, 6, 1, Eigen::DontAlign>;
 
-/// Rows in structure of arrays; all arrays of `count` values, readable up to the next multiple of 8, where a = 0 and b < 0.
+/// Rows in structure of arrays; all arrays of `count` values, readable up to the next multiple of 8, where a = 0 and b
+/// < 0.
 struct QpRows {
   std::array<const float*, 6> a;
   const float* b = nullptr;
@@ -45,7 +46,8 @@ inline constexpr int kQpIterationLimit = 100;
 
 struct KernelTable;
 
-/// `answer`: its active rows are the warm start; indices out of range and dependent rows are skipped, so any content is fine.
+/// `answer`: its active rows are the warm start; indices out of range and dependent rows are skipped, so any content is
+/// fine.
 /// Cost: one scan of the rows for each iteration; 0 to 3 iterations in steady contact.
 void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& target, QpAnswer& answer) noexcept;
 

@@ -87,8 +87,8 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
 
 namespace {
 
-// Guarded rows with a larger gap are of nothing that is within `margin`. The patch may be nearer than the flat triangle by the tolerance,
-// and that is what the triangle gives way, at most.
+// Guarded rows with a larger gap are of nothing that is within `margin`. The patch may be nearer than the flat triangle
+// by the tolerance, and that is what the triangle gives way, at most.
 float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
   const auto most = static_cast<float>(margin * (1 + 1e-6));
   return memory.feelsSkin(object) ? most + 2 * memory.scene.bodyOf(object).skin.tolerance : most;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs to rows: the non-penetration of each pair, linearised at a pose of the tool, in the scaled coordinates of the QP.
-// y = (translation [mm], angle_length * rotation [mm]); a row is (n, (r x n) / angle_length) divided by its length, where n is the unit
-// normal from object to tool and r the tool sphere's centre from the reference point.
+// Pairs to rows: the non-penetration of each pair, linearised at a pose of the tool, in the scaled coordinates of the
+// QP. y = (translation [mm], angle_length * rotation [mm]); a row is (n, (r x n) / angle_length) divided by its length,
+// where n is the unit normal from object to tool and r the tool sphere's centre from the reference point.
 //
-// A pair with a triangle of a skin has up to two rows. What is guaranteed: the ball, smaller by what the triangle gives way, stays out of
-// the flat triangle, which is convex. What is felt: the ball rests on the smooth patch over it (docs/runtime.md, Skin).
+// A pair with a triangle of a skin has up to two rows. What is guaranteed: the ball, smaller by what the triangle gives
+// way, stays out of the flat triangle, which is convex. What is felt: the ball rests on the smooth patch over it
+// (docs/runtime.md, Skin).
 #pragma once
 
 #include <cstdint>
@@ -29,20 +30,23 @@ struct RowSet {
   float smallest_felt_gap = 0;    // of the others [mm]; +infinity without
 };
 
-/// Rows of leaves and flat triangles for the tool at `pose`, one for each of `pairs`. Held by `memory` until the next call. Centres that
-/// coincide get the normal +z. `axes`: columns are the axes about which the three angles turn, world axes; the identity for rotation
-/// vectors. Inner nodes of a coarse set count as balls. Cost: about 1.5 ns a pair of leaves, 4 ns one with a triangle. No allocation.
+/// Rows of leaves and flat triangles for the tool at `pose`, one for each of `pairs`. Held by `memory` until the next
+/// call. Centres that coincide get the normal +z. `axes`: columns are the axes about which the three angles turn, world
+/// axes; the identity for rotation vectors. Inner nodes of a coarse set count as balls. Cost: about 1.5 ns a pair of
+/// leaves, 4 ns one with a triangle. No allocation.
 RowSet makeRows(const PairSet& pairs, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes, StepMemory& memory) noexcept;
 
-/// Of `pairs`, the last that were found, and of their `rows` at this pose, those whose gap is at most `margin` [mm]. Cost: about 2 ns a
-/// pair. No allocation.
+/// Of `pairs`, the last that were found, and of their `rows` at this pose, those whose gap is at most `margin` [mm].
+/// Cost: about 2 ns a pair. No allocation.
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept;
 
-/// The pairs among `pairs` with a curved patch that may be nearer than `most_gap` [mm], by their `rows`: those that have felt rows. Held by
+/// The pairs among `pairs` with a curved patch that may be nearer than `most_gap` [mm], by their `rows`: those that
+/// have felt rows. Held by
 /// `memory` until the next call. Cost: about 2 ns a pair. No allocation.
 PairSet feltPairs(const PairSet& pairs, const RowSet& rows, double most_gap, StepMemory& memory) noexcept;
 
-/// Adds to `rows`, which makeRows() made at `pose`, the felt row of each of `felt`. A plane beside a patch that is farther off than
+/// Adds to `rows`, which makeRows() made at `pose`, the felt row of each of `felt`. A plane beside a patch that is
+/// farther off than
 /// `most_gap` [mm] is left out. Cost: about 40 ns a pair. No allocation.
 void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept;
 

@@ -80,7 +80,8 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   const CompiledObject before = objects[i];
   objects[i] = scene.placed(before.body, pose);
   placeViews(i);
-  // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the tool is.
+  // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the
+  // tool is.
   const double turn = Eigen::AngleAxisd(before.rotation.transpose() * objects[i].rotation).angle(),
                farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.bodies[before.body].radius;
   if (farthest < 0.5 * scene.least_contact) return;

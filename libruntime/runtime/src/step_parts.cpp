@@ -77,8 +77,8 @@ void StepParts::allowStaying(RowSet& set) {
   for (std::uint32_t i = 0; i < set.rows.count; ++i) set.b[i] = std::min(set.b[i], 0.0f);
 }
 
-// Each certificate is a lower bound of the distance (its rows, moved back by less, still contradict each other), and the first bound at
-// which the QP has an answer is therefore the least.
+// Each certificate is a lower bound of the distance (its rows, moved back by less, still contradict each other), and
+// the first bound at which the QP has an answer is therefore the least.
 double StepParts::solve(RowSet& set, const Vector6& target) {
   const Stage stage(times_ ? &times_->qp : nullptr);
   QpAnswer& answer = memory.answer;

@@ -24,14 +24,16 @@ class StepParts {
   /// Rows of leaves and of flat triangles.
   RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes);
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
-  /// Of the pairs those whose `rows`, at this pose, have a gap of at most `margin`; the next QP starts from the same active rows.
+  /// Of the pairs those whose `rows`, at this pose, have a gap of at most `margin`; the next QP starts from the same
+  /// active rows.
   void keepNear(double margin, PairSet& set, RowSet& rows);
-  /// Adds the rows of smooth patches that are within `margin`; the next QP starts from the same active rows, which keepActive() named.
+  /// Adds the rows of smooth patches that are within `margin`; the next QP starts from the same active rows, which
+  /// keepActive() named.
   void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
-  /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved back by the same
-  /// distance [mm], the least that lets them agree: those of smooth patches first, for they are there for comfort only, and then all.
-  /// Returns the distance of the latter.
+  /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved
+  /// back by the same distance [mm], the least that lets them agree: those of smooth patches first, for they are there
+  /// for comfort only, and then all. Returns the distance of the latter.
   double solve(RowSet& set, const Vector6& target);
   /// Where the rows forbid even to stay, they allow staying.
   void allowStaying(RowSet& set);

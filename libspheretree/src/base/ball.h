@@ -17,12 +17,12 @@ struct Ball {
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 
-/// What a builder hands to the final steps: the balls of each level. A node without a child on the next level ends early
-/// and stands for its part at all deeper levels. Level 0 is one ball.
+/// What a builder hands to the final steps: the balls of each level. A node without a child on the next level ends
+/// early and stands for its part at all deeper levels. Level 0 is one ball.
 struct LevelBalls {
   std::vector<std::vector<Ball>> balls;  // (levels)(nodes of the level)
-  /// (levels)(nodes): index of the parent on the level above; kNoParent on level 0. Empty as a whole: the levels were made
-  /// independently of each other, and hierarchy.h chooses the grouping.
+  /// (levels)(nodes): index of the parent on the level above; kNoParent on level 0. Empty as a whole: the levels were
+  /// made independently of each other, and hierarchy.h chooses the grouping.
   std::vector<std::vector<std::uint32_t>> parents;
 };
 

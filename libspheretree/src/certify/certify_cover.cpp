@@ -57,7 +57,8 @@ std::size_t shortestSide(const Piece& piece) {
   return k;
 }
 
-// Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner exactly.
+// Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner
+// exactly.
 std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
   const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
   std::array<Piece, 2> halves{piece, piece};
@@ -70,8 +71,8 @@ class Splitter {
  public:
   Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
 
-  // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no single ball:
-  // true if that is the end of it, false to have it split.
+  // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no
+  // single ball: true if that is the end of it, false to have it split.
   template <class Held, class Open>
   void run(const Piece& triangle, Held held, Open open) {
     if (isHeld(triangle, last_held_)) {  // the ball that held the piece before: neighbours follow each other in a mesh
@@ -143,14 +144,16 @@ Piece pieceOf(const TriangleMesh& mesh, std::size_t t, const Vector3d& origin) {
   return {{mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}};
 }
 
-// What rounding can move a split point or a distance by: the split is at most 100 deep, each midpoint is off by half an ulp.
+// What rounding can move a split point or a distance by: the split is at most 100 deep, each midpoint is off by half an
+// ulp.
 double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
   double most = origin.cwiseAbs().maxCoeff();
   for (const Vector3d& p : mesh.positions) most = std::max(most, p.cwiseAbs().maxCoeff());
   return 1e-13 * most;
 }
 
-// The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the lower number.
+// The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the
+// lower number.
 struct Growth {
   std::uint32_t slot;
   double need;  // its radius then
@@ -202,9 +205,9 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   const double margin = roundingMargin(mesh, origin);
   const std::size_t triangles = mesh.triangles.size();
   const std::size_t chunks = (triangles + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  // Branch and bound for the deepest hole is the proof at once: a piece is done when no point of it can have a gap worth more than the
-  // deepest found so far, and the growth that this bound asks for holds it. A piece that growth would close is split a little further
-  // first: most such pieces lie in two balls that both need none.
+  // Branch and bound for the deepest hole is the proof at once: a piece is done when no point of it can have a gap
+  // worth more than the deepest found so far, and the growth that this bound asks for holds it. A piece that growth
+  // would close is split a little further first: most such pieces lie in two balls that both need none.
   const double fine = 50 * resolution;
   struct Part {
     std::vector<Growth> growth;
@@ -223,7 +226,8 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
             const bool coarse = side > fine;
             if (coarse && near.size() != 1) return false;
             Growth growth = leastGrowth(index, piece, near);
-            // Where no ball but one is near, and none is nearer to the farthest corner, that one must grow so far, split or not.
+            // Where no ball but one is near, and none is nearer to the farthest corner, that one must grow so far,
+            // split or not.
             if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
             if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
               deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
@@ -272,7 +276,8 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
   std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
   PowerCells cells(index, &gone);
   std::vector<Piece> open;
-  // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the ball meet few others.
+  // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the
+  // ball meet few others.
   const auto staysCovered = [&](const Piece& triangle, const Ball& ball) {
     open.assign(1, triangle);
     while (!open.empty()) {
@@ -368,7 +373,8 @@ TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
         open.insert(open.end(), {halves[1], halves[0]});
         continue;
       }
-      // A slender one, as a rod has them, into slices all at once: by halves they would lie three deep across it, and nine, and so on.
+      // A slender one, as a rod has them, into slices all at once: by halves they would lie three deep across it, and
+      // nine, and so on.
       const Vector3d &a = piece.corner[tip], &b = piece.corner[(tip + 1) % 3], &c = piece.corner[(tip + 2) % 3];
       const double slices = std::ceil(std::sqrt(side2(piece, k)) / (longest - base));
       const auto onto = [&](const Vector3d& corner, double i) { return Vector3d(a + (corner - a) * (i / slices)); };

@@ -68,7 +68,8 @@ class Certifier {
       if (!has_child[i]) ended_.push_back({level, i});
   }
 
-  // Drops leaves that the others make redundant. `set`: the `own` spheres of the deepest level, then those that ended above.
+  // Drops leaves that the others make redundant. `set`: the `own` spheres of the deepest level, then those that ended
+  // above.
   void dropRedundant(std::vector<Sphere>& set, std::size_t own) {
     if (out_.spheres.size() < 2) return;
     const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();

@@ -33,9 +33,10 @@ struct CertifiedLevels {
   std::size_t count() const;  // spheres of all levels
 };
 
-/// Certifies each level, root first. A ball without a child on the next level ends early: it belongs to the cover of every deeper level
-/// too, as one sphere whose radius suits all of them. Of the deepest level, spheres that the others make redundant are dropped, but never
-/// the last child of a sphere. Deterministic for any number of threads. @throws Cancelled; std::invalid_argument as certifyCover().
+/// Certifies each level, root first. A ball without a child on the next level ends early: it belongs to the cover of
+/// every deeper level too, as one sphere whose radius suits all of them. Of the deepest level, spheres that the others
+/// make redundant are dropped, but never the last child of a sphere. Deterministic for any number of threads. @throws
+/// Cancelled; std::invalid_argument as certifyCover().
 CertifiedLevels certifyLevels(const CertificationTarget& target, const LevelBalls& levels, Progress& progress);
 
 }  // namespace spheretree::builder

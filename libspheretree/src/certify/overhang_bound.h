@@ -9,8 +9,9 @@
 
 namespace spheretree::builder {
 
-/// Proven: no point of the sphere is farther outside the surface than this [mm]. A ball about c of radius r holds no point farther out
-/// than r + s(c), where s is the signed distance, negative inside. The centre of the sphere is relative to `origin`.
+/// Proven: no point of the sphere is farther outside the surface than this [mm]. A ball about c of radius r holds no
+/// point farther out than r + s(c), where s is the signed distance, negative inside. The centre of the sphere is
+/// relative to `origin`.
 double overhangBound(const DistanceField& field, const Eigen::Vector3d& origin, const Sphere& sphere);
 
 }  // namespace spheretree::builder

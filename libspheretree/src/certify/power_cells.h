@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Is a triangle covered by a union of balls, and where not? Exactly, up to rounding, and without a subdivision to some size: the power
-// diagram of the balls cuts the triangle into convex cells, and a cell is covered iff its own ball holds its corners. Paper: F.
-// Aurenhammer. Power diagrams: properties, algorithms and applications. SIAM Journal on Computing 16(1), 1987.
+// Is a triangle covered by a union of balls, and where not? Exactly, up to rounding, and without a subdivision to some
+// size: the power diagram of the balls cuts the triangle into convex cells, and a cell is covered iff its own ball
+// holds its corners. Paper: F. Aurenhammer. Power diagrams: properties, algorithms and applications. SIAM Journal on
+// Computing 16(1), 1987.
 //
-// The power |p - c|^2 - r^2 of a point is negative in the ball. A point lies in the union iff its least power is not positive, and
-// the power of one ball is convex, so that over a cell it is largest at a corner.
+// The power |p - c|^2 - r^2 of a point is negative in the ball. A point lies in the union iff its least power is not
+// positive, and the power of one ball is convex, so that over a cell it is largest at a corner.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +25,10 @@ class PowerCells {
   /// Balls whose slot is marked in `gone` do not count; the marks may change between calls.
   explicit PowerCells(const BallIndex& index, const std::vector<char>* gone = nullptr) : index_(index), gone_(gone) {}
 
-  /// hole(point, slot of the ball of its cell) for every corner of a cell that the balls leave uncovered. Of the points of a cell, none is
-  /// farther from the cell's ball than one of those corners. If no ball touches the triangle: its corners, with slot kNone. True if
-  /// there is none. The parts that the triangle is cut into share their corners, the same doubles, so that they cover it without a crack.
+  /// hole(point, slot of the ball of its cell) for every corner of a cell that the balls leave uncovered. Of the points
+  /// of a cell, none is farther from the cell's ball than one of those corners. If no ball touches the triangle: its
+  /// corners, with slot kNone. True if there is none. The parts that the triangle is cut into share their corners, the
+  /// same doubles, so that they cover it without a crack.
   template <class Hole>
   bool holes(const std::array<Eigen::Vector3d, 3>& triangle, Hole hole) {
     if (holds(last_, triangle)) {  // neighbours follow each other in a mesh
@@ -91,8 +93,8 @@ class PowerCells {
     return std::ranges::none_of(triangle, [&](const Eigen::Vector3d& p) { return isOut(slot, p); });
   }
 
-  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_; `ball` is deepest
-  // somewhere in it. Takes both off the stacks.
+  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_;
+  // `ball` is deepest somewhere in it. Takes both off the stacks.
   template <class Hole>
   void part(std::size_t corner, std::size_t near, std::uint32_t ball, Hole& hole) {
     while (corners_.size() - corner >= 3) {
@@ -123,9 +125,9 @@ class PowerCells {
     near_.resize(near);
   }
 
-  // Of the balls from `near` on, keeps those that have less power than the part's own ball (own_) at one of the corners: the difference
-  // of two powers is linear. Of the corners that the own ball does not hold and another has less power at, the ball of least power at
-  // the farthest.
+  // Of the balls from `near` on, keeps those that have less power than the part's own ball (own_) at one of the
+  // corners: the difference of two powers is linear. Of the corners that the own ball does not hold and another has
+  // less power at, the ball of least power at the farthest.
   std::uint32_t sortOut(std::size_t corner, std::size_t near) {
     least_ = own_;
     deepest_.assign(own_.size(), kNone);
@@ -148,8 +150,8 @@ class PowerCells {
     return other;
   }
 
-  // Appends the parts of the polygon from `corner` on where `a` has no more power than `b`, and the other way round. Where the second
-  // begins. They share their new corners.
+  // Appends the parts of the polygon from `corner` on where `a` has no more power than `b`, and the other way round.
+  // Where the second begins. They share their new corners.
   std::size_t cut(std::size_t corner, std::uint32_t a, std::uint32_t b) {
     const std::size_t count = corners_.size() - corner;
     difference_.clear();  // in one order, so that neighbours of this triangle compute the same corners
@@ -177,7 +179,8 @@ class PowerCells {
   std::vector<std::uint32_t> held_by_;
   std::vector<Eigen::Vector3d> corners_;  // of the part at hand and of those that wait, which is a stack
   std::vector<std::uint32_t> near_;       // the balls for each, likewise
-  // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the difference of two powers.
+  // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the
+  // difference of two powers.
   std::vector<double> own_, least_, difference_;
   std::vector<std::uint32_t> deepest_;
 };

@@ -30,7 +30,8 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
   const Holders holders = findHolders(points, fitted);
   std::vector<char> needless(spheres.size(), 0), kept(spheres.size(), 0);
   std::copy(fixed.begin(), fixed.end(), kept.begin());
-  // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among those that stay.
+  // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among
+  // those that stay.
   for (bool again = true; again;) {
     again = false;
     std::vector<std::uint32_t> left, candidates;  // candidates: places in `left`

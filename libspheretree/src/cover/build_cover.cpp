@@ -137,7 +137,8 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
   const std::size_t budget = settings.most_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.most_leaves)) : full;
 
-  // With a tolerance, one level after the other: a tree deeper than it needs would cost eight times as much to find out.
+  // With a tolerance, one level after the other: a tree deeper than it needs would cost eight times as much to find
+  // out.
   std::size_t low = 0, high = settings.tolerance_mm > 0 ? std::min(budget, static_cast<std::size_t>(settings.branching)) : budget;
   std::size_t fitted = 0;  // number of spheres that the pool and the effort are made for
   std::vector<Ball> pool;

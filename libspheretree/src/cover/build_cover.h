@@ -9,9 +9,10 @@
 
 namespace spheretree::builder {
 
-/// Balls of each level, deepest first computed; no parents: hierarchy.h groups them. A level has at most branching^level balls and no
-/// more than the level below. With a tolerance, the leaves are the fewest found whose stand-off stays within it; if even the whole
-/// budget does not reach it, the whole budget is used. Deterministic for any number of threads.
+/// Balls of each level, deepest first computed; no parents: hierarchy.h groups them. A level has at most
+/// branching^level balls and no more than the level below. With a tolerance, the leaves are the fewest found whose
+/// stand-off stays within it; if even the whole budget does not reach it, the whole budget is used. Deterministic for
+/// any number of threads.
 LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress);
 
 }  // namespace spheretree::builder

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Samples where a cover that looks whole on the samples so far leaves the mesh open: between them, at edges and corners above all.
+// Samples where a cover that looks whole on the samples so far leaves the mesh open: between them, at edges and corners
+// above all.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +22,9 @@ class GapSampler {
   /// `spacing`: of the samples, about, as a share of the width that the patch of one of `balls` balls has.
   GapSampler(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, double spacing);
 
-  /// Uncovered points of the mesh where the balls, each grown by `h`, leave holes deeper than `tolerance` times `h`; none if there are
-  /// none. `was`: the balls at the last call with the same `h`, after which only balls of `moved` moved: what is open now was held by
-  /// one of those, or open then. Empty: look everywhere.
+  /// Uncovered points of the mesh where the balls, each grown by `h`, leave holes deeper than `tolerance` times `h`;
+  /// none if there are none. `was`: the balls at the last call with the same `h`, after which only balls of `moved`
+  /// moved: what is open now was held by one of those, or open then. Empty: look everywhere.
   std::vector<Eigen::Vector3d> find(std::span<const Ball> balls, double h, double tolerance, std::span<const Ball> was,
                                     std::span<const std::uint32_t> moved, Progress& progress);
 

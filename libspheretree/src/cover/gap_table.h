@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The discrete side of a cover: which candidate covers which sample at which stand-off, and a first choice of candidates.
+// The discrete side of a cover: which candidate covers which sample at which stand-off, and a first choice of
+// candidates.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@
 
 namespace spheretree::builder {
 
-/// The entries with gap = |p - c| - d(c) <= limit, by candidate and by sample. Float gaps order the search only; what is returned is
-/// computed in double.
+/// The entries with gap = |p - c| - d(c) <= limit, by candidate and by sample. Float gaps order the search only; what
+/// is returned is computed in double.
 class GapTable {
  public:
   struct Entry {
@@ -40,11 +41,13 @@ class GapTable {
   std::vector<Entry> by_candidate_, by_sample_;
 };
 
-/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about 400 entries a sample
-/// and 25 million in all, of 16 bytes: else very slender, very round or very deep trees fill the memory.
+/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about
+/// 400 entries a sample and 25 million in all, of 16 bytes: else very slender, very round or very deep trees fill the
+/// memory.
 void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
 
-/// Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower candidate.
+/// Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower
+/// candidate.
 std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most);
 
 }  // namespace spheretree::builder

@@ -99,7 +99,8 @@ class StandOffSearch {
   }
 
   bool isReached() const { return open_.empty(); }
-  // Moves balls until every sample is covered at the goal. False if that takes more than `moves`, or the work so far more than
+  // Moves balls until every sample is covered at the goal. False if that takes more than `moves`, or the work so far
+  // more than
   // `most_work`.
   bool reach(int moves, std::uint64_t most_work, const Progress& progress) {
     for (int i = 0; !isReached(); ++i) {
@@ -201,8 +202,9 @@ class StandOffSearch {
     moved_.push_back(chosen);
   }
 
-  // A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no farther from it than
-  // kDepth. Where the solid ends before, the one that touches as far beside it on its triangle; on a sheet, the point.
+  // A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no
+  // farther from it than kDepth. Where the solid ends before, the one that touches as far beside it on its triangle; on
+  // a sheet, the point.
   Ball ballFor(const Vector3d& p) const {
     const NearestPoint here = field_.nearest(p);
     const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
@@ -214,8 +216,8 @@ class StandOffSearch {
     return aside.radius > 0 ? aside : Ball{here.point, 0};
   }
 
-  // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest takes its place,
-  // unless it stands off more from patch_ and the goal. Its stand-off.
+  // A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest
+  // takes its place, unless it stands off more from patch_ and the goal. Its stand-off.
   double comeInside(Ball& trial, double stand_off) {
     const Ball inner = touchingBall(field_, trial.centre);
     if (!(inner.radius > 0)) return stand_off;
@@ -226,8 +228,8 @@ class StandOffSearch {
     return reach - inner.radius;
   }
 
-  // Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes. Infinite if it
-  // cannot, or once the cost is known to be `enough`.
+  // Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes.
+  // Infinite if it cannot, or once the cost is known to be `enough`.
   double costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial) {
     patch_.clear();
     patch_samples_.clear();
@@ -291,8 +293,8 @@ double lowerStandOff(const TriangleMesh& mesh, const DistanceField& field, std::
   GapSampler sampler(mesh, field, inscribed.size(), settings.gap_spacing);
   StandOffSearch search(field, points, inscribed, random(), work);
 
-  // Covers at the goal `h` what the mesh has between the samples too, but for holes as deep as a share of it, by sampling what was missed.
-  // False if it cannot.
+  // Covers at the goal `h` what the mesh has between the samples too, but for holes as deep as a share of it, by
+  // sampling what was missed. False if it cannot.
   const auto settle = [&](double h, double tolerance, std::uint64_t most_work) {
     std::vector<Ball> was;
     search.takeMoved();
@@ -309,8 +311,9 @@ double lowerStandOff(const TriangleMesh& mesh, const DistanceField& field, std::
     }
   };
 
-  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved by then, and
-  // faster every time. From too high the way down is short; work spent in vain at the first goals would be missed there.
+  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved
+  // by then, and faster every time. From too high the way down is short; work spent in vain at the first goals would be
+  // missed there.
   double h = settings.start * search.standOff(0.01 * field.diagonal()), rise = kRise;
   const std::uint64_t attempt = settings.work / kLeastAttempts + kTriangleWork * sampler.triangles();
   for (search.setGoal(h); !settle(h, settings.gap_tolerance, work + attempt); search.setGoal(h)) h *= 1 + rise, rise *= 1.5;

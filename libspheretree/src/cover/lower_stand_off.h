@@ -25,13 +25,14 @@ struct StandOffSettings {
   std::uint64_t seed = 1;
 };
 
-/// `inscribed`: balls of radius d(c), the centres of the cover; moved in place. `points`: samples on the surface; uncovered points of
-/// the mesh are appended as they are found, so that the result covers the mesh but for gaps too small to sample.
-/// Returns the stand-off [mm]. Sequential; deterministic.
+/// `inscribed`: balls of radius d(c), the centres of the cover; moved in place. `points`: samples on the surface;
+/// uncovered points of the mesh are appended as they are found, so that the result covers the mesh but for gaps too
+/// small to sample. Returns the stand-off [mm]. Sequential; deterministic.
 ///
-/// A goal below the present stand-off leaves some samples uncovered. Each in turn is given to a ball near it: the ball is refitted to
-/// the samples that it alone covers and to the new one. If no ball can take it, the one that has to give up least does, and
-/// what it gave up is open in its place. Samples that are open often weigh more, as in the swap search.
+/// A goal below the present stand-off leaves some samples uncovered. Each in turn is given to a ball near it: the ball
+/// is refitted to the samples that it alone covers and to the new one. If no ball can take it, the one that has to give
+/// up least does, and what it gave up is open in its place. Samples that are open often weigh more, as in the swap
+/// search.
 double lowerStandOff(const TriangleMesh& mesh, const DistanceField& field, std::vector<Eigen::Vector3d>& points,
                      std::vector<Ball>& inscribed, const StandOffSettings& settings, Progress& progress);
 

@@ -53,8 +53,8 @@ struct Assignment {
   std::span<const Vector3d> patch(std::size_t b) const { return {points.data() + begin[b], begin[b + 1] - begin[b]}; }
 };
 
-// Each sample goes to the ball that it lies in deepest: the least |p - c| - d(c). `reach`: a stand-off at which the balls (radius
-// d) cover every sample; it is doubled as often as that proves wrong.
+// Each sample goes to the ball that it lies in deepest: the least |p - c| - d(c). `reach`: a stand-off at which the
+// balls (radius d) cover every sample; it is doubled as often as that proves wrong.
 Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, double reach) {
   constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> owner(samples.size());
@@ -88,8 +88,8 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   return out;
 }
 
-// Passes of assignment and refit; keeps the best set of balls seen and returns its stand-off. `balls` have radius d(c); `stand_off`: near
-// theirs, it only saves time.
+// Passes of assignment and refit; keeps the best set of balls seen and returns its stand-off. `balls` have radius d(c);
+// `stand_off`: near theirs, it only saves time.
 double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
                 const Progress& progress) {
   std::vector<Ball> now = balls;
@@ -114,8 +114,8 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
   return best;
 }
 
-// Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the stand-off deep,
-// where the medial axis that samples find is too thin to hold a choice.
+// Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the
+// stand-off deep, where the medial axis that samples find is too thin to hold a choice.
 void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off, std::vector<Ball>& candidates) {
   for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
     const Vector3d c = point - depth * stand_off * normal;
@@ -124,9 +124,9 @@ void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d&
   }
 }
 
-// More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an edge, smaller
-// ones below it. On a slender part the pool may hold none that reaches an end; without them the search would stop there, with most of
-// its spheres idle.
+// More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an
+// edge, smaller ones below it. On a slender part the pool may hold none that reaches an end; without them the search
+// would stop there, with most of its spheres idle.
 void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
                  std::vector<Ball>& candidates) {
   std::vector<std::uint32_t> dry;
@@ -149,10 +149,11 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
   for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
 }
 
-// More samples for balls that have fewer than half of what they should. A ball that touches the surface at two round spots should have
-// `usual`; one that touches along a ring or a band, as in a tube, has a patch that is longer than wide, and as many more. At a cap of a
-// long cylinder, an area small for its need of spheres, samples uniform by area would leave a ball with one. Empty if no more than a
-// quarter of the balls are so poor.
+// More samples for balls that have fewer than half of what they should. A ball that touches the surface at two round
+// spots should have
+// `usual`; one that touches along a ring or a band, as in a tube, has a patch that is longer than wide, and as many
+// more. At a cap of a long cylinder, an area small for its need of spheres, samples uniform by area would leave a ball
+// with one. Empty if no more than a quarter of the balls are so poor.
 std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& uniform, const SampleIndex& samples,
                                       std::span<const Ball> balls, double stand_off, double area, std::size_t usual, std::uint64_t seed) {
   const Assignment patches = assign(samples, balls, stand_off), shares = assign(uniform, balls, stand_off);
@@ -183,8 +184,8 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
   return added;
 }
 
-// The greedy cover of least stand-off, found by bisection between `low` and `high`; the table must hold all gaps up to `high`. Empty if
-// not even that suffices.
+// The greedy cover of least stand-off, found by bisection between `low` and `high`; the table must hold all gaps up to
+// `high`. Empty if not even that suffices.
 struct Greedy {
   std::vector<std::uint32_t> chosen;
   double stand_off;
@@ -204,8 +205,8 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
   return best;
 }
 
-// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is not enough, above; and `h` of it. Candidates
-// are added where they are dry: returns how many.
+// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is not enough, above; and
+// `h` of it. Candidates are added where they are dry: returns how many.
 std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
   double rise = kGoalGrowth;
@@ -227,7 +228,8 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
   }
 }
 
-// Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h` is high.
+// Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h`
+// is high.
 void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
                  std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
   std::vector<Ball> all = balls;
@@ -271,7 +273,8 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   for (const SurfaceSample& s : given)
     if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
-  // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a fraction.
+  // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a
+  // fraction.
   h *= std::min(1.0, kAbove * fewer);
   std::mt19937_64 random(settings.seed);
   const SampleIndex uniform(points);
@@ -292,8 +295,8 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
   double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
   StandOffSettings lowering = settings.lowering;
   if (top_ups > 0 && settings.gap_rounds > 0) {
-    // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many balls go where: a
-    // squeeze that finds it out has to pass balls along the whole rod.
+    // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many
+    // balls go where: a squeeze that finds it out has to pass balls along the whole rod.
     GapSampler gaps(mesh, field, n, kGapSpacing);
     for (int round = 0; round < settings.gap_rounds; ++round) {
       const std::vector<Vector3d> missed = gaps.find(balls, stand_off, lowering.gap_tolerance, {}, {}, progress);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Our own builder's core: for at most N balls, the least stand-off h such that balls of radius d(c) + h cover the surface, d the
-// distance to the mesh. This is the additively weighted k-centre problem. Steps and papers: docs/algorithms/cover/optimise_cover.md
+// Our own builder's core: for at most N balls, the least stand-off h such that balls of radius d(c) + h cover the
+// surface, d the distance to the mesh. This is the additively weighted k-centre problem. Steps and papers:
+// docs/algorithms/cover/optimise_cover.md
 #pragma once
 
 #include <span>
@@ -28,8 +29,9 @@ struct Cover {
   double stand_off = 0;     // h [mm]
 };
 
-/// Covers `mesh`. `samples`: points on it; `pool`: inscribed balls (radius d(c)), the candidates of the discrete search. Uncovered by at
-/// most lowering.gap_tolerance of the stand-off, here and there, which certifyCover closes. Deterministic for any number of threads.
+/// Covers `mesh`. `samples`: points on it; `pool`: inscribed balls (radius d(c)), the candidates of the discrete
+/// search. Uncovered by at most lowering.gap_tolerance of the stand-off, here and there, which certifyCover closes.
+/// Deterministic for any number of threads.
 /// @throws std::invalid_argument for no samples or no candidates.
 Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> samples,
                     std::span<const Ball> pool, const CoverSettings& settings, Progress& progress);

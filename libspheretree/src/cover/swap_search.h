@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Weighting local search for set covering. Paper: C. Gao, X. Yao, T. Weise, J. Li. An efficient local search heuristic with row
-// weighting for the unicost set covering problem. EJOR 246(3), 2015. Here the number of sets is fixed and the stand-off falls:
-// whenever every sample is covered, the sets shrink until one is not.
+// Weighting local search for set covering. Paper: C. Gao, X. Yao, T. Weise, J. Li. An efficient local search heuristic
+// with row weighting for the unicost set covering problem. EJOR 246(3), 2015. Here the number of sets is fixed and the
+// stand-off falls: whenever every sample is covered, the sets shrink until one is not.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,8 @@ class SwapSearch {
     for (const std::uint32_t c : chosen_) selected_[c] = 1;
   }
 
-  // Best cover found before `work` entries of the table were touched, starting at stand-off `h`; `spheres` sets are used, no more.
+  // Best cover found before `work` entries of the table were touched, starting at stand-off `h`; `spheres` sets are
+  // used, no more.
   std::vector<std::uint32_t> run(float h, std::size_t spheres, std::uint64_t work, const Progress& progress) {
     std::vector<std::uint32_t> best = chosen_;
     restart(h);
@@ -69,8 +70,9 @@ class SwapSearch {
     return most - 0.004f * std::abs(most);
   }
 
-  // Counts again at stand-off `h`. Only samples that no set or one set covers matter to a score, so that this costs the entries of
-  // the chosen sets, not the table. Entries above the limit stay in the table until enough of them are there to be worth the pass.
+  // Counts again at stand-off `h`. Only samples that no set or one set covers matter to a score, so that this costs the
+  // entries of the chosen sets, not the table. Entries above the limit stay in the table until enough of them are there
+  // to be worth the pass.
   void restart(float h) {
     touched_ += table_.samples() + table_.candidates();
     if (h < 0.97f * restricted_) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A hierarchy of axis-aligned boxes, four children wide: the spatial index under distances, unions of balls and samples.
-// Immutable after construction, so that any number of threads may search it.
+// A hierarchy of axis-aligned boxes, four children wide: the spatial index under distances, unions of balls and
+// samples. Immutable after construction, so that any number of threads may search it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,21 +16,23 @@ namespace spheretree::builder {
 class BoxTree {
  public:
   BoxTree() = default;
-  /// Binned surface-area heuristic; O(n log n). Same boxes, same tree. Items are then addressed by *slot*: their place in the
-  /// order of the leaves. Store item data in slot order, so that a leaf is one run of memory.
+  /// Binned surface-area heuristic; O(n log n). Same boxes, same tree. Items are then addressed by *slot*: their place
+  /// in the order of the leaves. Store item data in slot order, so that a leaf is one run of memory.
   explicit BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size = 4);
 
-  /// Where the items are triangles (corners, in slot order, up to four in a leaf), searchNearest() then goes by what is known of them, too:
-  /// by a slab across the mean normal about those of each child, since a patch of a smooth surface is much thinner than its box, and a
-  /// point as far from all parts of a surface as the centre of a ball is would otherwise see most of them; and in a leaf by the prism of
-  /// each, which spares nearly all the rest. O(n log n), 80 bytes a triangle.
+  /// Where the items are triangles (corners, in slot order, up to four in a leaf), searchNearest() then goes by what is
+  /// known of them, too: by a slab across the mean normal about those of each child, since a patch of a smooth surface
+  /// is much thinner than its box, and a point as far from all parts of a surface as the centre of a ball is would
+  /// otherwise see most of them; and in a leaf by the prism of each, which spares nearly all the rest. O(n log n), 80
+  /// bytes a triangle.
   void addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles);
 
   /// order()[slot] is the index of the item in the span given to the constructor.
   const std::vector<std::uint32_t>& order() const { return order_; }
 
-  /// Visits leaves nearest box first, as long as the squared distance from `p` to a box is below `limit2`, which `leaf` may
-  /// lower as it goes. `leaf(first_slot, count)`; triangles one by one. How many items the boxes met hold: a measure of the work.
+  /// Visits leaves nearest box first, as long as the squared distance from `p` to a box is below `limit2`, which `leaf`
+  /// may lower as it goes. `leaf(first_slot, count)`; triangles one by one. How many items the boxes met hold: a
+  /// measure of the work.
   template <class Leaf>
   std::size_t searchNearest(const Eigen::Vector3d& p, double& limit2, Leaf&& leaf) const {
     std::size_t met = 0;
@@ -61,8 +63,8 @@ class BoxTree {
       const auto here = static_cast<std::size_t>(entry.child);
       const Node& node = nodes_[here];
       const Eigen::Array4d d2 = slabs_.empty() ? distances(node, at) : distances(node, slabs_[here], at);
-      // Sorted without a branch, since branches on distances are guessed wrong half of the time: the bits of doubles >= 0 sort as
-      // whole numbers do, and the lowest two, cut off, hold the child. That only lowers a distance.
+      // Sorted without a branch, since branches on distances are guessed wrong half of the time: the bits of doubles >=
+      // 0 sort as whole numbers do, and the lowest two, cut off, hold the child. That only lowers a distance.
       std::array<std::uint64_t, 4> key;
       for (std::size_t k = 0; k < 4; ++k) key[k] = (std::bit_cast<std::uint64_t>(d2[static_cast<Eigen::Index>(k)]) & ~std::uint64_t{3}) | k;
       const auto sort2 = [&](std::size_t i, std::size_t j) {
@@ -118,18 +120,18 @@ class BoxTree {
     std::array<std::array<Eigen::Array4f, 3>, 3> wall;  // normal . p <= high for all of the triangle
     std::array<Eigen::Array4f, 3> high;
   };
-  // Boxes in float, about the middle of all and as a share of their reach: half the memory, twice as many in a vector. That an item is
-  // never passed over: outer sides are moved out by kHair, more than what a point within 8 reaches of the middle is rounded by; one farther
-  // away is rounded by less than a 2^-22nd of its distance to any box, and so are the sums, for which kShrink makes up. A height across a
-  // slab, the sum of three products, is rounded by less than three hairs, or as much of the distance to the box, the larger of the two
-  // counts.
+  // Boxes in float, about the middle of all and as a share of their reach: half the memory, twice as many in a vector.
+  // That an item is never passed over: outer sides are moved out by kHair, more than what a point within 8 reaches of
+  // the middle is rounded by; one farther away is rounded by less than a 2^-22nd of its distance to any box, and so are
+  // the sums, for which kShrink makes up. A height across a slab, the sum of three products, is rounded by less than
+  // three hairs, or as much of the distance to the box, the larger of the two counts.
   static constexpr double kHair = 0x1p-20, kShrink = 1 - 0x1p-19;
 
   Eigen::Array3f local(const Eigen::Vector3d& p) const {  // nothing is lost by a point that is nearer than in truth
     return ((p - middle_) * to_local_).array().max(-1e18).min(1e18).cast<float>();
   }
-  /// Squared distances to the four boxes, at most the true ones, infinite for no box. Eigen's arrays, since compilers do not vectorise the
-  /// plain loop.
+  /// Squared distances to the four boxes, at most the true ones, infinite for no box. Eigen's arrays, since compilers
+  /// do not vectorise the plain loop.
   Eigen::Array4d distances(const Node& node, const Eigen::Array3f& p) const {
     return localDistances(node, p).cast<double>() * from_local2_;
   }

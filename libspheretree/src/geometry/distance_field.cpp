@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// For each vertex the first, in the order of sorting, with the same position: corners of equal position and edges between them belong
-// together, whatever their indices.
+// For each vertex the first, in the order of sorting, with the same position: corners of equal position and edges
+// between them belong together, whatever their indices.
 std::vector<std::uint32_t> firstOfEqualPositions(const std::vector<Vector3d>& positions) {
   std::vector<std::uint32_t> by_position(positions.size());
   std::iota(by_position.begin(), by_position.end(), 0u);
@@ -47,7 +47,8 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
   const Vector3d cp = p - c;
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0 && d5 <= d6) return finish(c, 6);
-  // The tests below compare areas; in a thin triangle their signs are noise (distances were wrong by 1 % of its length).
+  // The tests below compare areas; in a thin triangle their signs are noise (distances were wrong by 1 % of its
+  // length).
   const Vector3d normal = ab.cross(ac);
   const double normal2 = normal.squaredNorm(), sides2 = ab.squaredNorm() * ac.squaredNorm();
   if (!(normal2 > 1e-8 * sides2)) {

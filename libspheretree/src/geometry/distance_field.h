@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Exact distance from points to a triangle mesh: what every stage of a build and every measure asks for.
 //
-// The sign comes from the angle-weighted pseudonormal of the nearest feature. Paper: J. A. Baerentzen, H. Aanaes. Signed
-// distance computation using the angle weighted pseudonormal. IEEE TVCG 11(3), 2005: right for every closed, oriented,
-// manifold mesh that does not cross itself, which is what mesh_checks.h asks of a mesh. Sheets, surface with nothing solid on either
-// side, are part of the surface that distances are to, and have no say in the sign.
+// The sign comes from the angle-weighted pseudonormal of the nearest feature. Paper: J. A. Baerentzen, H. Aanaes.
+// Signed distance computation using the angle weighted pseudonormal. IEEE TVCG 11(3), 2005: right for every closed,
+// oriented, manifold mesh that does not cross itself, which is what mesh_checks.h asks of a mesh. Sheets, surface with
+// nothing solid on either side, are part of the surface that distances are to, and have no say in the sign.
 // Own code and not CGAL's AABB tree: a build asks half a million times, and that tree takes 13 us where this takes 1.
-// Units: mm, frame of the mesh. Double precision: a distance is right to 1e-13 of the largest coordinate, and to 1e-8 of its length
-// for a triangle in which the sine of some corner is below 1e-4.
+// Units: mm, frame of the mesh. Double precision: a distance is right to 1e-13 of the largest coordinate, and to 1e-8
+// of its length for a triangle in which the sine of some corner is below 1e-4.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -36,15 +36,19 @@ class DistanceField {
  public:
   DistanceField() = default;  // of no triangles: everything is infinitely far
   /// O(n log n). Keeps a copy of what it needs. @throws std::invalid_argument for a mesh without triangles.
-  /// `slack`: one length >= 0 for each triangle, or none [mm]. It is added to every distance to that triangle, so that a ball that keeps
-  /// its distance may reach out by as much more there: how places of a surface get tolerances of their own (graded_tolerance.h).
-  /// `sheets`: triangles outside the solid that belong to the surface as well, without slack; any number, of any winding.
+  /// `slack`: one length >= 0 for each triangle, or none [mm]. It is added to every distance to that triangle, so that
+  /// a ball that keeps its distance may reach out by as much more there: how places of a surface get tolerances of
+  /// their own (graded_tolerance.h).
+  /// `sheets`: triangles outside the solid that belong to the surface as well, without slack; any number, of any
+  /// winding.
   explicit DistanceField(const TriangleMesh& mesh, std::span<const double> slack = {}, const TriangleMesh& sheets = {});
 
-  /// Nearest surface point among those nearer than `limit`; none: `distance` is infinite. Ties go to the lower triangle.
+  /// Nearest surface point among those nearer than `limit`; none: `distance` is infinite. Ties go to the lower
+  /// triangle.
   NearestPoint nearest(const Eigen::Vector3d& p, double limit = std::numeric_limits<double>::infinity()) const;
   double distance(const Eigen::Vector3d& p) const { return nearest(p).distance; }
-  /// Calls visit(triangle) for each triangle that comes within `radius` of `p`, and for some that are farther. In a fixed order.
+  /// Calls visit(triangle) for each triangle that comes within `radius` of `p`, and for some that are farther. In a
+  /// fixed order.
   template <class Visit>
   void visitNear(const Eigen::Vector3d& p, double radius, Visit&& visit) const {
     tree_.searchWithin(p, radius * radius, [&](std::size_t first, std::size_t count) {
@@ -62,7 +66,8 @@ class DistanceField {
     const Face& f = faces_[slot_[triangle]];
     return {f.a, f.b, f.c};
   }
-  /// Angle-weighted pseudonormal (unit) at a nearest point: of its face, edge or corner; of a sheet, its triangle's normal.
+  /// Angle-weighted pseudonormal (unit) at a nearest point: of its face, edge or corner; of a sheet, its triangle's
+  /// normal.
   Eigen::Vector3d pseudonormal(const NearestPoint& nearest) const;
 
   const Eigen::AlignedBox3d& box() const { return box_; }

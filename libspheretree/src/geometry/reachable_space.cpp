@@ -55,8 +55,8 @@ ReachableSpace::ReachableSpace(std::span<const TriangleMesh> solids, double radi
         2;
   state_.assign(index(0, 0, cells_[2]), kBlocked);
 
-  // A cell is free if the ball's centre may be somewhere in it. The distance to the solids changes no faster than one goes, so that most
-  // cubes of cells are decided by one query at their middle.
+  // A cell is free if the ball's centre may be somewhere in it. The distance to the solids changes no faster than one
+  // goes, so that most cubes of cells are decided by one query at their middle.
   const auto fill = [&](auto&& self, std::array<int, 3> at, int size) -> void {
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (at[axis] >= cells_[axis]) return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Points in the order of box trees over them, so that a search reads runs of memory. Points can be added at any time: trees of doubling
-// sizes hold those (the logarithmic method of J. L. Bentley and J. B. Saxe, Journal of Algorithms 1(4), 1980).
+// Points in the order of box trees over them, so that a search reads runs of memory. Points can be added at any time:
+// trees of doubling sizes hold those (the logarithmic method of J. L. Bentley and J. B. Saxe, Journal of Algorithms
+// 1(4), 1980).
 #pragma once
 
 #include <cmath>

@@ -42,8 +42,8 @@ bool circumBall(const Support& s, const std::array<int, 4>& chosen, int count, B
   return true;
 }
 
-// Smallest ball of at most five points: the smallest of the circumballs of up to four that holds all. The last point lies outside the
-// smallest ball of the others, and so on the new one. Keeps those four.
+// Smallest ball of at most five points: the smallest of the circumballs of up to four that holds all. The last point
+// lies outside the smallest ball of the others, and so on the new one. Keeps those four.
 bool solve(Support& s, Ball& best) {
   bool found = false;
   std::array<int, 4> best_chosen{};

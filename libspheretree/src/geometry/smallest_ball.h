@@ -8,9 +8,9 @@
 
 namespace spheretree::builder {
 
-/// Pivoting on the farthest point, with at most four points of support solved exactly. Paper: B. Gaertner. Fast and robust
-/// smallest enclosing balls. ESA 1999. The radius holds every point; it exceeds the least by rounding only, or, should the
-/// pivoting run into its step limit on degenerate input, by little. Radius 0 for one point; {0, 0} for none.
+/// Pivoting on the farthest point, with at most four points of support solved exactly. Paper: B. Gaertner. Fast and
+/// robust smallest enclosing balls. ESA 1999. The radius holds every point; it exceeds the least by rounding only, or,
+/// should the pivoting run into its step limit on degenerate input, by little. Radius 0 for one point; {0, 0} for none.
 /// Cost: O(points) for each of about ten pivots.
 Ball smallestBall(std::span<const Eigen::Vector3d> points);
 

@@ -113,8 +113,8 @@ const SphereUnion::Cap* SphereUnion::capOver(std::size_t i, const Vector3d& u) c
 
 bool SphereUnion::isBuried(std::size_t i, const Vector3d& a, const Vector3d& b, const Vector3d& c, double flatness) const {
   for (const Cap& cap : caps(i)) {
-    // A point of the spherical triangle is y / |y| with y on the flat one, flatness <= |y| <= 1, and y . axis is at least the
-    // least of the corners.
+    // A point of the spherical triangle is y / |y| with y on the flat one, flatness <= |y| <= 1, and y . axis is at
+    // least the least of the corners.
     const double least = std::min({a.dot(cap.axis), b.dot(cap.axis), c.dot(cap.axis)});
     if ((least >= 0 ? least : least / flatness) > cap.threshold + 1e-14) return true;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The union of a set of balls, such as the level set of a tree: how far a point is from it, and which parts of the balls'
-// surfaces bound it.
+// The union of a set of balls, such as the level set of a tree: how far a point is from it, and which parts of the
+// balls' surfaces bound it.
 // Immutable after construction, so that any number of threads may ask. Units: mm.
 #pragma once
 
@@ -35,7 +35,8 @@ class SphereUnion {
   /// Whether some ball comes within `tolerance` (>= 0) of `p`.
   bool covers(const Eigen::Vector3d& p, double tolerance = 0) const;
 
-  /// What another ball cuts out of a ball's surface: the unit directions u from the ball's centre with u . axis > cosine.
+  /// What another ball cuts out of a ball's surface: the unit directions u from the ball's centre with u . axis >
+  /// cosine.
   struct Cap {
     Eigen::Vector3d axis;
     double cosine;     // of the circle where the two surfaces meet; below -1: nothing of the surface is left
@@ -46,11 +47,11 @@ class SphereUnion {
   std::span<const Cap> caps(std::size_t i) const { return {caps_.data() + first_cap_[i], caps_.data() + first_cap_[i + 1]}; }
   /// No part of ball `i`'s surface bounds the union.
   bool isHidden(std::size_t i) const { return !caps(i).empty() && caps(i).front().threshold < -1; }
-  /// The largest cap of ball `i` that holds unit direction `u`, or null: then that point bounds the union. Points inside another
-  /// ball by less than 1e-11 of the largest coordinate count as points of the boundary.
+  /// The largest cap of ball `i` that holds unit direction `u`, or null: then that point bounds the union. Points
+  /// inside another ball by less than 1e-11 of the largest coordinate count as points of the boundary.
   const Cap* capOver(std::size_t i, const Eigen::Vector3d& u) const;
-  /// Whether all of the spherical triangle a, b, c (unit directions) of ball `i` is proven to lie in one cap. `flatness`: a lower
-  /// bound, > 0, of the distance of the flat triangle from the centre of the unit sphere.
+  /// Whether all of the spherical triangle a, b, c (unit directions) of ball `i` is proven to lie in one cap.
+  /// `flatness`: a lower bound, > 0, of the distance of the flat triangle from the centre of the unit sphere.
   bool isBuried(std::size_t i, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double flatness) const;
 
  private:

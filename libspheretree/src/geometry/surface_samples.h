@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Points on the surface that the builders measure with: spread evenly by area, plus the features that a cover must reach.
+// Points on the surface that the builders measure with: spread evenly by area, plus the features that a cover must
+// reach.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -23,9 +24,9 @@ struct SampleSettings {
   std::uint64_t seed = 1;
 };
 
-/// Stratified by area: the cumulative area is cut into `count` equal shares and one point is drawn in each, so that no patch
-/// of several shares is missed. Features: mesh corners where sharp edges meet or end, and points along sharp edges at the mean
-/// spacing of the face samples. Deterministic. Cost: O(triangles log triangles + count).
+/// Stratified by area: the cumulative area is cut into `count` equal shares and one point is drawn in each, so that no
+/// patch of several shares is missed. Features: mesh corners where sharp edges meet or end, and points along sharp
+/// edges at the mean spacing of the face samples. Deterministic. Cost: O(triangles log triangles + count).
 std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleSettings& settings);
 
 }  // namespace spheretree::builder

@@ -16,7 +16,8 @@ namespace {
 constexpr double kFar = 3;  // radii at which a cluster is as a dipole
 constexpr std::uint32_t kLeaf = 8;
 
-/// Solid angle over 4 pi. A. Van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983, equation 8.
+/// Solid angle over 4 pi. A. Van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983,
+/// equation 8.
 double windingOf(const std::array<Vector3d, 3>& corner, const Vector3d& p) {
   const Vector3d a = corner[0] - p, b = corner[1] - p, c = corner[2] - p;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How often a surface winds round a point: a whole number in a closed surface (1 inside, 0 outside), in between for an open one.
+// How often a surface winds round a point: a whole number in a closed surface (1 inside, 0 outside), in between for an
+// open one.
 //
-// Papers: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding numbers. ACM TOG
-// 32(4), 2013: the sum of solid angles. G. Barill et al. Fast winding numbers for soups and clouds. ACM TOG 37(4), 2018: far away, a
-// cluster of triangles is as its area vector in its centre.
+// Papers: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding
+//         numbers. ACM TOG
+// 32(4), 2013: the sum of solid angles. G. Barill et al. Fast winding numbers for soups and clouds. ACM TOG 37(4),
+// 2018: far away, a cluster of triangles is as its area vector in its centre.
 // Deterministic. Any number of threads may ask.
 #pragma once
 
@@ -20,8 +22,8 @@ class WindingNumber {
   /// O(n log n). Keeps a copy of what it needs.
   explicit WindingNumber(const TriangleMesh& mesh);
 
-  /// At `p`, without the triangles `leave_out`. Right to about 0.02 for each body that winds round it. On a triangle that is left out
-  /// it is the mean of the two sides' numbers. Cost: O(log n) far from the surface.
+  /// At `p`, without the triangles `leave_out`. Right to about 0.02 for each body that winds round it. On a triangle
+  /// that is left out it is the mean of the two sides' numbers. Cost: O(log n) far from the surface.
   double at(const Eigen::Vector3d& p, std::span<const std::uint32_t> leave_out = {}) const;
 
  private:

@@ -34,8 +34,8 @@ double finiteLimit(const std::vector<Ball>& medial, double area, double balls) {
   return 0.5 * (low + high);
 }
 
-/// How many balls of overhang h it takes at least: the sum over the samples y of 1 / a(y), with a(y) the number of samples in the
-/// fullest admissible ball that holds y.
+/// How many balls of overhang h it takes at least: the sum over the samples y of 1 / a(y), with a(y) the number of
+/// samples in the fullest admissible ball that holds y.
 class BallCount {
  public:
   BallCount(const std::vector<SurfacePoint>& samples, const std::vector<Ball>& inscribed) : inscribed_(inscribed) {

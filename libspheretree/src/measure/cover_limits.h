@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What overhang a given number of balls must have, at least about, to cover a surface: a formula and a numerical lower bound to
-// hold a tree against. Derivations: docs/measures.md
-// Papers: R. Kershner. The number of circles covering a set. Amer. J. Math. 61, 1939. J. Ma, S. W. Bae, S. Choi. 3D medial axis
-//         point approximation using nearest neighbors and the normal field. The Visual Computer 28, 2012 (shrinking ball).
+// What overhang a given number of balls must have, at least about, to cover a surface: a formula and a numerical lower
+// bound to hold a tree against. Derivations: docs/measures.md
+// Papers: R. Kershner. The number of circles covering a set. Amer. J. Math. 61, 1939. J. Ma, S. W. Bae, S. Choi. 3D
+//         medial axis point approximation using nearest neighbors and the normal field. The Visual Computer 28, 2012
+//         (shrinking ball).
 // Units: mm. Deterministic: same arguments, same result, for any number of threads.
 #pragma once
 
@@ -26,7 +27,8 @@ struct CoverLimitSettings {
   std::uint64_t seed = 1;
 };
 
-/// Largest ball inside the solid that touches triangle `triangle` at its point `p`. The mesh must be closed and oriented.
+/// Largest ball inside the solid that touches triangle `triangle` at its point `p`. The mesh must be closed and
+/// oriented.
 Ball largestInnerBall(const DistanceField& field, const Eigen::Vector3d& p, std::uint32_t triangle, double noise_angle);
 
 /// Limits for `balls` (>= 1) balls. Meaningful while they are small against the gaps between parts of the object.

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// In [0, 1); one step of SplitMix64 (G. Steele, D. Lea, C. Flood. Fast splittable pseudorandom number generators. OOPSLA 2014).
+/// In [0, 1); one step of SplitMix64 (G. Steele, D. Lea, C. Flood. Fast splittable pseudorandom number generators.
+/// OOPSLA 2014).
 double unitFrom(std::uint64_t state) {
   state += 0x9e3779b97f4a7c15u;
   state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What of a mesh's surface a union of balls leaves uncovered: the share by area, and the largest gap with a proven bound.
-// The gap of a surface point is its distance to the union. Definitions: docs/measures.md
+// What of a mesh's surface a union of balls leaves uncovered: the share by area, and the largest gap with a proven
+// bound. The gap of a surface point is its distance to the union. Definitions: docs/measures.md
 // Units: mm. Deterministic: same arguments, same result, for any number of threads.
 #pragma once
 
@@ -19,8 +19,8 @@ struct SurfacePoint {
   std::uint32_t triangle;  // that holds it
 };
 
-/// `count` points spread over the surface more evenly than by chance: one in each of `count` equal shares of the area, placed by
-/// an additive recurrence within the triangle. Fewer only if the mesh has no area: then none.
+/// `count` points spread over the surface more evenly than by chance: one in each of `count` equal shares of the area,
+/// placed by an additive recurrence within the triangle. Fewer only if the mesh has no area: then none.
 /// Paper: H. Niederreiter. Random number generation and quasi-Monte Carlo methods. SIAM, 1992 (Kronecker sequences).
 std::vector<SurfacePoint> spreadOverSurface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed);
 
@@ -31,7 +31,8 @@ struct CoverageSettings {
   std::size_t most_pieces = 4'000'000;  // then the search for the largest gap ends with the bound that it has
 };
 
-/// Cost: a search for each sample and for each piece that the triangles must be cut into, a few for each triangle in a good cover.
+/// Cost: a search for each sample and for each piece that the triangles must be cut into, a few for each triangle in a
+/// good cover.
 /// @throws Cancelled, std::invalid_argument for a mesh without area or a tolerance out of range.
 Coverage measureCoverage(const TriangleMesh& mesh, const SphereUnion& balls, const CoverageSettings& settings, Progress& progress);
 

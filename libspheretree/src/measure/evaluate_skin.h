@@ -19,8 +19,9 @@ SkinEvaluation skinFigures(const Skin& skin);
 /// The flat triangles of a skin, in the frame of the mesh: `origin` is that of its tree.
 TriangleMesh flatTriangles(const Skin& skin, const Eigen::Vector3d& origin);
 
-/// skinFigures(), and how far the flat triangles lie from `mesh` (the solid, and all that belongs to it), whose distances `field` knows,
-/// and the mesh from them: proven, at most 5 % or a quarter of what the skin states above the largest distance. @throws Cancelled.
+/// skinFigures(), and how far the flat triangles lie from `mesh` (the solid, and all that belongs to it), whose
+/// distances `field` knows, and the mesh from them: proven, at most 5 % or a quarter of what the skin states above the
+/// largest distance. @throws Cancelled.
 SkinEvaluation evaluateSkin(const Skin& skin, const Eigen::Vector3d& origin, const TriangleMesh& mesh, const DistanceField& field,
                             Progress& progress);
 

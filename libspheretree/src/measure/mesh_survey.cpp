@@ -94,7 +94,8 @@ std::vector<BorderShape> findBorders(const TriangleMesh& mesh, const std::vector
   return borders;
 }
 
-/// Border vertices that nearly meet another border vertex (a crack), or lie on the middle of another border edge (a T-junction).
+/// Border vertices that nearly meet another border vertex (a crack), or lie on the middle of another border edge (a
+/// T-junction).
 void findSeams(const TriangleMesh& mesh, const std::vector<BorderEdge>& edges, double tolerance, MeshSurvey& survey) {
   std::vector<Eigen::AlignedBox3d> boxes;
   std::map<std::uint32_t, double> shortest;  // border edge at each border vertex

@@ -58,7 +58,8 @@ class Overhangs {
 
   Vector3d point(std::size_t i, const Vector3d& u) const { return balls_.balls()[i].centre + balls_.balls()[i].radius * u; }
 
-  /// Signed distance at direction `u` of ball `i`, given that it is at most `most`; at or below -most, some value not above -most.
+  /// Signed distance at direction `u` of ball `i`, given that it is at most `most`; at or below -most, some value not
+  /// above -most.
   double at(std::size_t i, const Vector3d& u, double most, NearestPoint* nearest = nullptr) const {
     const Vector3d p = point(i, u);
     const NearestPoint q = field_.nearest(p, most + rounding_);
@@ -75,7 +76,8 @@ class Overhangs {
 };
 
 /// Direction `k` of `count` on the spherical Fibonacci lattice: equal areas, nearly even spacing.
-/// Paper: R. Swinbank, R. J. Purser. Fibonacci grids: a novel approach to global modelling. Q. J. R. Meteorol. Soc. 132, 2006.
+/// Paper: R. Swinbank, R. J. Purser. Fibonacci grids: a novel approach to global modelling. Q. J. R. Meteorol. Soc.
+///         132, 2006.
 Vector3d latticeDirection(std::size_t k, std::size_t count) {
   const double z = 1 - (2 * static_cast<double>(k) + 1) / static_cast<double>(count);
   const double turn = static_cast<double>(k) * std::numbers::phi;
@@ -90,8 +92,8 @@ Vector3d anyPerpendicular(const Vector3d& u) {
   return u.cross(Vector3d::Unit(axis)).normalized();
 }
 
-/// Moves a direction of ball `i` that other balls cover to the nearby circle or corner where it leaves them; false if that
-/// place is covered too.
+/// Moves a direction of ball `i` that other balls cover to the nearby circle or corner where it leaves them; false if
+/// that place is covered too.
 bool slideToBoundary(const SphereUnion& balls, std::size_t i, Vector3d& u) {
   const SphereUnion::Cap* first = balls.capOver(i, u);
   if (!first) return true;
@@ -116,8 +118,8 @@ bool slideToBoundary(const SphereUnion& balls, std::size_t i, Vector3d& u) {
   return !balls.capOver(i, u);
 }
 
-/// Climbs on the boundary of the union from `place` to a local maximum of the overhang: pattern search with eight directions
-/// that turn from round to round, along the circles where balls meet and into the corners where three do.
+/// Climbs on the boundary of the union from `place` to a local maximum of the overhang: pattern search with eight
+/// directions that turn from round to round, along the circles where balls meet and into the corners where three do.
 void climb(const Overhangs& overhangs, Summit& place) {
   constexpr int kRounds = 120, kDirections = 8;
   const double last = 1e-6 * place.spacing;
@@ -229,9 +231,10 @@ struct PatchVerdict {
   double middle = 0;           // overhang of the middle if that is on the boundary [mm]
 };
 
-/// Upper bound of the overhang over a patch of a ball from a single triangle of the mesh. The distance to a convex set is a convex
-/// function, so that over the hull of some points it is largest at one of them. The patch lies in the hull of its corners u and
-/// of u / flatness: each of its points is y / |y|, y on the flat triangle, with flatness <= |y| <= 1.
+/// Upper bound of the overhang over a patch of a ball from a single triangle of the mesh. The distance to a convex set
+/// is a convex function, so that over the hull of some points it is largest at one of them. The patch lies in the hull
+/// of its corners u and of u / flatness: each of its points is y / |y|, y on the flat triangle, with flatness <= |y| <=
+/// 1.
 double boundByTriangle(const Overhangs& overhangs, const Patch& patch, double flatness, const std::array<Vector3d, 3>& triangle) {
   double most = 0;
   for (const Vector3d& u : patch.corner)
@@ -282,7 +285,8 @@ std::array<Patch, 4> cut(const Patch& patch) {
   return out;
 }
 
-/// The highest place of the boundary, searched by climbing, and a proven bound of it, by branch and bound over patches of all balls.
+/// The highest place of the boundary, searched by climbing, and a proven bound of it, by branch and bound over patches
+/// of all balls.
 class HighestSearch {
  public:
   HighestSearch(const Overhangs& overhangs, const OverhangSettings& settings, Progress& progress)
@@ -302,7 +306,8 @@ class HighestSearch {
       if (place.overhang > highest_.overhang) highest_ = place;
   }
 
-  /// A bound of the overhang of all balls. Breadth first and in rounds, so that the result does not depend on the threads.
+  /// A bound of the overhang of all balls. Breadth first and in rounds, so that the result does not depend on the
+  /// threads.
   double prove() {
     std::vector<Patch> patches = octants();
     double proven = 0;  // of all patches that are done
@@ -346,7 +351,8 @@ class HighestSearch {
     return patches;
   }
 
-  /// Quarters of the patches that are not done, after climbs from the high ones; raises `proven` by the bounds of those that are.
+  /// Quarters of the patches that are not done, after climbs from the high ones; raises `proven` by the bounds of those
+  /// that are.
   std::vector<Patch> cutUndecided(const std::vector<Patch>& patches, const std::vector<PatchVerdict>& verdicts, double spacing,
                                   double& proven) {
     std::vector<Patch> next;

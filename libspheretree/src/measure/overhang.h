@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a union of balls reaches out of the solid: the distance to the mesh over the part of the union's boundary that is
-// outside it, sampled, and its maximum with a proven upper bound. Definitions: docs/measures.md
+// How far a union of balls reaches out of the solid: the distance to the mesh over the part of the union's boundary
+// that is outside it, sampled, and its maximum with a proven upper bound. Definitions: docs/measures.md
 // Units: mm. Deterministic: same arguments, same result, for any number of threads.
 #pragma once
 

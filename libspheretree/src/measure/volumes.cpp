@@ -36,9 +36,9 @@ struct Grid {
   }
 };
 
-/// Side of the line (x, y) that the edge from a to b runs on: > 0 if it is to the left. Exactly opposite for the edge from b to
-/// a, since products and differences then only change their sign, so that a line cannot slip through between two triangles. A
-/// line on the edge counts as shifted by an infinitesimal step along x, then along y.
+/// Side of the line (x, y) that the edge from a to b runs on: > 0 if it is to the left. Exactly opposite for the edge
+/// from b to a, since products and differences then only change their sign, so that a line cannot slip through between
+/// two triangles. A line on the edge counts as shifted by an infinitesimal step along x, then along y.
 bool isLeft(const Vector3d& a, const Vector3d& b, double x, double y) {
   const double ax = a.x() - x, ay = a.y() - y, bx = b.x() - x, by = b.y() - y;
   const double turn = ax * by - bx * ay;
@@ -117,8 +117,8 @@ struct Lengths {
   }
 };
 
-// Mesh and balls in a pose with no simple relation to the axes, so that lines meet no edge along its length; about the middle of the mesh,
-// so that no digits are lost far out.
+// Mesh and balls in a pose with no simple relation to the axes, so that lines meet no edge along its length; about the
+// middle of the mesh, so that no digits are lost far out.
 struct Turned {
   std::vector<Vector3d> positions;
   std::vector<Ball> balls;

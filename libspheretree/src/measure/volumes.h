@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Volumes of a solid, of a union of balls and of what they share, by a grid of parallel lines: along each line the lengths
-// inside the mesh and inside the balls are exact. Definitions: docs/measures.md
+// Volumes of a solid, of a union of balls and of what they share, by a grid of parallel lines: along each line the
+// lengths inside the mesh and inside the balls are exact. Definitions: docs/measures.md
 // Units: mm^3. Deterministic: same arguments, same result, for any number of threads.
 #pragma once
 
@@ -20,8 +20,8 @@ struct Volumes {
   double missing = 0;  // of the mesh outside the union [mm^3]
 };
 
-/// About `lines` lines (>= 1) in a direction that no edge of a usual model shares, over the bounding box of mesh and balls.
-/// Error with 2^18 lines: about 1e-5 of the volume. Lines on which the mesh is not closed are left out.
+/// About `lines` lines (>= 1) in a direction that no edge of a usual model shares, over the bounding box of mesh and
+/// balls. Error with 2^18 lines: about 1e-5 of the volume. Lines on which the mesh is not closed are left out.
 /// Cost: O(triangles + balls + crossings of lines with both).
 Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, std::size_t lines, Progress& progress);
 

@@ -199,8 +199,9 @@ void forEachRegion(const std::array<std::uint32_t, 4>& site, const std::vector<s
 
 }  // namespace
 
-// Inserts, region by region, sites where the ball that reaches out farthest is nearest to the surface, until each target is met. `label`:
-// the region of each site; grows with the sites. Balls whose sites are nearer than `smallest` are not refined further.
+// Inserts, region by region, sites where the ball that reaches out farthest is nearest to the surface, until each
+// target is met. `label`: the region of each site; grows with the sites. Balls whose sites are nearer than `smallest`
+// are not refined further.
 void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(const Vector3d&)>& region_of,
                                              std::span<const Target> regions, double smallest, std::vector<std::uint32_t>& label,
                                              Progress& progress) {
@@ -239,8 +240,8 @@ void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(c
   }
 }
 
-// Cells with a ball, the oldest first, and for each of them the first cell with the same centre: cospherical sites give one centre many
-// times, equal up to rounding, so that centres in one grid cell of side `smallest` count as equal.
+// Cells with a ball, the oldest first, and for each of them the first cell with the same centre: cospherical sites give
+// one centre many times, equal up to rounding, so that centres in one grid cell of side `smallest` count as equal.
 AdaptiveMedialAxis::Impl::Living AdaptiveMedialAxis::Impl::livingCells(double smallest) const {
   Living out;
   for (std::uint32_t id = 0; id < cells.size(); ++id)

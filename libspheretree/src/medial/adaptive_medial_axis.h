@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The medial axis of the solid as balls at Voronoi vertices of surface sites, refined where its worst ball reaches out farthest.
-// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans. Graphics 23(1),
+// The medial axis of the solid as balls at Voronoi vertices of surface sites, refined where its worst ball reaches out
+// farthest.
+// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans.
+//         Graphics 23(1),
 //        2004. Where we depart from it: docs/algorithms/medial/adaptive_medial_axis.md
 // Units: mm, frame of the mesh. Deterministic: same calls, same balls.
 #pragma once
@@ -26,7 +28,8 @@ struct MedialBall {
 
 class AdaptiveMedialAxis {
  public:
-  /// `sites`: points on the surface; repeated ones count once. `field` must outlive the object. O(sites) distance queries.
+  /// `sites`: points on the surface; repeated ones count once. `field` must outlive the object. O(sites) distance
+  /// queries.
   AdaptiveMedialAxis(const DistanceField& field, std::span<const Eigen::Vector3d> sites);
   ~AdaptiveMedialAxis();
   AdaptiveMedialAxis(const AdaptiveMedialAxis&) = delete;
@@ -37,10 +40,10 @@ class AdaptiveMedialAxis {
     std::size_t least_balls = 0;  // and until the region has this many
     std::size_t most_sites = 0;   // but insert no more sites for it than this
   };
-  /// Refines region by region: takes the region's ball that reaches out farthest, inserts the surface point nearest to its
-  /// centre as a new site, and repeats. `region_of` maps a surface point to its region; a ball belongs to the regions of the
-  /// sites that it touches. Returns the balls of each region: those at Voronoi vertices inside the solid, repeated centres
-  /// once, and for a site without such a vertex the ball of shrinking_balls.h.
+  /// Refines region by region: takes the region's ball that reaches out farthest, inserts the surface point nearest to
+  /// its centre as a new site, and repeats. `region_of` maps a surface point to its region; a ball belongs to the
+  /// regions of the sites that it touches. Returns the balls of each region: those at Voronoi vertices inside the
+  /// solid, repeated centres once, and for a site without such a vertex the ball of shrinking_balls.h.
   /// Cost: about 50 us for each new site. @throws Cancelled.
   std::vector<std::vector<MedialBall>> refine(const std::function<std::uint32_t(const Eigen::Vector3d&)>& region_of,
                                               std::span<const Target> regions, Progress& progress);

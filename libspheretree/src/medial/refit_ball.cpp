@@ -28,9 +28,11 @@ std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all)
   return at;
 }
 
-// About the shortest vector of conv(pull) - conv(push), by 2 % at most; where it is shorter than kFlat, one that is, too. Gilbert's method,
-// but towards the last corner of the difference as well as the present one: without it the steps go to and fro between two corners.
-// Paper: E. Gilbert. An iterative procedure for computing the minimum of a quadratic form on a convex set. SIAM J. Control 4(1), 1966.
+// About the shortest vector of conv(pull) - conv(push), by 2 % at most; where it is shorter than kFlat, one that is,
+// too. Gilbert's method, but towards the last corner of the difference as well as the present one: without it the steps
+// go to and fro between two corners.
+// Paper: E. Gilbert. An iterative procedure for computing the minimum of a quadratic form on a convex set. SIAM J.
+//         Control 4(1), 1966.
 Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vector3d> push) {
   Vector3d g = pull[0] - push[0], last = g;
   for (int k = 0; k < kGilbertSteps; ++k) {
@@ -46,8 +48,8 @@ Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vect
   return g;
 }
 
-// The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search come back with
-// nothing, as it can far from the origin of coordinates, it looks again without a bound.
+// The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search
+// come back with nothing, as it can far from the origin of coordinates, it looks again without a bound.
 NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
   const NearestPoint found = field.nearest(p, bound * (1 + 1e-9) + std::numeric_limits<double>::min());
   return std::isfinite(found.distance) ? found : field.nearest(p);
@@ -85,7 +87,8 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   double step = first_step;
   const double smallest = 1e-3 * first_step;
   for (int i = 0; i < most_steps && step > smallest && best.stand_off > enough; ++i) {
-    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of active.
+    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of
+    // active.
     std::size_t pulls = 0, pushes = 0;
     const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
     for (const Vector3d& p : patch) {

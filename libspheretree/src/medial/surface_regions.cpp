@@ -51,8 +51,8 @@ void forChunks(std::size_t count, Work&& work) {
   });
 }
 
-// A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted: the inner ball
-// that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
+// A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted:
+// the inner ball that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
 void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
   const double reach = farthest(patch, ball.centre);
   if (ball.clearance > 1e-2 * reach) return;

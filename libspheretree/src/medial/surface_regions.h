@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Regions of the surface as sets of points: what a node of a sphere-tree must cover, how its ball is fitted to it, and how
-// overlapping balls divide it.
-// Paper: G. Bradshaw, C. O'Sullivan, ACM Trans. Graphics 23(1), 2004. Departures: docs/algorithms/medial/surface_regions.md
+// Regions of the surface as sets of points: what a node of a sphere-tree must cover, how its ball is fitted to it, and
+// how overlapping balls divide it.
+// Paper: G. Bradshaw, C. O'Sullivan, ACM Trans. Graphics 23(1), 2004. Departures:
+//         docs/algorithms/medial/surface_regions.md
 // Units: mm, frame of the mesh. Deterministic for any number of threads.
 #pragma once
 
@@ -31,15 +32,15 @@ struct SurfacePoints {
   std::vector<double> load;  // (points) how many spheres its neighbourhood takes, up to a factor; 0 for an added point
 };
 
-/// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles where they are not many
-/// more. The load of a point is its area over 2 r + h: r the radius of the largest inner ball that touches there, h the stand-off
-/// that `spheres` balls would reach on average (docs/measures.md, h_fin). `wants_inner`: false leaves out the inner balls of most points,
-/// for those who need the loads alone.
+/// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles where they are
+/// not many more. The load of a point is its area over 2 r + h: r the radius of the largest inner ball that touches
+/// there, h the stand-off that `spheres` balls would reach on average (docs/measures.md, h_fin). `wants_inner`: false
+/// leaves out the inner balls of most points, for those who need the loads alone.
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
                             std::uint64_t seed, bool wants_inner = true);
 
-/// For each point the ball that it lies deepest in (the least |p - c| - clearance) among those that hold it; if none does, the
-/// ball that must grow least, and it grows. `balls` must not be empty. Ties go to the lower index.
+/// For each point the ball that it lies deepest in (the least |p - c| - clearance) among those that hold it; if none
+/// does, the ball that must grow least, and it grows. `balls` must not be empty. Ties go to the lower index.
 /// Cost: O((points + balls) log balls) for balls that overlap little.
 std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls);
 
@@ -49,12 +50,13 @@ std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
                                       int rounds, const Progress& progress);
 
-/// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a centre outside the
-/// solid moves in where that pays. Stops early at an overhang of `enough` [mm]. A patch without points gives radius 0.
+/// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a
+/// centre outside the solid moves in where that pays. Stops early at an overhang of `enough` [mm]. A patch without
+/// points gives radius 0.
 void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double enough = 0);
 
-/// At most `most` of the points: each the farthest from those before, so that corners come first and the rest is spread evenly.
-/// A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
+/// At most `most` of the points: each the farthest from those before, so that corners come first and the rest is spread
+/// evenly. A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
 std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t most);
 
 /// The balls that hold each point.
@@ -65,13 +67,15 @@ struct Holders {
 };
 Holders findHolders(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
-/// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every point. Balls in
-/// `gone` (empty: none) do not count, those in `fixed` (empty: none) are kept. `group`: (balls) the last unmarked ball of a group is kept.
+/// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every
+/// point. Balls in
+/// `gone` (empty: none) do not count, those in `fixed` (empty: none) are kept. `group`: (balls) the last unmarked ball
+/// of a group is kept.
 std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
                                  std::span<const char> fixed, std::span<const char> gone);
 
-/// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until the balls
-/// have loads as equal as their overlaps allow.
+/// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until
+/// the balls have loads as equal as their overlaps allow.
 /// Returns the owner of each point; every point must lie in a ball, kNoParent stands for one that does not.
 std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const double> load,
                                            std::span<const FittedBall> balls);

@@ -90,7 +90,8 @@ Vector3d commonestNormal(const TriangleMesh& mesh) {
   return best;
 }
 
-// Axes about one of them: the two others are those that the normals across it keep to, which the fourth harmonic of their angles tells.
+// Axes about one of them: the two others are those that the normals across it keep to, which the fourth harmonic of
+// their angles tells.
 Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   int least = 0;
   axis.cwiseAbs().minCoeff(&least);
@@ -113,8 +114,8 @@ Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   return axes;
 }
 
-// Of the turns of a symmetric object: the one in which its triangles come first in the order of their coordinates. Where two of them give
-// the same triangles it does not matter which.
+// Of the turns of a symmetric object: the one in which its triangles come first in the order of their coordinates.
+// Where two of them give the same triangles it does not matter which.
 Pose firstOf(const std::vector<Matrix3d>& turns, const TriangleMesh& mesh, Pose pose) {
   pose.turn = turns[0];
   if (turns.size() == 1) return pose;

@@ -38,7 +38,8 @@ bool cross(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
   }
   const Kernel::Triangle_3 ta(point(a, 0), point(a, 1), point(a, 2)), tb(point(b, 0), point(b, 1), point(b, 2));
   if (shared == 0) return CGAL::do_intersect(ta, tb);
-  // Two triangles that share one corner and meet elsewhere: the side opposite the corner of one of them meets the other.
+  // Two triangles that share one corner and meet elsewhere: the side opposite the corner of one of them meets the
+  // other.
   const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 1) - shared_a.begin());
   const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 1) - shared_b.begin());
   return CGAL::do_intersect(ta, Kernel::Segment_3(point(b, j + 1), point(b, j + 2))) ||

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The pairs of triangles of a mesh that cross, touch or overlap outside their shared corners and edges. Decided by exact arithmetic.
+// The pairs of triangles of a mesh that cross, touch or overlap outside their shared corners and edges. Decided by
+// exact arithmetic.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +16,10 @@ struct CrossingTriangles {
   bool is_stopped = false;                                     // at `most` pairs: there may be more, and which were found is chance
 };
 
-/// Two triangles cross if they have a point in common that is no shared corner and on no shared edge: two that are folded flat onto
-/// each other do. Triangles are told by their indices, so that bodies that only touch do cross. Flat triangles (corners repeated or
-/// exactly in line) are left out, and duplicates are no pair. Indices and coordinates must be sound.
+/// Two triangles cross if they have a point in common that is no shared corner and on no shared edge: two that are
+/// folded flat onto each other do. Triangles are told by their indices, so that bodies that only touch do cross. Flat
+/// triangles (corners repeated or exactly in line) are left out, and duplicates are no pair. Indices and coordinates
+/// must be sound.
 /// Cost: O(n log n) plus one test for each pair of triangles whose boxes meet.
 CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most);
 

@@ -307,7 +307,8 @@ class MeshCheck {
     std::vector<bool> is_turned(components.size());  // by itself or with what encloses it
     for (const std::uint32_t c : order) {
       Component& component = components[c];
-      // Who is wound inward is turned together with all that lies in it: so a mesh that is wholly inside out keeps its hollows.
+      // Who is wound inward is turned together with all that lies in it: so a mesh that is wholly inside out keeps its
+      // hollows.
       int outside = 0;
       bool turned = false;
       std::size_t depth = 0;

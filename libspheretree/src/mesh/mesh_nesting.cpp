@@ -13,8 +13,9 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// +1 if the ray from `p` along +z leaves through the front of triangle `t`, -1 through its back, 0 if it misses. Exact, and
-/// consistent where the ray meets edges or corners: as if `p` were moved by an infinitely small step along +x and +y.
+/// +1 if the ray from `p` along +z leaves through the front of triangle `t`, -1 through its back, 0 if it misses.
+/// Exact, and consistent where the ray meets edges or corners: as if `p` were moved by an infinitely small step along
+/// +x and +y.
 int crossingAbove(const TriangleMesh& mesh, std::uint32_t t, const Eigen::Vector3d& at) {
   const auto point = [](const Eigen::Vector3d& q) { return Kernel::Point_3(q.x(), q.y(), q.z()); };
   const Kernel::Point_3 p = point(at);

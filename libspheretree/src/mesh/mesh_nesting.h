@@ -15,8 +15,8 @@ struct Enclosure {
   int winding;  // of that component round the one asked for
 };
 
-/// `first_triangle`: (components) one triangle of each. For each component those that enclose it. A component that crosses others is in
-/// none: it has no one place. The mesh must be closed.
+/// `first_triangle`: (components) one triangle of each. For each component those that enclose it. A component that
+/// crosses others is in none: it has no one place. The mesh must be closed.
 std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std::span<const std::uint32_t> component_of,
                                                    std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other);
 

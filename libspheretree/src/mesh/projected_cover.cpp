@@ -76,7 +76,8 @@ bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, doub
     const Vector2d out(u.y() / length, -u.x() / length);
     shadow.half[k] = {out, out.dot(p[k]) + widening};
   }
-  // A widened corner of angle alpha lies widening / sin(alpha / 2) beyond, and 1 / cosine of the slope as far in the triangle's own plane.
+  // A widened corner of angle alpha lies widening / sin(alpha / 2) beyond, and 1 / cosine of the slope as far in the
+  // triangle's own plane.
   shadow.slack = 2 * widening / (least * kLeastSlope);
   if (!(least > 0 && shadow.slack < kMostSlack * allowed)) return false;
   const double height = (1 - kHeightRounding) * (allowed - shadow.slack);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a triangle lies near a surface, by projection: a proof for a large triangle over many small ones that needs no samples.
+// Which part of a triangle lies near a surface, by projection: a proof for a large triangle over many small ones that
+// needs no samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +16,9 @@ struct ProjectedCover {
   std::vector<std::array<Eigen::Vector3d, 3>> not_covered;  // the rest of the triangle, in pieces
 };
 
-/// Along the normal of `triangle`, each triangle of `field` covers its projection where it is no farther than `allowed` [mm]. These
-/// projections are taken away from `triangle` one by one. Cost: O(n) for n triangles near it, times the pieces that it is in meanwhile.
+/// Along the normal of `triangle`, each triangle of `field` covers its projection where it is no farther than `allowed`
+/// [mm]. These projections are taken away from `triangle` one by one. Cost: O(n) for n triangles near it, times the
+/// pieces that it is in meanwhile.
 ProjectedCover coverByProjection(const std::array<Eigen::Vector3d, 3>& triangle, const DistanceField& field, double allowed);
 
 }  // namespace spheretree::builder

@@ -49,8 +49,8 @@ Quadric planeOf(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
 
 double areaOf(const Quadric& q) { return q(0, 0) + q(1, 1) + q(2, 2); }
 
-/// Mean squared distance of p to the planes. The mean, since the sum would leave strongly bent places coarse: the largest distance counts
-/// here, not the volume between the surfaces.
+/// Mean squared distance of p to the planes. The mean, since the sum would leave strongly bent places coarse: the
+/// largest distance counts here, not the volume between the surfaces.
 double errorAt(const Quadric& q, const Vector3d& p) {
   const Eigen::Vector4d x = p.homogeneous();
   return std::max(0.0, x.dot(q * x)) / areaOf(q);
@@ -217,8 +217,8 @@ class PieceBound {
  public:
   PieceBound(const DistanceField& field, double allowed, double enough) : field_(field), allowed_(allowed), enough_(enough) {}
 
-  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if a point is
-  /// farther than `enough`.
+  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if
+  /// a point is farther than `enough`.
   double run(const std::array<Corner, 3>& triangle) {
     double bound = boundOf(triangle);
     if (bound <= (enough_ < kInfinity ? kTightShare * allowed_ : allowed_)) return bound;
@@ -277,10 +277,11 @@ class PieceBound {
     return least;
   }
 
-  /// The distance to one triangle is convex, and so largest at a corner. With corners nearest to two triangles: the points nearest to the
-  /// corners span a triangle that is no farther from the piece than its corners are. One of them, a, lies on one face, and b and c on the
-  /// other. A path on the two faces leads from a to b, and one to c, through any point that the faces share; the triangle a, b, c is no
-  /// farther from the faces than its sides ab and ac come to a point where those paths bend.
+  /// The distance to one triangle is convex, and so largest at a corner. With corners nearest to two triangles: the
+  /// points nearest to the corners span a triangle that is no farther from the piece than its corners are. One of them,
+  /// a, lies on one face, and b and c on the other. A path on the two faces leads from a to b, and one to c, through
+  /// any point that the faces share; the triangle a, b, c is no farther from the faces than its sides ab and ac come to
+  /// a point where those paths bend.
   static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};

@@ -174,7 +174,8 @@ class TopDownBuilder {
     }
     std::vector<std::vector<MedialBall>> pools(nodes.size());
     if (axis_) pools = refineAxis(nodes, owner);
-    // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls fill up.
+    // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls
+    // fill up.
     for (std::size_t n = 0; axis_ && n < nodes.size(); ++n) {
       pools[n] = thinned(pools[n], effort_.reducer_balls / 2);
       inner[n] = thinned(inner[n], effort_.reducer_balls - pools[n].size());
@@ -228,8 +229,8 @@ class TopDownBuilder {
     return axis_->refine(region_of, targets, progress_);
   }
 
-  // The level as a whole, since a ball may serve its neighbours' regions too. Exchanges share the balls out; then a local search in
-  // continuous space lowers the stand-off of all and covers what lies between the points.
+  // The level as a whole, since a ball may serve its neighbours' regions too. Exchanges share the balls out; then a
+  // local search in continuous space lowers the stand-off of all and covers what lies between the points.
   void evenOut(std::vector<FittedBall>& balls, std::size_t most) {
     std::vector<Vector3d> points = levelPoints(most);
     splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
@@ -262,8 +263,8 @@ class TopDownBuilder {
     return even;
   }
 
-  // All balls grow to the worst overhang of the level first: it leaves the division room to give equal parts, and nothing asks a child
-  // to stay within the cover ball of its parent.
+  // All balls grow to the worst overhang of the level first: it leaves the division room to give equal parts, and
+  // nothing asks a child to stay within the cover ball of its parent.
   std::vector<std::uint32_t> divide(const std::vector<FittedBall>& balls) const {
     if (balls.size() == 1) return std::vector<std::uint32_t>(surface_.points.size(), 0);
     std::vector<FittedBall> all = balls;
@@ -272,7 +273,8 @@ class TopDownBuilder {
     return assignToRegions(surface_.points, surface_.load, all);
   }
 
-  // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as parents.
+  // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as
+  // parents.
   void takeFewest(Levels& levels) {
     std::vector<FittedBall> leaves = levels.back();
     const std::vector<FittedBall> above = levels.size() > 1 ? levels[levels.size() - 2] : leaves;
@@ -317,7 +319,8 @@ std::size_t countAll(const Levels& levels) {
   return count;
 }
 
-// Within the tolerance the tree with the fewest balls, else level by level the one that reaches out least; the first of equals.
+// Within the tolerance the tree with the fewest balls, else level by level the one that reaches out least; the first of
+// equals.
 Levels pickBest(const std::vector<Levels>& members, double tolerance) {
   const Levels* smallest = nullptr;
   for (const Levels& member : members)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The frame that the published builders share: from the root down, breadth first, each node's region of the surface is covered by a
-// few balls, which divide it among them; then the level is evened out as a whole.
-// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans. Graphics 23(1),
-//        2004; G. Bradshaw. Bounding volume hierarchies for level-of-detail collision handling. Thesis, Trinity College Dublin,
+// The frame that the published builders share: from the root down, breadth first, each node's region of the surface is
+// covered by a few balls, which divide it among them; then the level is evened out as a whole.
+// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans.
+//         Graphics 23(1),
+//        2004; G. Bradshaw. Bounding volume hierarchies for level-of-detail collision handling. Thesis, Trinity College
+//        Dublin,
 //        2002. Where we depart from them: docs/algorithms/published/build_by_regions.md
 // Units: mm, frame of the mesh. Deterministic for any number of threads.
 #pragma once
@@ -34,11 +36,11 @@ struct Method {
   bool uses_medial_axis = true;  // else its regions come with an empty pool
 };
 
-/// Builds the balls of each level with one method, or with several: then each level is that of the method whose worst overhang is least
-/// (with a tolerance, the tree with the fewest balls), the first of equals. All share the distance field and the points. The balls cover
-/// the surface up to gaps far below their overhang, which certifyCover closes.
-/// No parents: each level is evened out as a whole, and hierarchy.h groups them. A level has at most branching^level balls. Fewer levels
-/// than asked for come back if fewer are good enough. The mesh must have passed checkMesh.
+/// Builds the balls of each level with one method, or with several: then each level is that of the method whose worst
+/// overhang is least (with a tolerance, the tree with the fewest balls), the first of equals. All share the distance
+/// field and the points. The balls cover the surface up to gaps far below their overhang, which certifyCover closes.
+/// No parents: each level is evened out as a whole, and hierarchy.h groups them. A level has at most branching^level
+/// balls. Fewer levels than asked for come back if fewer are good enough. The mesh must have passed checkMesh.
 /// @throws std::invalid_argument for settings out of range or no method, Cancelled.
 LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, std::span<const Method> methods,
                           const PublishedSettings& settings, Progress& progress);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Medial balls with the points of a region shared out among them: what Merge, Hubbard and Burst start from, and the greedy merging
-// of neighbours that Merge and Hubbard share.
+// Medial balls with the points of a region shared out among them: what Merge, Hubbard and Burst start from, and the
+// greedy merging of neighbours that Merge and Hubbard share.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ struct MedialCluster {
   bool alive = true;
 };
 
-/// Every point goes to the medial ball that it lies deepest in; balls without points are left out. Neighbours: balls among the few
-/// nearest to a common point. Cost: O(balls * points).
+/// Every point goes to the medial ball that it lies deepest in; balls without points are left out. Neighbours: balls
+/// among the few nearest to a common point. Cost: O(balls * points).
 std::vector<MedialCluster> startClusters(const Region& region);
 
 /// The ball for the united points of two clusters; `united` is scratch memory.
 using MergeRule = FittedBall (*)(const Region& region, const MedialCluster& a, const MedialCluster& b,
                                  std::vector<Eigen::Vector3d>& united);
 
-/// Merges neighbours, below 24 clusters any two, until at most `region.most` are left, and further while the merged ball reaches out
-/// no farther than `region.enough`. Merges that leave the worse of the two no worse go first, then the least overhang; ties go to
-/// the lower clusters. No balls if the overhang would pass `region.limit`.
+/// Merges neighbours, below 24 clusters any two, until at most `region.most` are left, and further while the merged
+/// ball reaches out no farther than `region.enough`. Merges that leave the worse of the two no worse go first, then the
+/// least overhang; ties go to the lower clusters. No balls if the overhang would pass `region.limit`.
 std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule);
 
 }  // namespace spheretree::builder

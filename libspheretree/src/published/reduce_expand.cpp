@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kExpandBisections = 10;
 
-// gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are together.
-// Float, as it only steers the choice; radii are computed in double.
+// gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are
+// together. Float, as it only steers the choice; radii are computed in double.
 class Gaps {
  public:
   Gaps(std::span<const MedialBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
@@ -33,8 +33,8 @@ class Gaps {
   std::vector<float> gap_;
 };
 
-// Greedy set cover at one stand-off; empty if more than `most` balls would be needed. Counts are upper bounds that are made exact
-// only for the ball on top (they can but fall).
+// Greedy set cover at one stand-off; empty if more than `most` balls would be needed. Counts are upper bounds that are
+// made exact only for the ball on top (they can but fall).
 std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t most) {
   struct Gain {
     std::uint32_t gain;

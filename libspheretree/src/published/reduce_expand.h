@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All medial balls grow by one common stand-off; as few of them as possible cover the region ("expand").
-// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans. Graphics 23(1),
+// Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans.
+//         Graphics 23(1),
 //        2004. Where we depart from it: docs/algorithms/published/reduce_expand.md
 #pragma once
 
@@ -8,7 +9,8 @@
 
 namespace spheretree::builder {
 
-/// Radius = clearance + stand-off for every medial ball; lazy greedy cover by newly covered points; bisection on the stand-off.
+/// Radius = clearance + stand-off for every medial ball; lazy greedy cover by newly covered points; bisection on the
+/// stand-off.
 /// Cost: O(balls * points) for each of about ten stand-offs. Ties go to the lower ball.
 std::vector<FittedBall> reduceExpand(const Region& region);
 

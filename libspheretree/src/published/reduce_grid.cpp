@@ -30,9 +30,10 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors();
 }
 
-// The occupied cells of a grid that starts at `low`, as lists of points in order of their first; none as soon as there are more than
-// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low` and less than kMostAlong cells from
-// it.
+// The occupied cells of a grid that starts at `low`, as lists of points in order of their first; none as soon as there
+// are more than
+// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low` and less than
+// kMostAlong cells from it.
 class Cells {
  public:
   explicit Cells(std::size_t most) : list_at_(kMostAlong * kMostAlong * kMostAlong, most), place_(most), points_(most) {}
@@ -72,7 +73,8 @@ std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double
     in_cell.clear();
     for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
     const Ball ball = smallestBall(in_cell);
-    // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be out.
+    // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be
+    // out.
     double most_clearance2 = std::numeric_limits<double>::infinity();
     for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
     if (ball.radius - std::sqrt(most_clearance2) > most) return {};

@@ -50,8 +50,8 @@ FittedBall refitted(const Cell& cell, const Polygon& corners, const DistanceFiel
 
 FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang() < a.overhang() ? b : a; }
 
-// The better of the smallest ball, whose centre lies on the surface where that is flat, and a ball about the middle of the cell,
-// from where the centre moves.
+// The better of the smallest ball, whose centre lies on the surface where that is flat, and a ball about the middle of
+// the cell, from where the centre moves.
 FittedBall ballRound(const Cell& cell, const DistanceField& field) {
   const Polygon corners = cornersOf(cell);
   const Ball smallest = smallestBall(corners);
@@ -199,8 +199,8 @@ void takeHeld(FittedBall& ball, double enough, Cell& cell) {
   });
 }
 
-// One after the other, cells grow over those that they touch, as long as one ball round all reaches out no farther than `enough`. What the
-// ball then holds of others is no longer theirs. None if more than `most` are left.
+// One after the other, cells grow over those that they touch, as long as one ball round all reaches out no farther than
+// `enough`. What the ball then holds of others is no longer theirs. None if more than `most` are left.
 std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double enough,
                                        Progress& progress) {
   const std::vector<std::vector<std::uint32_t>> near = neighbours(cells);
@@ -232,8 +232,8 @@ std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const Dist
   return out;
 }
 
-// The fewest balls that keep the tolerance; if it is out of reach, those of the least overhang that the budget suffices for. From above,
-// since cells too small for the budget cost most.
+// The fewest balls that keep the tolerance; if it is out of reach, those of the least overhang that the budget suffices
+// for. From above, since cells too small for the budget cost most.
 std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, std::size_t budget, double tolerance, Progress& progress) {
   halving.run(budget, tolerance, progress);
   double low = 0, high = std::max(halving.worst(), tolerance);

@@ -61,7 +61,8 @@ class Spawner {
     return count;
   }
 
-  // A pattern search from the inner balls of some points that are still open; the points come spread out, so the first will do.
+  // A pattern search from the inner balls of some points that are still open; the points come spread out, so the first
+  // will do.
   Placed place(const std::vector<Vector3d>& open, const std::vector<std::size_t>& index, double stand_off) const {
     Placed best;
     std::size_t tried = 0;

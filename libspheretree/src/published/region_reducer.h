@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What every reducer takes and gives: a region of the surface and medial balls in, a few balls that cover the region out.
-// One signature for all, so that the frame (build_by_regions.h) can run any of them, or several on the same region.
+// What every reducer takes and gives: a region of the surface and medial balls in, a few balls that cover the region
+// out. One signature for all, so that the frame (build_by_regions.h) can run any of them, or several on the same
+// region.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +24,8 @@ struct Region {
   std::uint64_t seed = 1;                   // for methods that draw
 };
 
-/// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure: same region, same
-/// balls.
+/// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure:
+/// same region, same balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
 
 }  // namespace spheretree::builder

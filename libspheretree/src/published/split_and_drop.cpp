@@ -40,7 +40,8 @@ class Level {
   Level(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls, const Progress& progress)
       : field_(field), points_(points), balls_(balls), progress_(progress), first_(points.size()), second_(points.size()) {}
 
-  // Each point to the ball that it lies deepest in, and what the runner-up would have to reach. Balls shrink to their points.
+  // Each point to the ball that it lies deepest in, and what the runner-up would have to reach. Balls shrink to their
+  // points.
   void assign() {
     progress_.check();
     stand_off_ = std::max(worstOf(balls_), 1e-12 * field_.diagonal());
@@ -158,7 +159,8 @@ class Level {
     std::uint32_t ball = kNoParent;
     double gap = kInfinity;
   };
-  // The points that a ball holds at a stand-off. A search for them is what a round costs, and most balls stay where they are.
+  // The points that a ball holds at a stand-off. A search for them is what a round costs, and most balls stay where
+  // they are.
   struct Within {
     struct Point {
       std::uint32_t point;
@@ -258,7 +260,8 @@ class Level {
     return breakUp(pointsOf(state_[b].patch), balls_[b].overhang(), parts);
   }
 
-  // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they reach out as far.
+  // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they
+  // reach out as far.
   std::vector<FittedBall> breakUp(std::span<const Vector3d> own, double overhang, std::size_t parts) const {
     const std::vector<Vector3d> ends = farthestFirst(own, parts);
     if (own.size() <= parts) return {};

@@ -17,8 +17,9 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// Simple loops that run against the triangles: what the triangles that fill them run along. In the boundary of triangles as many
-/// edges enter a vertex as leave it, so that a walk ends where it began; where it comes by a vertex twice, a loop is cut off.
+/// Simple loops that run against the triangles: what the triangles that fill them run along. In the boundary of
+/// triangles as many edges enter a vertex as leave it, so that a walk ends where it began; where it comes by a vertex
+/// twice, a loop is cut off.
 std::vector<std::vector<std::uint32_t>> findLoops(const TriangleMesh& mesh) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // used from the end
   for (const OpenEdge& e : findOpenEdges(mesh))

@@ -227,8 +227,8 @@ class Repair {
     return checkMesh(soup_.mesh);
   }
 
-  /// Where a check cannot tell what is inside out, since triangles cross: the sign of the volume does. Cut as they are, they would bound
-  /// nothing.
+  /// Where a check cannot tell what is inside out, since triangles cross: the sign of the volume does. Cut as they are,
+  /// they would bound nothing.
   MeshReport turnCrossing(MeshReport state) {
     const std::size_t count = turnInward(soup_, state.component_of);
     if (count == 0) return state;

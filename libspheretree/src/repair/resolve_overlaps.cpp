@@ -92,8 +92,9 @@ class TriangleCut {
     return {q[0], q[1], q[2]};
   }
 
-  // Four points on a circle have two Delaunay triangulations. Where two triangles lie in one plane, both must be cut alike: so the
-  // diagonal goes to the lexicographically lowest point. Each flip gives that point an edge more, so that this ends.
+  // Four points on a circle have two Delaunay triangulations. Where two triangles lie in one plane, both must be cut
+  // alike: so the diagonal goes to the lexicographically lowest point. Each flip gives that point an edge more, so that
+  // this ends.
   void settleTies() {
     for (bool again = true; again;) {
       again = false;
@@ -194,7 +195,8 @@ Arrangement arrange(const TriangleMesh& mesh, const std::vector<std::pair<std::u
   return result;
 }
 
-/// Facets that hang together by edges of exactly two have the same numbers on their sides, once wound alike: asked for once.
+/// Facets that hang together by edges of exactly two have the same numbers on their sides, once wound alike: asked for
+/// once.
 class Classifier {
  public:
   explicit Classifier(const Arrangement& a) : a_(a), mesh_{a.positions, a.facets, {}, {}}, patch_(a.facets.size(), kNone) { findPatches(); }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where triangles cross, cuts them along each other, and keeps what bounds the solid: the points that the surface winds round at
-// least once. Overlapping bodies become one, folds and inner walls go.
+// Where triangles cross, cuts them along each other, and keeps what bounds the solid: the points that the surface winds
+// round at least once. Overlapping bodies become one, folds and inner walls go.
 //
-// Paper: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson. Mesh arrangements for solid geometry. ACM TOG 35(4), 2016. The cuts are exact
+// Paper: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson. Mesh arrangements for solid geometry. ACM TOG 35(4), 2016. The
+//         cuts are exact
 // (CGAL), the new corners rounded to double at the end; winding numbers by solid angles (winding_number.h).
 // Units: mm. Deterministic.
 #pragma once
@@ -24,10 +25,11 @@ struct Resolved {
   std::vector<std::uint32_t> lost;           // sources with a piece that has nothing solid on either side; sorted
 };
 
-/// The soup must have no open edges (fill_holes.h) for the solid to be beyond doubt; else the winding number is rounded.
-/// The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: try again.
-/// `most_lost` [mm^2]: if more of the input than this would have nothing solid on either side, what the surface winds round backwards
-/// counts as solid, too: a scan whose cap crosses it encloses matter on both sides of the cap.
+/// The soup must have no open edges (fill_holes.h) for the solid to be beyond doubt; else the winding number is
+/// rounded. The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: try
+/// again.
+/// `most_lost` [mm^2]: if more of the input than this would have nothing solid on either side, what the surface winds
+/// round backwards counts as solid, too: a scan whose cap crosses it encloses matter on both sides of the cap.
 /// Cost: about 0.2 ms a crossing pair.
 Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_lost, Progress& progress);
 

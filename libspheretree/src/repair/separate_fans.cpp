@@ -47,7 +47,8 @@ std::vector<std::vector<FanSide>> sidesOfEdges(const TriangleMesh& mesh) {
   return edges;
 }
 
-/// Sorts the sides of an edge round it. Solid matter then lies between one that runs forward and the next at a smaller angle.
+/// Sorts the sides of an edge round it. Solid matter then lies between one that runs forward and the next at a smaller
+/// angle.
 void sortRound(const TriangleMesh& mesh, std::vector<FanSide>& edge) {
   const Vector3d axis = (mesh.positions[edge[0].high] - mesh.positions[edge[0].low]).normalized();
   const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
@@ -59,8 +60,8 @@ void sortRound(const TriangleMesh& mesh, std::vector<FanSide>& edge) {
             [](const FanSide& a, const FanSide& b) { return std::tie(a.angle, a.triangle) < std::tie(b.angle, b.triangle); });
 }
 
-/// Gives every pair of triangles at an edge of more than two a vertex of its own in the middle of the edge. Two fans that share the edge
-/// and are one fan elsewhere are apart only so.
+/// Gives every pair of triangles at an edge of more than two a vertex of its own in the middle of the edge. Two fans
+/// that share the edge and are one fan elsewhere are apart only so.
 std::vector<std::uint32_t> splitSharedEdges(RepairSoup& soup) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<std::uint32_t> middles;

@@ -20,7 +20,8 @@ constexpr int kMaxLooks = 1000;    // for the best place of a node; 30 are usual
 constexpr std::uint32_t kNoNode = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kPoints = 6;  // whose hull holds a patch: three corners, and the control points of three sides
 
-/// How far spheres reach along eight directions and against them: nearly as tight as the smallest ball, and cheap to join.
+/// How far spheres reach along eight directions and against them: nearly as tight as the smallest ball, and cheap to
+/// join.
 class Kdop {
  public:
   Kdop() = default;
@@ -101,7 +102,8 @@ class BinaryTree {
     return n;
   }
 
-  // Takes a node out, with its parent, and puts both in where they add least area; back to their place if none is better.
+  // Takes a node out, with its parent, and puts both in where they add least area; back to their place if none is
+  // better.
   void placeAnew(std::uint32_t n) {
     const std::uint32_t parent = nodes_[n].parent;
     if (parent == kNoNode || nodes_[parent].parent == kNoNode) return;
@@ -170,9 +172,9 @@ class BinaryTree {
   std::vector<std::pair<std::uint32_t, float>> open_;
 };
 
-/// Chooses which nodes of a binary tree become nodes of up to 8 children, so that the expected number of tests is least.
-/// A node is met in proportion to its area with the size of an item about it, because what it meets is no point. Opened,
-/// it costs one test for each child and one for the block.
+/// Chooses which nodes of a binary tree become nodes of up to 8 children, so that the expected number of tests is
+/// least. A node is met in proportion to its area with the size of an item about it, because what it meets is no point.
+/// Opened, it costs one test for each child and one for the block.
 class WideTree {
  public:
   explicit WideTree(const BinaryTree& tree) : tree_(tree), choices_(tree.size()) {
@@ -292,7 +294,8 @@ SearchTree buildSearchTree(std::span<const Sphere> spheres, std::size_t spheres_
 void sortForSearch(Skin& skin) {
   std::vector<Sphere> spheres;
   spheres.reserve(kPoints * skin.triangles.size());
-  // findFault() has the control points in double; here they are rounded to float, by less than the radius given to them.
+  // findFault() has the control points in double; here they are rounded to float, by less than the radius given to
+  // them.
   const auto add = [&](const Eigen::Vector3f& p, float size) {
     spheres.push_back({p.x(), p.y(), p.z(), 16 * std::numeric_limits<float>::epsilon() * size + std::numeric_limits<float>::min()});
   };

@@ -22,8 +22,8 @@
 namespace spheretree::builder {
 
 /// A search tree over items that consist of `spheres_of_item` spheres each: item i of spheres [i * spheres_of_item,
-/// (i + 1) * spheres_of_item). Each inner sphere is the smallest one that encloses the spheres of all items below, rounded
-/// outward. `item` holds the order. 1 to kMaxSearchItems items. Deterministic.
+/// (i + 1) * spheres_of_item). Each inner sphere is the smallest one that encloses the spheres of all items below,
+/// rounded outward. `item` holds the order. 1 to kMaxSearchItems items. Deterministic.
 /// Cost: O(n log n) for items that lie as parts of a surface do: 3 ms for 512 leaves, 0.3 s for 21,000 patches.
 SearchTree buildSearchTree(std::span<const Sphere> spheres, std::size_t spheres_of_item = 1);
 

@@ -20,15 +20,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 10,000 takes 350 KB.
+// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 10,000 takes
+// 350 KB.
 constexpr std::size_t kManyTriangles = 10000;
 // More triangles make more vertices and edges than 16 bits name even where few edges are sharp.
 constexpr std::size_t kMaxTriangles = 30000;
-// Share of the tolerance that a mesh of many triangles may be simplified by. At a quarter, vertices that are left stand so irregularly that
-// the felt normals of a smooth body are off by degrees; a tenth takes what lies in one plane, and little else.
+// Share of the tolerance that a mesh of many triangles may be simplified by. At a quarter, vertices that are left stand
+// so irregularly that the felt normals of a smooth body are off by degrees; a tenth takes what lies in one plane, and
+// little else.
 constexpr double kDistanceShare = 0.1;
-// Shares of that distance that the quadric error of a collapse may reach, tried in this order until the distance is proven. The quadric
-// error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
+// Shares of that distance that the quadric error of a collapse may reach, tried in this order until the distance is
+// proven. The quadric error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
 constexpr std::array<double, 2> kErrorShares{0.6, 0.3};
 constexpr double kWorthIt = 0.8;          // of the triangles: with more than that left, those given are kept
 constexpr std::size_t kMaxNames = 65536;  // vertices and edges that 16 bits name
@@ -102,7 +104,8 @@ class SkinBuilder {
     return withSheets(std::move(few), std::max(there, back));
   }
 
-  // Of the solid given from a simplified one and the sheets, and the other way round; above `allowed` if it is not proven to be less.
+  // Of the solid given from a simplified one and the sheets, and the other way round; above `allowed` if it is not
+  // proven to be less.
   double provenDistance(const TriangleMesh& mesh, double allowed) const {
     const double there = distanceBound(solid_, DistanceField(mesh, {}, sheets_), progress_, allowed);
     return there <= allowed ? std::max(there, distanceBound(mesh, field_, progress_, allowed)) : there;
@@ -149,7 +152,8 @@ class Packer {
   /// No vertex was moved farther by rounding [mm].
   double vertexError() const { return vertex_error_; }
 
-  /// Offsets of the middles, pulled in where patches would swing out of a triangle by more than `allowed` (triangles) [mm].
+  /// Offsets of the middles, pulled in where patches would swing out of a triangle by more than `allowed` (triangles)
+  /// [mm].
   void packOffsets(const SurfaceEdges& edges, const SmoothSurface& smooth, const std::vector<double>& allowed) {
     const double most = *std::max_element(allowed.begin(), allowed.end());
     const double rounding = std::sqrt(0.75) * most / (kSwing * kMaxOffset);  // of an offset whose axes are rounded to half a step each

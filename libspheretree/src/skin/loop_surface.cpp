@@ -55,7 +55,8 @@ Vector3d ringNormal(const Ring& ring) {
   return u.cross(v);
 }
 
-/// Whether `n` is no farther from each of `about` than the two of these that are farthest apart, and kLean. Unit vectors.
+/// Whether `n` is no farther from each of `about` than the two of these that are farthest apart, and kLean. Unit
+/// vectors.
 bool leansWithin(const Vector3d& n, const std::vector<Vector3d>& about) {
   double least = 1, between = 1;  // cosines
   for (std::size_t i = 0; i < about.size(); ++i) {
@@ -109,7 +110,8 @@ class LoopSurface {
       for (std::uint32_t k = 0; k < 3; ++k) corners_[mesh_.triangles[t][k]].push_back({t, k});
   }
 
-  // Neighbours, counter-clockwise, of each vertex that no sharp edge or flat face fixes and whose triangles make one ring.
+  // Neighbours, counter-clockwise, of each vertex that no sharp edge or flat face fixes and whose triangles make one
+  // ring.
   void findRings() {
     rings_.resize(mesh_.positions.size());
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
@@ -146,9 +148,9 @@ class LoopSurface {
 
   static bool passesSmoothly(const Vector3d& in, const Vector3d& out) { return in.dot(out) > kSmoothPassing * in.norm() * out.norm(); }
 
-  // Control vertices by the iteration of Gauss and Seidel, so that the limit goes through the vertices of the mesh: by the mask of a vertex
-  // with a ring, or of a crease. No control vertex leaves its vertex by more than half of the mean length of the edges in its mask: noise
-  // is not to swing the surface.
+  // Control vertices by the iteration of Gauss and Seidel, so that the limit goes through the vertices of the mesh: by
+  // the mask of a vertex with a ring, or of a crease. No control vertex leaves its vertex by more than half of the mean
+  // length of the edges in its mask: noise is not to swing the surface.
   void solve() {
     struct Row {
       std::uint32_t vertex;
@@ -192,8 +194,9 @@ class LoopSurface {
     for (const MeshCorner c : corners_[v]) out_.corner_normal[c.triangle][c.k] = n;
   }
 
-  // Where triangles are uneven, the limit may lean out of the facets or even fold over. Such vertices get their normals from the facets;
-  // the rest is solved anew without them. True if there were any, or may be: after the last round none is left.
+  // Where triangles are uneven, the limit may lean out of the facets or even fold over. Such vertices get their normals
+  // from the facets; the rest is solved anew without them. True if there were any, or may be: after the last round none
+  // is left.
   bool dropFoldedRings() {
     bool any = false;
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
@@ -254,7 +257,8 @@ class LoopSurface {
     }
   }
 
-  // Where a crease passes smoothly, the normal is made perpendicular to it: to the parabola through the vertex and the crease's next ones.
+  // Where a crease passes smoothly, the normal is made perpendicular to it: to the parabola through the vertex and the
+  // crease's next ones.
   Vector3d acrossCrease(std::uint32_t v, const std::vector<MeshCorner>& sector, const Vector3d& n) const {
     std::vector<Vector3d> ends;
     for (const MeshCorner c : sector) {
@@ -289,8 +293,8 @@ class LoopSurface {
     Vector3d offset, normal;
   };
 
-  // That of the limit surface if both ends are on it; else, and where that leans out of its surroundings, that of the cubic curve whose
-  // ends are perpendicular to the normals there.
+  // That of the limit surface if both ends are on it; else, and where that leans out of its surroundings, that of the
+  // cubic curve whose ends are perpendicular to the normals there.
   Middle middleOf(std::uint32_t e, std::uint32_t a, std::uint32_t b, const Vector3d& m, const Vector3d& n) const {
     if (!rings_[a].empty() && !rings_[b].empty()) {
       const Middle middle = limitMiddle(a, b);
@@ -313,7 +317,8 @@ class LoopSurface {
     return static_cast<std::uint32_t>(std::find(edges_.edge[t].begin(), edges_.edge[t].end(), e) - edges_.edge[t].begin());
   }
 
-  // After one step of subdivision the middle is a vertex with six neighbours: its place and its normal are those of the limit there.
+  // After one step of subdivision the middle is a vertex with six neighbours: its place and its normal are those of the
+  // limit there.
   Middle limitMiddle(std::uint32_t a, std::uint32_t b) const {
     const std::vector<std::uint32_t>&ra = rings_[a], &rb = rings_[b];
     const auto placeOf = [](const std::vector<std::uint32_t>& ring, std::uint32_t v) {
@@ -353,7 +358,8 @@ class LoopSurface {
     }
   }
 
-  // A patch that folds gets straight sides, and is its flat triangle. That changes its neighbours, which then are looked at again.
+  // A patch that folds gets straight sides, and is its flat triangle. That changes its neighbours, which then are
+  // looked at again.
   void straightenFolds() {
     std::vector<std::uint32_t> open(mesh_.triangles.size());
     std::iota(open.begin(), open.end(), 0u);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The smooth surface that a mesh stands for: a Loop subdivision surface whose limit goes through the vertices of the mesh.
-// Nothing is subdivided: limit positions and normals come from the masks of the limit. docs/algorithms/skin/skin.md
+// The smooth surface that a mesh stands for: a Loop subdivision surface whose limit goes through the vertices of the
+// mesh. Nothing is subdivided: limit positions and normals come from the masks of the limit.
+// docs/algorithms/skin/skin.md
 // Papers: C. Loop. Smooth subdivision surfaces based on triangles. Master's thesis, University of Utah, 1987;
 //         H. Hoppe et al. Piecewise smooth surface reconstruction. SIGGRAPH 1994 (masks of the limit and its tangents);
 //         A. Vlachos et al. Curved PN triangles. I3D 2001 (sides at creases, from the normals of their ends);

@@ -14,12 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of the diagonal: farther from its plane a triangle is not part of a flat face. Positions in float are off by 6e-8 of their size.
+// Of the diagonal: farther from its plane a triangle is not part of a flat face. Positions in float are off by 6e-8 of
+// their size.
 constexpr double kSkinFlatness = 1e-6;
 // A flat face is wider by this than the groups it runs into. Triangles and quads of one regular mesh differ by up to 2.
 constexpr double kFlatWidth = 3;
-// Longest side over height of a long thin triangle. Subdivision surfaces fold over where such triangles meet others: their masks take the
-// neighbours of a vertex to lie evenly about it.
+// Longest side over height of a long thin triangle. Subdivision surfaces fold over where such triangles meet others:
+// their masks take the neighbours of a vertex to lie evenly about it.
 constexpr double kThin = 10;
 // Needles side by side take their normals from each other; more than two in a row do not happen in sound meshes.
 constexpr int kNeedleRounds = 3;
@@ -78,8 +79,8 @@ class EdgeClassifier {
     }
   }
 
-  // A needle, whose three vertices lie on a line but for rounding, has the normal of the triangle across its longest side: its own would be
-  // random, and make creases where there are none.
+  // A needle, whose three vertices lie on a line but for rounding, has the normal of the triangle across its longest
+  // side: its own would be random, and make creases where there are none.
   void findNormals() {
     const std::size_t triangles = mesh_.triangles.size();
     out_.triangle_normal.assign(triangles, Vector3d::Zero());
@@ -116,8 +117,8 @@ class EdgeClassifier {
     return both[0] == t ? both[1] : both[0];
   }
 
-  // Grows groups from the largest triangles. The plane is that of all triangles so far: that of one small triangle would be uncertain far
-  // off.
+  // Grows groups from the largest triangles. The plane is that of all triangles so far: that of one small triangle
+  // would be uncertain far off.
   void findGroups() {
     const std::size_t triangles = mesh_.triangles.size();
     std::vector<double> area(triangles);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the edges of a mesh are on the surface that the mesh stands for: part of a smooth surface, straight in a flat face,
-// or sharp. docs/algorithms/skin/skin.md
+// What the edges of a mesh are on the surface that the mesh stands for: part of a smooth surface, straight in a flat
+// face, or sharp. docs/algorithms/skin/skin.md
 //
 // - *Sharp*: the normals of its two triangles differ by more than the crease angle, or there are not two triangles, or
 //   these disagree about which side is outside.
 // - *Flat face*: triangles in one plane that stay flat. A facet of a curved surface is also a group of triangles in one
-//   plane, but its neighbours are as wide as itself; a flat face of a machined part is wider than the strips of the round
-//   surfaces that it runs into. So a group is a flat face if each edge around it is sharp, or leads to a group that is
-//   narrower by kFlatWidth.
+//   plane, but its neighbours are as wide as itself; a flat face of a machined part is wider than the strips of the
+//   round surfaces that it runs into. So a group is a flat face if each edge around it is sharp, or leads to a group
+//   that is narrower by kFlatWidth.
 // - *Straight*: edges of flat faces and of long thin triangles.
 #pragma once
 

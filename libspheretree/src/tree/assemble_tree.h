@@ -9,14 +9,14 @@
 
 namespace spheretree::builder {
 
-/// The tree of the levels and parents (as in LevelBalls): breadth first, with bounding spheres and sphere counts. The spheres of a level
-/// without children end early, and so does a sphere whose only descendants repeat it. Overhang bounds, origin and provenance are left to
-/// the caller. @throws std::invalid_argument for parents that make no tree.
+/// The tree of the levels and parents (as in LevelBalls): breadth first, with bounding spheres and sphere counts. The
+/// spheres of a level without children end early, and so does a sphere whose only descendants repeat it. Overhang
+/// bounds, origin and provenance are left to the caller. @throws std::invalid_argument for parents that make no tree.
 SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const std::vector<std::vector<std::uint32_t>>& parents,
                         int branching);
 
-/// Stores in `tree` the proven overhang of each level, rounded up to float, and returns it in double (levels) [mm]. The origin of the tree
-/// must be set.
+/// Stores in `tree` the proven overhang of each level, rounded up to float, and returns it in double (levels) [mm]. The
+/// origin of the tree must be set.
 std::vector<double> stateOverhang(const DistanceField& field, SphereTree& tree);
 
 }  // namespace spheretree::builder

@@ -85,10 +85,10 @@ class Grouping {
   static double cost(const Group& g) { return cost(g.members.size(), g.bound.radius); }
 
  private:
-  // Every child is tested whenever the bounding sphere is met. That grows far less than with its area: two objects meet at their ends and
-  // edges more than elsewhere, and beyond the size of the other object it grows hardly at all. So one bound that is much too large for few
-  // children is better than many that are a little too large. Exponents of 0.2 to 0.5 gave the same number of node pairs within 5 %, 1 more
-  // by a tenth, 2 by a half.
+  // Every child is tested whenever the bounding sphere is met. That grows far less than with its area: two objects meet
+  // at their ends and edges more than elsewhere, and beyond the size of the other object it grows hardly at all. So one
+  // bound that is much too large for few children is better than many that are a little too large. Exponents of 0.2 to
+  // 0.5 gave the same number of node pairs within 5 %, 1 more by a tenth, 2 by a half.
   static double cost(std::size_t members, double radius) { return static_cast<double>(members) * std::cbrt(radius); }
   Ball boundOf(std::uint32_t parent, std::span<const std::uint32_t> members) const {
     scratch_.clear();
@@ -103,7 +103,8 @@ class Grouping {
     }
   }
 
-  // Compact groups, from the whole down: a part is cut in two where the cost of both is least, for half of its groups each.
+  // Compact groups, from the whole down: a part is cut in two where the cost of both is least, for half of its groups
+  // each.
   void cutAll(std::size_t groups) {
     struct Part {
       std::vector<std::uint32_t> members;
@@ -129,8 +130,8 @@ class Grouping {
       for (const std::uint32_t c : groups_[g].members) group_of_[c] = g;
   }
 
-  // Orders the members and says how many go to the left: no group needs to be empty or too full. Keys: the coordinates, the radius (large
-  // balls inside an object are best kept together) and the distance from the middle.
+  // Orders the members and says how many go to the left: no group needs to be empty or too full. Keys: the coordinates,
+  // the radius (large balls inside an object are best kept together) and the distance from the middle.
   std::size_t cut(std::vector<std::uint32_t>& members, std::size_t left, std::size_t right) const {
     const std::size_t count = members.size();
     const std::size_t fewest = std::max(count - std::min(count, right * capacity_), std::min(left, count));
@@ -176,7 +177,8 @@ class Grouping {
     return best_count;
   }
 
-  // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing changed.
+  // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing
+  // changed.
   bool matchParents(bool anew) {
     for (Group& g : groups_) g.inner = boundOf(kNoParent, g.members);
     const auto price = [&](const Group& g, std::uint32_t parent) {
@@ -231,7 +233,8 @@ class Grouping {
     }
   }
 
-  // One pass of moves and swaps of children between groups that are near, of which one changed since the last. False if nothing improved.
+  // One pass of moves and swaps of children between groups that are near, of which one changed since the last. False if
+  // nothing improved.
   bool exchangeChildren() {
     bool any = false;
     std::vector<std::pair<double, std::uint32_t>> near(groups_.size());
@@ -332,7 +335,8 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std
   GroupedLevels out{std::move(levels), {}, 0};
   out.parents.resize(out.levels.size());
   if (out.levels.empty()) return out;
-  // By a power of two, to about the same size: a cubic root does not round alike at all scales, and two ways may cost the same.
+  // By a power of two, to about the same size: a cubic root does not round alike at all scales, and two ways may cost
+  // the same.
   int exponent = 0;
   std::frexp(out.levels[0].empty() ? 1.0f : out.levels[0][0].radius, &exponent);
   const double scale = std::ldexp(1.0, -exponent);

@@ -15,7 +15,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
 
-// For each sphere the leaf that it sticks out of least, unless that leaf is taken: first come those that stick out least.
+// For each sphere the leaf that it sticks out of least, unless that leaf is taken: first come those that stick out
+// least.
 std::vector<std::uint32_t> standIns(const std::vector<Sphere>& spheres, const std::vector<Sphere>& leaves) {
   struct Pair {
     double out;
@@ -53,7 +54,8 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
     const std::size_t most = std::min({room > children ? (room - children) / takes : 0, own.size() - 1, leaves.size() - 1});
     if (most == 0) continue;
     std::vector<std::uint32_t> leaf = standIns(own, leaves);
-    // Those that could go with the leaves of all in their place; of these, those that can with the leaves of these alone; and so on.
+    // Those that could go with the leaves of all in their place; of these, those that can with the leaves of these
+    // alone; and so on.
     for (std::size_t tried = own.size() + 1, wanted = own.size(); wanted < tried && wanted > 0;) {
       tried = wanted;
       std::vector<Sphere> set = own;

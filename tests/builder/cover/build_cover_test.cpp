@@ -39,7 +39,8 @@ double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   return most;
 }
 
-// A sheet 1e-5 as thick as it is wide: its medial balls are smaller than any spacing of samples, and centres may as well lie outside.
+// A sheet 1e-5 as thick as it is wide: its medial balls are smaller than any spacing of samples, and centres may as
+// well lie outside.
 TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
   const double width = 10, thickness = 1e-4;
   const LevelBalls levels = build(test::boxMesh({0, 0, 0}, {width, width, thickness}), quick(3, 8));

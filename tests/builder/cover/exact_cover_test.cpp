@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far the cover's search is from the optimum: the discrete problem (at most n of the pool's balls, grown by one stand-off, cover all
-// samples) solved exactly by branch and bound on small instances. The builder moves centres too, and then can be better than that optimum.
+// How far the cover's search is from the optimum: the discrete problem (at most n of the pool's balls, grown by one
+// stand-off, cover all samples) solved exactly by branch and bound on small instances. The builder moves centres too,
+// and then can be better than that optimum.
 #include <gtest/gtest.h>
 
 #include <algorithm>

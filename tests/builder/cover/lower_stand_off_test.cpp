@@ -53,7 +53,8 @@ StandOffSettings quick() {
   return settings;
 }
 
-// One ball about a cube: sqrt(3)/2 - 1/2. Two about a bar of two cubes: the same, for each ball has four corners of an end.
+// One ball about a cube: sqrt(3)/2 - 1/2. Two about a bar of two cubes: the same, for each ball has four corners of an
+// end.
 TEST(LowerStandOff, FindsTheKnownOptimum) {
   const double optimum = 0.5 * (std::sqrt(3.0) - 1);
   const TriangleMesh cube = test::boxMesh({0, 0, 0}, {1, 1, 1}), bar = test::boxMesh({0, 0, 0}, {2, 1, 1});
@@ -90,8 +91,9 @@ TEST(LowerStandOff, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
     EXPECT_LT(test::bruteDistance(mesh, p), 0.03 * test::largestGap(points, start));
 }
 
-// A sheet far thinner than its balls are wide, flat and rolled to a third of a tube. A ball of its middle covers a disc: n discs of
-// area 1.2092 A / n each, hexagons about, would cover a plane. A straight step of a ball leaves the sheet.
+// A sheet far thinner than its balls are wide, flat and rolled to a third of a tube. A ball of its middle covers a
+// disc: n discs of area 1.2092 A / n each, hexagons about, would cover a plane. A straight step of a ball leaves the
+// sheet.
 TEST(LowerStandOff, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   TriangleMesh flat = test::boxMesh({-10, -10, 0}, {10, 10, 0.02});
   for (int round = 0; round < 4; ++round) flat = test::quartered(flat);
@@ -116,8 +118,8 @@ TEST(LowerStandOff, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   EXPECT_LT(standOff(bent), 1.35 * plane);
 }
 
-// Eight small bodies far apart and eight balls, all in the first: each body must get its own, though the first goal is far larger than a
-// body.
+// Eight small bodies far apart and eight balls, all in the first: each body must get its own, though the first goal is
+// far larger than a body.
 TEST(LowerStandOff, SmallBodiesGetBallsFromAfar) {
   TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
@@ -131,8 +133,8 @@ TEST(LowerStandOff, SmallBodiesGetBallsFromAfar) {
   EXPECT_LT(result.stand_off, 1.2 * (0.3 - inscribed));
 }
 
-// Of a finely cut torus few samples say little: its corners are farther out than its facets by as much as the balls need. A first goal out
-// of reach must not take the work that the way down needs.
+// Of a finely cut torus few samples say little: its corners are farther out than its facets by as much as the balls
+// need. A first goal out of reach must not take the work that the way down needs.
 TEST(LowerStandOff, FewSamplesOfAFineMeshStillLeadToATightCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 192, 96);
   const DistanceField field(mesh);

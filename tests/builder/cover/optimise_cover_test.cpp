@@ -87,8 +87,8 @@ TEST(OptimiseCover, BallsStandOffAlikeAndCoverTheMesh) {
   }
 }
 
-// N discs that cover the plane have at least 1.2092 times its area; those of balls of radius 1/2 + h about the middle plane of a slab
-// of thickness 1 have the area pi (h + h^2). The rim costs a little more.
+// N discs that cover the plane have at least 1.2092 times its area; those of balls of radius 1/2 + h about the middle
+// plane of a slab of thickness 1 have the area pi (h + h^2). The rim costs a little more.
 TEST(OptimiseCover, SlabComesNearTheHexagonalCovering) {
   const double side = 16;
   const TriangleMesh slab = test::boxMesh({0, 0, 0}, {side, side, 1});
@@ -100,8 +100,8 @@ TEST(OptimiseCover, SlabComesNearTheHexagonalCovering) {
   EXPECT_GT(cover.stand_off, 0.9 * formula);
 }
 
-// The edges of a long rod with eight flat sides stand farther off from balls about its axis than its sides, and few samples lie near
-// them: what covers the samples covers the rod only at a larger stand-off.
+// The edges of a long rod with eight flat sides stand farther off from balls about its axis than its sides, and few
+// samples lie near them: what covers the samples covers the rod only at a larger stand-off.
 TEST(OptimiseCover, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
   constexpr std::uint32_t kSides = 8;
   TriangleMesh rod;

@@ -73,7 +73,8 @@ TEST(BoxTree, WithinVisitsEveryBoxInReachOnce) {
   }
 }
 
-// The boxes are kept in float, about their middle: no item may be lost by that, whatever the scale and wherever the point.
+// The boxes are kept in float, about their middle: no item may be lost by that, whatever the scale and wherever the
+// point.
 TEST(BoxTree, LosesNoItemToRounding) {
   test::Random random(4);
   for (const double scale : {1e-200, 1e-12, 1.0, 1e9})
@@ -128,7 +129,8 @@ double nearestByTree(const TriangleTree& in, const Vector3d& p, std::size_t* tes
   return nearest;
 }
 
-// Flat patches, slivers, points: wherever the point and whatever the scale, the nearest is that of brute force, to the last bit but one.
+// Flat patches, slivers, points: wherever the point and whatever the scale, the nearest is that of brute force, to the
+// last bit but one.
 TEST(BoxTree, SlabsLoseNoTriangleToRounding) {
   test::Random random(5);
   for (const double scale : {1e-200, 1e-12, 1.0, 1e9})

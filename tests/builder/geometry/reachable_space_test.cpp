@@ -47,7 +47,8 @@ TEST(ReachableSpace, KnowsWhatTheBallIsTooThickFor) {
   };
   EXPECT_TRUE(wallReached(0.4));
   EXPECT_TRUE(wallReached(0.99));
-  // The walls are two triangles each, so that their edges are always touched from outside; the slot itself is judged by its middle.
+  // The walls are two triangles each, so that their edges are always touched from outside; the slot itself is judged by
+  // its middle.
   TriangleMesh spot;
   spot.positions = {{-1, -1, -1}, {-1, 1, -1}, {-1, 0, 1}};
   spot.triangles = {{0, 1, 2}};

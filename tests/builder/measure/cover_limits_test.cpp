@@ -57,7 +57,8 @@ TEST(CoverLimits, WideSlabGivesTheClosedForm) {
   }
 }
 
-// The hexagonal lattice of balls about the middle plane covers a slab with the least overhang: h_fin is that, and h_low is below.
+// The hexagonal lattice of balls about the middle plane covers a slab with the least overhang: h_fin is that, and h_low
+// is below.
 TEST(CoverLimits, LatticeOverASlabLiesAtTheLimits) {
   const double side = 60, spacing = 1.5;
   const TriangleMesh slab = test::boxMesh({0, 0, -0.5}, {side, side, 0.5});

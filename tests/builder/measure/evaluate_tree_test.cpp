@@ -76,8 +76,8 @@ TEST(EvaluateTree, OctantsOfACubeGiveTheClosedForms) {
   EXPECT_GT(e.limits->h_fin, 0);
 }
 
-// A wall of the input beside the cube, that the leaves do not reach: by area, half as much again as the cube's side. Nothing that the
-// spheres hold is nearer to it than to the cube.
+// A wall of the input beside the cube, that the leaves do not reach: by area, half as much again as the cube's side.
+// Nothing that the spheres hold is nearer to it than to the cube.
 TEST(EvaluateTree, WhatHasToBeCoveredTooCounts) {
   TriangleMesh wall;
   wall.positions = {{4, -1, -1}, {4, 1, -1}, {4, 1, 1}, {4, -1, 1}};
@@ -107,7 +107,8 @@ TEST(EvaluateTree, GapsShow) {
 }
 
 TEST(EvaluateTree, CountsLeavesOutsideTheirAncestors) {
-  // A leaf reaches sqrt(3) / 2 + 0.9 = 1.766 from the middle: out of the root's cover sphere, and out of a tight bound too.
+  // A leaf reaches sqrt(3) / 2 + 0.9 = 1.766 from the middle: out of the root's cover sphere, and out of a tight bound
+  // too.
   const HierarchyEvaluation wide = evaluate(kCube, octantTree(0.9f, 1.8f), {.limits = false}).hierarchy;
   EXPECT_EQ(wide.leaves, 8u);
   EXPECT_EQ(wide.leaves_outside_ancestor, 0u);

@@ -79,8 +79,8 @@ TEST(Overhang, PartsInsideOtherBallsDoNotCount) {
   EXPECT_NEAR(pair.max, 0.8, 1e-4) << "along x: 0.5 + 1.3 - 1";
 }
 
-// A cubic cavity with a ball about the middle of each face: what is left are pockets at its corners, and the point of a pocket's
-// boundary that is farthest from the walls is the corner where three balls meet. Sampling never hits it.
+// A cubic cavity with a ball about the middle of each face: what is left are pockets at its corners, and the point of a
+// pocket's boundary that is farthest from the walls is the corner where three balls meet. Sampling never hits it.
 TEST(Overhang, FindsTheCornerWhereThreeBallsMeet) {
   TriangleMesh cavity = kUnitCube;
   for (Triangle& t : cavity.triangles) std::swap(t[1], t[2]);

@@ -93,7 +93,8 @@ TEST(AdaptiveMedialAxis, CosphericalSites) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GT((balls[0][i].centre - balls[0][j].centre).norm(), 1e-9);
 }
 
-// A plate far thinner than the distance between the sites has hardly a Voronoi vertex inside: every site still has its ball.
+// A plate far thinner than the distance between the sites has hardly a Voronoi vertex inside: every site still has its
+// ball.
 TEST(AdaptiveMedialAxis, SitesWithoutAVertexInsideGetTheirInnerBall) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 0.01});
   const DistanceField field(mesh);

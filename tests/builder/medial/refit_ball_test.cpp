@@ -59,8 +59,8 @@ TEST(RefitBall, IsNeverWorseAndTellsTheTruth) {
   EXPECT_GT(improved, 30);
 }
 
-// Coordinates so large leave distances an error above any margin in proportion to the distance. A centre that moves away from an edge of a
-// cavity keeps its nearest point, so that the bound of the search is the distance itself.
+// Coordinates so large leave distances an error above any margin in proportion to the distance. A centre that moves
+// away from an edge of a cavity keeps its nearest point, so that the bound of the search is the distance itself.
 TEST(RefitBall, FarFromTheOriginOfCoordinatesAllStaysFinite) {
   test::Random random(2);
   for (int trial = 0; trial < 50; ++trial) {

@@ -127,7 +127,8 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   for (const char r : maybeRedundant(holders, balls, alone, {}, {})) EXPECT_FALSE(r) << "the last of its group";
 }
 
-// Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have half.
+// Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have
+// half.
 TEST(SurfaceRegions, HandDownBalancesTheLoads) {
   test::Random random(5);
   std::vector<Vector3d> points;

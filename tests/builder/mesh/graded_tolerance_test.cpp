@@ -72,7 +72,8 @@ TEST(GradedTolerance, FieldWithSlackIsTheLeastOfDistanceAndSlack) {
   }
 }
 
-// The promise itself, on the union of the leaves: in the region no point is farther out than its tolerance, elsewhere than the other.
+// The promise itself, on the union of the leaves: in the region no point is farther out than its tolerance, elsewhere
+// than the other.
 TEST(GradedTolerance, HoldsInTheRegionAndElsewhere) {
   TriangleMesh mesh = test::boxMesh({-10, -10, -3}, {10, 10, 3});
   for (int round = 0; round < 4; ++round) mesh = test::quartered(std::move(mesh));

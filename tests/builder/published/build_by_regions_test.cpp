@@ -230,8 +230,9 @@ struct Reference {
   double worst;  // overhang of the leaves that the reference toolkit reaches, of the diagonal, with part of the surface uncovered
 };
 
-// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not: on the plate and the
-// probe 7.3 and 3.5 per cent of the surface are open. All builders and meshes: tests/pipeline/toolkit_comparison.py
+// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not: on the
+// plate and the probe 7.3 and 3.5 per cent of the surface are open. All builders and meshes:
+// tests/pipeline/toolkit_comparison.py
 TEST(BuildByRegions, ReachesNoFartherOutThanTheReferenceToolkit) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "toolkit";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs " << folder;
@@ -254,7 +255,8 @@ TEST(BuildByRegions, ReachesNoFartherOutThanTheReferenceToolkit) {
   }
 }
 
-// Meshes on which other programs crash or leave most of the surface open, and shapes of ours of the same kinds: thin, slender, with a hole.
+// Meshes on which other programs crash or leave most of the surface open, and shapes of ours of the same kinds: thin,
+// slender, with a hole.
 TEST(BuildByRegions, MeshesThatBreakOthers) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes";
   std::vector<TriangleMesh> meshes = {test::quartered(test::quartered(test::boxMesh({0, 0, 0}, {40, 30, 0.5}))),

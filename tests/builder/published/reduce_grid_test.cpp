@@ -12,7 +12,8 @@ namespace {
 
 TEST(ReduceGrid, CoversWithFewBallsAndIsPure) { test::expectReduces(reduceGrid); }
 
-// The octants of a cube: each ball is the smallest of three quarter faces, whose ends are two opposite corners of the octant.
+// The octants of a cube: each ball is the smallest of three quarter faces, whose ends are two opposite corners of the
+// octant.
 TEST(ReduceGrid, FindsTheOctantsOfACube) {
   TriangleMesh cube = test::boxMesh({-1, -1, -1}, {1, 1, 1});
   const test::WholeRegion whole(cube, 3000);

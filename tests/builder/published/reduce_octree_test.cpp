@@ -105,8 +105,8 @@ TEST(ReduceOctree, CellsThatOneBallCanHoldAreJoined) {
   EXPECT_LE(worstOverhang(DistanceField(cubes), tree.balls.back()), kOfCube + 1e-6);
 }
 
-// The fewest boxes of a full search: each is one whose surface a ball holds within the tolerance, or two halves, across any side. The
-// surface is a dense sample of it.
+// The fewest boxes of a full search: each is one whose surface a ball holds within the tolerance, or two halves, across
+// any side. The surface is a dense sample of it.
 class FullSearch {
  public:
   FullSearch(const TriangleMesh& mesh, double tolerance) : field_(mesh), tolerance_(tolerance) {

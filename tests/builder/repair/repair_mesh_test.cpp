@@ -172,7 +172,8 @@ TEST(RepairMesh, FillsPinholes) {
 }
 
 TEST(RepairMesh, CapsAnOpenScan) {
-  // Half a sphere. Its border is flat, so that the cap has to be; the volume by the divergence theorem about the border's plane.
+  // Half a sphere. Its border is flat, so that the cap has to be; the volume by the divergence theorem about the
+  // border's plane.
   const TriangleMesh sphere = test::sphereMesh(10, 4);
   TriangleMesh half = sphere;
   std::erase_if(half.triangles, [&](const Triangle& t) {
@@ -189,8 +190,8 @@ TEST(RepairMesh, CapsAnOpenScan) {
   EXPECT_EQ(r.bound_mm, 0);
 }
 
-// A tongue in its trough: a flat cap on the border crosses it, and encloses matter above it as well as below. The volume is that of
-// z = 3 cos(k r) over the disc, k = 3 pi / 2 R, whatever its sign.
+// A tongue in its trough: a flat cap on the border crosses it, and encloses matter above it as well as below. The
+// volume is that of z = 3 cos(k r) over the disc, k = 3 pi / 2 R, whatever its sign.
 TEST(RepairMesh, CapsAScanThatItsCapCrosses) {
   constexpr std::uint32_t kAround = 96, kAlong = 61;
   const double radius = 10, k = 1.5 * std::numbers::pi / radius;
@@ -250,7 +251,8 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they do lie within
 }
 
-// A solid within solid matter bounds nothing and goes, listed; one wound inward is a hollow and stays. Also where the outer is damaged.
+// A solid within solid matter bounds nothing and goes, listed; one wound inward is a hollow and stays. Also where the
+// outer is damaged.
 TEST(RepairMesh, NestedSolidsKeepTheirMeaning) {
   for (const bool is_damaged : {false, true})
     for (const bool is_hollow : {false, true}) {
@@ -352,7 +354,8 @@ bool isLongRun() {
   return wanted && std::string(wanted) == "1";
 }
 
-// Several kinds of damage at once; with SPHERETREE_LONG=1 in the environment more of it. A wrap of a ball with large holes is a shell.
+// Several kinds of damage at once; with SPHERETREE_LONG=1 in the environment more of it. A wrap of a ball with large
+// holes is a shell.
 TEST(RepairMesh, MixedDamageComesOutSound) {
   std::mt19937_64 random(6);
   const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };

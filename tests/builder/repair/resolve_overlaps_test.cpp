@@ -78,7 +78,8 @@ TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
   EXPECT_NEAR(test::areaOf(soup.mesh), 2 * (2 * 2 + 2 * 1 + 2 * 1), 1e-12);
 }
 
-// A box that is inside out crosses one that is not: what it winds round backwards is nothing, unless too much is lost by that.
+// A box that is inside out crosses one that is not: what it winds round backwards is nothing, unless too much is lost
+// by that.
 TEST(ResolveOverlaps, TakesWhatIsWoundBackwardsForSolidWhereElseTooMuchIsLost) {
   TriangleMesh backwards = boxMesh({1, 0.25, 0.25}, {4, 0.75, 0.75});
   for (Triangle& t : backwards.triangles) std::swap(t[0], t[1]);

@@ -261,7 +261,8 @@ TriangleMesh readObj(const std::filesystem::path& path) {
   return mesh;
 }
 
-// Long thin triangles beside even ones, where the limit of a subdivision surface leans out of its facets and folds over.
+// Long thin triangles beside even ones, where the limit of a subdivision surface leans out of its facets and folds
+// over.
 TEST(BuildSkin, OfMachinedPartsHasNoFolds) {
   for (const char* name : {"cad_metacarpal_link.obj", "cad_fandisk.obj", "thin_mug.obj"}) {
     const std::filesystem::path path = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "bench" / name;

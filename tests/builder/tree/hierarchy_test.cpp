@@ -163,7 +163,8 @@ TEST(Hierarchy, IsNearTheBestOfAllGroupings) {
   EXPECT_LE(ours, 1.04 * optimal);
 }
 
-// Most leaves are at a tip, where the level above has one sphere: their groups need not reach back to the other spheres of that level.
+// Most leaves are at a tip, where the level above has one sphere: their groups need not reach back to the other spheres
+// of that level.
 TEST(Hierarchy, RoomMakesNodesWhereTheLeavesAre) {
   test::Random random(5);
   Levels levels{{sphere({0, 0, 0}, 30)}, {}, {}};

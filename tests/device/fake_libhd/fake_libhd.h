@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for the vendor's libHD: the functions of HDAPI that we call, in front of the simulated device, with every rule of their use
-// checked and every fault on request. A test opens it by dlopen and finds these functions by name.
+// A stand-in for the vendor's libHD: the functions of HDAPI that we call, in front of the simulated device, with every
+// rule of their use checked and every fault on request. A test opens it by dlopen and finds these functions by name.
 #pragma once
 
 #include <cstdint>

@@ -19,8 +19,9 @@ class LoopRenderer final : public device::Renderer {
   Rig& rig_;
 };
 
-/// v.K v T^2 of a step: twice the energy of the springs squeezed by its way along the wrench, the only direction in which a contact without
-/// friction is stiff [mJ]. Lengths of ways and wrenches are those of the metric of the two springs.
+/// v.K v T^2 of a step: twice the energy of the springs squeezed by its way along the wrench, the only direction in
+/// which a contact without friction is stiff [mJ]. Lengths of ways and wrenches are those of the metric of the two
+/// springs.
 double squeezed(const runtime::Coupling& coupling, const Displacement& way, const Wrench& wrench) {
   const double length2 = wrench.force.squaredNorm() / coupling.translation + wrench.torque.squaredNorm() / coupling.rotation;
   const double along = way.translation.dot(wrench.force) + way.rotation.dot(wrench.torque);

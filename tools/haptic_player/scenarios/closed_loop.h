@@ -27,10 +27,12 @@ enum class Friction { On, Off };  // Coulomb's, of the device; the viscous one s
 /// A hand by its name, `delay` whole steps late.
 device::SimulatedSettings handAt(const char* hand, int delay, Friction friction, device::IntendedPath path);
 
-/// Without start guard and ramp: a bench asks for the renderer's own behaviour. Ctrl-C ends it. @throws builder::Cancelled
+/// Without start guard and ramp: a bench asks for the renderer's own behaviour. Ctrl-C ends it. @throws
+/// builder::Cancelled
 ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps);
 
-/// Of a signal of 1 kHz from 30 to 500 Hz: Welch's method, Hann windows of 1000 samples that overlap by half. 0 for less than one window.
+/// Of a signal of 1 kHz from 30 to 500 Hz: Welch's method, Hann windows of 1000 samples that overlap by half. 0 for
+/// less than one window.
 struct Spectrum {
   double rms = 0;           // unit of the signal
   double largest_line = 0;  // amplitude of the strongest line

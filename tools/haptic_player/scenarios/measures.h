@@ -19,9 +19,9 @@ struct PlacedBody {
   Configuration pose;  // of the mesh frame in the world
 };
 
-/// How deep the leaf spheres of the tool are in what they must stay out of, every leaf of it, in double: the leaves of an object, or, of
-/// one whose skin is felt, its mesh less what the skin's tolerances allow. Pairs that are farther apart than the tool can have moved since
-/// they were tested are not tested again.
+/// How deep the leaf spheres of the tool are in what they must stay out of, every leaf of it, in double: the leaves of
+/// an object, or, of one whose skin is felt, its mesh less what the skin's tolerances allow. Pairs that are farther
+/// apart than the tool can have moved since they were tested are not tested again.
 class LeafPenetration {
  public:
   LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects,
@@ -57,8 +57,9 @@ class LeafPenetration {
   std::optional<Configuration> near_pose_;  // none: the objects have moved
 };
 
-/// Deepest penetration of the two meshes: points spread over the tool's surface by their exact signed distance to the objects, and the
-/// objects' points by theirs to the tool. Finds what is deeper than about a point spacing; never reports what is not there.
+/// Deepest penetration of the two meshes: points spread over the tool's surface by their exact signed distance to the
+/// objects, and the objects' points by theirs to the tool. Finds what is deeper than about a point spacing; never
+/// reports what is not there.
 class MeshPenetration {
  public:
   MeshPenetration(const Body& tool, const Eigen::Vector3d& reference_point, std::vector<PlacedBody> objects, double spacing);
@@ -76,16 +77,17 @@ class MeshPenetration {
 /// Points on the surface no farther than `spacing` apart along triangles.
 std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spacing);
 
-/// Largest |change of wrench| / |motion of the hand| of a step, each in its stiffness metric. At most 1 on a convex body: the projection on
-/// a convex set does not expand. Steps whose hand moves less than 1e-9 are left out.
+/// Largest |change of wrench| / |motion of the hand| of a step, each in its stiffness metric. At most 1 on a convex
+/// body: the projection on a convex set does not expand. Steps whose hand moves less than 1e-9 are left out.
 double largestLRatio(std::span<const RecordedStep> rows, const runtime::Coupling& coupling);
 
-/// Largest force step beyond k_t |dx| (and k_r |dtheta| for torque), as a share of what may pass: max(0.1 N, 7 % of the force),
-/// max(5 N mm, 13 % of the torque).
+/// Largest force step beyond k_t |dx| (and k_r |dtheta| for torque), as a share of what may pass: max(0.1 N, 7 % of the
+/// force), max(5 N mm, 13 % of the torque).
 double largestForceJump(std::span<const RecordedStep> rows, const runtime::Coupling& coupling);
 double largestTorqueJump(std::span<const RecordedStep> rows, const runtime::Coupling& coupling);
 
-/// Exact answers for a ball of radius r whose centre is held outside a body: the point nearest to `haptic` of the body's offset surface.
+/// Exact answers for a ball of radius r whose centre is held outside a body: the point nearest to `haptic` of the
+/// body's offset surface.
 Eigen::Vector3d offsetEdge(const Eigen::Vector3d& haptic, double r);                       // solid x <= 0 and z <= 0
 Eigen::Vector3d offsetGroove(const Eigen::Vector3d& haptic, double r, double half_angle);  // walls meet at x = z = 0, open to +z
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a stability scenario is: a tool, objects, a motion of the hand, and figures to be reached, in both modes of the runtime.
-// The scenarios and where their figures come from: docs/stability.md. Units: mm, N, N mm, s, rad.
+// What a stability scenario is: a tool, objects, a motion of the hand, and figures to be reached, in both modes of the
+// runtime. The scenarios and where their figures come from: docs/stability.md. Units: mm, N, N mm, s, rad.
 #pragma once
 
 #include <functional>

@@ -22,7 +22,8 @@ namespace {
 
 using Profile = std::vector<Eigen::Vector2d>;
 
-/// Adds an arc about (0, z) from angle `from` to `to`, measured from -z, in `steps` steps; end points on the axis are exact.
+/// Adds an arc about (0, z) from angle `from` to `to`, measured from -z, in `steps` steps; end points on the axis are
+/// exact.
 void addArc(Profile& profile, double radius, double z, double from, double to, int steps) {
   for (int i = 0; i <= steps; ++i) {
     const double a = from + (to - from) * i / steps, r = radius * std::sin(a);
@@ -110,7 +111,8 @@ std::vector<double> boreTolerances(const TriangleMesh& mesh) {
   return tolerances;
 }
 
-/// A box in which a body has to be true within `tolerance`, how far off it may be elsewhere, and the longest side of triangles in it [mm].
+/// A box in which a body has to be true within `tolerance`, how far off it may be elsewhere, and the longest side of
+/// triangles in it [mm].
 struct Work {
   Eigen::AlignedBox3d box;
   double tolerance, elsewhere, side;

@@ -19,7 +19,8 @@
 
 namespace spheretree::player {
 
-/// Turns the profile (radius, z), bottom to top seen from outside, round the z axis. First and last point on the axis. `around` >= 3.
+/// Turns the profile (radius, z), bottom to top seen from outside, round the z axis. First and last point on the axis.
+/// `around` >= 3.
 TriangleMesh lathe(const std::vector<Eigen::Vector2d>& profile, std::uint32_t around);
 
 /// Draws the simple polygon of the x, z plane, counter-clockwise seen from -y, from y = -length / 2 to length / 2.
@@ -28,7 +29,8 @@ TriangleMesh extrude(const std::vector<Eigen::Vector2d>& polygon, double length)
 /// Axis-aligned box between two corners.
 TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 
-/// The same surface, cut until no edge is longer than `longest` says of its middle [mm] (or one that was cut later by less than half).
+/// The same surface, cut until no edge is longer than `longest` says of its middle [mm] (or one that was cut later by
+/// less than half).
 TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest);
 
 /// A body with its tree and its exact distance.
@@ -43,12 +45,14 @@ struct Body {
 /// Makes the bodies that scenarios ask for by name, and trees of any mesh; the same mesh and settings only once.
 class BodyLibrary {
  public:
-  /// `cache`: a folder that keeps the trees for later runs; empty: none. It does not notice that the builder changed: empty it then.
+  /// `cache`: a folder that keeps the trees for later runs; empty: none. It does not notice that the builder changed:
+  /// empty it then.
   BodyLibrary(builder::Quality quality, runtime::ContactSurface contact, builder::Progress& progress, std::filesystem::path cache = {})
       : quality_(quality), contact_(contact), progress_(progress), cache_(std::move(cache)) {}
 
-  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to tooth_47,
-  /// lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most, spent where its scenario works.
+  /// Names, with the largest leaf count (8^(levels - 1)) or the tolerance of each: scenario_shapes.cpp; tooth_11 to
+  /// tooth_47, lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with as many leaves at most,
+  /// spent where its scenario works.
   /// @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
   /// The mesh alone, of any of these names.

@@ -103,8 +103,8 @@ Ripple rippleOf(Rig& rig) {
   return out;
 }
 
-// The same leaves spent in two ways: where the scenario works, as a scene's regions of work ask for; and evenly, as published. One is
-// judged, the other shows what that is worth.
+// The same leaves spent in two ways: where the scenario works, as a scene's regions of work ask for; and evenly, as
+// published. One is judged, the other shows what that is worth.
 struct Detail {
   const char *suffix, *label;
   bool judged;
@@ -119,7 +119,8 @@ void add(Outcome& out, const Detail& detail, const char* quantity, const char* u
 double workOverhang(const Body& body) { return static_cast<double>(body.tree.provenance.work_overhang_mm); }
 std::string leavesOf(const Body& body) { return std::to_string(body.tree.statistics.back().sphere_count) + " leaves"; }
 
-// F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly spent they are enough for a face that is flat.
+// F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly spent they are enough for a face
+// that is flat.
 Outcome ripple(Bench& bench, Mode mode) {
   Outcome out;
   double deepest = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios in closed loop: hands on the simulated device, with its mass, friction, encoders and delay. Distances mm, speeds mm/s.
-// Coulomb friction (0.2 N) carries much of what holds the handle still; where it does, the same is done without it.
+// Scenarios in closed loop: hands on the simulated device, with its mass, friction, encoders and delay. Distances mm,
+// speeds mm/s. Coulomb friction (0.2 N) carries much of what holds the handle still; where it does, the same is done
+// without it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -145,7 +146,8 @@ Outcome slide(Bench& bench, Mode mode) {
   return out;
 }
 
-// S3: both stiffnesses doubled, one step of delay: a hard tap may not ring, and a hand that eases and presses feels no buzz.
+// S3: both stiffnesses doubled, one step of delay: a hard tap may not ring, and a hand that eases and presses feels no
+// buzz.
 Outcome margin(Bench& bench, Mode mode) {
   Outcome out;
   const BallOnSlab scene(bench);

@@ -28,8 +28,8 @@ Quaternion fromEuler(double gamma, double beta, double alpha) {
   return rotationOf({0, 0, alpha}) * rotationOf({0, beta, 0}) * rotationOf({gamma, 0, 0});
 }
 
-// F6: the pitch swept through 90 degrees, the probe's tip on a plane. The reference is the constrained answer in a world turned so that no
-// angle is singular: an answer that depends on the choice of axes differs.
+// F6: the pitch swept through 90 degrees, the probe's tip on a plane. The reference is the constrained answer in a
+// world turned so that no angle is singular: an answer that depends on the choice of axes differs.
 Outcome euler(Bench& bench, Mode mode) {
   Outcome out;
   Rig::Options options;
@@ -50,7 +50,8 @@ Outcome euler(Bench& bench, Mode mode) {
       torque = std::max(torque, (a.wrench.torque - turned.conjugate() * b.wrench.torque).norm());
       most_work = std::max(most_work, double(a.work));
     };
-    // Pitch beta about y tips the probe's axis; its tip is pinned 0.3 below the plane's top by where the reference point stands.
+    // Pitch beta about y tips the probe's axis; its tip is pinned 0.3 below the plane's top by where the reference
+    // point stands.
     const double depth = 0.3, from = 80 * kDegree, to = 100 * kDegree;
     const auto pose = [&](double beta, double above) {
       const Quaternion q = fromEuler(spin * kDegree, beta, spin * kDegree);
@@ -319,8 +320,9 @@ Outcome gimbal(Bench& bench, Mode mode) {
     const RecordedStep& row = rig.last();
     const Eigen::Vector3d from = row.haptic.position, to = from + tilted * Eigen::Vector3d(0, 0, arm - 40);
     const Wrench moved = wrenchAbout(row.wrench, from, to);
-    // The contact's moment, from where the graphic tool's tip touches: the force acts along its line there, whatever the reference point.
-    // Equilibrium of the graphic tool: torque about its own reference point is (contact - reference) x force.
+    // The contact's moment, from where the graphic tool's tip touches: the force acts along its line there, whatever
+    // the reference point. Equilibrium of the graphic tool: torque about its own reference point is (contact -
+    // reference) x force.
     const Eigen::Vector3d tip = row.graphic.position + row.graphic.orientation * Eigen::Vector3d(0, 0, 1 - 40);
     const Eigen::Vector3d about_graphic = (tip - row.graphic.position).cross(row.wrench.force);
     const Eigen::Vector3d direct = about_graphic + (row.graphic.position - to).cross(row.wrench.force);

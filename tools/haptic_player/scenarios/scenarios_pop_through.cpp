@@ -50,8 +50,8 @@ void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, P
     Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its way
     if (is_probe) orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
     const double before_target = (is_probe ? 6 : 12) / std::cos(tilt), total = before_target + 30;
-    // Along its way from 8 before the target sideways until 8 beyond it, the rest straight down: past the edge of the plate a tool may
-    // slide round it, in one step, too.
+    // Along its way from 8 before the target sideways until 8 beyond it, the rest straight down: past the edge of the
+    // plate a tool may slide round it, in one step, too.
     const double aslant = std::min(30.0, 8 / std::max(std::sin(tilt), 1e-3));
     const auto handAt = [&](double s) -> Eigen::Vector3d {
       const double sideways = std::clamp(s, -aslant, aslant);
@@ -74,8 +74,8 @@ void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, P
   sum.deepest = std::max(sum.deepest, rig.leafPenetration());
 }
 
-/// On which side of the wire, the y axis, the probe's axis passes it: the sign says; 0 where they pass beyond an end of the probe or out of
-/// reach of each other.
+/// On which side of the wire, the y axis, the probe's axis passes it: the sign says; 0 where they pass beyond an end of
+/// the probe or out of reach of each other.
 double sideOfWire(const Configuration& probe) {
   const Eigen::Vector3d along = probe.orientation * Eigen::Vector3d::UnitZ(), across = along.cross(Eigen::Vector3d::UnitY());
   if (across.norm() < 0.05) return 0;

@@ -38,8 +38,8 @@ Json figureJson(const Figure& paper, const Figure& constrained) {
           {"verdict", verdictOf(constrained)}, {"paper_verdict", verdictOf(paper)}};
 }
 
-/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that the paper's misses, else the
-/// first.
+/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that the paper's
+/// misses, else the first.
 std::size_t headline(const ScenarioResult& r) {
   for (const Outcome* outcome : {&r.constrained, &r.paper})
     for (std::size_t i = 0; i < outcome->figures.size(); ++i)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Runs scenarios in both modes, prints a table, and writes stability.json with the recordings and the models behind them.
+// Runs scenarios in both modes, prints a table, and writes stability.json with the recordings and the models behind
+// them.
 #pragma once
 
 #include <filesystem>

@@ -80,7 +80,8 @@ class LiveView final : public PlayObserver {
   bool has_camera_ = false, stop_asked_ = false;
 };
 
-/// Where a hand means to be that an input drives: the newest goal of `streams`, through a HandFilter; `start` until there is one.
+/// Where a hand means to be that an input drives: the newest goal of `streams`, through a HandFilter; `start` until
+/// there is one.
 device::IntendedPath drivenPath(view::LiveStreams& streams, const Configuration& start);
 
 }  // namespace spheretree::player

@@ -20,12 +20,13 @@ struct RecordedRun {
   RunIdentity identity;             // empty where the recording does not say
 };
 
-/// Columns by their names in the first line, in any order; those that are unknown are ignored, and penetration_mm, scene and settings may
-/// lack.
+/// Columns by their names in the first line, in any order; those that are unknown are ignored, and penetration_mm,
+/// scene and settings may lack.
 /// @throws formats::FileError, formats::FormatError with line and column
 RecordedRun readRun(const std::filesystem::path& path);
 
-/// The scene file of a recording, or nothing for the built-in sample. @throws formats::FormatError if the recording does not say.
+/// The scene file of a recording, or nothing for the built-in sample. @throws formats::FormatError if the recording
+/// does not say.
 std::filesystem::path sceneOf(const RecordedRun& run, const std::filesystem::path& recording);
 
 /// The mode that a recording was made in. @throws formats::FormatError for one that is not known.
@@ -41,8 +42,8 @@ struct ShownRun {
   view::LiveState at(std::size_t step) const;
 };
 
-/// Contacts are not recorded: the steps are computed again from the recorded poses, which gives the same to the bit. Where it does not, the
-/// scene has changed since, and `note` says so.
+/// Contacts are not recorded: the steps are computed again from the recorded poses, which gives the same to the bit.
+/// Where it does not, the scene has changed since, and `note` says so.
 ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode);
 
 }  // namespace spheretree::player

@@ -29,7 +29,8 @@ view::Stage stageOf(const Outcome& outcome) {
   return stage;
 }
 
-/// What the runtime says of the contacts at the recorded poses. Where objects moved or the coupling was another, they stay out.
+/// What the runtime says of the contacts at the recorded poses. Where objects moved or the coupling was another, they
+/// stay out.
 ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
   runtime::SceneDescription d;
   d.tool = outcome.tool->tree;

@@ -11,7 +11,8 @@
 
 namespace spheretree::player {
 
-/// `path`: of the scene file; empty: the built-in sample. A mesh that cannot be read is left out, and `notes` says so: it is only shown.
+/// `path`: of the scene file; empty: the built-in sample. A mesh that cannot be read is left out, and `notes` says so:
+/// it is only shown.
 view::Stage stageOf(const runtime::SceneDescription& scene, const std::filesystem::path& path, std::vector<std::string>& notes);
 
 /// The meshes of the built-in sample: tool, then objects.

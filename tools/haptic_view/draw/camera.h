@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The eye: it looks at a target from a direction and a distance. z of the world points up. Units: mm, rad; pixels from the upper left
-// corner.
+// The eye: it looks at a target from a direction and a distance. z of the world points up. Units: mm, rad; pixels from
+// the upper left corner.
 #pragma once
 
 #include <Eigen/Core>

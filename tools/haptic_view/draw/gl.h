@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The functions of OpenGL 3.3 core that are used here, found at run time, so that no program is linked with OpenGL; and owners of what
-// lives on the graphics card. All from one thread.
+// The functions of OpenGL 3.3 core that are used here, found at run time, so that no program is linked with OpenGL; and
+// owners of what lives on the graphics card. All from one thread.
 #pragma once
 
 #include <GL/glcorearb.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An OpenGL context without a window or a display, by EGL: for pictures and tests. One at a time, used by the thread that made it.
+// An OpenGL context without a window or a display, by EGL: for pictures and tests. One at a time, used by the thread
+// that made it.
 #pragma once
 
 #include <cstdint>

@@ -30,7 +30,8 @@ using Eigen::Vector3d;
 
 constexpr double kLongestArrow = 150;  // [pixels of the screen]
 
-/// From the frame of a body to the world about `origin`: what lies far from the world's origin keeps its digits in float.
+/// From the frame of a body to the world about `origin`: what lies far from the world's origin keeps its digits in
+/// float.
 Eigen::Matrix4f matrixOf(const Configuration& pose, const Vector3d& origin) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.block<3, 3>(0, 0) = pose.orientation.toRotationMatrix();

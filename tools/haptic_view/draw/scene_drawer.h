@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Draws a stage and the state of its tool. Balls are ray-cast in the fragment shader, so that they are round at any size and meet surfaces
-// where they should. Everything of the stage goes to the graphics card once.
+// Draws a stage and the state of its tool. Balls are ray-cast in the fragment shader, so that they are round at any
+// size and meet surfaces where they should. Everything of the stage goes to the graphics card once.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,8 @@
 
 namespace spheretree::view {
 
-/// The arrow of the force on the hand: from the graphic tool's reference point, its length by arrowShare() of 150 pixels.
+/// The arrow of the force on the hand: from the graphic tool's reference point, its length by arrowShare() of 150
+/// pixels.
 struct ForceArrow {
   Eigen::Vector3d from, along;
   double newtons;
@@ -31,8 +32,8 @@ class SceneDrawer {
   SceneDrawer(const SceneDrawer&) = delete;
   SceneDrawer& operator=(const SceneDrawer&) = delete;
 
-  /// Into the bound frame, which is `frame_height` pixels high; `viewport` is from its upper left corner. `pixel`: how many of its pixels
-  /// one of the screen has. Leaves the viewport and the scissor as it needed them.
+  /// Into the bound frame, which is `frame_height` pixels high; `viewport` is from its upper left corner. `pixel`: how
+  /// many of its pixels one of the screen has. Leaves the viewport and the scissor as it needed them.
   void draw(const Camera& camera, const Look& look, const ShownState& state, const Viewport& viewport, int frame_height, double pixel);
 
   const Stage& stage() const { return stage_; }

@@ -4,7 +4,8 @@
 
 namespace spheretree::view {
 
-/// Light from the upper left behind the eye, a weaker one from the right, and the sky; colours are squared and rooted for linear light.
+/// Light from the upper left behind the eye, a weaker one from the right, and the sky; colours are squared and rooted
+/// for linear light.
 #define ST_GLSL_LIGHT                                                                                  \
   "#version 330 core\n"                                                                                \
   "uniform vec3 eye, key, fill;\n"                                                                     \
@@ -77,7 +78,8 @@ void main() {
 }
 )";
 
-// The ray's nearest point to the centre, then half a chord back: no difference of large squares, which float would lose.
+// The ray's nearest point to the centre, then half a chord back: no difference of large squares, which float would
+// lose.
 inline constexpr const char* kBallFragment = ST_GLSL_LIGHT R"(
 in vec3 at;
 flat in vec4 centre_radius, c;

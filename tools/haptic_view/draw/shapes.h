@@ -20,7 +20,8 @@ using Shapes = std::vector<ShapeCorner>;
 
 /// A shaft of `radius` with a head; the tip is at from + along.
 void addArrow(Shapes& shapes, const Eigen::Vector3d& from, const Eigen::Vector3d& along, double radius, Colour colour);
-/// Part of a circle about `axis` with an arrow head at its end, counter-clockwise seen against the axis. `angle` in (0, 2 pi).
+/// Part of a circle about `axis` with an arrow head at its end, counter-clockwise seen against the axis. `angle` in (0,
+/// 2 pi).
 void addArc(Shapes& shapes, const Eigen::Vector3d& centre, const Eigen::Vector3d& axis, double circle, double angle, double radius,
             Colour colour);
 /// A wire wound about the line between two points: a spring.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From drags, keys, sticks and knobs to where the hand means to be. Everything is meant as it looks: right is right on the screen.
+// From drags, keys, sticks and knobs to where the hand means to be. Everything is meant as it looks: right is right on
+// the screen.
 // Units: mm, rad, s; pixels of the viewport.
 #pragma once
 
@@ -20,12 +21,13 @@ using Deflection = std::array<double, 6>;
 /// What is below `zone` counts as nothing, and the rest is stretched to reach 1.
 double withDeadZone(double value, double zone);
 
-/// Sticks and triggers as GLFW gives them: left x, left y (down is positive), right x, right y, left trigger, right trigger (-1 at rest).
-/// The left stick moves in the view plane, the triggers to and from the eye, the right stick turns; with `turn_about_view` (a bumper) its
-/// sideways turns about the view direction. Dead zone 15 %.
+/// Sticks and triggers as GLFW gives them: left x, left y (down is positive), right x, right y, left trigger, right
+/// trigger (-1 at rest). The left stick moves in the view plane, the triggers to and from the eye, the right stick
+/// turns; with `turn_about_view` (a bumper) its sideways turns about the view direction. Dead zone 15 %.
 Deflection gamepadDeflection(const std::array<float, 6>& axes, bool turn_about_view);
 
-/// x, y, z and rotations about them as a 3D mouse sends them (right, up, towards the user; 350 is the full way). Dead zone 3 %.
+/// x, y, z and rotations about them as a 3D mouse sends them (right, up, towards the user; 350 is the full way). Dead
+/// zone 3 %.
 Deflection spaceMouseDeflection(const std::array<int, 6>& motion);
 
 /// Where the hand means to be.

@@ -38,8 +38,8 @@ SpaceMouse::~SpaceMouse() {
 }
 
 const std::array<int, 6>& SpaceMouse::poll() {
-  // An event is eight 32-bit numbers: kind (0: motion, 1 and 2: buttons), then x, y, z and the rotations with z away from the user, and the
-  // time since the event before.
+  // An event is eight 32-bit numbers: kind (0: motion, 1 and 2: buttons), then x, y, z and the rotations with z away
+  // from the user, and the time since the event before.
   while (socket_ >= 0) {
     const ssize_t got = ::recv(socket_, event_.data() + filled_, sizeof event_ - filled_, 0);
     if (got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {

@@ -19,8 +19,8 @@ class SpaceMouse {
   bool isOpen() const { return socket_ >= 0; }
   /// Why it is not open, and what to do.
   const std::string& fault() const { return fault_; }
-  /// The newest motion: right, up, towards the user, and turns about these axes; about 350 is the full way. Zero while it rests, and once
-  /// the daemon has gone.
+  /// The newest motion: right, up, towards the user, and turns about these axes; about 350 is the full way. Zero while
+  /// it rests, and once the daemon has gone.
   const std::array<int, 6>& poll();
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Everything that is shown and does not change: bodies as meshes, spheres of every level and the surface that contact is computed with, and
-// where they stand. Units: mm; world frame, bodies in their own.
+// Everything that is shown and does not change: bodies as meshes, spheres of every level and the surface that contact
+// is computed with, and where they stand. Units: mm; world frame, bodies in their own.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -75,11 +75,12 @@ struct Stage {
   int levelCount() const;
 };
 
-/// A colour for the mesh of the `index`th object: that of its kind where the name tells it (tooth, jaw or gum, tongue, face), else one of
-/// eight that colour-blind people can tell apart.
+/// A colour for the mesh of the `index`th object: that of its kind where the name tells it (tooth, jaw or gum, tongue,
+/// face), else one of eight that colour-blind people can tell apart.
 Colour colourOf(const std::string& name, std::size_t index);
 
-/// From dark violet (0) by blue and green to yellow (1): brighter all the way, so that colour-blind people and grey prints keep the order.
+/// From dark violet (0) by blue and green to yellow (1): brighter all the way, so that colour-blind people and grey
+/// prints keep the order.
 Colour heat(double share);
 
 /// `mesh` may be null. Balls that descend from the same child of the root share a hue.

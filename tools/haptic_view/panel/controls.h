@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pointer and keys: what they do to camera, hand, replay and look. Reads ImGui::GetIO(), whose keys are numbered as GLFW numbers them.
+// Pointer and keys: what they do to camera, hand, replay and look. Reads ImGui::GetIO(), whose keys are numbered as
+// GLFW numbers them.
 #pragma once
 
 #include <string>

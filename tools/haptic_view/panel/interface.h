@@ -23,7 +23,8 @@ class Interface {
 
   double scale() const { return scale_; }
   void setTheme(ThemeKind kind);
-  /// Without a window: a frame of this size, `seconds` after the last one. Pointer and keys are what ImGui::GetIO() holds.
+  /// Without a window: a frame of this size, `seconds` after the last one. Pointer and keys are what ImGui::GetIO()
+  /// holds.
   void begin(int width, int height, double seconds);
   /// In a window, whose back end says size and time.
   void begin();

@@ -25,7 +25,8 @@ Axis axisOf(const Plot& plot, double begin, double end) {
       low = std::min(low, value);
       high = std::max(high, value);
     }
-  // A limit shows once the curve comes near; what is far beyond it is cut off, so that one bad step does not flatten the others.
+  // A limit shows once the curve comes near; what is far beyond it is cut off, so that one bad step does not flatten
+  // the others.
   if (plot.limit && high > 0.6 * *plot.limit) high = std::clamp(high, *plot.limit * 1.05, *plot.limit * 2);
   if (plot.from_zero) return {0, roundEnd(std::max(high, plot.least_span))};
   const double half = roundEnd(std::max({high, -low, plot.least_span}));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Curves over time: force, its components, torque, depth and step time, for one run or two. Drawn by Dear ImGui's lists.
+// Curves over time: force, its components, torque, depth and step time, for one run or two. Drawn by Dear ImGui's
+// lists.
 #pragma once
 
 #include <functional>

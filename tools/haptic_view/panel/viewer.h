@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One frame of a window or one picture: input, panels, scenes. Not knowing where the frame goes, it is the same for both.
+// One frame of a window or one picture: input, panels, scenes. Not knowing where the frame goes, it is the same for
+// both.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,8 @@ class Viewer {
   /// The stages of `state.panes` must outlive it. @throws ViewError
   Viewer(const Gl& gl, Interface& interface, ViewerState& state);
 
-  /// Between Interface::begin() and its end, which is called here: answers pointer and keys, draws into `target` (0: the window).
+  /// Between Interface::begin() and its end, which is called here: answers pointer and keys, draws into `target` (0:
+  /// the window).
   /// `samples`: of each pixel, in each direction; `seconds` since the last frame.
   void frame(int width, int height, int samples, double seconds, GLuint target);
 

@@ -79,8 +79,8 @@ struct CameraWish {
 /// firstCamera(), but for what is wished.
 Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport);
 
-/// From where a stage is seen at first: the whole of it, or what is about the tool if that is much smaller. Of some directions that in
-/// which the fewest balls hide the tool.
+/// From where a stage is seen at first: the whole of it, or what is about the tool if that is much smaller. Of some
+/// directions that in which the fewest balls hide the tool.
 Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const Viewport& viewport);
 
 }  // namespace spheretree::view

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The three streams between the servo loop and a view: the latest state and every step one way, where the hand means to be the other way.
+// The three streams between the servo loop and a view: the latest state and every step one way, where the hand means to
+// be the other way.
 // Units: mm, N, N mm, s; world axes.
 #pragma once
 
@@ -33,7 +34,8 @@ struct HandTarget {
   bool is_set = false;  // false: nobody has said anything yet
 };
 
-/// Rows that wait for the view: 32 s of steps. A window that answers later than that (a driver that hangs) loses rows, and says how many.
+/// Rows that wait for the view: 32 s of steps. A window that answers later than that (a driver that hangs) loses rows,
+/// and says how many.
 inline constexpr std::size_t kStepRing = 1 << 15;
 
 struct LiveStreams {

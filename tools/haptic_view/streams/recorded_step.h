@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is kept of a servo step: a row of a recording, a point of the plots. Units: mm, N, N mm, s; times of stages in us.
+// What is kept of a servo step: a row of a recording, a point of the plots. Units: mm, N, N mm, s; times of stages in
+// us.
 #pragma once
 
 #include <cstdint>

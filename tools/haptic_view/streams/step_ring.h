@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every value from one thread to another, in order: a ring for one writer and one reader without a lock. A value that finds the ring full
-// is dropped and counted; the writer never waits.
+// Every value from one thread to another, in order: a ring for one writer and one reader without a lock. A value that
+// finds the ring full is dropped and counted; the writer never waits.
 #pragma once
 
 #include <atomic>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The latest value from one thread to another, wait-free on both sides: the writer never waits for the reader, nor the reader for the
-// writer, and the reader always sees a whole value.
+// The latest value from one thread to another, wait-free on both sides: the writer never waits for the reader, nor the
+// reader for the writer, and the reader always sees a whole value.
 //
-// Three slots: one belongs to the writer, one to the reader, and one is between them. Either side swaps its own slot for the one between
-// by a single exchange of an atomic byte. A seqlock would need less memory, but its reader may have to retry, and its payload would have
-// to be atomic word by word.
+// Three slots: one belongs to the writer, one to the reader, and one is between them. Either side swaps its own slot
+// for the one between by a single exchange of an atomic byte. A seqlock would need less memory, but its reader may have
+// to retry, and its payload would have to be atomic word by word.
 #pragma once
 
 #include <atomic>

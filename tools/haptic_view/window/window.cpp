@@ -75,7 +75,8 @@ Window::~Window() {
 bool Window::isOpen() const { return !glfwWindowShouldClose(window_); }
 void Window::close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
 
-/// A key that was pressed and let go between two frames counts as held in this one: else a quick tap on a slow machine would be lost.
+/// A key that was pressed and let go between two frames counts as held in this one: else a quick tap on a slow machine
+/// would be lost.
 void Window::takeTaps() {
   ImGuiIO& io = ImGui::GetIO();
   for (const int key : released_later_) io.KeysDown[key] = false;

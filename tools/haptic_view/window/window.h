@@ -41,8 +41,8 @@ class Window {
   /// Draws of each pixel, in each direction: 1 where the processor draws, else 2.
   int samples() const { return is_software_ ? 1 : 2; }
 
-  /// Waits until a frame is due (60 a second; 30 where the processor draws, so that it has time for other things), takes what pointer and
-  /// keys did, and begins the interface's frame. Returns the time since the last one [s].
+  /// Waits until a frame is due (60 a second; 30 where the processor draws, so that it has time for other things),
+  /// takes what pointer and keys did, and begins the interface's frame. Returns the time since the last one [s].
   double begin();
   /// Shows the frame.
   void present();

@@ -34,7 +34,8 @@ void check(const BatchSettings& settings) {
     throw UsageError("--dry-run cannot tell what --budget, --chart or --shard would build. Leave them out.");
 }
 
-/// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects that failed.
+/// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects
+/// that failed.
 formats::SceneFile compiledScene(const formats::SceneFile& scene, const BatchSettings& settings, const std::vector<BatchItem>& items) {
   formats::SceneFile out = scene;
   out.defaults = {};

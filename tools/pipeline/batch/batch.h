@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every object of a scene to trees, with a compiled scene and a report: what `spheretree batch` calls. What it writes, and how it goes on
-// after it was stopped: docs/batch.md
+// Every object of a scene to trees, with a compiled scene and a report: what `spheretree batch` calls. What it writes,
+// and how it goes on after it was stopped: docs/batch.md
 #pragma once
 
 #include <filesystem>
@@ -27,10 +27,12 @@ struct BatchSettings {
   std::vector<std::filesystem::path> paths;  // trajectories or recordings whose steps `speed` and a budget of time count
 };
 
-/// Builds what the cache does not hold; writes NAME.stree for each tree, scene.json and report.json. An object that fails does not stop
-/// the others: its result says why. Same scene and settings (threads aside): same bytes of every tree and of scene.json.
-/// @throws tool::UsageError for settings that do not go together or an output that would replace an input; formats::FileError,
-/// formats::FormatError for the scene and the paths; builder::Cancelled: finished trees are in the cache.
+/// Builds what the cache does not hold; writes NAME.stree for each tree, scene.json and report.json. An object that
+/// fails does not stop the others: its result says why. Same scene and settings (threads aside): same bytes of every
+/// tree and of scene.json.
+/// @throws tool::UsageError for settings that do not go together or an output that would replace an input;
+/// formats::FileError, formats::FormatError for the scene and the paths; builder::Cancelled: finished trees are in the
+/// cache.
 BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress);
 
 }  // namespace spheretree::pipeline

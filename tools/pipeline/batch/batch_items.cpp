@@ -82,7 +82,8 @@ void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, bu
   });
 }
 
-/// Builds `items` in `order` with a pool of threads. The calling thread draws one progress bar and passes Ctrl-C on to each build.
+/// Builds `items` in `order` with a pool of threads. The calling thread draws one progress bar and passes Ctrl-C on to
+/// each build.
 /// @throws builder::Cancelled
 class WorkerPool {
  public:

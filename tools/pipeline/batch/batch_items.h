@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tool and the objects of a scene on their way to trees: read, looked up in the cache, built by all threads under one progress bar.
+// The tool and the objects of a scene on their way to trees: read, looked up in the cache, built by all threads under
+// one progress bar.
 #pragma once
 
 #include <filesystem>
@@ -41,12 +42,14 @@ struct BatchContext {
   std::shared_ptr<WorkRegions> work;  // null: the scene says nothing of where accuracy is needed
 };
 
-/// The items of `scene`, which must outlive them: their meshes, which `meshes` holds, or their trees. One that cannot be read has failed.
+/// The items of `scene`, which must outlive them: their meshes, which `meshes` holds, or their trees. One that cannot
+/// be read has failed.
 /// @throws builder::Cancelled
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
                                  builder::Progress& progress);
 
-/// The most leaves that an item may have where their number is chosen for it: what the scene says of its levels, or the deepest tree.
+/// The most leaves that an item may have where their number is chosen for it: what the scene says of its levels, or the
+/// deepest tree.
 std::size_t mostLeaves(const formats::SceneFile& scene, const BatchItem& item);
 
 /// At most this many leaves, in the shallowest tree that holds them.
@@ -55,8 +58,9 @@ void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);
 /// Gives the objects what the scene says about where accuracy is needed; null if it says nothing.
 std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, std::vector<BatchItem>& items);
 
-/// Every waiting item gets its key and its tree: from the cache, or built, the biggest first. Of identical items one is built. Those that
-/// are not in this `shard` and not in the cache are skipped. `stage` is what the progress bar says. One bad item does not stop the others.
+/// Every waiting item gets its key and its tree: from the cache, or built, the biggest first. Of identical items one is
+/// built. Those that are not in this `shard` and not in the cache are skipped. `stage` is what the progress bar says.
+/// One bad item does not stop the others.
 /// @throws builder::Cancelled; formats::FileError if something is to be built and the cache cannot be written to.
 void buildItems(std::vector<BatchItem>& items, const BatchContext& context, const std::string& stage, const Shard& shard = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a batch found out: plain figures of every object, of a budget and of speed against accuracy. report.json is this and nothing
-// else (schema spheretree.batch/1; every key: docs/batch.md).
+// What a batch found out: plain figures of every object, of a budget and of speed against accuracy. report.json is this
+// and nothing else (schema spheretree.batch/1; every key: docs/batch.md).
 #pragma once
 
 #include <filesystem>

@@ -8,7 +8,8 @@
 namespace spheretree::pipeline {
 namespace {
 
-// Of the error as a power of the leaves, beyond what was measured: a surface gives 1, a rod 2 as long as the leaves stand in a row.
+// Of the error as a power of the leaves, beyond what was measured: a surface gives 1, a rod 2 as long as the leaves
+// stand in a row.
 constexpr double kSteepest = 2, kFlattest = 0.5, kUsual = 1;
 constexpr double kClose = 0.02;  // logarithm of a ratio of leaves: two points so close would say nothing of the slope
 

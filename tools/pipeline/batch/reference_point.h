@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The point of a tool about which forces are rendered, where a scene names it by its shape. Units: mm, frame of the tool's mesh.
+// The point of a tool about which forces are rendered, where a scene names it by its shape. Units: mm, frame of the
+// tool's mesh.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +11,8 @@
 
 namespace spheretree::pipeline {
 
-/// "centre": the middle of the box of `points`; "tip": along their longest axis the end whose last tenth is the thinner one.
+/// "centre": the middle of the box of `points`; "tip": along their longest axis the end whose last tenth is the thinner
+/// one.
 Eigen::Vector3d namedPoint(const std::string& name, const std::vector<Eigen::Vector3d>& points);
 
 /// Gives `tool` the reference_point_mm that its reference_point names, from its mesh or its tree, as `item` has it.

@@ -34,7 +34,8 @@ std::vector<Setting> settingsFor(const formats::SceneFile& scene, const std::vec
   return out;
 }
 
-/// The items as they were read, to be built for this setting. A builder other than cover keeps the leaves of its levels.
+/// The items as they were read, to be built for this setting. A builder other than cover keeps the leaves of its
+/// levels.
 std::vector<BatchItem> itemsFor(const Setting& setting, const formats::SceneFile& scene, const std::vector<BatchItem>& source) {
   std::vector<BatchItem> items = source;
   for (BatchItem& item : items) {

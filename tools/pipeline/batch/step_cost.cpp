@@ -35,7 +35,8 @@ class Random {
   }
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
-  /// A point in the unit ball of `N` dimensions, away from its centre, made a direction. No function of the C library: those differ.
+  /// A point in the unit ball of `N` dimensions, away from its centre, made a direction. No function of the C library:
+  /// those differ.
   template <int N>
   Eigen::Matrix<double, N, 1> direction() {
     for (;;) {

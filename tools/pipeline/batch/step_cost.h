@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a servo step costs with the trees of a scene: pairs, work, time and memory, along paths of the tool that were recorded or that
-// touch random places. Units: mm, us; world frame.
+// What a servo step costs with the trees of a scene: pairs, work, time and memory, along paths of the tool that were
+// recorded or that touch random places. Units: mm, us; world frame.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ namespace spheretree::pipeline {
 
 inline constexpr std::size_t kSceneContacts = 400;  // random contacts of a scene
 
-/// Where the tool comes upon a scene: it has this orientation and comes from far out, against the direction `out`, to the position.
+/// Where the tool comes upon a scene: it has this orientation and comes from far out, against the direction `out`, to
+/// the position.
 struct ContactPose {
   Configuration at;
   Eigen::Vector3d out;
@@ -33,16 +34,16 @@ struct ToolPaths {
 /// The trajectories or recordings in `files`. @throws what formats::readTrajectory throws.
 ToolPaths readToolPaths(const std::vector<std::filesystem::path>& files);
 
-/// `count` contacts: a random leaf of the tool upon a random leaf of a random object, from a random side, the tool turned at random.
-/// Same scene and count: same contacts.
+/// `count` contacts: a random leaf of the tool upon a random leaf of a random object, from a random side, the tool
+/// turned at random. Same scene and count: same contacts.
 ToolPaths randomContacts(const runtime::Scene& scene, std::size_t count);
 
-/// Follows the paths in constrained mode. The path of a contact begins where the tool, on its way out, is free of these trees, and presses
-/// it in by 1 mm from there, at 0.1 mm a step. Nothing if no step is in contact.
+/// Follows the paths in constrained mode. The path of a contact begins where the tool, on its way out, is free of these
+/// trees, and presses it in by 1 mm from there, at 0.1 mm a step. Nothing if no step is in contact.
 std::optional<StepCost> measureSteps(const runtime::Scene& scene, const ToolPaths& paths, bool measure_time);
 
-/// Time of a step as a function of what it counted, so that a budget in microseconds gives the same trees on every machine. How the
-/// constants were found: docs/batch.md
+/// Time of a step as a function of what it counted, so that a budget in microseconds gives the same trees on every
+/// machine. How the constants were found: docs/batch.md
 double stepModel(const runtime::StepResult& step);
 
 /// The trees of `items` as a scene for the runtime. Nothing if there is no tool or no object.

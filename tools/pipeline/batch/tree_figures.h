@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The figures of a tree that a batch built or read, and their JSON: the entries of `objects[]` in report.json and the records of the
-// cache. They depend on nothing but the mesh and the settings: not on the clock, the machine or the number of threads.
+// The figures of a tree that a batch built or read, and their JSON: the entries of `objects[]` in report.json and the
+// records of the cache. They depend on nothing but the mesh and the settings: not on the clock, the machine or the
+// number of threads.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -59,7 +60,8 @@ struct TreeFigures {
 
   /// How far the repair moved the surface at most; 0 without one.
   double repairChange() const;
-  /// Whether the repair changed more than a user may take for granted: by more than the tolerance or a hundredth of the diagonal.
+  /// Whether the repair changed more than a user may take for granted: by more than the tolerance or a hundredth of the
+  /// diagonal.
   bool isRepairLarge() const;
   bool isGraded() const { return least_tolerance_mm.has_value(); }
   /// Proven overhang of the leaves; 0 where nothing is proven.

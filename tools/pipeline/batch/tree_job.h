@@ -31,11 +31,13 @@ struct TreeJob {
   builder::BuildSettings settings;
   Configuration pose;                       // of the object in the world
   std::shared_ptr<const WorkRegions> work;  // null: the same accuracy everywhere
-  // With settings.most_leaves > 0 all of these leaves are used, and the tolerances say where: they are the scene's, multiplied by
+  // With settings.most_leaves > 0 all of these leaves are used, and the tolerances say where: they are the scene's,
+  // multiplied by
   // `scale`, and the leaves come as near to them as they can.
   double scale = 1;
 
-  /// Hash of everything that the tree depends on: content, part, unit, settings, version of the program; 32 hexadecimal digits.
+  /// Hash of everything that the tree depends on: content, part, unit, settings, version of the program; 32 hexadecimal
+  /// digits.
   std::string key() const;
   /// Hash of the mesh alone, as it is built; 32 hexadecimal digits.
   std::string meshKey() const;

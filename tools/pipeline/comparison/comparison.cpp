@@ -32,7 +32,8 @@ using builder::BuilderKind;
 using builder::Quality;
 using tool::kGenerator;
 
-/// Progress of one run among many: what happens within the run does not move the bar, and Ctrl-C reaches it at its next step.
+/// Progress of one run among many: what happens within the run does not move the bar, and Ctrl-C reaches it at its next
+/// step.
 class RunProgress : public builder::Progress {
  public:
   RunProgress(builder::Progress& whole, double done) : whole_(whole), done_(done) {}
@@ -139,7 +140,8 @@ void buildAndMeasure(Job& job, const fs::path& folder, builder::Progress& progre
   job.run.hierarchy = evaluation.hierarchy;
 }
 
-/// The jobs that are not finished, one after the other: times are compared, and two builds at once would disturb each other.
+/// The jobs that are not finished, one after the other: times are compared, and two builds at once would disturb each
+/// other.
 void runJobs(std::vector<Job>& jobs, const fs::path& folder, builder::Progress& progress) {
   double total = 0, done = 0;
   std::size_t count = 0;

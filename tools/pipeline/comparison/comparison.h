@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Builders and qualities against each other on some meshes: what `spheretree compare` calls, and its figures. compare.json is these and
-// nothing else (schema spheretree.comparison/1); JSON in and out: comparison_json.h
+// Builders and qualities against each other on some meshes: what `spheretree compare` calls, and its figures.
+// compare.json is these and nothing else (schema spheretree.comparison/1); JSON in and out: comparison_json.h
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ struct Method {
 /// "cover.standard"
 std::string idOf(const Method& method);
 
-/// Every builder in every quality that changes its result: the octree has none and stands once, as standard or else the first.
-/// What is named twice stands once.
+/// Every builder in every quality that changes its result: the octree has none and stands once, as standard or else the
+/// first. What is named twice stands once.
 std::vector<Method> methods(const std::vector<builder::BuilderKind>& builders, const std::vector<builder::Quality>& qualities);
 
 /// A mesh to compare on.
@@ -99,8 +99,9 @@ struct ComparisonSettings {
   std::filesystem::path folder;  // of the results; it may be that of a run that was stopped
 };
 
-/// Builds and measures what the folder does not hold yet: a tree in trees/ and figures in runs/, named MESH.BUILDER.QUALITY, and limits in
-/// runs/MESH. A run that fails is part of the result and does not stop the others. Writes compare.csv and compare.json at the end.
+/// Builds and measures what the folder does not hold yet: a tree in trees/ and figures in runs/, named
+/// MESH.BUILDER.QUALITY, and limits in runs/MESH. A run that fails is part of the result and does not stop the others.
+/// Writes compare.csv and compare.json at the end.
 /// @throws builder::Cancelled: finished runs are in the folder; formats::FileError.
 Comparison runComparison(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, builder::Progress& progress);
 

@@ -14,7 +14,8 @@ nlohmann::ordered_json toJson(const MeshFigures& mesh);
 nlohmann::ordered_json toJson(const Run& run);
 nlohmann::ordered_json toJson(const Sensitivity& sensitivity);
 
-/// @throws nlohmann::json::exception if a key is missing or of another type; formats::FormatError for a builder or quality that is none.
+/// @throws nlohmann::json::exception if a key is missing or of another type; formats::FormatError for a builder or
+/// quality that is none.
 MeshFigures meshFiguresFromJson(const nlohmann::ordered_json& json);
 Run runFromJson(const nlohmann::ordered_json& json);
 Sensitivity sensitivityFromJson(const nlohmann::ordered_json& json);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree check: what is wrong with a mesh, where, and what a build would do about it. Kinds of defects: docs/mesh_input.md
+// spheretree check: what is wrong with a mesh, where, and what a build would do about it. Kinds of defects:
+// docs/mesh_input.md
 #include <algorithm>
 #include <array>
 #include <cmath>

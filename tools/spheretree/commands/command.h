@@ -22,7 +22,8 @@ struct Program {
   std::function<int(builder::Progress&)> run;
 };
 
-/// A subcommand with the options that every verb has, and an example at the end of its help. `run` is called if it is chosen.
+/// A subcommand with the options that every verb has, and an example at the end of its help. `run` is called if it is
+/// chosen.
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
                   std::function<int(builder::Progress&)> run);
 

@@ -29,7 +29,8 @@ struct InspectOptions {
   bool json = false;
 };
 
-/// How much larger the bounding spheres of a level's inner nodes are than the smallest possible ones, and than the cover spheres.
+/// How much larger the bounding spheres of a level's inner nodes are than the smallest possible ones, and than the
+/// cover spheres.
 struct Tightness {
   std::size_t inner_nodes = 0;
   double worst_over_smallest = 1;  // largest ratio of radii; 1: as small as can be

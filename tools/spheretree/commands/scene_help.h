@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `spheretree help scene`: what a scene file holds, where no documentation is at hand. The whole of it: docs/scene_file.md
+// `spheretree help scene`: what a scene file holds, where no documentation is at hand. The whole of it:
+// docs/scene_file.md
 #pragma once
 
 #include <string_view>

@@ -9,8 +9,8 @@
 
 namespace spheretree::tool {
 
-/// A tree from .stree, .sph or .json; standard input ("-") is told by its content. @throws UsageError for another ending, and what the
-/// readers throw.
+/// A tree from .stree, .sph or .json; standard input ("-") is told by its content. @throws UsageError for another
+/// ending, and what the readers throw.
 SphereTree readTree(const std::filesystem::path& path);
 
 }  // namespace spheretree::tool

@@ -91,7 +91,8 @@ Axis linearAxis(double least, double most, double place0, double place1, int abo
   return axis;
 }
 
-/// The greatest y that gets a place on the axis: a few dots farther above the others than these are apart would press them into a corner.
+/// The greatest y that gets a place on the axis: a few dots farther above the others than these are apart would press
+/// them into a corner.
 double axisEnd(std::span<const ChartPoint> points) {
   std::vector<double> y(points.size());
   std::transform(points.begin(), points.end(), y.begin(), [](const ChartPoint& p) { return p.y; });

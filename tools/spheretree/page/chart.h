@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Charts as SVG text: speed against accuracy, and traces over time. Readable in print, on light and on dark screens: colours come
-// from chartStyle() and follow the reader's setting. Every curve and dot carries its name beside it, so that none depends on colour.
+// Charts as SVG text: speed against accuracy, and traces over time. Readable in print, on light and on dark screens:
+// colours come from chartStyle() and follow the reader's setting. Every curve and dot carries its name beside it, so
+// that none depends on colour.
 #pragma once
 
 #include <optional>
@@ -39,8 +40,8 @@ struct ScatterChart {
 /// Which points no other point beats in both x and y (less is better). Of equal points the first counts.
 std::vector<bool> paretoFront(std::span<const ChartPoint> points);
 
-/// Both axes logarithmic, less is better on both; the Pareto front, if marked, is a stepped line, its dots filled. A few dots far above
-/// all others are arrows at the top, with their figure, so that the axis serves the others.
+/// Both axes logarithmic, less is better on both; the Pareto front, if marked, is a stepped line, its dots filled. A
+/// few dots far above all others are arrows at the top, with their figure, so that the axis serves the others.
 std::string scatterSvg(const ScatterChart& chart);
 
 struct Trace {
@@ -56,7 +57,8 @@ struct TraceChart {
   std::optional<ScatterChart::Line> limit;
 };
 
-/// Each pixel column shows the least and the greatest value in it, so that no peak is lost however long the trace. Cost: O(values).
+/// Each pixel column shows the least and the greatest value in it, so that no peak is lost however long the trace.
+/// Cost: O(values).
 std::string traceSvg(const TraceChart& chart);
 
 /// One SVG file: a heading, and the charts (as the two functions above give them) in a row.

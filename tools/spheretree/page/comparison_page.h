@@ -13,7 +13,8 @@ namespace spheretree::tool {
 /// comparison.svg (geometric means) and MESH.svg for each mesh, into `folder`.
 void writeComparisonCharts(const pipeline::Comparison& comparison, const std::filesystem::path& folder);
 
-/// The page. Trees come from `folder`, meshes from where they were; what cannot be read is left out and named. Its size stays below
+/// The page. Trees come from `folder`, meshes from where they were; what cannot be read is left out and named. Its size
+/// stays below
 /// `max_bytes`: meshes get fewer triangles, then only trees on a Pareto front are shown in 3D, and the page says so.
 std::string comparisonPage(const pipeline::Comparison& comparison, const std::filesystem::path& folder, std::size_t max_bytes,
                            builder::Progress& progress);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The assembler takes the files in as they are: quicker than source text of a megabyte, and the same with GCC and Clang.
+// The assembler takes the files in as they are: quicker than source text of a megabyte, and the same with GCC and
+// Clang.
 #include "page/embedded.h"
 
 // clang-format off

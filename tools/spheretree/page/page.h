@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One HTML file that holds all that it shows: style, scripts, charts and the data of the 3D view. It opens from disk and its
-// content policy forbids every request.
+// One HTML file that holds all that it shows: style, scripts, charts and the data of the 3D view. It opens from disk
+// and its content policy forbids every request.
 #pragma once
 
 #include <cstddef>
@@ -35,8 +35,8 @@ class PageData {
 /// zlib at its strongest, then base64.
 std::string deflatedBase64(std::string_view bytes);
 
-/// A table whose columns sort when their heads are pressed. Cells are HTML; the first cell of a row is its head. The last cell of a row
-/// with fewer cells than the table takes the rest of its width, and its text wraps.
+/// A table whose columns sort when their heads are pressed. Cells are HTML; the first cell of a row is its head. The
+/// last cell of a row with fewer cells than the table takes the rest of its width, and its text wraps.
 struct HtmlTable {
   std::string caption;
   std::vector<std::string> heads;

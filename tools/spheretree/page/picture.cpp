@@ -122,7 +122,8 @@ void drawMesh(Layer& layer, const TriangleMesh& mesh, const std::vector<Vector3d
   std::vector<std::vector<std::uint32_t>> around(mesh.positions.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& v = mesh.triangles[t];
-    // The screen's y points down, which mirrors the frame: a normal that faces the eye has z > 0 after the swap of the factors.
+    // The screen's y points down, which mirrors the frame: a normal that faces the eye has z > 0 after the swap of the
+    // factors.
     face[t] = (screen[v[2]] - screen[v[0]]).cross(screen[v[1]] - screen[v[0]]);
     for (const std::uint32_t corner : v) around[corner].push_back(static_cast<std::uint32_t>(t));
   }
@@ -142,8 +143,8 @@ void drawMesh(Layer& layer, const TriangleMesh& mesh, const std::vector<Vector3d
   }
 }
 
-// Share of a disc round the sample, at three radii, from which light still reaches it. The pattern turns with the pixel, and the
-// mean over the samples of a pixel hides it.
+// Share of a disc round the sample, at three radii, from which light still reaches it. The pattern turns with the
+// pixel, and the mean over the samples of a pixel hides it.
 double openness(const Layer& layer, int x, int y, double reach) {
   static constexpr std::array<std::array<double, 2>, 12> kDisc{{{0.26, 0.10},
                                                                 {-0.17, 0.22},
@@ -168,7 +169,8 @@ double openness(const Layer& layer, int x, int y, double reach) {
     if (ix < 0 || iy < 0 || ix >= layer.width || iy >= layer.height) continue;
     if (layer.at(ix, iy).depth == kFar) continue;
     const double other = static_cast<double>(layer.at(ix, iy).depth);
-    // Height of the neighbour over the tangent plane, against its distance; what lies far in front casts no contact shadow.
+    // Height of the neighbour over the tangent plane, against its distance; what lies far in front casts no contact
+    // shadow.
     const double rise =
         (ix - x) * static_cast<double>(n.x()) + (iy - y) * static_cast<double>(n.y()) + (other - depth) * static_cast<double>(n.z());
     const double away =
@@ -195,7 +197,8 @@ Eigen::Vector3f shade(const Layer& layer, const std::vector<Eigen::Vector3f>& pa
   return colour.cwiseMin(1.0f);
 }
 
-// Linear light. Eight hues that differ in brightness too, for the children of the root, in five shades each; then the mesh and the root.
+// Linear light. Eight hues that differ in brightness too, for the children of the root, in five shades each; then the
+// mesh and the root.
 constexpr std::uint32_t kHueCount = 8, kToneCount = 5, kMeshColour = kHueCount * kToneCount, kRootColour = kMeshColour + 1;
 
 std::vector<Eigen::Vector3f> makePalette() {

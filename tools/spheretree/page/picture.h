@@ -19,11 +19,12 @@ struct PictureSettings {
   int levels = 4;                        // how many levels are drawn at most, from the root
 };
 
-/// PNG with one panel for `mesh` (none if null) and one for each level, all to one scale, parallel projection, white background; at most as
-/// high as wide. Spheres that descend from the same child of the root share a hue. The root is drawn as glass with the mesh in it. Same
-/// arguments, same pixels: there is no thread, no random number and no maths library in it. Cost: about 1 s for 1600 pixels and 585
-/// spheres; up to 300 bytes a pixel.
-/// @throws std::invalid_argument for a view that is not finite or zero, or a width out of range; FormatError for lengths beyond 1e30 mm.
+/// PNG with one panel for `mesh` (none if null) and one for each level, all to one scale, parallel projection, white
+/// background; at most as high as wide. Spheres that descend from the same child of the root share a hue. The root is
+/// drawn as glass with the mesh in it. Same arguments, same pixels: there is no thread, no random number and no maths
+/// library in it. Cost: about 1 s for 1600 pixels and 585 spheres; up to 300 bytes a pixel.
+/// @throws std::invalid_argument for a view that is not finite or zero, or a width out of range; FormatError for
+/// lengths beyond 1e30 mm.
 std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& tree, SphereKind kind, const PictureSettings& settings);
 
 }  // namespace spheretree

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A recording of haptic-player: its columns, the figures of a run, and its charts. Units: mm, N, N mm, s, mJ; world frame.
+// A recording of haptic-player: its columns, the figures of a run, and its charts. Units: mm, N, N mm, s, mJ; world
+// frame.
 #pragma once
 
 #include <array>
@@ -26,33 +27,38 @@ struct Recording {
   std::size_t steps() const { return time.size(); }
 };
 
-/// Columns by their names in the first line, in any order; others are ignored. penetration_mm, which the stability scenarios write, may
-/// lack.
+/// Columns by their names in the first line, in any order; others are ignored. penetration_mm, which the stability
+/// scenarios write, may lack.
 /// @throws formats::FileError, formats::FormatError with line and column.
 Recording readRecording(const std::filesystem::path& path);
 
-/// What is to be said of a recording that is shown in the scene of `scene_file`; empty if it was made there, or does not say where.
+/// What is to be said of a recording that is shown in the scene of `scene_file`; empty if it was made there, or does
+/// not say where.
 /// @throws formats::FormatError if it was made in another scene, which is still there to compare.
 std::string remarkOnScene(const Recording& recording, const std::filesystem::path& file, const std::filesystem::path& scene_file);
 
-/// Energy that the renderer has taken from the hand until each step [mJ]: each wrench is held until the next pose. Below 0 it has given
-/// energy, which a passive object cannot. A hand that is more than 10 mm farther in a step has begun anew: that step adds nothing.
-/// Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic interfaces. IEEE T. Robotics and Automation 18(1), 2002.
+/// Energy that the renderer has taken from the hand until each step [mJ]: each wrench is held until the next pose.
+/// Below 0 it has given energy, which a passive object cannot. A hand that is more than 10 mm farther in a step has
+/// begun anew: that step adds nothing.
+/// Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic interfaces. IEEE T. Robotics and Automation
+///         18(1), 2002.
 std::vector<float> energyTaken(const Recording& recording);
 
 struct Spectrum {
   std::vector<float> hertz, amplitude;  // amplitude of a sine of that frequency [unit of the values]
 };
 
-/// Mean over windows of up to 1024 values (Hann, half overlapping, each without its mean). Empty for fewer than 16 values.
-/// `rate`: values a second. Paper: P. D. Welch. The use of fast Fourier transform for the estimation of power spectra. IEEE Trans. Audio
-/// and Electroacoustics 15(2), 1967.
+/// Mean over windows of up to 1024 values (Hann, half overlapping, each without its mean). Empty for fewer than 16
+/// values.
+/// `rate`: values a second. Paper: P. D. Welch. The use of fast Fourier transform for the estimation of power spectra.
+/// IEEE Trans. Audio and Electroacoustics 15(2), 1967.
 Spectrum spectrumOf(const std::vector<float>& values, double rate);
 
 /// Length of the force at each step [N].
 std::vector<float> forceLength(const Recording& recording);
 
-/// Steps, seconds, largest force, torque, change of force within a step, distance between hand and tool, energy, times, faults.
+/// Steps, seconds, largest force, torque, change of force within a step, distance between hand and tool, energy, times,
+/// faults.
 Json recordingFigures(const Recording& recording);
 
 /// Charts of one run, HTML.

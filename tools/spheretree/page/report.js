@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The 3D section of a report: a scene of objects, their worst spots, and recordings to replay.
-// data: {models: {NAME: {tree, mesh}}, scenes: [{name, tool, objects: [{name, model, position_mm, quaternion_wxyz, levels}],
+// data: {models: {NAME: {tree, mesh}}, scenes: [{name, tool, objects: [{name, model, position_mm, quaternion_wxyz,
+// levels}],
 //   replays: [{name, time, poses, wrench}]}]}
 'use strict';
 
-// Plays one recording in a view: the tool where it is shown (solid), where the hand is (glass), and the force as an arrow.
+// Plays one recording in a view: the tool where it is shown (solid), where the hand is (glass), and the force as an
+// arrow.
 class Replay {
   constructor(view, data, tool, replay) {
     this.view = view;

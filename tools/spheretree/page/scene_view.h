@@ -23,7 +23,8 @@ class ModelStore {
  public:
   /// `triangles`: of a mesh in the page.
   ModelStore(PageData& data, std::size_t triangles) : data_(data), triangles_(triangles) { data.root["models"] = Json::object(); }
-  /// The tree, and the mesh if there is one. Returns the name of the model: that of an earlier one if the trees have the same bytes.
+  /// The tree, and the mesh if there is one. Returns the name of the model: that of an earlier one if the trees have
+  /// the same bytes.
   std::string add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
 
  private:
@@ -32,13 +33,13 @@ class ModelStore {
   std::map<std::string, std::string> name_of_;  // by the hash of a tree's file
 };
 
-/// The meshes behind a compiled scene, as its source scene names them, by the names of the items; those that cannot be read any more are
-/// absent. Items of the same mesh share it.
+/// The meshes behind a compiled scene, as its source scene names them, by the names of the items; those that cannot be
+/// read any more are absent. Items of the same mesh share it.
 using ShownMeshes = std::map<std::string, std::shared_ptr<const ShownMesh>>;
 ShownMeshes meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
 
-/// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a scene of
-/// trees; its models are added. @throws what the readers throw.
+/// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a
+/// scene of trees; its models are added. @throws what the readers throw.
 Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const ShownMeshes& meshes, ModelStore& models);
 
 }  // namespace spheretree::tool

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The 3D view: meshes with the spheres of a level around them, coloured by overhang and gap. Draws only when something changes. Objects of
-// the same model share its geometry: a scene may have thousands of them.
+// The 3D view: meshes with the spheres of a level around them, coloured by overhang and gap. Draws only when something
+// changes. Objects of the same model share its geometry: a scene may have thousands of them.
 'use strict';
 
 class SphereView {
@@ -92,7 +92,8 @@ class SphereView {
     this.frames = (this.frames || 0) + 1;
   }
 
-  // objects: [{name, mesh, tree, position_mm, quaternion_wxyz, levels}], mesh or tree may be absent; as model.cpp packs them.
+  // objects: [{name, mesh, tree, position_mm, quaternion_wxyz, levels}], mesh or tree may be absent; as model.cpp packs
+  // them.
   setObjects(objects) {
     for (const layer of this.layers) while (layer.children.length) this.drop(layer, layer.children[0]);
     const models = new Map();
@@ -118,8 +119,8 @@ class SphereView {
     for (const object of this.objects) object.setLevel(level);
     this.setLook(this.look);
   }
-  // mesh: the mesh alone, coloured by how far the spheres stand off; solid: spheres, by branch or object; heat: spheres, by overhang;
-  // glass: spheres over the mesh
+  // mesh: the mesh alone, coloured by how far the spheres stand off; solid: spheres, by branch or object; heat:
+  // spheres, by overhang; glass: spheres over the mesh
   setLook(look) {
     this.look = look;
     const most = this.ownScale ? 0 : this.most();
@@ -280,7 +281,8 @@ class ViewModel {
     if (this.surface) this.heatSurface();
     return this.gapShare || 0;
   }
-  // For each vertex, how far the union of the spheres reaches above it along its normal; below 0: the vertex is in no sphere.
+  // For each vertex, how far the union of the spheres reaches above it along its normal; below 0: the vertex is in no
+  // sphere.
   heatSurface() {
     if (!this.stale) return;
     const sphere = this.sphere, p = this.surface.getAttribute('position').array, n = this.surface.getAttribute('normal').array;
@@ -427,8 +429,8 @@ function surfaceMaterial() {
   });
 }
 
-// A square that faces the eye and just covers the sphere; each pixel meets the sphere itself, so that no facet hides the mesh or
-// lets it through.
+// A square that faces the eye and just covers the sphere; each pixel meets the sphere itself, so that no facet hides
+// the mesh or lets it through.
 function ballMaterial() {
   return new THREE.ShaderMaterial({
     uniforms: heatUniforms(), side: THREE.DoubleSide, extensions: {fragDepth: true},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A haptic device: where the hand holds the tool in, the wrench that the hand feels out, 1000 times a second.
-// Units: mm, N, N mm, s, rad. Device frame: +x right, +y up, +z towards the user. What every device has in common is here, the
-// safety rules among it: no wrench reaches a device around them. Each device is opened by a function of its own:
-// simulated_device.h, replay_device.h, phantom_device.h.
+// Units: mm, N, N mm, s, rad. Device frame: +x right, +y up, +z towards the user. What every device has in common is
+// here, the safety rules among it: no wrench reaches a device around them. Each device is opened by a function of its
+// own: simulated_device.h, replay_device.h, phantom_device.h.
 #pragma once
 
 #include <atomic>
@@ -47,7 +47,8 @@ struct DeviceError : std::runtime_error {
 /// What computes the wrench. Called from the device's thread (Clock::Real) or from step().
 class Renderer {
  public:
-  /// Must return well within kServoPeriod; no allocation, lock or I/O. The wrench acts on the hand, about state.tool.position, device axes.
+  /// Must return well within kServoPeriod; no allocation, lock or I/O. The wrench acts on the hand, about
+  /// state.tool.position, device axes.
   virtual Rendered render(const DeviceState& state) noexcept = 0;
 
  protected:
@@ -86,8 +87,10 @@ class Device {
 
   const DeviceInfo& info() const noexcept { return info_; }
 
-  /// Begins servo steps. `renderer` must live until stop() has returned. The limits are narrowed to those of the device.
-  /// @throws DeviceError if the clock is not for this device, it runs already, a setting is out of range, or it does not start.
+  /// Begins servo steps. `renderer` must live until stop() has returned. The limits are narrowed to those of the
+  /// device.
+  /// @throws DeviceError if the clock is not for this device, it runs already, a setting is out of range, or it does
+  /// not start.
   void start(Renderer& renderer, const SafetySettings& safety, Clock clock);
 
   /// One servo step; Clock::Stepped only. False, and nothing done, once the phase is no longer Running.
@@ -96,7 +99,8 @@ class Device {
   /// Sends zero, stops, waits for the device's thread. Any number of times. Not from render().
   void stop() noexcept;
 
-  /// Forces come back after a stale model or a failing renderer had switched them off: by guard and ramp as at the start.
+  /// Forces come back after a stale model or a failing renderer had switched them off: by guard and ramp as at the
+  /// start.
   void rearm() noexcept { rearm_.store(true, std::memory_order_relaxed); }
 
   DeviceStatus status() const noexcept;
@@ -105,8 +109,8 @@ class Device {
   Device() = default;
   DeviceInfo info_;
 
-  /// For a device's own servo step: asks the renderer, applies the safety rules, keeps the status. What it returns is to be sent.
-  /// Sets state.tick and state.time itself.
+  /// For a device's own servo step: asks the renderer, applies the safety rules, keeps the status. What it returns is
+  /// to be sent. Sets state.tick and state.time itself.
   Wrench tick(DeviceState state) noexcept;
   void finish(Phase phase, DeviceFault fault = DeviceFault::None, std::int32_t vendor_code = 0) noexcept;
   void note(std::int32_t vendor_code) noexcept { vendor_code_.store(vendor_code, std::memory_order_relaxed); }

@@ -6,8 +6,9 @@
 
 namespace spheretree::device {
 
-/// While one lives, SIGINT, SIGTERM and SIGHUP request an emergency stop; its end restores the former handlers and, if it was
-/// the last, withdraws the request. Every started device then sends zero from its next servo step on and goes to Phase::Halted.
+/// While one lives, SIGINT, SIGTERM and SIGHUP request an emergency stop; its end restores the former handlers and, if
+/// it was the last, withdraws the request. Every started device then sends zero from its next servo step on and goes to
+/// Phase::Halted.
 class EmergencyStop {
  public:
   EmergencyStop();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Phantom through the vendor's HDAPI (OpenHaptics 3), which is loaded when it is asked for: nothing of the vendor is needed to build.
-// Conventions, order of calls, first use with hardware: docs/device.md
+// A Phantom through the vendor's HDAPI (OpenHaptics 3), which is loaded when it is asked for: nothing of the vendor is
+// needed to build. Conventions, order of calls, first use with hardware: docs/device.md
 #pragma once
 
 #include <atomic>
@@ -31,8 +31,8 @@ struct PhantomSettings {
 class PhantomDevice final : public Device {
  public:
   /// Loads, opens, checks the calibration; the forces stay off. One at a time in a process.
-  /// @throws DeviceError LibraryMissing (the loader's own words for each place looked at), SymbolMissing, NotFound, NotCalibrated,
-  /// Communication.
+  /// @throws DeviceError LibraryMissing (the loader's own words for each place looked at), SymbolMissing, NotFound,
+  /// NotCalibrated, Communication.
   explicit PhantomDevice(const PhantomSettings& settings);
   ~PhantomDevice() override;
 

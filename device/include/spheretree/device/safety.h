@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between the wrench that was computed and the wrench that a device gets. Every rule is stated and tested: docs/device.md
+// Between the wrench that was computed and the wrench that a device gets. Every rule is stated and tested:
+// docs/device.md
 #pragma once
 
 #include <cstdint>
@@ -79,7 +80,8 @@ class Safety {
   /// `settings` as findFault() accepts them.
   explicit Safety(const SafetySettings& settings) noexcept;
 
-  /// The wrench to send in this step. Never beyond max_force and max_torque, always finite, whatever comes in. No allocation.
+  /// The wrench to send in this step. Never beyond max_force and max_torque, always finite, whatever comes in. No
+  /// allocation.
   Wrench limit(const DeviceState& state, const Rendered& rendered) noexcept;
 
   std::uint32_t events() const noexcept { return events_; }  // SafetyEvent bits of the last limit()

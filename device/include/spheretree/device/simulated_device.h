@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A large Phantom and the hand that holds it, in closed loop: mass, friction, encoders, sample and hold, delay, saturation, heat.
-// It becomes unstable where theory and measurements say that the real one does: docs/device.md
-// Model of friction: Coulomb and viscous; J. E. Colgate and G. Schenkel, J. Robotic Systems 14(1), 1997; J. J. Abbott and
-// A. M. Okamura, IEEE Trans. Robotics 21(5), 2005.
+// A large Phantom and the hand that holds it, in closed loop: mass, friction, encoders, sample and hold, delay,
+// saturation, heat. It becomes unstable where theory and measurements say that the real one does: docs/device.md
+// Model of friction: Coulomb and viscous; J. E. Colgate and G. Schenkel, J. Robotic Systems 14(1), 1997; J. J. Abbott
+// and A. M. Okamura, IEEE Trans. Robotics 21(5), 2005.
 #pragma once
 
 #include <array>
@@ -25,12 +25,13 @@ struct Hand {
   double inertia = 2e-5, angular_damping = 2e-3, angular_stiffness = 0.5;  // [kg m^2, N m s/rad, N m/rad]
 };
 
-/// arm (Sci. Rep. 5:18004, 2015), fine, light, firm (assumed), teleoperator (Y. Yokokohji, T. Yoshikawa, IEEE Trans. Robotics
-/// Autom. 10(5), 1994), released (a string that barely holds the handle).
+/// arm (Sci. Rep. 5:18004, 2015), fine, light, firm (assumed), teleoperator (Y. Yokokohji, T. Yoshikawa, IEEE Trans.
+/// Robotics Autom. 10(5), 1994), released (a string that barely holds the handle).
 std::span<const Hand> hands() noexcept;
 std::optional<Hand> findHand(std::string_view name) noexcept;
 
-/// Where the hand means to be at a time since start [s]; called once each servo step, must be defined for all t >= 0 and finite.
+/// Where the hand means to be at a time since start [s]; called once each servo step, must be defined for all t >= 0
+/// and finite.
 using IntendedPath = std::function<Configuration(double)>;
 
 struct SimulatedSettings {
@@ -66,7 +67,8 @@ class SimulatedDevice final : public Device {
   Eigen::Vector3d trueVelocity() const noexcept { return handle_.velocity; }  // [mm/s]
   Eigen::Vector3d motorTemperature() const noexcept { return heat_.head<3>(); }
   Wrench actuated() const noexcept { return held_; }  // what the motors gave in the last step
-  /// Passivity observer (Hannaford and Ryu 2002): what the hand has put into the motors since start [N mm = mJ]; negative: they gave more.
+  /// Passivity observer (Hannaford and Ryu 2002): what the hand has put into the motors since start [N mm = mJ];
+  /// negative: they gave more.
   double energy() const noexcept { return energy_; }
 
  private:

@@ -14,8 +14,8 @@ struct ToolMount {
 /// The haptic tool in the world, of a handle in the device frame.
 Configuration toolInWorld(const ToolMount& mount, const Configuration& handle) noexcept;
 
-/// What the device must render at the handle, so that the tool feels `wrench`: world axes, about the reference point of the tool. The
-/// force at a point away from the handle is a torque there.
+/// What the device must render at the handle, so that the tool feels `wrench`: world axes, about the reference point of
+/// the tool. The force at a point away from the handle is a torque there.
 Wrench wrenchOnHandle(const ToolMount& mount, const Configuration& handle, const Wrench& wrench) noexcept;
 
 }  // namespace spheretree::device

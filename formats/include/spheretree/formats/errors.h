@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two ways in which a file fails its user. A message names the file, the element and the value, and says what to do.
+// The two ways in which a file fails its user. A message names the file, the element and the value, and says what to
+// do.
 #pragma once
 
 #include <stdexcept>

@@ -30,8 +30,9 @@ struct FileId {
 };
 std::optional<FileId> idOf(const std::filesystem::path& path);
 
-/// Is told of every file of role User that is read, and of every file that is written, while it is set, so that a program can refuse to
-/// replace what it has read. Called from any thread; what it throws reaches the caller of the function that reads or writes.
+/// Is told of every file of role User that is read, and of every file that is written, while it is set, so that a
+/// program can refuse to replace what it has read. Called from any thread; what it throws reaches the caller of the
+/// function that reads or writes.
 class FileObserver {
  public:
   virtual ~FileObserver() = default;
@@ -60,10 +61,10 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
 /// @throws FileError for a circle of links.
 std::filesystem::path linkTarget(const std::filesystem::path& path);
 
-/// A file written piece by piece under a temporary name in the same folder. commit() syncs it to disk and renames it; without, the
-/// temporary file is removed and an older file of that name stays as it was. Symbolic links are followed; permissions of an older file
-/// stay. A device or pipe (/dev/null) cannot be replaced and is written straight, and so is standard output, which is "-".
-/// Temporary files that a killed program left in the folder are removed.
+/// A file written piece by piece under a temporary name in the same folder. commit() syncs it to disk and renames it;
+/// without, the temporary file is removed and an older file of that name stays as it was. Symbolic links are followed;
+/// permissions of an older file stay. A device or pipe (/dev/null) cannot be replaced and is written straight, and so
+/// is standard output, which is "-". Temporary files that a killed program left in the folder are removed.
 class WholeFile {
  public:
   /// @throws FileError if the folder is missing or read-only, or `path` is a folder or a read-only file.
@@ -87,7 +88,8 @@ class WholeFile {
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role = FileRole::User);
 void writeWhole(const std::filesystem::path& path, std::string_view text, FileRole role = FileRole::User);
 
-/// Before long work: refuses what writeWhole() is sure to refuse (missing folder, no permission, `path` is a folder). Writes nothing.
+/// Before long work: refuses what writeWhole() is sure to refuse (missing folder, no permission, `path` is a folder).
+/// Writes nothing.
 /// @throws FileError
 void checkWritable(const std::filesystem::path& path);
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mesh file -> TriangleMesh in millimetres: OBJ, STL, PLY, OFF, glTF and GLB. What is read and what is refused: docs/mesh_input.md
-// Deterministic: same file, same mesh. Nothing is repaired here, only welded: corners at exactly equal positions become one
-// vertex, vertices that no triangle uses are left out, polygons are cut into triangles. Order is that of the file.
+// Mesh file -> TriangleMesh in millimetres: OBJ, STL, PLY, OFF, glTF and GLB. What is read and what is refused:
+// docs/mesh_input.md
+// Deterministic: same file, same mesh. Nothing is repaired here, only welded: corners at exactly equal positions become
+// one vertex, vertices that no triangle uses are left out, polygons are cut into triangles. Order is that of the file.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +22,8 @@ struct MeshFile {
 };
 
 /// Reads by content where the extension is wrong, else by extension (any case).
-/// `unit_mm`, `gltf_unit_mm`: one unit of an OBJ, STL, PLY or OFF file, and of a glTF file [mm], finite, > 0. glTF says metres.
+/// `unit_mm`, `gltf_unit_mm`: one unit of an OBJ, STL, PLY or OFF file, and of a glTF file [mm], finite, > 0. glTF says
+/// metres.
 /// Cost: O(size of the file); memory at most some ten times the file.
 /// @throws FileError if the file, or a buffer that a .gltf names, cannot be opened or read.
 /// @throws FormatError if its content is refused; the message names the line or face, the value and what to do.

@@ -12,7 +12,8 @@ namespace spheretree::formats {
 /// Binary PLY, little-endian: positions as double, triangles. Parts are left out.
 std::vector<std::byte> encodePly(const TriangleMesh& mesh);
 
-/// OBJ: positions as the shortest decimals that read back as the same double, a group (g) for each part that has a name.
+/// OBJ: positions as the shortest decimals that read back as the same double, a group (g) for each part that has a
+/// name.
 std::vector<std::byte> encodeObj(const TriangleMesh& mesh);
 
 }  // namespace spheretree::formats

@@ -26,8 +26,9 @@ inline std::size_t editDistance(std::string_view a, std::string_view b) {
   return last.back();
 }
 
-/// The word of `known` that was most likely meant: the shortest that begins with `word`, else the one with the least edit distance, the
-/// first of several, if that is at most a third of the letters of `word` (and at least one). None if nothing is that close.
+/// The word of `known` that was most likely meant: the shortest that begins with `word`, else the one with the least
+/// edit distance, the first of several, if that is at most a third of the letters of `word` (and at least one). None if
+/// nothing is that close.
 template <class Words>
 std::optional<std::string_view> nearestWord(std::string_view word, const Words& known) {
   std::optional<std::string_view> best;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene (*.scene.json, schema "spheretree.scene/1"): a tool and objects as meshes or sphere-trees, their places, how each tree is
-// to be built, the coupling of the tool and the limits of the wrench. Every field, its range and default: docs/scene_file.md
+// A scene (*.scene.json, schema "spheretree.scene/1"): a tool and objects as meshes or sphere-trees, their places, how
+// each tree is to be built, the coupling of the tool and the limits of the wrench. Every field, its range and default:
+// docs/scene_file.md
 // Units: mm, N, N mm, rad. World frame; an object's pose takes the frame of its mesh to the world.
 #pragma once
 
@@ -36,7 +37,8 @@ struct TreeSettings {
 /// `own` where it says something, else `defaults`.
 TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults);
 
-/// The tool or an object: a mesh to build a tree from, or a tree, which may name the mesh that it was built from, to be shown.
+/// The tool or an object: a mesh to build a tree from, or a tree, which may name the mesh that it was built from, to be
+/// shown.
 struct SceneItem {
   std::string name;                             // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
   std::filesystem::path mesh, tree;             // one or both are set; as written: relative to the folder of the scene file, or absolute
@@ -59,8 +61,8 @@ struct WorkRegion {
   double tolerance_mm = 0;                            // > 0
 };
 
-/// Surfaces that a ball of this radius cannot touch, as it moves from outside the scene's box through free space, need no more accuracy
-/// than `tolerance_mm`.
+/// Surfaces that a ball of this radius cannot touch, as it moves from outside the scene's box through free space, need
+/// no more accuracy than `tolerance_mm`.
 struct Reach {
   double radius_mm = 0;     // > 0: no thicker than the tool's thinnest part that may touch
   double tolerance_mm = 0;  // > 0
@@ -90,7 +92,8 @@ SceneFile readScene(const std::filesystem::path& path);
 /// The same from a text; `name` stands in front of messages. @throws FormatError
 SceneFile parseScene(std::string_view text, const std::string& name);
 
-/// parseScene(sceneText(s)) gives s, numbers without loss. What is at its default is left out where the schema allows it.
+/// parseScene(sceneText(s)) gives s, numbers without loss. What is at its default is left out where the schema allows
+/// it.
 std::string sceneText(const SceneFile& scene);
 
 }  // namespace spheretree::formats

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// STL, ASCII and binary. The size decides: a file of exactly 84 + 50 n bytes with n in its header is binary, whatever it begins
-// with. Normals and attributes are ignored; solids of an ASCII file are parts.
+// STL, ASCII and binary. The size decides: a file of exactly 84 + 50 n bytes with n in its header is binary, whatever
+// it begins with. Normals and attributes are ignored; solids of an ASCII file are parts.
 #pragma once
 
 #include <span>

@@ -10,11 +10,12 @@
 
 namespace spheretree::formats {
 
-/// The spheres of each level set as icospheres, in one colour a level: nodes level_0, level_1, ... Spheres above hide those below, so each
-/// level is a scene of its own, and the scene that a viewer shows first is that of the leaves. With `level` there is that level only. In
-/// metres, as glTF demands, in the frame of the mesh. `kind`: which spheres of the inner nodes are shown. The finer a sphere's level set,
-/// the coarser its icosphere: at most about 80 MB for a full tree of 6 levels. A tree with a skin also has a node skin beside the leaves:
-/// its patches, 16 triangles each, with the normals that are felt; at most 20 MB.
+/// The spheres of each level set as icospheres, in one colour a level: nodes level_0, level_1, ... Spheres above hide
+/// those below, so each level is a scene of its own, and the scene that a viewer shows first is that of the leaves.
+/// With `level` there is that level only. In metres, as glTF demands, in the frame of the mesh. `kind`: which spheres
+/// of the inner nodes are shown. The finer a sphere's level set, the coarser its icosphere: at most about 80 MB for a
+/// full tree of 6 levels. A tree with a skin also has a node skin beside the leaves: its patches, 16 triangles each,
+/// with the normals that are felt; at most 20 MB.
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::optional<int> level = {});
 
 }  // namespace spheretree::formats

@@ -23,8 +23,8 @@ struct BuildSettings {
   Quality quality = Quality::Standard;
   int most_leaves = 0;      // > 0: no more leaves than this; 0: branching^(levels - 1). Builder Cover only
   double tolerance_mm = 0;  // > 0: fewest spheres whose worst leaf overhang stays within; 0: the whole budget
-  // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the place allows where
-  // it leaves the object (graded_tolerance.h). Builder Cover only.
+  // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the
+  // place allows where it leaves the object (graded_tolerance.h). Builder Cover only.
   std::vector<double> tolerance_of_triangle_mm;
   bool skin = true;              // store the surface that a tool is to rest on; docs/algorithms/skin/skin.md
   double skin_tolerance_mm = 0;  // > 0: the skin lies within this of the mesh; 0: tolerance_mm, or 0.2 % of the diagonal

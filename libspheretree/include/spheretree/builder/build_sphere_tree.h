@@ -18,7 +18,8 @@ struct LevelBuildStatistics {
   double largest_growth_mm = 0;  // by certification
 };
 
-/// Of the mesh that the search ran on. What is stated of the tree is proven against the mesh given, whatever the search ran on.
+/// Of the mesh that the search ran on. What is stated of the tree is proven against the mesh given, whatever the search
+/// ran on.
 struct Simplification {
   std::size_t triangles = 0;     // 0: the search ran on the mesh given
   double distance_bound_mm = 0;  // proven: no point of the mesh given is farther from the simplified surface
@@ -42,10 +43,10 @@ struct BuildResult {
   BuildStatistics statistics;
 };
 
-/// Builds, certifies and wraps. The mesh must have passed checkMesh (mesh_checks.h): closed, oriented outward, manifold, free
-/// of self-intersections, or come from repairMesh (repair_mesh.h). `cover_too`: triangles that every level covers as well, of any
-/// kind; where they reach out of the solid they are part of the surface that overhang is measured from. Same mesh and settings (threads
-/// aside): same bytes.
+/// Builds, certifies and wraps. The mesh must have passed checkMesh (mesh_checks.h): closed, oriented outward,
+/// manifold, free of self-intersections, or come from repairMesh (repair_mesh.h). `cover_too`: triangles that every
+/// level covers as well, of any kind; where they reach out of the solid they are part of the surface that overhang is
+/// measured from. Same mesh and settings (threads aside): same bytes.
 /// @throws BuildError, Cancelled, std::invalid_argument for settings out of range.
 BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress,
                             const TriangleMesh& cover_too = {});

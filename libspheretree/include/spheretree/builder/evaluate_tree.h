@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well a sphere-tree stands for a mesh, level by level: what `spheretree evaluate` prints. Definitions, and how each figure
-// is found and how exact it is: docs/measures.md
+// How well a sphere-tree stands for a mesh, level by level: what `spheretree evaluate` prints. Definitions, and how
+// each figure is found and how exact it is: docs/measures.md
 // Units: mm, frame of the mesh.
 #pragma once
 
@@ -21,9 +21,10 @@ struct EvaluateSettings {
 };
 
 /// Measures the cover spheres of every level against the mesh, which must be closed, oriented outward and free of
-/// self-intersections (mesh_checks.h), else inside and outside are uncertain. The tree must be sound (core's findFault).
-/// `cover_too` (repair_mesh.h's `to_cover`; may be empty) is surface that the tree has to cover as well: it counts in the coverage of every
-/// level, by its area, and overhang is measured from it where it lies outside the solid.
+/// self-intersections (mesh_checks.h), else inside and outside are uncertain. The tree must be sound (core's
+/// findFault).
+/// `cover_too` (repair_mesh.h's `to_cover`; may be empty) is surface that the tree has to cover as well: it counts in
+/// the coverage of every level, by its area, and overhang is measured from it where it lies outside the solid.
 /// Same arguments (threads aside), same result. Cost: 1 to 2 s on one core for 4,000 triangles and 585 nodes.
 /// @throws Cancelled, std::invalid_argument for an empty tree or a mesh without area.
 Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The figures of an evaluated sphere-tree, level by level. Definitions, and how each figure is found and how exact it is:
-// docs/measures.md
+// The figures of an evaluated sphere-tree, level by level. Definitions, and how each figure is found and how exact it
+// is: docs/measures.md
 // Units: mm, frame of the mesh.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is wrong with a mesh, and where. The builders need closed, manifold surfaces, wound outward, that do not cross themselves:
-// only then is it certain what is inside. Kinds of defects, and what to do about each: docs/mesh_input.md
+// What is wrong with a mesh, and where. The builders need closed, manifold surfaces, wound outward, that do not cross
+// themselves: only then is it certain what is inside. Kinds of defects, and what to do about each: docs/mesh_input.md
 // Units: mm. Deterministic: same mesh, same report.
 #pragma once
 
@@ -84,12 +84,13 @@ struct MeshReport {
   std::size_t count(DefectKind kind) const;  // 0 if there is none
   std::size_t buriedComponents() const;
 
-  /// One line for each defect: kind, count, first place, what to do. Then what was not checked. Empty if there is nothing to say.
+  /// One line for each defect: kind, count, first place, what to do. Then what was not checked. Empty if there is
+  /// nothing to say.
   std::string summary() const;
 };
 
-/// `places`: how many to list of each defect. Cost: O(n log n) plus one test for each pair of triangles whose boxes meet; about 0.5 s for
-/// 100,000 triangles. Never throws but for want of memory, whatever the mesh.
+/// `places`: how many to list of each defect. Cost: O(n log n) plus one test for each pair of triangles whose boxes
+/// meet; about 0.5 s for 100,000 triangles. Never throws but for want of memory, whatever the mesh.
 MeshReport checkMesh(const TriangleMesh& mesh, std::size_t places = kPlacesListed);
 
 /// Turns the components that `report` of this mesh calls inside out.

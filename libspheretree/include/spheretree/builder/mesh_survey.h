@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is worth knowing of a mesh beyond its defects (mesh_checks.h): the shape of its borders, cracks and T-junctions along them,
-// triangles to turn, parts too small to mean anything, a unit that is unlikely, and how thick and how costly to cover the solid is. None of
-// it makes a build refuse. What each figure means: docs/mesh_input.md Units: mm. Deterministic: same mesh, same survey, for any number of
-// threads.
+// What is worth knowing of a mesh beyond its defects (mesh_checks.h): the shape of its borders, cracks and T-junctions
+// along them, triangles to turn, parts too small to mean anything, a unit that is unlikely, and how thick and how
+// costly to cover the solid is. None of it makes a build refuse. What each figure means: docs/mesh_input.md Units: mm.
+// Deterministic: same mesh, same survey, for any number of threads.
 #pragma once
 
 #include <string>
@@ -37,8 +37,8 @@ struct Thickness {
   double least = 0, fifth_percentile = 0, median = 0, most = 0;  // [mm]
 };
 
-/// How many leaves cover the solid with this overhang, by the formula h_fin of docs/measures.md. Builds at standard quality took 0.7 to 1.2
-/// times as many on the meshes it was held against.
+/// How many leaves cover the solid with this overhang, by the formula h_fin of docs/measures.md. Builds at standard
+/// quality took 0.7 to 1.2 times as many on the meshes it was held against.
 struct LeafEstimate {
   double overhang = 0;  // [mm]
   std::size_t leaves = 0;
@@ -56,7 +56,8 @@ struct MeshSurvey {
   std::vector<LeafEstimate> leaf_estimates;  // for 1, 0.5, 0.2, 0.1 ... per cent of the diagonal
 };
 
-/// `report`: of this mesh, from checkMesh. Seams are searched up to 1e-4 of the diagonal. Cost: O(n log n), and 4,000 inner balls.
+/// `report`: of this mesh, from checkMesh. Seams are searched up to 1e-4 of the diagonal. Cost: O(n log n), and 4,000
+/// inner balls.
 /// @throws Cancelled.
 MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a ball can come that moves from outside through the space that solids leave free, and which triangles it may touch.
-// Never wrong in the dangerous sense: a triangle that the ball can touch is called reached. One that it cannot may be called so, too,
-// where the passage or the place is closer than the cell size to being reached.
+// Where a ball can come that moves from outside through the space that solids leave free, and which triangles it may
+// touch. Never wrong in the dangerous sense: a triangle that the ball can touch is called reached. One that it cannot
+// may be called so, too, where the passage or the place is closer than the cell size to being reached.
 // Units: mm, world frame. Deterministic for any number of threads.
 #pragma once
 
@@ -17,9 +17,10 @@ namespace spheretree::builder {
 
 class ReachableSpace {
  public:
-  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cells are half as wide as the radius, or a
-  /// four-hundredth of the scene's diagonal if that is more.
-  /// Cost: about one distance query for each cell near a surface; a mouth of 33 objects takes some seconds of processor time.
+  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cells are half as wide
+  /// as the radius, or a four-hundredth of the scene's diagonal if that is more.
+  /// Cost: about one distance query for each cell near a surface; a mouth of 33 objects takes some seconds of processor
+  /// time.
   /// @throws Cancelled, std::invalid_argument for no solids or a radius that is not positive.
   ReachableSpace(std::span<const TriangleMesh> solids, double radius, Progress& progress);
 

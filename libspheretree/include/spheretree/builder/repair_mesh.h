@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Makes a closed, manifold surface, wound outward, that does not cross itself, of nearly any triangles: what the builders need. As
-// little as possible is done, step by step; every step that does anything is named, with what it changed and how far at most.
-// The steps and what each guarantees: docs/mesh_input.md
+// Makes a closed, manifold surface, wound outward, that does not cross itself, of nearly any triangles: what the
+// builders need. As little as possible is done, step by step; every step that does anything is named, with what it
+// changed and how far at most. The steps and what each guarantees: docs/mesh_input.md
 // Units: mm. Deterministic: same mesh, same result.
 #pragma once
 
@@ -52,8 +52,8 @@ struct RepairStep {
 struct RepairedMesh {
   TriangleMesh mesh;      // sound if isSound(); parts are kept if nothing but turned or left out components changed
   TriangleMesh to_cover;  // triangles of the input, or pieces, that are not part of `mesh` exactly and have to be covered too
-  // Triangles of the input that need no cover where they lie deep within the solid; sorted. `mesh` and `to_cover` hold all of the input
-  // but for that and for what the steps removed.
+  // Triangles of the input that need no cover where they lie deep within the solid; sorted. `mesh` and `to_cover` hold
+  // all of the input but for that and for what the steps removed.
   std::vector<std::uint32_t> partly;
   std::vector<RepairStep> steps;
   double bound_mm = 0;  // no point of the surface of `mesh` lies farther from the input's triangles, holes that were filled aside
@@ -63,8 +63,8 @@ struct RepairedMesh {
   bool isSound() const { return result.clean(); }
 };
 
-/// Never throws for a defect: a mesh that cannot be repaired (no triangles, bad numbers, an absurd size, zero area) comes back as it is,
-/// with a `result` that is not clean.
+/// Never throws for a defect: a mesh that cannot be repaired (no triangles, bad numbers, an absurd size, zero area)
+/// comes back as it is, with a `result` that is not clean.
 /// Cost: that of checkMesh for a sound mesh; some seconds for 100,000 triangles with defects; a wrap 2 to 30 s.
 /// @throws Cancelled
 RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& progress);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much a tree changes when its mesh changes in ways that should not matter: turned, scaled, reordered, cut finer, slightly noisy.
+// How much a tree changes when its mesh changes in ways that should not matter: turned, scaled, reordered, cut finer,
+// slightly noisy.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +27,9 @@ struct SensitivitySettings {
   std::uint64_t seed = 1;
 };
 
-/// One row for each kind of change. Builds `1 + rotations + 3 * others + 6` trees with `build`, one after the other. Noise that breaks the
-/// mesh (checkMesh finds a fault) is halved until it does not. @throws what buildSphereTree throws.
+/// One row for each kind of change. Builds `1 + rotations + 3 * others + 6` trees with `build`, one after the other.
+/// Noise that breaks the mesh (checkMesh finds a fault) is halved until it does not. @throws what buildSphereTree
+/// throws.
 std::vector<SensitivityRow> measureSensitivity(const TriangleMesh& mesh, const BuildSettings& build, const SensitivitySettings& settings,
                                                Progress& progress);
 

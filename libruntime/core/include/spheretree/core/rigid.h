@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rigid motion: where a tool is, the step between two places, and the wrench on it.
-// Units: mm, rad, N, N mm. Rotations as unit quaternions (w, x, y, z), body axes to world axes; no Euler angles, so no singular pose.
+// Units: mm, rad, N, N mm. Rotations as unit quaternions (w, x, y, z), body axes to world axes; no Euler angles, so no
+// singular pose.
 #pragma once
 
 #include <Eigen/Core>

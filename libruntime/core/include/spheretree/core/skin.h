@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The skin of an object: the surface that a tool rests on. A mesh of triangles carries two things. What is *guaranteed* are its flat
-// triangles: no leaf of a tool gets deeper into them than the skin's tolerance. What is *felt* are smooth patches, one over each
-// triangle, with a normal that is continuous from patch to patch but for sharp edges. How the builder makes them and proves how far they
-// lie from the mesh: docs/algorithms/skin/skin.md
+// The skin of an object: the surface that a tool rests on. A mesh of triangles carries two things. What is *guaranteed*
+// are its flat triangles: no leaf of a tool gets deeper into them than the skin's tolerance. What is *felt* are smooth
+// patches, one over each triangle, with a normal that is continuous from patch to patch but for sharp edges. How the
+// builder makes them and proves how far they lie from the mesh: docs/algorithms/skin/skin.md
 //
-// A patch is quadratic in the barycentric coordinates w of its triangle: with six nodes (the three corners, then the middles of the sides
-// 01, 12 and 20), each with a position p_i and a normal n_i,
+// A patch is quadratic in the barycentric coordinates w of its triangle: with six nodes (the three corners, then the
+// middles of the sides 01, 12 and 20), each with a position p_i and a normal n_i,
 //     position(w) = sum_i L_i(w) p_i,    normal(w) = sum_i L_i(w) n_i (not of unit length),
-// where L_i are the quadratic Lagrange polynomials w_0 (2 w_0 - 1), ..., 4 w_0 w_1, ... Neighbours share the nodes of a side, so that
-// positions and normals agree along it; along a sharp edge only the positions do.
-// Positions are stored as whole numbers in a box, normals by octahedral coordinates: 10 bytes a vertex, 8 an edge, 12 a triangle.
+// where L_i are the quadratic Lagrange polynomials w_0 (2 w_0 - 1), ..., 4 w_0 w_1, ... Neighbours share the nodes of a
+// side, so that positions and normals agree along it; along a sharp edge only the positions do.
+// Positions are stored as whole numbers in a box, normals by octahedral coordinates: 10 bytes a vertex, 8 an edge, 12 a
+// triangle.
 // Units: mm, frame of the tree.
 #pragma once
 
@@ -28,8 +29,9 @@ namespace spheretree {
 /// Paper: Q. Meyer et al. On floating-point normal vectors. Computer Graphics Forum 29(4), 2010.
 using PackedNormal = std::array<std::int16_t, 2>;
 
-/// No direction is farther from its packed form [rad]. Rounding moves each coordinate by half of 1/32767 at most, a point of the octahedron
-/// by sqrt(6) of that, and the middle of a face, where the octahedron is nearest to its centre, turns by sqrt(3) of that: 6.5e-5.
+/// No direction is farther from its packed form [rad]. Rounding moves each coordinate by half of 1/32767 at most, a
+/// point of the octahedron by sqrt(6) of that, and the middle of a face, where the octahedron is nearest to its centre,
+/// turns by sqrt(3) of that: 6.5e-5.
 inline constexpr double kNormalError = 6.6e-5;
 
 struct SkinVertex {
@@ -78,8 +80,8 @@ struct SkinPatch {
 SkinPatch patchOf(const Skin& skin, std::size_t triangle);
 
 /// How far an edge bends its patches out: 4/3 of its offset, rounded up [mm]. A patch is its flat triangle plus
-/// sum_e 4 w_a w_b offset_e over its sides e = ab; since the three products w_a w_b add up to at most 1/3, no point of it
-/// moves farther than the largest swing of its three sides.
+/// sum_e 4 w_a w_b offset_e over its sides e = ab; since the three products w_a w_b add up to at most 1/3, no point of
+/// it moves farther than the largest swing of its three sides.
 float swingOf(const Skin& skin, const SkinEdge& edge);
 
 /// How much deeper than the flat triangle of `patch` a tool may get before the guarantee of the skin is broken: 0 for a
@@ -92,10 +94,10 @@ Eigen::Vector3f unpackNormal(const PackedNormal& normal);
 /// A sphere that encloses the flat triangle and the patch. Deterministic. Cost: about 50 ns.
 Sphere enclose(const SkinPatch& patch);
 
-/// First broken rule as a sentence that names the element, or "" for a sound skin: indices in range, numbers finite and in range, no edge
-/// swings out farther than the tolerance, and every sphere of the search tree encloses the corners and the control points of the patches
-/// below it. The hull of these six points holds the patch and its flat triangle; the control point of a side from a to b with the middle m
-/// is 2 m - (a + b) / 2. Cost: about 50 ns a triangle.
+/// First broken rule as a sentence that names the element, or "" for a sound skin: indices in range, numbers finite and
+/// in range, no edge swings out farther than the tolerance, and every sphere of the search tree encloses the corners
+/// and the control points of the patches below it. The hull of these six points holds the patch and its flat triangle;
+/// the control point of a side from a to b with the middle m is 2 m - (a + b) / 2. Cost: about 50 ns a triangle.
 std::string findFault(const Skin& skin);
 
 }  // namespace spheretree

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene: the tool, the objects in their places, stiffness and limits. It is described first and compiled once; steps only read it.
+// A scene: the tool, the objects in their places, stiffness and limits. It is described first and compiled once; steps
+// only read it.
 // Units: mm, N, N mm, rad.
 #pragma once
 
@@ -98,10 +99,10 @@ class Scene {
   std::unique_ptr<const CompiledScene> compiled_;
 };
 
-/// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is unsound
-/// (findFault), a pose is not finite, or a limit is out of range; `scene` is then unchanged.
-/// Cost: O(spheres + triangles of the skins), about 0.3 ms for 512 leaves with a skin of 4,000 triangles; copies of an object cost
-/// nothing but their place. Allocates all that the scene will ever hold.
+/// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is
+/// unsound (findFault), a pose is not finite, or a limit is out of range; `scene` is then unchanged.
+/// Cost: O(spheres + triangles of the skins), about 0.3 ms for 512 leaves with a skin of 4,000 triangles; copies of an
+/// object cost nothing but their place. Allocates all that the scene will ever hold.
 [[nodiscard]] bool compileScene(const SceneDescription& description, Scene& scene, std::string& fault);
 
 }  // namespace spheretree::runtime

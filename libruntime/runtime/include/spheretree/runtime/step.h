@@ -87,20 +87,21 @@ class Workspace {
 };
 
 /// The first step, and the first after reset(), puts the graphic tool at the haptic pose.
-/// No allocation, lock, exception or I/O. Cost: bounded by StepLimits; the first step after a reset also finds out on which side of each
-/// skin the tool is (about 15 ns for each triangle and leaf of the tool that is near). Same scene, poses and mode: same bytes.
+/// No allocation, lock, exception or I/O. Cost: bounded by StepLimits; the first step after a reset also finds out on
+/// which side of each skin the tool is (about 15 ns for each triangle and leaf of the tool that is near). Same scene,
+/// poses and mode: same bytes.
 /// `times`, if given, gets the stage times.
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace,
                 StageTimes* times = nullptr) noexcept;
 
-/// The contacts that held the graphic tool at the end of the last step; at most kMostContacts. Valid until the next step. Empty in free
-/// space and in the mode of the paper.
+/// The contacts that held the graphic tool at the end of the last step; at most kMostContacts. Valid until the next
+/// step. Empty in free space and in the mode of the paper.
 std::span<const Contact> contacts(const Workspace& workspace) noexcept;
 
-/// Puts an object of the scene elsewhere, for the steps to come: its mesh frame in the world, as in SceneDescription. The tool is not taken
-/// along: where the object comes upon it, it is pushed out in the next step. False, and nothing changes, if there is no such object or the
-/// pose is not finite or beyond 1e7 mm. No allocation. Cost: 0.3 us; a jump of more than a quarter of the smallest ball's radius also finds
-/// out anew on which side of the skins the tool is.
+/// Puts an object of the scene elsewhere, for the steps to come: its mesh frame in the world, as in SceneDescription.
+/// The tool is not taken along: where the object comes upon it, it is pushed out in the next step. False, and nothing
+/// changes, if there is no such object or the pose is not finite or beyond 1e7 mm. No allocation. Cost: 0.3 us; a jump
+/// of more than a quarter of the smallest ball's radius also finds out anew on which side of the skins the tool is.
 bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept;
 
 /// Forgets the last step: the next one starts at its haptic pose.
