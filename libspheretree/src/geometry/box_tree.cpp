@@ -20,16 +20,16 @@ double halfArea(const Eigen::AlignedBox3d& box) {
   return s.x() * s.y() + s.y() * s.z() + s.z() * s.x();
 }
 
-struct Range {
-  std::size_t first = 0, last = 0;
-  Eigen::AlignedBox3d box;
-  std::size_t size() const { return last - first; }
-};
-
 }  // namespace
 
 // Splits ranges of items until they fit into leaves, and makes the nodes.
 class BoxTree::Builder {
+  struct Range {
+    std::size_t first = 0, last = 0;
+    Eigen::AlignedBox3d box;
+    std::size_t size() const { return last - first; }
+  };
+
  public:
   Builder(BoxTree& tree, std::span<const Eigen::AlignedBox3d> boxes, std::size_t leaf_size)
       : tree_(tree), order_(tree.order_), boxes_(boxes), leaf_size_(leaf_size) {

@@ -248,19 +248,19 @@ class Classifier {
 
  private:
   void findPatches() {
-    struct Side {
+    struct FacetSide {
       std::uint64_t edge;
       std::uint32_t facet;
       bool forward;
     };
-    std::vector<Side> sides;
+    std::vector<FacetSide> sides;
     for (std::uint32_t f = 0; f < a_.facets.size(); ++f)
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t u = a_.facets[f][k], v = a_.facets[f][(k + 1) % 3];
         sides.push_back({std::uint64_t{std::min(u, v)} << 32 | std::max(u, v), f, u < v});
       }
     std::sort(sides.begin(), sides.end(),
-              [](const Side& a, const Side& b) { return std::tie(a.edge, a.facet) < std::tie(b.edge, b.facet); });
+              [](const FacetSide& a, const FacetSide& b) { return std::tie(a.edge, a.facet) < std::tie(b.edge, b.facet); });
     struct Neighbour {
       std::uint32_t facet;
       bool is_alike;

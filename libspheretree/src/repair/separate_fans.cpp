@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <tuple>
 
 namespace spheretree::builder {
@@ -110,8 +109,8 @@ SeparatedFans separateFans(RepairSoup& soup, double distance) {
     if (middles.empty()) break;
     copies.insert(copies.end(), middles.begin(), middles.end());
   }
-  std::vector<std::uint32_t> parent(3 * mesh.triangles.size());
-  std::iota(parent.begin(), parent.end(), 0u);
+  std::vector<std::uint32_t> parent;
+  for (std::uint32_t corner = 0; corner < 3 * mesh.triangles.size(); ++corner) parent.push_back(corner);
   for (const std::vector<FanSide>& edge : sidesOfEdges(mesh))
     if (edge.size() == 2) join(mesh, edge[0], edge[1], parent);
 
