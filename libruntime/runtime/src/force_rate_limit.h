@@ -2,9 +2,9 @@
 // How much the wrench may change in a step beyond what the motion of the hand explains: half of the smallest difference
 // that a hand can tell, so that a step is not noticed, with a margin of two.
 // Force: 7 % (X.-D. Pang, H. Z. Tan, N. I. Durlach. Manual discrimination of force using active finger motion.
-// Perception & Psychophysics 49(6), 1991). Torque: 13 % (L. Jandura, M. A. Srinivasan. Experiments on human performance in torque
-// discrimination and control. ASME DSC 55-1, 1994). Small forces and torques are told apart by no less than the pass
-// figures of docs/stability.md, 0.1 N and 5 N mm.
+// Perception & Psychophysics 49(6), 1991). Torque: 13 % (L. Jandura, M. A. Srinivasan. Experiments on human performance
+// in torque discrimination and control. ASME DSC 55-1, 1994). Small forces and torques are told apart by no less than
+// the pass figures of docs/stability.md, 0.1 N and 5 N mm.
 #pragma once
 
 namespace spheretree::runtime {
