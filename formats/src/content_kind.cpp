@@ -22,7 +22,7 @@ std::optional<MeshKind> meshKindOf(std::span<const char> bytes) {
     if (word.empty() || word.starts_with('#')) continue;
     if (begins_solid) return word == "facet" || word == "endsolid" ? std::optional(MeshKind::Stl) : std::nullopt;
     if (word.starts_with('{')) return MeshKind::Gltf;
-    if (const std::size_t off = word.find("OFF"); off <= 4 && word.find_first_not_of("STCN4n") == off) return MeshKind::Off;
+    if (const std::size_t off = word.find("OFF"); off <= 6 && word.find_first_not_of("STCN4n") == off) return MeshKind::Off;
     if (word == "solid")
       begins_solid = true;
     else if (word == "v" || word == "vn" || word == "vt" || word == "mtllib")

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "spheretree/runtime/step.h"
+#include "support/compiled_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
@@ -15,15 +16,9 @@ namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::compiled;
 using test::Random;
 const Quaternion kUpright(1, 0, 0, 0);
-
-Scene compiled(const SceneDescription& d) {
-  Scene scene;
-  std::string fault;
-  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
-  return scene;
-}
 
 // Force and torque on the graphic tool, about its reference point.
 Wrench sumOf(std::span<const Contact> contacts, const Vector3d& about) {

@@ -18,21 +18,16 @@
 #include <Eigen/Geometry>
 
 #include "step_memory.h"
+#include "support/compiled_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
 namespace {
 
+using test::compiled;
 using test::Random;
 using Triple = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // object, tool node, object node
-
-Scene compiled(const SceneDescription& description) {
-  Scene scene;
-  std::string fault;
-  EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
-  return scene;
-}
 
 std::uint32_t toolNode(const Scene& scene, std::uint32_t slot) {
   const CompiledScene& compiled = scene.compiled();

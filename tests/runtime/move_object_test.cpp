@@ -7,6 +7,7 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
+#include "support/compiled_scene.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
@@ -14,15 +15,9 @@ namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::compiled;
 using test::Random;
 const Quaternion kUpright(1, 0, 0, 0);
-
-Scene compiled(const SceneDescription& d) {
-  Scene scene;
-  std::string fault;
-  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
-  return scene;
-}
 
 SceneDescription ballOnSphere(bool has_skin = true) {
   SceneDescription d;
