@@ -247,6 +247,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)},
                           {"memory_locked", locked}};
   summary["safety_events"] = status.safety_so_far;
+  if (observer) observer->addTo(summary);
   if (recording) summary["recording"] = {{"file", settings.record.string()}, {"rows_lost", recording->lost()}};
   return end;
 }

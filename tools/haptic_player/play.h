@@ -52,6 +52,8 @@ class PlayObserver {
   virtual device::IntendedPath handPath(device::IntendedPath path) { return path; }
   /// Over and over: after each step of a stepped run, at once after the one before in a real one. False ends the run.
   virtual bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) = 0;
+  /// Adds what it has to say of the run that has ended to the summary.
+  virtual void addTo(nlohmann::ordered_json& /*summary*/) const {}
 };
 
 /// Runs to the end, or until an emergency stop is requested: zero wrench, clean stop, the recording whole under its

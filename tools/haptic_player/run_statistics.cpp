@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::array<const char*, 6> kFaultNames{"pairs_full", "work_limit", "qp_stopped", "rows_conflict", "penetrating", "bad_input"};
 
+}  // namespace
+
 nlohmann::ordered_json timesJson(const TimeHistogram& h) {
   const auto rounded = [](double us) { return std::round(us * 1000) / 1000; };
   return {{"median", rounded(h.quantile(0.5))},
@@ -17,8 +19,6 @@ nlohmann::ordered_json timesJson(const TimeHistogram& h) {
           {"p99_9", rounded(h.quantile(0.999))},
           {"max", rounded(h.largest())}};
 }
-
-}  // namespace
 
 void TimeHistogram::add(double us) noexcept {
   const double octave = us > 0.001 ? std::log2(us * 1000) : 0;

@@ -29,6 +29,9 @@ class TimeHistogram {
   double largest_ = 0;
 };
 
+/// median, p99, p99_9 and max of durations [us].
+nlohmann::ordered_json timesJson(const TimeHistogram& durations);
+
 /// Passivity observer: the energy that the renderer has taken from the hand, E[n] = -sum F . dx + torque . dtheta over
 /// the ticks, each wrench held until the next pose. Below 0 the renderer has given energy. Paper: B. Hannaford, J.-H.
 /// Ryu. Time-domain passivity control of haptic interfaces. IEEE Trans. Robotics and Automation 18(1), 2002.

@@ -2,7 +2,9 @@
 #include "view/live_view.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "servo_loop.h"
@@ -68,6 +70,7 @@ LiveView::~LiveView() {
 }
 
 void LiveView::onScene(const runtime::SceneDescription& scene) {
+  loaded_ = Clock::now();
   shown_.setScene(scene, settings_.scene);
   view::ViewerState& state = shown_.state;
   state.look = options_.look;
@@ -173,6 +176,7 @@ bool LiveView::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
     return status.phase == device::Phase::Running;
   }
   const double seconds = window_.begin();
+  const Clock::time_point begun = Clock::now();
   shown_.update();
   if (!has_camera_ && shown_.pane().has_state) {
     const view::Layout layout = view::layoutOf(state, window_.width(), window_.height(), window_.interface().scale());
@@ -183,9 +187,19 @@ bool LiveView::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
   state.recording = recording_ ? recording_->path().string() : first_recording_ ? settings_.record.string() : "";
   viewer_->frame(window_.width(), window_.height(), window_.samples(), seconds, 0);
   window_.present();
+  const Clock::time_point shown = Clock::now();
+  if (frames_.count() == 0) first_frame_ = std::chrono::duration<double>(shown - loaded_).count();
+  frames_.add(std::chrono::duration<double, std::micro>(shown - begun).count());
   steer(seconds);
   if (std::exchange(state.wants_record, false)) toggleRecording(loop);
   return true;
+}
+
+void LiveView::addTo(nlohmann::ordered_json& summary) const {
+  summary["view"] = {{"frames", frames_.count()},
+                     {"frame_us", timesJson(frames_)},
+                     {"first_frame_s", std::round(first_frame_ * 1000) / 1000},
+                     {"steps_not_shown", shown_.streams.steps.lost()}};
 }
 
 }  // namespace spheretree::player

@@ -11,6 +11,7 @@
 #include "panel/viewer.h"
 #include "play.h"
 #include "recording.h"
+#include "run_statistics.h"
 #include "streams/live_streams.h"
 #include "window/window.h"
 
@@ -56,6 +57,9 @@ class LiveView final : public PlayObserver {
   view::LiveStreams* streams() override { return &shown_.streams; }
   device::IntendedPath handPath(device::IntendedPath path) override;
   bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
+  /// `view`: frames, frame_us (from the first call for a frame until it is handed to the display; waiting for the next
+  /// one is no part), first_frame_s (after the trees were loaded), steps_not_shown.
+  void addTo(nlohmann::ordered_json& summary) const override;
 
  private:
   void steer(double seconds);
@@ -77,6 +81,9 @@ class LiveView final : public PlayObserver {
   Clock::time_point rated_;
   std::uint64_t rated_ticks_ = 0;
   double rate_ = 0;
+  TimeHistogram frames_;
+  Clock::time_point loaded_;
+  double first_frame_ = 0;  // [s]
   bool has_camera_ = false, stop_asked_ = false;
 };
 
