@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""tools/doc_tables.py BUILD [--update] [--slow] [NAME...]: figures of the documentation, made by the programs of BUILD.
+
+Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of this file prints.
+Without --update the tables are made anew and compared; a difference ends with exit code 1. Times are not compared. Tables that take
+minutes are left out unless --slow is given or they are named. The test `install.doc_tables` runs the others. The table of
+docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes half an hour."""
+import argparse
+import difflib
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
+TIME = re.compile(r"\b\d+(\.\d+)? s\b")
+
+
+class Programs:
+    """The programs of a build, and one folder that the tables share."""
+
+    def __init__(self, build, folder):
+        self.build, self.folder = Path(build).resolve(), Path(folder)
+
+    def run(self, name, *arguments, codes=(0,)):
+        places = {"spheretree": "tools/spheretree", "make_samples": "samples/make_samples"}
+        done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
+        if done.returncode not in codes:
+            sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
+        return done.stdout
+
+    def samples(self):
+        if not (self.folder / "molar.obj").exists():
+            self.run("make_samples", ".")
+
+    def mouth(self):
+        if not (self.folder / "mouth").exists():
+            self.run("make_samples", "--mouth", "mouth")
+
+    def batch(self, scene, out, *arguments):
+        self.run("spheretree", "batch", scene, "-o", out, "--cache", "cache", "-q", *arguments, codes=(0, 5))
+        return json.loads((self.folder / out / "report.json").read_text())
+
+
+def molar_build(programs):
+    """What `build` prints for the sample molar."""
+    programs.samples()
+    text = programs.run("spheretree", "build", "molar.obj", "-o", "tooth.stree")
+    return ["    " + line for line in text.rstrip().splitlines()]
+
+
+def mouth_parts(programs):
+    """Triangles of the parts of the sample mouth."""
+    programs.mouth()
+    parts = json.loads(programs.run("spheretree", "check", "mouth/mouth.obj", "--list-parts", "--json", codes=(0, 4)))["part_list"]
+    count = {part["name"]: part["triangles"] for part in parts}
+    probe = json.loads(programs.run("spheretree", "check", "mouth/probe.obj", "--json"))["triangles"]
+    teeth = sorted(name for name in count if name.startswith("tooth_"))
+    sizes = sorted({count[name] for name in teeth})
+    rows = [(f"{len(teeth)} teeth, `{teeth[0]}` .. `{teeth[-1]}` (FDI): incisors, canines, premolars, molars, upper and lower in their sizes",
+             f"{sizes[0]:,} each" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"),
+            ("`lower_jaw`, `upper_jaw`: ridge and gum, the gum higher between the teeth", f"{count['lower_jaw']:,} each"),
+            ("`tongue`", f"{count['tongue']:,}"), ("`face`, with the open mouth", f"{count['face']:,}"), ("`probe`, the tool", f"{probe:,}")]
+    return ["| part | triangles |", "|---|---|", *(f"| {part} | {triangles} |" for part, triangles in rows)]
+
+
+def graded_scene(programs, quality, graded):
+    """The sample mouth with the tolerances of docs/batch.md, or without any, at a quality."""
+    scene = json.loads((programs.folder / "mouth/mouth.scene.json").read_text())
+    scene.setdefault("defaults", {})["quality"] = quality
+    if graded:
+        scene["defaults"]["tolerance_mm"] = 0.2
+        scene["work"] = [{"name": "pocket 46", "sphere": {"centre_mm": [-26.07, 15.96, -2.3], "radius_mm": 3}, "tolerance_mm": 0.05}]
+        scene["reach"] = {"radius_mm": 0.1, "tolerance_mm": 1.0}
+    name = f"mouth/{quality}_{'graded' if graded else 'whole'}.scene.json"
+    (programs.folder / name).write_text(json.dumps(scene))
+    return name
+
+
+def mouth_leaves(programs):
+    """Leaves of the sample mouth with the whole budget and with tolerances; the overhang at the site, the gum and everywhere."""
+    programs.mouth()
+    lines = ["| | leaves | leaves reach out at most, tooth 46 | gum | whole mouth |", "|---|---|---|---|---|"]
+    for quality in ("standard", "quick"):
+        whole = None
+        for graded in (False, True):
+            report = programs.batch(graded_scene(programs, quality, graded), f"out_{quality}_{graded}")
+            objects = {entry["name"]: entry for entry in report["objects"]}
+            bound = {name: entry["levels"][-1]["overhang_mm"]["bound"] for name, entry in objects.items()}
+            site = {name: {w["name"]: w["overhang_bound_mm"] for w in objects[name].get("work", [])} for name in ("tooth_46", "lower_jaw")}
+            leaves = sum(entry["leaves"] for entry in objects.values())
+            whole = whole or leaves
+            less = f" ({100 * (whole - leaves) / whole:.0f} % fewer)" if graded else ""
+            at = [min([*site[name].values(), bound[name]]) for name in ("tooth_46", "lower_jaw")]
+            title = f"`{quality}`, with the tolerances above" if graded else f"`{quality}`, the whole budget"
+            lines.append(f"| {title} | {leaves:,}{less} | {at[0]:.3f} mm | {at[1]:.3f} mm | {max(bound.values()):.2f} mm |")
+    return lines
+
+
+def mouth_budget(programs):
+    """The sample mouth at `quick` with the whole budget and with 6,000 leaves."""
+    programs.mouth()
+    lines = ["| | leaves | largest overhang bound |", "|---|---|---|"]
+    for title, arguments in (("512 leaves for each object", []), ("`--budget 6000`", ["--budget", "6000"])):
+        report = programs.batch(graded_scene(programs, "quick", False), f"out_budget_{len(arguments)}", *arguments)
+        worst = max(report["objects"], key=lambda entry: entry["levels"][-1]["overhang_mm"]["bound"])
+        leaves = sum(entry["leaves"] for entry in report["objects"])
+        lines.append(f"| {title} | {leaves:,} | {worst['levels'][-1]['overhang_mm']['bound']:.2f} mm, at `{worst['name']}` |")
+    return lines
+
+
+SLOW = {"mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget}
+TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
+
+
+def tables_of(page):
+    """Name, first and last line (of the text between the marks) of each table of a page."""
+    lines = page.read_text(encoding="utf-8").split("\n")
+    for number, line in enumerate(lines):
+        found = BEGIN.fullmatch(line)
+        if found:
+            if found.group(1) not in TABLES:
+                sys.exit(f"{page.relative_to(ROOT)}:{number + 1}: no table '{found.group(1)}'; there are {', '.join(TABLES)}")
+            yield found.group(1), number + 1, lines.index(END, number)
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__.split("\n", 1)[0])
+    parser.add_argument("build")
+    parser.add_argument("--update", action="store_true")
+    parser.add_argument("--slow", action="store_true")
+    parser.add_argument("names", nargs="*")
+    options = parser.parse_args()
+    differences, seen = 0, set()
+    with tempfile.TemporaryDirectory() as folder:
+        programs = Programs(options.build, folder)
+        for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+            for name, first, last in reversed(list(tables_of(page))):
+                seen.add(name)
+                if options.names and name not in options.names or not options.names and name in SLOW and not options.slow:
+                    continue
+                made = TABLES[name](programs)
+                lines = page.read_text(encoding="utf-8").split("\n")
+                if [TIME.sub("", line) for line in lines[first:last]] == [TIME.sub("", line) for line in made]:
+                    continue
+                differences += 1
+                print("\n".join(difflib.unified_diff(lines[first:last], made, f"{page.relative_to(ROOT)}, {name}", "as the programs make it", lineterm="")))
+                if options.update:
+                    page.write_text("\n".join(lines[:first] + made + lines[last:]), encoding="utf-8")
+    if set(TABLES) - seen:
+        sys.exit(f"doc_tables: no page shows {', '.join(sorted(set(TABLES) - seen))}")
+    return 1 if differences and not options.update else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
