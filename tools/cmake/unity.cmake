@@ -3,8 +3,8 @@
 # translation unit, because most of the time of a compiler goes into the same headers and templates again and again.
 # Sources named after ALONE stay on their own, as do sources with compile options of their own. Without
 # SPHERETREE_UNITY every source is compiled alone; .ci/run does so once, so that each source includes what it uses.
-# SPHERETREE_ALONE names sources by a regular expression that are compiled alone, too: who works on a folder waits for one
-# source at a time, and for the rest of the project as quickly as ever.
+# SPHERETREE_ALONE names sources by a regular expression that are compiled alone, too: who works on a folder waits for
+# one source at a time, and for the rest of the project as quickly as ever.
 option(SPHERETREE_UNITY "Compile the sources of a folder as one translation unit" ON)
 set(SPHERETREE_ALONE "" CACHE STRING "Regular expression of the sources (paths in the checkout) that are compiled alone")
 

@@ -11,7 +11,7 @@
 
 namespace spheretree::builder {
 
-/// An upper bound of the distance from any point of `triangles` of `mesh` to the surface, by at most 5 % or `enough`
+/// An upper bound of the distance from any point of `triangles` of `mesh` to the surface, by at most 5 % and `enough`
 /// [mm, > 0] above the largest, more only after a million pieces. By branch and bound: over a piece, the distance to
 /// one triangle is largest in a corner.
 double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double enough,

@@ -20,7 +20,7 @@ SkinEvaluation skinFigures(const Skin& skin);
 TriangleMesh flatTriangles(const Skin& skin, const Eigen::Vector3d& origin);
 
 /// skinFigures(), and how far the flat triangles lie from `mesh` (the solid, and all that belongs to it), whose
-/// distances `field` knows, and the mesh from them: proven, at most 5 % or a quarter of what the skin states above the
+/// distances `field` knows, and the mesh from them: proven, at most 5 % and a quarter of what the skin states above the
 /// largest distance. @throws Cancelled.
 SkinEvaluation evaluateSkin(const Skin& skin, const Eigen::Vector3d& origin, const TriangleMesh& mesh, const DistanceField& field,
                             Progress& progress);
