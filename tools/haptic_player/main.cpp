@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "command_reference.h"
+#include "generator.h"
 #include "json_text.h"
 #include "mistyped.h"
 #include "model/view_error.h"
@@ -245,6 +247,7 @@ int runProgram(int argc, char** argv) {
   Options options;
   addOptions(cli, options);
   try {
+    if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     refuseEmptyWords({argv + 1, argv + argc});
     cli.parse(argc, argv);
     if (argc == 1) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "command_reference.h"
 #include "commands/scene_help.h"
 #include "mistyped.h"
 #include "progress_bar.h"
@@ -80,8 +81,10 @@ int runProgram(Program& program, int argc, char** argv) {
   cli.footer(
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written, 4 input refused,\n"
       "  5 target missed and best result written, 6 batch partly failed, 130 interrupted.\n"
-      "Help of a verb: spheretree help VERB. What a scene file holds: spheretree help scene");
+      "Help of a verb: spheretree help VERB. What a scene file holds: spheretree help scene\n"
+      "Completion for a shell: spheretree --completion bash|zsh|fish. Manual page: spheretree --manual");
   try {
+    if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     std::vector<std::string> words = wordsOf(argc, argv);
     if (words.size() == 2 && words[0] == "--help" && words[1] == "scene") {
       writeResult(kSceneHelp);
