@@ -34,7 +34,7 @@ std::uint32_t toolNode(const Scene& scene, std::uint32_t slot) {
   return compiled.tool_nodes.at(compiled.tool.item.at(slot));
 }
 std::uint32_t objectNode(const Scene& scene, std::size_t object, std::uint32_t slot) {
-  const CompiledBody& body = scene.compiled().bodyOf(object);
+  const CompiledShape& body = scene.compiled().shapeOf(object);
   return body.nodes.at(body.leaves.item.at(slot));
 }
 
@@ -299,7 +299,7 @@ TEST(FindPairs, FindsEveryTriangleThatIsNear) {
     std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;  // tool node, triangle
     const PairSet set = findPairs(pose, 0.3, PairsOf::ContactSurface, 1u << 30, workspace.memory());
     for (const std::uint32_t pair : set.pairs)
-      EXPECT_TRUE(pairs.emplace(toolNode(scene, pair >> 16), scene.compiled().bodyOf(0).skin.tree.item.at(pair & 0xffff)).second);
+      EXPECT_TRUE(pairs.emplace(toolNode(scene, pair >> 16), scene.compiled().shapeOf(0).skin.tree.item.at(pair & 0xffff)).second);
     found += pairs.size();
     for (std::uint32_t leaf = 0; leaf < d.tool.nodeCount(); ++leaf) {
       if (!d.tool.isLeaf(leaf)) continue;
@@ -352,7 +352,7 @@ TEST(FindPairs, AFullListStillStandsForEveryPair) {
       return lines;
     };
     const auto tool_lines = linesOf(scene.compiled().tool, scene.compiled().tool_nodes),
-               object_lines = linesOf(scene.compiled().bodyOf(0).leaves, scene.compiled().bodyOf(0).nodes);
+               object_lines = linesOf(scene.compiled().shapeOf(0).leaves, scene.compiled().shapeOf(0).nodes);
     for (const auto& [object, t, o] : bruteForce(d, pose, 0)) {
       bool stands = false;
       for (const std::uint32_t a : tool_lines.at(t))

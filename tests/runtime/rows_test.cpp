@@ -33,7 +33,7 @@ struct Rig {
     const PairRun* run = set.runs.data();
     while (k >= run->begin + run->count) ++run;
     const std::uint32_t t = set.pairs[k] >> 16, o = set.pairs[k] & 0xffff;
-    const CompiledTree &tool = scene.compiled().tool, &leaves = scene.compiled().bodyOf(run->object).leaves;
+    const CompiledTree &tool = scene.compiled().tool, &leaves = scene.compiled().shapeOf(run->object).leaves;
     const CompiledObject& object = scene.compiled().objects[run->object];
     const Eigen::Vector3d c(tool.exact[t][0], tool.exact[t][1], tool.exact[t][2]);
     const Eigen::Vector3d b(leaves.exact[o][0], leaves.exact[o][1], leaves.exact[o][2]);

@@ -72,7 +72,7 @@ TEST(Scene, EveryLeafHasOneSlotAndStandsWhereItShould) {
   const CompiledScene& compiled = scene.compiled();
   check(d.tool, compiled.tool, compiled.tool_nodes, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d { return c - d.reference_point; });
   for (std::size_t i = 0; i < d.objects.size(); ++i)
-    check(*d.objects[i].tree, compiled.bodyOf(i).leaves, compiled.bodyOf(i).nodes, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d {
+    check(*d.objects[i].tree, compiled.shapeOf(i).leaves, compiled.shapeOf(i).nodes, [&](const Eigen::Vector3d& c) -> Eigen::Vector3d {
       const CompiledObject& object = compiled.objects[i];
       EXPECT_LT((object.rotation - d.objects[i].pose.orientation.toRotationMatrix()).norm(), 1e-12);
       return object.rotation.transpose() * (d.objects[i].pose.orientation * c + d.objects[i].pose.position - object.anchor);
@@ -135,7 +135,7 @@ TEST(Scene, CopiesAreCompiledOnce) {
     std::string fault;
     EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
     EXPECT_EQ(scene.objectCount(), count);
-    EXPECT_EQ(scene.compiled().bodies.size(), 1u);
+    EXPECT_EQ(scene.compiled().shapes.size(), 1u);
     return scene.byteCount();
   };
   const std::size_t one = bytesOf(1), thousand = bytesOf(1000);
@@ -146,7 +146,7 @@ TEST(Scene, CopiesAreCompiledOnce) {
   Scene scene;
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
-  EXPECT_EQ(scene.compiled().bodies.size(), 3u);
+  EXPECT_EQ(scene.compiled().shapes.size(), 3u);
 }
 
 TEST(Scene, CompilesASkinTriangleByTriangle) {
@@ -158,7 +158,7 @@ TEST(Scene, CompilesASkinTriangleByTriangle) {
   Scene scene;
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
-  const CompiledBody& body = scene.compiled().bodyOf(0);
+  const CompiledShape& body = scene.compiled().shapeOf(0);
   const CompiledObject& object = scene.compiled().objects[0];
   ASSERT_EQ(body.skin.patch.size(), tree.skin.triangles.size());
   EXPECT_EQ(body.skin.tolerance, tree.skin.tolerance);
@@ -187,7 +187,7 @@ TEST(Scene, CompilesASkinTriangleByTriangle) {
   for (const int count : seen) EXPECT_EQ(count, 1);
   d.contact = ContactSurface::Leaves;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
-  EXPECT_TRUE(scene.compiled().bodyOf(0).skin.empty());
+  EXPECT_TRUE(scene.compiled().shapeOf(0).skin.empty());
 }
 
 TEST(Scene, RefusesAnUnsoundSkin) {

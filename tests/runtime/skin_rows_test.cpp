@@ -51,7 +51,7 @@ struct Rig {
     curved = feltPairs(pairs, rows, margin, memory());
     if (felt) addFeltRows(curved, pose, margin, rows, memory());
   }
-  SkinPatch patchOfPair(std::uint32_t pair) const { return patchOf(skin, scene.compiled().bodyOf(0).skin.tree.item.at(pair & 0xffff)); }
+  SkinPatch patchOfPair(std::uint32_t pair) const { return patchOf(skin, scene.compiled().shapeOf(0).skin.tree.item.at(pair & 0xffff)); }
   Vector3d centreOf(std::uint32_t pair, const Configuration& pose) const {  // in the frame of the skin
     const std::array<double, 3>& c = scene.compiled().tool.exact[pair >> 16];
     return at.orientation.conjugate() * (pose.orientation * Vector3d(c[0], c[1], c[2]) + pose.position - at.position);

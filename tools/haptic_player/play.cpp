@@ -179,7 +179,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
   const runtime::CompiledScene& compiled = scene.compiled();
   double top = 0;
   for (std::size_t i = 0; i < compiled.objects.size(); ++i)
-    top = std::max(top, compiled.objects[i].anchor.z() + compiled.bodyOf(i).radius + compiled.tool.reach + 5);
+    top = std::max(top, compiled.objects[i].anchor.z() + compiled.shapeOf(i).radius + compiled.tool.reach + 5);
   for (const runtime::CompiledObject& object : compiled.objects) {
     const Eigen::Vector3d high(object.anchor.x(), object.anchor.y(), top);
     runtime::resetTo({high, {1, 0, 0, 0}}, workspace);

@@ -50,38 +50,38 @@ CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, c
 
 Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
 
-CompiledBody compileBody(const SphereTree& file, ContactSurface contact) {
-  CompiledBody body;
+CompiledShape compileShape(const SphereTree& file, ContactSurface contact) {
+  CompiledShape shape;
   const Eigen::Vector3d origin(file.origin_mm.data());
   const SearchTree search = searchTreeOf(file);
-  body.centre = centreOf(search.inner[0]) + origin;
-  CompiledLeaves leaves = compileLeaves(file, search, body.centre);
-  body.leaves = std::move(leaves.tree);
-  body.nodes = std::move(leaves.nodes);
-  body.radius = static_cast<double>(search.inner[0].radius);
+  shape.centre = centreOf(search.inner[0]) + origin;
+  CompiledLeaves leaves = compileLeaves(file, search, shape.centre);
+  shape.leaves = std::move(leaves.tree);
+  shape.nodes = std::move(leaves.nodes);
+  shape.radius = static_cast<double>(search.inner[0].radius);
   if (contact == ContactSurface::Skin && !file.skin.empty()) {
-    body.skin = compileSkin(file.skin, origin - body.centre);
+    shape.skin = compileSkin(file.skin, origin - shape.centre);
     const Sphere& root = file.skin.search.inner[0];
-    body.radius = std::max(body.radius, (centreOf(root) + origin - body.centre).norm() + static_cast<double>(root.radius));
+    shape.radius = std::max(shape.radius, (centreOf(root) + origin - shape.centre).norm() + static_cast<double>(root.radius));
   }
-  return body;
+  return shape;
 }
 
-// Places objects of bodies that are compiled when they are first met.
+// Places objects of shapes that are compiled when they are first met.
 class ObjectPlacer {
  public:
   ObjectPlacer(const SceneDescription& description, CompiledScene& out) : description_(description), out_(out) {}
 
   std::string place(const SceneObject& object) {
     if (!isFinite(object.pose)) return "the pose is not finite or its quaternion is null";
-    const auto [known, is_new] = body_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.bodies.size()));
+    const auto [known, is_new] = shape_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.shapes.size()));
     if (is_new) {
       if (std::string why = findFault(*object.tree); !why.empty()) return why;
-      out_.bodies.push_back(compileBody(*object.tree, description_.contact));
+      out_.shapes.push_back(compileShape(*object.tree, description_.contact));
     }
-    const CompiledBody& body = out_.bodies[known->second];
+    const CompiledShape& shape = out_.shapes[known->second];
     const CompiledObject placed = out_.placed(known->second, object.pose);
-    const double reach = std::max({body.leaves.reach, body.skin.tree.reach, body.radius});
+    const double reach = std::max({shape.leaves.reach, shape.skin.tree.reach, shape.radius});
     if (!(placed.anchor.norm() <= kFarthest && reach <= kFarthest)) return "it reaches farther than 1e7 mm from the origin of the world";
     out_.objects_reach = std::max(out_.objects_reach, reach);
     out_.objects.push_back(placed);
@@ -91,7 +91,7 @@ class ObjectPlacer {
  private:
   const SceneDescription& description_;
   CompiledScene& out_;
-  std::map<const SphereTree*, std::uint32_t> body_of_;
+  std::map<const SphereTree*, std::uint32_t> shape_of_;
 };
 
 std::string compileTool(const SceneDescription& d, CompiledScene& out) {
@@ -113,18 +113,18 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
 double leastContact(const CompiledScene& scene) {
   const auto tool = static_cast<double>(scene.tool.smallest_radius);
   double least = std::numeric_limits<double>::infinity();
-  for (const CompiledBody& body : scene.bodies)
-    least = std::min(least, body.skin.empty() ? tool + static_cast<double>(body.leaves.smallest_radius) : 0.5 * tool);
+  for (const CompiledShape& shape : scene.shapes)
+    least = std::min(least, shape.skin.empty() ? tool + static_cast<double>(shape.leaves.smallest_radius) : 0.5 * tool);
   return least;
 }
 
 }  // namespace
 
-CompiledObject CompiledScene::placed(std::uint32_t body, const Configuration& pose) const {
+CompiledObject CompiledScene::placed(std::uint32_t shape, const Configuration& pose) const {
   CompiledObject object;
-  object.body = body;
+  object.shape = shape;
   object.rotation = pose.orientation.normalized().toRotationMatrix();
-  object.anchor = object.rotation * bodies[body].centre + pose.position;
+  object.anchor = object.rotation * shapes[shape].centre + pose.position;
   return object;
 }
 
@@ -146,7 +146,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
       fault = "object " + std::to_string(i) + ": " + why;
       return false;
     }
-  for (const CompiledBody& body : out->bodies) out->skin_tolerance = std::max(out->skin_tolerance, body.skin.tolerance);
+  for (const CompiledShape& shape : out->shapes) out->skin_tolerance = std::max(out->skin_tolerance, shape.skin.tolerance);
   out->least_contact = leastContact(*out);
   scene = Scene(std::move(out));
   return true;
@@ -166,7 +166,7 @@ const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }
 std::size_t Scene::byteCount() const {
   const CompiledScene& s = *compiled_;
   std::size_t bytes = sizeof s + s.tool.byteCount() + s.objects.size() * sizeof(CompiledObject);
-  for (const CompiledBody& b : s.bodies)
+  for (const CompiledShape& b : s.shapes)
     bytes += sizeof b + b.leaves.byteCount() + b.skin.tree.byteCount() + b.skin.patch.size() * sizeof(CompiledPatch) + b.nodes.size() * 4;
   return bytes;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Scene hides: the tool, the bodies (each sphere-tree once, however many objects share it), and the objects in
+// What Scene hides: the tool, the shapes (each sphere-tree once, however many objects share it), and the objects in
 // their places.
 // Tool: about its reference point, in tool axes. Body: about the centre of its root, in the axes of its file.
 #pragma once
@@ -13,18 +13,18 @@
 
 namespace spheretree::runtime {
 
-struct CompiledBody {
+struct CompiledShape {
   CompiledTree leaves;
   CompiledSkin skin;                 // empty: the leaves are felt
   std::vector<std::uint32_t> nodes;  // (leaf) node of the SphereTree
-  Eigen::Vector3d centre;            // what the body is about, in the frame of the mesh [mm]
+  Eigen::Vector3d centre;            // what the shape is about, in the frame of the mesh [mm]
   double radius = 0;                 // of a ball about the centre that holds leaves and skin [mm]
 };
 
 struct CompiledObject {
-  std::uint32_t body;
-  Eigen::Matrix3d rotation;  // axes of the body to world axes
-  Eigen::Vector3d anchor;    // the body's centre in the world [mm]
+  std::uint32_t shape;
+  Eigen::Matrix3d rotation;  // axes of the shape to world axes
+  Eigen::Vector3d anchor;    // the shape's centre in the world [mm]
 };
 
 struct CompiledScene {
@@ -32,7 +32,7 @@ struct CompiledScene {
   std::vector<std::uint32_t> tool_nodes;  // (leaf) node of the tool's SphereTree
   Eigen::Vector3d tool_root;              // centre of its root about the reference point, tool axes [mm]
   double tool_root_radius = 0;            // [mm]
-  std::vector<CompiledBody> bodies;
+  std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
   double objects_reach = 0;  // no point of an object is farther from its anchor [mm]
   Coupling coupling;
@@ -40,11 +40,11 @@ struct CompiledScene {
   StepLimits step_limits;
   double angle_length = 0;   // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
   double least_contact = 0;  // no ball of the tool comes nearer to what it meets than this before the centre of one is in the other [mm]
-  float skin_tolerance = 0;  // largest of the bodies [mm]
+  float skin_tolerance = 0;  // largest of the shapes [mm]
 
-  /// An object of body `body` with its mesh frame at `pose`.
-  CompiledObject placed(std::uint32_t body, const Configuration& pose) const;
-  const CompiledBody& bodyOf(std::size_t object) const { return bodies[objects[object].body]; }
+  /// An object of shape `shape` with its mesh frame at `pose`.
+  CompiledObject placed(std::uint32_t shape, const Configuration& pose) const;
+  const CompiledShape& shapeOf(std::size_t object) const { return shapes[objects[object].shape]; }
 };
 
 }  // namespace spheretree::runtime

@@ -35,16 +35,16 @@ bool isWithin(const StepParts& parts, const PairSet& pairs, const PairRun& run) 
   const CompiledScene& scene = parts.scene;
   const Configuration& graphic = parts.memory.graphic;
   const CompiledObject& object = parts.memory.objects[run.object];
-  const CompiledBody& body = scene.bodies[object.body];
+  const CompiledShape& shape = scene.shapes[object.shape];
   std::uint32_t last = kNoItem;
   for (const std::uint32_t pair : pairs.pairs.subspan(run.begin, run.count)) {
     const std::uint32_t tool = pair >> 16;
-    const std::array<double, 3>&c = scene.tool.exact[tool], &leaf = body.leaves.exact[pair & 0xffff];
+    const std::array<double, 3>&c = scene.tool.exact[tool], &leaf = shape.leaves.exact[pair & 0xffff];
     const Eigen::Vector3d world = graphic.position + graphic.orientation * Eigen::Vector3d(c[0], c[1], c[2]),
                           local = object.rotation.transpose() * (world - object.anchor);
-    const auto radius = static_cast<double>(body.leaves.spheres[pair & 0xffff].radius);
+    const auto radius = static_cast<double>(shape.leaves.spheres[pair & 0xffff].radius);
     if (tool == last || (local - Eigen::Vector3d(leaf[0], leaf[1], leaf[2])).norm() > radius) continue;
-    if (windingNumber(body.skin, local) > 0.5) return true;
+    if (windingNumber(shape.skin, local) > 0.5) return true;
     last = tool;
   }
   return false;

@@ -38,7 +38,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted) : scene(of_
   leaf_views.resize(count);
   views.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const CompiledSkin& skin = scene.bodyOf(i).skin;
+    const CompiledSkin& skin = scene.shapeOf(i).skin;
     any_skin = any_skin || !skin.empty();
     views[i].patches = skin.empty() ? nullptr : skin.patch.data();
     placeViews(i);
@@ -60,15 +60,15 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted) : scene(of_
 
 void StepMemory::placeViews(std::size_t i) {
   const CompiledObject& object = objects[i];
-  const CompiledBody& body = scene.bodies[object.body];
-  put(object_roots[i / 8], i % 8, object.anchor, static_cast<float>(body.radius * (1 + 1e-6)));
+  const CompiledShape& shape = scene.shapes[object.shape];
+  put(object_roots[i / 8], i % 8, object.anchor, static_cast<float>(shape.radius * (1 + 1e-6)));
   farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
-  leaf_views[i] = viewOf(object, body.leaves);
+  leaf_views[i] = viewOf(object, shape.leaves);
   views[i] = feelsSkin(i) ? skinView(i) : leaf_views[i];
 }
 
 ObjectView StepMemory::skinView(std::size_t object) const {
-  const CompiledSkin& skin = scene.bodyOf(object).skin;
+  const CompiledSkin& skin = scene.shapeOf(object).skin;
   ObjectView view = viewOf(objects[object], skin.tree);
   view.patches = skin.patch.data();
   view.items = skin.tree.item.data();
@@ -78,12 +78,12 @@ ObjectView StepMemory::skinView(std::size_t object) const {
 
 void StepMemory::place(std::size_t i, const Configuration& pose) {
   const CompiledObject before = objects[i];
-  objects[i] = scene.placed(before.body, pose);
+  objects[i] = scene.placed(before.shape, pose);
   placeViews(i);
   // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the
   // tool is.
   const double turn = Eigen::AngleAxisd(before.rotation.transpose() * objects[i].rotation).angle(),
-               farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.bodies[before.body].radius;
+               farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.shapes[before.shape].radius;
   if (farthest < 0.5 * scene.least_contact) return;
   sides_known = false;
   feelSkin(i);
@@ -96,7 +96,7 @@ void StepMemory::feelLeaves(std::size_t object) {
 }
 
 void StepMemory::feelSkin(std::size_t object) {
-  if (scene.bodyOf(object).skin.empty() || feelsSkin(object)) return;
+  if (scene.shapeOf(object).skin.empty() || feelsSkin(object)) return;
   views[object] = skinView(object);
   --leaves_felt;
 }

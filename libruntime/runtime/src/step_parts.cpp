@@ -157,16 +157,16 @@ void StepParts::noteContacts(const RowSet& set) {
     contact.force = scene.coupling.translation * answer.multiplier[k] * weight;
     const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
     const Sphere& ball = scene.tool.spheres[tool_slot];
-    const CompiledBody& body = scene.bodyOf(name.object);
+    const CompiledShape& shape = scene.shapeOf(name.object);
     // A coarse set, which moves the tool a last bit, has inner nodes: they stand for no leaf in particular.
     const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
-                        item = memory.feelsSkin(name.object) ? body.skin.tree.item[slot] : body.leaves.item[slot];
+                        item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
     if (tool_leaf == kNoItem || item == kNoItem) {
       --memory.contact_count;
       continue;
     }
     contact.tool_leaf = scene.tool_nodes[tool_leaf];
-    contact.element = contact.on_skin ? item : body.nodes[item];
+    contact.element = contact.on_skin ? item : shape.nodes[item];
     const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
     contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
   }

@@ -117,8 +117,8 @@ Outcome missedPairs(Bench& bench, Mode mode) {
        {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
     Rig rig(bench.bodies.get(tool_name), {{&bench.bodies.get(object_name), {}}}, mode);
     const runtime::CompiledScene& scene = rig.scene().compiled();
-    const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.bodies[0].leaves);
-    const double reach = 0.5 * (scene.tool.reach + scene.bodies[0].radius);
+    const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.shapes[0].leaves);
+    const double reach = 0.5 * (scene.tool.reach + scene.shapes[0].radius);
     std::vector<std::uint32_t> exact, found;
     for (int n = 0; n < poses; ++n) {
       const Configuration pose{{dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(-reach, reach)},
@@ -130,7 +130,7 @@ Outcome missedPairs(Bench& bench, Mode mode) {
       const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
       for (const Leaf& t : tool) {
         const Eigen::Vector3d c = rotation * t.centre + offset;
-        if (c.norm() > scene.bodies[0].radius + t.radius + 1) continue;
+        if (c.norm() > scene.shapes[0].radius + t.radius + 1) continue;
         for (const Leaf& o : object) {
           const double touch = t.radius + o.radius;
           // Within rounding of the touching distance either answer is right.

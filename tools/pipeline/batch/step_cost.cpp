@@ -103,7 +103,7 @@ ToolPaths randomContacts(const runtime::Scene& scene, std::size_t count) {
   std::vector<std::vector<Leaf>> objects;
   const runtime::CompiledScene& compiled = scene.compiled();
   for (const runtime::CompiledObject& object : compiled.objects)
-    objects.push_back(leavesOf(compiled.bodies[object.body].leaves, object.rotation, object.anchor));
+    objects.push_back(leavesOf(compiled.shapes[object.shape].leaves, object.rotation, object.anchor));
   const std::vector<Leaf> tool = leavesOf(compiled.tool, Eigen::Matrix3d::Identity(), Vector3d::Zero());
   Random random;
   ToolPaths paths;
