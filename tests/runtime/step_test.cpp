@@ -299,7 +299,7 @@ TEST(Step, TheUnitDoesNotMatter) {
 
 TEST(Step, AllocatesNothing) {
   SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
-  d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {{9, 0, 0}, kUpright}});
+  d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {{9, 0, 0}, kUpright}, 1});
   Rig rig(std::move(d));
   StageTimes times;
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
@@ -309,6 +309,9 @@ TEST(Step, AllocatesNothing) {
                   const Configuration haptic{test::randomPoint(random, 9), rotationOf(test::randomPoint(random, 1))};
                   step(rig.scene, haptic, mode, *rig.workspace, &times);
                   EXPECT_LE(contacts(*rig.workspace).size(), kMostContacts);
+                  if (n % 3 == 0) {
+                    EXPECT_TRUE(moveBody(1, {test::randomPoint(random, 1), haptic.orientation}, *rig.workspace, {{1, 0, 0}, {0, 1, 0}}));
+                  }
                   if (n % 10 == 0) {
                     EXPECT_TRUE(moveObject(1, {test::randomPoint(random, 3), haptic.orientation}, *rig.workspace));
                   }

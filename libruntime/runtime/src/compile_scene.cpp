@@ -22,6 +22,7 @@ std::string faultInSettings(const SceneDescription& d) {
   };
   if (!inRange(d.coupling.translation, 1e-6, 1e6)) return bad("translation stiffness [N/mm]", d.coupling.translation, "within 1e-6 .. 1e6");
   if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");
+  if (!inRange(d.step_time, 1e-5, 1)) return bad("time of a step [s]", d.step_time, "within 1e-5 .. 1");
   if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
   for (int k = 0; k < 3; ++k)
     if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9))
@@ -74,17 +75,19 @@ class ObjectPlacer {
 
   std::string place(const SceneObject& object) {
     if (!isFinite(object.pose)) return "the pose is not finite or its quaternion is null";
+    if (object.body > kMostBodies) return "its body is " + std::to_string(object.body) + "; at most " + std::to_string(kMostBodies);
     const auto [known, is_new] = shape_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.shapes.size()));
     if (is_new) {
       if (std::string why = findFault(*object.tree); !why.empty()) return why;
       out_.shapes.push_back(compileShape(*object.tree, description_.contact));
     }
     const CompiledShape& shape = out_.shapes[known->second];
-    const CompiledObject placed = out_.placed(known->second, object.pose);
+    const CompiledObject placed = out_.placed(known->second, object.body, object.pose);
     const double reach = std::max({shape.leaves.reach, shape.skin.tree.reach, shape.radius});
     if (!(placed.anchor.norm() <= kFarthest && reach <= kFarthest)) return "it reaches farther than 1e7 mm from the origin of the world";
     out_.objects_reach = std::max(out_.objects_reach, reach);
     out_.objects.push_back(placed);
+    out_.body_count = std::max(out_.body_count, object.body + 1);
     return {};
   }
 
@@ -120,9 +123,10 @@ double leastContact(const CompiledScene& scene) {
 
 }  // namespace
 
-CompiledObject CompiledScene::placed(std::uint32_t shape, const Configuration& pose) const {
+CompiledObject CompiledScene::placed(std::uint32_t shape, std::uint32_t body, const Configuration& pose) const {
   CompiledObject object;
   object.shape = shape;
+  object.body = body;
   object.rotation = pose.orientation.normalized().toRotationMatrix();
   object.anchor = object.rotation * shapes[shape].centre + pose.position;
   return object;
@@ -135,6 +139,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   out->coupling = d.coupling;
   out->wrench_limits = d.wrench_limits;
   out->step_limits = d.step_limits;
+  out->step_time = d.step_time;
   out->angle_length = std::sqrt(d.coupling.rotation / d.coupling.translation);
   if (const std::string why = compileTool(d, *out); !why.empty()) {
     fault = "tool: " + why;
@@ -159,6 +164,7 @@ Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::size_t Scene::objectCount() const { return compiled_->objects.size(); }
+std::size_t Scene::bodyCount() const { return compiled_->body_count; }
 const Coupling& Scene::coupling() const { return compiled_->coupling; }
 const WrenchLimits& Scene::wrenchLimits() const { return compiled_->wrench_limits; }
 const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }

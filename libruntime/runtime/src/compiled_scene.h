@@ -22,7 +22,7 @@ struct CompiledShape {
 };
 
 struct CompiledObject {
-  std::uint32_t shape;
+  std::uint32_t shape, body;
   Eigen::Matrix3d rotation;  // axes of the shape to world axes
   Eigen::Vector3d anchor;    // the shape's centre in the world [mm]
 };
@@ -34,7 +34,9 @@ struct CompiledScene {
   double tool_root_radius = 0;            // [mm]
   std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
-  double objects_reach = 0;  // no point of an object is farther from its anchor [mm]
+  std::uint32_t body_count = 1;  // the world, 0, among them
+  double step_time = 0.001;      // [s]
+  double objects_reach = 0;      // no point of an object is farther from its anchor [mm]
   Coupling coupling;
   WrenchLimits wrench_limits;
   StepLimits step_limits;
@@ -42,8 +44,8 @@ struct CompiledScene {
   double least_contact = 0;  // no ball of the tool comes nearer to what it meets than this before the centre of one is in the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 
-  /// An object of shape `shape` with its mesh frame at `pose`.
-  CompiledObject placed(std::uint32_t shape, const Configuration& pose) const;
+  /// An object of this shape and body with its mesh frame at `pose`.
+  CompiledObject placed(std::uint32_t shape, std::uint32_t body, const Configuration& pose) const;
   const CompiledShape& shapeOf(std::size_t object) const { return shapes[objects[object].shape]; }
 };
 

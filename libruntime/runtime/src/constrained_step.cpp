@@ -17,6 +17,8 @@ constexpr double kContactMargin = 1;     // most with something near: beyond, se
 constexpr double kFeltReach = 0.2;       // smooth patches farther off than this have their rows in the next piece [mm]
 constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
 constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
+constexpr double kCarriedMargin = 2;     // of the way of the bodies in a piece: so far they may push the tool, and come nearer themselves
+constexpr int kMostShorter = 5;          // tries of a piece of the bodies' way, each shorter
 constexpr int kMostLinearisations = 48;  // of one step
 constexpr int kMostHalvings = 5;
 constexpr int kFeltHalvings = 2;    // for the sake of smooth patches, which hold nothing back for long
@@ -42,6 +44,9 @@ class ConstrainedStep {
   void run();
 
  private:
+  bool carry();
+  bool carriedPiece(const BodyMotion& left);
+  void carriedTo(double part, const Displacement& step);
   bool findPairs();
   Piece freePiece();
   Piece contactPiece();
@@ -105,7 +110,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
 // and the true gap is the row's value plus a convex function of the translation, less at most |r| angle^2 / 2 for the
 // turn. So no pair is ever deeper than that.
 void ConstrainedStep::run() {
-  Piece piece = Piece::GoesOn;
+  Piece piece = !memory_.bodies_move || carry() ? Piece::GoesOn : Piece::Blocked;
   while (piece == Piece::GoesOn) {
     if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
@@ -122,6 +127,77 @@ void ConstrainedStep::run() {
   }
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
   noteContacts();
+}
+
+// The bodies go to where they are to be, and the tool, which stays but for what pushes it, goes out of their way. In
+// the frame of an object a piece of this is as safe as one of run(): the row holds at its start and at its end. What
+// the row leaves out is of second order in the turn of the body, and pieces are short enough for it. False: the step
+// ends here, the bodies on their way.
+bool ConstrainedStep::carry() {
+  const double own_margin = margin_;
+  while (memory_.bodies_move) {
+    if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
+      result_.faults |= kWorkLimit;
+      return false;
+    }
+    const BodyMotion left = motionLeft(memory_);
+    if (stale_ || margin_ - used_ < kCarriedMargin * left.length) {
+      margin_ = std::max(kLeastMargin, std::min(own_margin + kCarriedMargin * left.length, margin_limit_));
+      if (!findPairs()) {
+        advanceBodies(1, memory_);
+        memory_.sides_known = false;
+        return false;
+      }
+    }
+    if (pairs_.pairs.empty()) {
+      carriedTo(std::min(1.0, (margin_ - used_) / left.length), {});
+    } else if (!carriedPiece(left)) {
+      result_.faults |= kWorkLimit;
+      return false;
+    }
+  }
+  // A ball that is squeezed in by half may leave a skin on the other side: it is looked at anew on which side it is.
+  if (depth_ > 0.5 * scene_.least_contact) memory_.sides_known = false;
+  return true;
+}
+
+bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
+  double part = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
+  part = std::min(part, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
+  if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.least_contact / left.length);
+  for (int n = 0; n < kMostShorter; ++n) {
+    parts_.carryRows(pairs_, part, now_.position, rows_);
+    parts_.solve(rows_, Vector6::Zero());
+    parts_.keepActive(pairs_);
+    const Displacement step = parts_.displacement(memory_.answer.y);
+    const double room = margin_ - used_ - part * left.length, way = parts_.reach(step), turn = step.rotation.norm();
+    if (way <= room && turn <= largest_turn_) {
+      carriedTo(part, step);
+      return true;
+    }
+    part *= 0.5 * std::min({1.0, room / way, largest_turn_ / std::max(turn, 1e-12)});
+    makeRows();
+  }
+  return false;
+}
+
+// The tool and the bodies at the end of a piece. What the bodies move explains a change of the force as what the hand
+// moves does.
+void ConstrainedStep::carriedTo(double part, const Displacement& step) {
+  used_ += part * motionLeft(memory_).length + parts_.reach(step);
+  for (const PairRun& run : pairs_.runs) {
+    const MovingBody& body = memory_.bodies[memory_.objects[run.object].body];
+    if (!body.moves) continue;
+    const Vector6 z = parts_.scaledVector(motionAt(body, part, now_.position));
+    change_.both += z.norm();
+    change_.force += z.head<3>().norm();
+    change_.torque += z.tail<3>().norm();
+  }
+  now_ = moved(now_, step);
+  advanceBodies(part, memory_);
+  if (!pairs_.pairs.empty()) makeRows();
+  best_ = now_;
+  best_depth_ = depth_;
 }
 
 void ConstrainedStep::makeRows() {

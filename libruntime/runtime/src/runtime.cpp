@@ -69,6 +69,11 @@ std::string decode(const char* what, const void* bytes, size_t size, spheretree:
   return std::string(what) + ": " + std::string(spheretree::explain(status)) + (fault.empty() ? "" : " (" + fault + ")");
 }
 
+std::string noObject(const char* what, size_t index, const st_scene& scene) {
+  return std::string(what) + ": there is no object " + std::to_string(index) + "; the scene has " +
+         std::to_string(scene.description.objects.size());
+}
+
 }  // namespace
 
 extern "C" {
@@ -108,9 +113,24 @@ int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose) {
   return guarded(scene, [&]() -> std::string {
     std::vector<rt::SceneObject>& objects = scene->description.objects;
     if (!pose) return "copy: no pose was given";
-    if (index >= objects.size())
-      return "copy: there is no object " + std::to_string(index) + "; the scene has " + std::to_string(objects.size());
+    if (index >= objects.size()) return noObject("copy", index, *scene);
     objects.push_back({objects[index].tree, fromC(*pose)});
+    return {};
+  });
+}
+
+int st_scene_set_body(st_scene* scene, size_t object, uint32_t body) {
+  return guarded(scene, [&]() -> std::string {
+    std::vector<rt::SceneObject>& objects = scene->description.objects;
+    if (object >= objects.size()) return noObject("body", object, *scene);
+    objects[object].body = body;
+    return {};
+  });
+}
+
+int st_scene_set_step_time(st_scene* scene, double seconds) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.step_time = seconds;
     return {};
   });
 }
@@ -187,6 +207,12 @@ size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t
     std::memcpy(reinterpret_cast<char*>(out) + i * stride, &contact, std::min(stride, sizeof contact));
   }
   return contacts.size();
+}
+
+int st_renderer_move_body(st_renderer* renderer, uint32_t body, const st_pose* pose, const st_velocity* velocity) {
+  spheretree::Displacement v;
+  if (velocity) v = {Eigen::Vector3d(velocity->mm_per_s), Eigen::Vector3d(velocity->rad_per_s)};
+  return pose && rt::moveBody(body, fromC(*pose), renderer->workspace, v) ? 0 : -1;
 }
 
 int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose) {

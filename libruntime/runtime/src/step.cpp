@@ -22,6 +22,8 @@ void forget(StepMemory& memory) {
 
 void start(const Configuration& graphic_tool, StepMemory& memory) {
   forget(memory);
+  startMotions(memory);
+  if (memory.bodies_move) advanceBodies(1, memory);
   if (!isFinite(graphic_tool)) return;
   memory.started = true;
   memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
@@ -42,6 +44,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
   } else {
     const Configuration haptic{haptic_tool.position, haptic_tool.orientation.normalized()};
     if (!memory.started) start(haptic, memory);
+    if (memory.bodies.size() > 1) startMotions(memory);
     StepParts parts(memory, times, result);
     if (mode == Mode::Paper) {
       memory.contact_count = 0;
@@ -71,6 +74,20 @@ bool moveObject(std::size_t object, const Configuration& pose, Workspace& worksp
   memory.place(object, pose);
   return true;
 }
+
+bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspace, const Displacement& velocity) noexcept {
+  StepMemory& memory = workspace.memory();
+  const bool is_known = body > 0 && body < memory.bodies.size();
+  if (!is_known || !isFinite(pose) || !(pose.position.norm() <= kFarthest)) return false;
+  if (!(velocity.translation.norm() <= kFarthest && velocity.rotation.norm() <= kFarthest)) return false;
+  MovingBody& moving = memory.bodies[body];
+  moving.to = {pose.position, pose.orientation.normalized()};
+  moving.velocity = velocity;
+  moving.has_new_pose = true;
+  return true;
+}
+
+Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept { return workspace.memory().bodies[body].now; }
 
 void reset(Workspace& workspace) noexcept { forget(workspace.memory()); }
 

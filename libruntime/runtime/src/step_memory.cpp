@@ -29,7 +29,8 @@ ObjectView viewOf(const CompiledObject& object, const CompiledTree& tree) {
 
 void StepMemory::FreeFloats::operator()(float* p) const { ::operator delete[](p, kRowAlignment); }
 
-StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted) : scene(of_scene), kernel(choose(wanted)), objects(scene.objects) {
+StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
+    : scene(of_scene), kernel(choose(wanted)), objects(scene.objects), at_home(scene.objects), bodies(scene.body_count) {
   const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
   turned_tool.resize(scene.tool.bound.size());
   turned_when.resize(scene.tool.bound.size());
@@ -78,8 +79,12 @@ ObjectView StepMemory::skinView(std::size_t object) const {
 
 void StepMemory::place(std::size_t i, const Configuration& pose) {
   const CompiledObject before = objects[i];
-  objects[i] = scene.placed(before.shape, pose);
+  objects[i] = scene.placed(before.shape, before.body, pose);
   placeViews(i);
+  const Configuration& body = bodies[before.body].now;
+  const Eigen::Matrix3d to_body = bodies[before.body].rotation.transpose();
+  at_home[i].rotation = to_body * objects[i].rotation;
+  at_home[i].anchor = to_body * (objects[i].anchor - body.position);
   // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the
   // tool is.
   const double turn = Eigen::AngleAxisd(before.rotation.transpose() * objects[i].rotation).angle(),
@@ -87,6 +92,17 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   if (farthest < 0.5 * scene.least_contact) return;
   sides_known = false;
   feelSkin(i);
+}
+
+void StepMemory::carry(std::size_t i, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
+  CompiledObject& object = objects[i];
+  object.rotation = rotation * at_home[i].rotation;
+  object.anchor = rotation * at_home[i].anchor + position;
+  Block& root = object_roots[i / 8];
+  put(root, i % 8, object.anchor, root.r[i % 8]);
+  farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) leaf_views[i].to_world[3 * r + c] = views[i].to_world[3 * r + c] = object.rotation(r, c);
 }
 
 void StepMemory::feelLeaves(std::size_t object) {

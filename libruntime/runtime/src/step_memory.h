@@ -10,6 +10,7 @@
 #include "compiled_scene.h"
 #include "find_pairs.h"
 #include "kernel.h"
+#include "moving_bodies.h"
 #include "qp6.h"
 #include "spheretree/runtime/step.h"
 
@@ -29,10 +30,13 @@ struct StepMemory {
   const CompiledScene& scene;
   const KernelTable* kernel;
 
-  // The objects where they are now.
+  // The objects where they are now, and what carries them.
   std::vector<CompiledObject> objects;
-  std::vector<Block> object_roots;  // balls about them in the world, 8 to a block
-  double farthest_anchor = 0;       // from the origin of the world [mm]
+  std::vector<CompiledObject> at_home;  // in the axes of their bodies
+  std::vector<MovingBody> bodies;       // the world is the first
+  bool bodies_move = false;             // some have not yet gone to where they are to be in this step
+  std::vector<Block> object_roots;      // balls about them in the world, 8 to a block
+  double farthest_anchor = 0;           // from the origin of the world [mm]
 
   // Scratch of findPairs() and of the rows.
   std::vector<Block> turned_tool;          // balls of the tool in the axes of an object, about the reference point
@@ -66,6 +70,8 @@ struct StepMemory {
   bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }
   /// Puts an object elsewhere.
   void place(std::size_t object, const Configuration& pose);
+  /// Puts the object where its body, with this rotation and position, carries it.
+  void carry(std::size_t object, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position);
   void feelLeaves(std::size_t object);
   void feelSkin(std::size_t object);
 

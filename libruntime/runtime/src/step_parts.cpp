@@ -73,6 +73,26 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   findActive(set);
 }
 
+// Row i says a_i . y >= b_i of the tool's step y. Where the object takes a step of its own, z, as the tool would take
+// it about the same point, what counts is y - z.
+void StepParts::carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows) {
+  allowStaying(rows);
+  const auto carry = [&](const PairSet& of, std::uint32_t first) {
+    for (const PairRun& run : of.runs) {
+      const MovingBody& body = memory.bodies[memory.objects[run.object].body];
+      if (!body.moves) continue;
+      const Vector6 z = scaledVector(motionAt(body, part, at));
+      for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) {
+        double along = 0;
+        for (std::size_t k = 0; k < 6; ++k) along += static_cast<double>(rows.rows.a[k][i]) * z[static_cast<Eigen::Index>(k)];
+        rows.b[i] += static_cast<float>(along);
+      }
+    }
+  };
+  carry(set, 0);
+  carry(felt_, rows.guarded);
+}
+
 void StepParts::allowStaying(RowSet& set) {
   for (std::uint32_t i = 0; i < set.rows.count; ++i) set.b[i] = std::min(set.b[i], 0.0f);
 }

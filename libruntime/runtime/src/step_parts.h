@@ -31,6 +31,9 @@ class StepParts {
   /// keepActive() named.
   void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
+  /// Rows for a piece in which the bodies go this part of their way, at the end of which nothing is to be deeper than
+  /// it is now: the rows of an object move along with it. `at`: the reference point of the tool.
+  void carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows);
   /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved
   /// back by the same distance [mm], the least that lets them agree: those of smooth patches first, for they are there
   /// for comfort only, and then all. Returns the distance of the latter.

@@ -36,6 +36,12 @@ typedef struct st_wrench {
   double torque_n_mm[3];
 } st_wrench;
 
+/* Of a body; the rotation about its origin. World axes. */
+typedef struct st_velocity {
+  double mm_per_s[3];
+  double rad_per_s[3];
+} st_velocity;
+
 /* Mode of a renderer. */
 enum {
   ST_CONSTRAINED = 0, /* the graphic tool never passes through anything */
@@ -107,6 +113,11 @@ ST_API int st_scene_set_tool(st_scene* scene, const void* bytes, size_t size, co
 ST_API int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const st_pose* pose);
 /* Another object of the same file as object `index`, counted from 0: it is checked and stored only once. */
 ST_API int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose);
+/* The object belongs to a body, 1 .. 4096, that st_renderer_move_body() moves; 0, the default: the world, which stands
+ * still. */
+ST_API int st_scene_set_body(st_scene* scene, size_t object, uint32_t body);
+/* From one step to the next, 1e-5 .. 1 s, default 0.001; what velocities need. */
+ST_API int st_scene_set_step_time(st_scene* scene, double seconds);
 /* Both > 0; defaults 1 N/mm and 1000 N mm/rad. */
 ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
 /* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */
@@ -127,7 +138,12 @@ ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, 
  * elements, whose struct_size the first of them tells, and returns how many there are, at most ST_MOST_CONTACTS. `out`
  * may be NULL if `capacity` is 0. */
 ST_API size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity);
-/* Puts an object elsewhere for the steps to come: its file's frame in the world. The tool is not taken along. Returns
+/* The body goes to `pose` during the next step: to the displacement of its objects from where the scene has them at its
+ * start. It pushes the tool ahead and does not pass through it. In a step without a new pose it goes on at `velocity`;
+ * NULL: it rests. Returns 0, or -1, and nothing changes, if no object belongs to such a body or a number is not finite or
+ * beyond 1e7. Allocates nothing. */
+ST_API int st_renderer_move_body(st_renderer* renderer, uint32_t body, const st_pose* pose, const st_velocity* velocity);
+/* Puts an object elsewhere at once, a jump: its file's frame in the world. The tool is not taken along. Returns
  * 0, or -1, and nothing changes, if there is no such object or the pose is not finite or beyond 1e7 mm. Allocates
  * nothing. */
 ST_API int st_renderer_move_object(st_renderer* renderer, size_t object, const st_pose* pose);

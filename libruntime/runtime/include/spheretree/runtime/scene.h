@@ -61,9 +61,12 @@ class SharedTree {
 };
 
 struct SceneObject {
-  SharedTree tree;     // copies of one SharedTree are checked, compiled and stored once
-  Configuration pose;  // of the tree's mesh frame in the world
+  SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
+  Configuration pose;      // of the tree's mesh frame in the world when the scene starts
+  std::uint32_t body = 0;  // what it belongs to, 0..kMostBodies; 0: the world, which stands still. moveBody() moves the others
 };
+
+inline constexpr std::uint32_t kMostBodies = 4096;
 
 struct SceneDescription {
   SphereTree tool;
@@ -73,6 +76,7 @@ struct SceneDescription {
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   ContactSurface contact = ContactSurface::Skin;
+  double step_time = 0.001;  // from one step to the next, 1e-5 .. 1 [s]; what velocities need
 };
 
 struct CompiledScene;
@@ -87,6 +91,7 @@ class Scene {
   Scene& operator=(Scene&&) noexcept;
 
   std::size_t objectCount() const;
+  std::size_t bodyCount() const;  // with the world: one more than the highest body of an object
   const Coupling& coupling() const;
   const WrenchLimits& wrenchLimits() const;
   const StepLimits& stepLimits() const;

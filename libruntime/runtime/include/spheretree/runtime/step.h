@@ -98,11 +98,22 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
 /// step. Empty in free space and in the mode of the paper.
 std::span<const Contact> contacts(const Workspace& workspace) noexcept;
 
-/// Puts an object of the scene elsewhere, for the steps to come: its mesh frame in the world, as in SceneDescription.
-/// The tool is not taken along: where the object comes upon it, it is pushed out in the next step. False, and nothing
-/// changes, if there is no such object or the pose is not finite or beyond 1e7 mm. No allocation. Cost: 0.3 us; a jump
-/// of more than a quarter of the smallest ball's radius also finds out anew on which side of the skins the tool is.
+/// Puts an object of the scene elsewhere at once, a jump: its mesh frame in the world, as in SceneDescription. It goes
+/// on with its body from there. The tool is not taken along: where the object comes upon it, it is pushed out in the
+/// next step. False, and nothing changes, if there is no such object or the pose is not finite or beyond 1e7 mm. No
+/// allocation. Cost: 0.3 us; a jump of more than a quarter of the smallest ball's radius also finds out anew on which
+/// side of the skins the tool is.
 bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept;
+
+/// The body goes to `pose` during the next step: the displacement of its objects from where the scene has them at its
+/// start, world axes. On its way it pushes the tool ahead and never passes through it, however fast it is
+/// (docs/runtime.md). `velocity` [mm/s, rad/s; about the origin of the body, world axes] is for poses that come less
+/// often than steps: in a step without a new pose the body goes on at it. False, and nothing changes, if there is no
+/// such body or it is 0, the world, or a number is not finite or beyond 1e7. No allocation.
+bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspace, const Displacement& velocity = {}) noexcept;
+
+/// Where a body is: on its way if the last step ran out of work. `body` < Scene::bodyCount().
+Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept;
 
 /// Forgets the last step: the next one starts at its haptic pose.
 void reset(Workspace& workspace) noexcept;
