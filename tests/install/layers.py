@@ -18,7 +18,7 @@ from pathlib import Path
 # Room: folder, rooms that it may include, prefixes of third-party headers that it may include in src/.
 ROOMS = {
     "core": ("libruntime/core", [], ["Eigen/"]),
-    "runtime": ("libruntime/runtime", ["core"], ["Eigen/", "immintrin.h"]),
+    "runtime": ("libruntime/runtime", ["core"], ["Eigen/", "immintrin.h", "cpuid.h"]),
     "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf", "sys/", "unistd.h"]),
     "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h"]),
     "builder": ("libspheretree", ["core"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),

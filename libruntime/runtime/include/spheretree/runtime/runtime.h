@@ -140,8 +140,8 @@ ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, 
 ST_API size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity);
 /* The body goes to `pose` during the next step: to the displacement of its objects from where the scene has them at its
  * start. It pushes the tool ahead and does not pass through it. In a step without a new pose it goes on at `velocity`;
- * NULL: it rests. Returns 0, or -1, and nothing changes, if no object belongs to such a body or a number is not finite or
- * beyond 1e7. Allocates nothing. */
+ * NULL: it rests. Returns 0, or -1, and nothing changes, if no object belongs to such a body or a number is not finite
+ * or beyond 1e7. Allocates nothing. */
 ST_API int st_renderer_move_body(st_renderer* renderer, uint32_t body, const st_pose* pose, const st_velocity* velocity);
 /* Puts an object elsewhere at once, a jump: its file's frame in the world. The tool is not taken along. Returns
  * 0, or -1, and nothing changes, if there is no such object or the pose is not finite or beyond 1e7 mm. Allocates
