@@ -7,6 +7,7 @@
 #include <span>
 
 #include "json_element.h"
+#include "json_layout.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::formats {
@@ -342,7 +343,7 @@ std::string sceneText(const SceneFile& scene) {
   }
   if (scene.reach) out["reach"] = {{"radius_mm", scene.reach->radius_mm}, {"tolerance_mm", scene.reach->tolerance_mm}};
   try {
-    return out.dump(1) + "\n";
+    return layOut(out) + "\n";
   } catch (const nlohmann::json::exception&) {
     throw FormatError("a scene with a name or path that is not UTF-8 cannot be written. Rename it.");
   }

@@ -16,6 +16,69 @@ write_scene() {
 END
 }
 
+case_scene() {
+  write_scene unused.scene.json ""  # its meshes
+  mkdir -p sub
+  expect 0 scene pair.obj tool.obj -o sub/a.scene.json --tolerance 1.5 --match 'l*=1' --match 'left=2' --reach 0.1
+  says "2 objects, tool tool" out
+  says '"mesh": "../pair.obj", "part": "left"' sub/a.scene.json
+  says '"tolerance_mm": 2.0' sub/a.scene.json
+  says '"reach": {"radius_mm": 0.1, "tolerance_mm": 10.0}' sub/a.scene.json
+  expect 0 batch sub/a.scene.json -o out_scene --quality quick
+  says "3 built, 0 unchanged, 0 failed" out
+  # Without a tool: a ball, which is written, too.
+  expect 0 scene pair.obj -o b.scene.json
+  says "the tool is a ball of 1 mm" err
+  [ -s ball.obj ] || fail "no ball"
+  # A file in another unit.
+  sed 's/^v \([0-9]*\) \([0-9]*\) \([0-9]*\)/v \1e-3 \2e-3 \3e-3/' tool.obj >small.obj
+  expect 0 scene small.obj -o c.scene.json
+  says "small.obj: the diagonal is 0.0173 mm, very small: --unit m makes it 17.3 mm" err
+  expect 0 scene small.obj -o c.scene.json --unit m
+  says '"unit": "m"' c.scene.json
+  expect 2 scene pair.obj -o d.scene.json --match 'x*=1'
+  expect 2 scene pair.obj -o d.scene.json --match 'left=0'
+  expect 2 scene pair.obj -o d.scene.json --tool lift
+  says "the nearest is left" err
+  expect 2 scene tool.obj -o d.scene.json --tool tool
+  says "no object" err
+  expect 2 scene pair.obj -o pair.obj
+  expect 2 scene pair.obj -o d.scene.json --reach 1
+  expect 2 scene - -o d.scene.json
+  expect 3 scene gone.obj -o d.scene.json
+  [ ! -e d.scene.json ] || fail "something was written"
+  # An output that would replace an input stays what it was.
+  cp tool.obj ball.obj && cp ball.obj before.obj
+  expect 2 scene ball.obj pair.obj -o e.scene.json --tool nothing
+  expect 0 scene ball.obj pair.obj -o e.scene.json
+  cmp ball.obj before.obj || fail "an input was replaced"
+  [ -s ball_2.obj ] || fail "no second ball"
+}
+
+case_batch_meshes() {
+  write_scene a.scene.json ""
+  expect 0 batch pair.obj tool.obj -o out_m --quality quick --tolerance 1.5 --match 'left=1.25'
+  says "3 built, 0 unchanged, 0 failed" out
+  # The same as by way of a scene.
+  expect 0 scene pair.obj tool.obj -o b.scene.json --tolerance 1.5 --match 'left=1.25'
+  expect 0 batch b.scene.json -o out_s --quality quick
+  for tree in tool left right; do cmp out_m/$tree.stree out_s/$tree.stree || fail "$tree differs"; done
+  # The scene stands in the folder, and one edit builds only what it changes.
+  sed 's/1.25/1/' out_m/drafted.scene.json >out_m/edited.scene.json
+  expect 0 batch out_m/edited.scene.json -o out_m --quality quick
+  says "1 built, 2 unchanged, 0 failed" out
+  expect 0 report out_m -o page.html
+  # Without a tool.
+  expect 0 batch pair.obj -o out_ball --quality quick --tolerance 1.5
+  [ -s out_ball/ball.stree ] || fail "no ball"
+  expect 0 batch pair.obj -o out_ball --quality quick --tolerance 1.5
+  says "0 built, 3 unchanged, 0 failed" out
+  expect 2 batch a.scene.json pair.obj -o out_x
+  expect 2 batch a.scene.json -o out_x --tool left
+  expect 0 batch pair.obj -o out_dry --dry-run
+  [ ! -e out_dry ] || fail "a dry run wrote something"
+}
+
 case_batch() {
   write_scene a.scene.json ""
   expect 0 batch a.scene.json -o out_a

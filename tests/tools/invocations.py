@@ -31,7 +31,7 @@ def case(code, *words):
 
 def verbs():
     """Command lines that are wrong in themselves."""
-    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report"]
+    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "scene"]
     for verb in verbs_of:
         case(USAGE, verb)
         case(OK, verb, "--help")

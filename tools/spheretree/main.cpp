@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     addInspectCommand(program);
     addRepairCommand(program);
     addReportCommand(program);
+    addSceneCommand(program);
     addViewCommand(program);
     return runProgram(program, argc, argv);
   });

@@ -182,22 +182,6 @@ void findTiny(const TriangleMesh& mesh, const MeshReport& report, double diagona
     if (boxes[c].diagonal().norm() < kTiny * diagonal) survey.tiny.push_back(c);
 }
 
-std::string hintOn(double diagonal) {
-  if (diagonal >= kSmallSolid && diagonal <= kLargeSolid) return {};
-  char text[96];
-  std::snprintf(text, sizeof text, "the diagonal is %.3g mm, %s", diagonal, diagonal < kSmallSolid ? "very small" : "very large");
-  std::string hint = text;
-  std::string fitting;
-  const std::pair<const char*, double> units[] = {{"cm", 10}, {"in", 25.4}, {"m", 1000}};
-  for (const auto& [unit, mm] : units)
-    if (diagonal * mm >= 5 && diagonal * mm <= 500) {
-      std::snprintf(text, sizeof text, "%s--unit %s makes it %.3g mm", fitting.empty() ? "" : ", ", unit, diagonal * mm);
-      fitting += text;
-    }
-  if (!fitting.empty()) return hint + ": " + fitting + ".";
-  return hint + (diagonal > kLargeSolid ? ": was it written in micrometres? Scale it where it was made." : ": scale it where it was made.");
-}
-
 void measureInside(const TriangleMesh& mesh, const MeshReport& report, Progress& progress, MeshSurvey& survey) {
   const TriangleMesh solid = withoutBuried(orientOutward(mesh, report), report);
   const DistanceField field(solid);
@@ -229,11 +213,27 @@ std::string line(const char* format, auto... values) {
 
 }  // namespace
 
+std::string unitHint(double diagonal) {
+  if (diagonal >= kSmallSolid && diagonal <= kLargeSolid) return {};
+  char text[96];
+  std::snprintf(text, sizeof text, "the diagonal is %.3g mm, %s", diagonal, diagonal < kSmallSolid ? "very small" : "very large");
+  std::string hint = text;
+  std::string fitting;
+  const std::pair<const char*, double> units[] = {{"cm", 10}, {"in", 25.4}, {"m", 1000}};
+  for (const auto& [unit, mm] : units)
+    if (diagonal * mm >= 5 && diagonal * mm <= 500) {
+      std::snprintf(text, sizeof text, "%s--unit %s makes it %.3g mm", fitting.empty() ? "" : ", ", unit, diagonal * mm);
+      fitting += text;
+    }
+  if (!fitting.empty()) return hint + ": " + fitting + ".";
+  return hint + (diagonal > kLargeSolid ? ": was it written in micrometres? Scale it where it was made." : ": scale it where it was made.");
+}
+
 MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progress& progress) {
   MeshSurvey survey;
   if (report.component_of.empty()) return survey;
   const double diagonal = (report.high - report.low).norm();
-  survey.unit_hint = hintOn(diagonal);
+  survey.unit_hint = unitHint(diagonal);
   if (report.has(DefectKind::Scale)) return survey;
   const std::vector<Side> sides = sortedSides(mesh);
   if (report.has(DefectKind::Border)) {

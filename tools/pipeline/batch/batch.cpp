@@ -34,17 +34,42 @@ void check(const BatchSettings& settings) {
     throw UsageError("--dry-run cannot tell what --budget, --chart or --shard would build. Leave them out.");
 }
 
+/// What a quick look at a scene asks for goes before what the scene says.
+void override(const formats::TreeSettings& overrides, formats::TreeSettings& own) { own = formats::mergedSettings(overrides, own); }
+
+/// The scene that is asked for: read, or drafted from mesh files.
+struct Task {
+  std::filesystem::path path;  // of the scene: what its paths are relative to
+  formats::SceneFile scene;
+  SceneDraft draft;
+};
+
+Task taskOf(const BatchSettings& settings, MeshStore& meshes) {
+  Task task;
+  if (settings.draft) {
+    task.path = settings.folder / kDraftedScene;
+    task.draft = draftScene(*settings.draft, task.path, meshes);
+    task.scene = task.draft.scene;
+  } else {
+    task.path = settings.scene;
+    task.scene = formats::readScene(settings.scene);
+  }
+  override(settings.overrides, task.scene.tool.settings);
+  for (formats::SceneItem& object : task.scene.objects) override(settings.overrides, object.settings);
+  return task;
+}
+
 /// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects
 /// that failed.
-formats::SceneFile compiledScene(const formats::SceneFile& scene, const BatchSettings& settings, const std::vector<BatchItem>& items) {
-  formats::SceneFile out = scene;
+formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings, const std::vector<BatchItem>& items) {
+  formats::SceneFile out = task.scene;
   out.defaults = {};
   out.objects.clear();
   for (const BatchItem& item : items) {
     if (item.status == ItemStatus::Failed) continue;
     formats::SceneItem compiled = *item.source;
     if (!compiled.mesh.empty() && !compiled.mesh.is_absolute())
-      compiled.mesh = std::filesystem::proximate(formats::scenePath(settings.scene, compiled.mesh), settings.folder);
+      compiled.mesh = std::filesystem::proximate(formats::scenePath(task.path, compiled.mesh), settings.folder);
     compiled.settings = {};
     compiled.tree = compiled.name + ".stree";
     if (item.is_tool)
@@ -54,9 +79,6 @@ formats::SceneFile compiledScene(const formats::SceneFile& scene, const BatchSet
   }
   return out;
 }
-
-/// What a quick look at a scene asks for goes before what the scene says.
-void override(const formats::TreeSettings& overrides, formats::TreeSettings& own) { own = formats::mergedSettings(overrides, own); }
 
 /// The leaves that levels and branching allow but a tolerance made unnecessary.
 std::size_t savedLeaves(const BatchItem& item) {
@@ -81,15 +103,16 @@ ObjectResult resultOf(BatchItem& item) {
   return out;
 }
 
-void writeResults(const BatchSettings& settings, const formats::SceneFile& scene, const std::vector<BatchItem>& items,
-                  BatchResult& result) {
+void writeResults(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, BatchResult& result) {
+  if (settings.draft) formats::writeWhole(task.path, formats::sceneText(task.draft.scene));
+  if (!task.draft.ball.empty()) formats::writeWhole(task.draft.ball, task.draft.ball_mesh);
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].hasTree()) continue;
     const std::vector<std::byte> bytes = encodeSphereTree(items[i].result.tree);
     result.objects[i].bytes = bytes.size();
     formats::writeWhole(settings.folder / result.objects[i].tree, bytes);
   }
-  const formats::SceneFile compiled = compiledScene(scene, settings, items);
+  const formats::SceneFile compiled = compiledScene(task, settings, items);
   // Without a tool or any object there is no scene to load, and an older one would pass for this one.
   if (!items[0].hasTree() || compiled.objects.empty())
     std::filesystem::remove(settings.folder / "scene.json");
@@ -111,7 +134,9 @@ void lookUp(std::vector<BatchItem>& items, const TreeCache& cache, const builder
 }
 
 /// Once everything is read and before the first build: everything that writeResults() writes.
-void declareOutputs(const BatchSettings& settings, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
+void declareOutputs(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
+  if (settings.draft) files.willWrite(task.path);
+  files.willWrite(task.draft.ball);
   for (const char* name : {"scene.json", "report.json"}) files.willWrite(settings.folder / name);
   for (const BatchItem& item : items)
     if (item.status != ItemStatus::Failed) files.willWrite(settings.folder / (item.source->name + ".stree"));
@@ -125,23 +150,24 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   check(settings);
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  formats::SceneFile scene = formats::readScene(settings.scene);
-  override(settings.overrides, scene.tool.settings);
-  for (formats::SceneItem& object : scene.objects) override(settings.overrides, object.settings);
-  if (!settings.dry_run) formats::makeFolder(settings.folder);
-
   progress.stage("read");
-  const ToolPaths paths = readToolPaths(settings.paths);
   MeshStore meshes;
+  Task task = taskOf(settings, meshes);
+  formats::SceneFile& scene = task.scene;
+  if (!settings.dry_run) formats::makeFolder(settings.folder);
+  const ToolPaths paths = readToolPaths(settings.paths);
   const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
-  std::vector<BatchItem> items = loadItems(scene, settings.scene, meshes, threads, progress);
-  if (settings.shard.count == 1 && !settings.dry_run) declareOutputs(settings, items, files);
+  std::vector<BatchItem> items = loadItems(scene, task.path, meshes, threads, progress);
+  if (settings.shard.count == 1 && !settings.dry_run) declareOutputs(settings, task, items, files);
+  const bool is_reference_named = !scene.tool.reference_point.empty();
   if (items[0].status != ItemStatus::Failed) resolveReferencePoint(scene.tool, items[0]);
   const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
   const std::vector<BatchItem> source = items;
   BatchResult result;
   result.generator = tool::kGenerator;
-  result.scene = settings.scene;
+  result.scene = task.path;
+  result.is_reference_named = is_reference_named;
+  result.notes = task.draft.notes;
   result.tool_distance_mm = items[0].status == ItemStatus::Failed ? 0 : distanceFrom(scene.tool.reference_point_mm, items[0]);
   if (settings.dry_run)
     lookUp(items, cache, progress);
@@ -152,7 +178,7 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   if (settings.speed) result.speed = speedRows(source, items, paths, context);
   for (BatchItem& item : items) result.objects.push_back(resultOf(item));
   result.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
-  if (settings.shard.count == 1 && !settings.dry_run) writeResults(settings, scene, items, result);
+  if (settings.shard.count == 1 && !settings.dry_run) writeResults(settings, task, items, result);
   return result;
 }
 

@@ -73,11 +73,13 @@ struct SpeedRow {
 struct BatchResult {
   std::string generator;
   std::filesystem::path scene;        // as it was given
+  bool is_reference_named = false;    // the scene says "tip" or "centre"; not in report.json
   double tool_distance_mm = 0;        // from the tool's reference point to the nearest vertex of its mesh, or sphere of its tree
   std::vector<ObjectResult> objects;  // the tool first
   std::optional<BudgetResult> budget;
   std::optional<std::vector<SpeedRow>> speed;
-  double seconds = 0;  // of the whole batch
+  std::vector<std::string> notes;  // of a scene that was drafted from mesh files
+  double seconds = 0;              // of the whole batch
 };
 
 struct BatchTotals {

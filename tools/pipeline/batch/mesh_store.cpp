@@ -13,6 +13,18 @@ std::shared_ptr<const MeshStore::File> MeshStore::read(const formats::SceneFile&
   return read(path, formats::unitInMm(item.unit), formats::unitInMm(item.unit));
 }
 
+void MeshStore::hold(const std::filesystem::path& path, double unit_mm, TriangleMesh mesh, std::span<const std::byte> bytes) {
+  auto file = std::make_shared<File>();
+  file->mesh.mesh = std::move(mesh);
+  file->mesh.unit_mm = unit_mm;
+  file->mesh.format = "OBJ";
+  file->hash = builder::bytesHash(bytes);
+  auto entry = std::make_unique<Entry>();
+  entry->file = std::move(file);
+  const std::lock_guard lock(mutex_);
+  entries_[{path, unit_mm, unit_mm}] = std::move(entry);
+}
+
 std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::path& path, double unit_mm, double gltf_unit_mm) {
   Entry* entry = nullptr;
   {

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <tuple>
 
 #include "pipeline/part_choice.h"
@@ -28,6 +29,8 @@ class MeshStore {
   /// Of an item of a scene: in its own unit, whatever the format says, or else in that of the scene (glTF: m).
   std::shared_ptr<const File> read(const formats::SceneFile& scene, const std::filesystem::path& scene_path,
                                    const formats::SceneItem& item);
+  /// A file that will only be written later: read() finds `mesh`, whose file holds `bytes`, under this path and unit.
+  void hold(const std::filesystem::path& path, double unit_mm, TriangleMesh mesh, std::span<const std::byte> bytes);
 
  private:
   struct Entry {

@@ -10,9 +10,11 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "commands/draft_options.h"
 #include "mistyped.h"
 #include "page/chart.h"
 #include "pipeline/builder_names.h"
+#include "run_files.h"
 #include "terminal.h"
 
 namespace spheretree::tool {
@@ -87,7 +89,8 @@ int printPlan(const BatchSettings& settings, const BatchResult& result) {
 int printResults(const BatchSettings& settings, const BatchResult& result) {
   if (settings.dry_run) return printPlan(settings, result);
   const std::size_t missed = reportFaults(result);
-  if (const ObjectResult& tool = result.objects[0]; tool.hasTree() && result.tool_distance_mm > tool.figures.diagonal_mm / 4)
+  if (const ObjectResult& tool = result.objects[0];
+      !result.is_reference_named && tool.hasTree() && result.tool_distance_mm > tool.figures.diagonal_mm / 4)
     say("spheretree: warning: the reference point of the tool is " + shortNumber(result.tool_distance_mm) +
         " mm away from it, and forces are felt there. Set reference_point_mm, or reference_point to tip or centre.");
   const pipeline::BatchTotals totals = totalsOf(result);
@@ -106,8 +109,37 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
   return missed > 0 || (result.budget && !result.budget->met) ? kExitTargetMissed : kExitOk;
 }
 
-int runBatchCommand(const BatchSettings& settings, builder::Progress& progress) try {
-  return printResults(settings, pipeline::runBatch(settings, progress));
+struct BatchOptions {
+  std::vector<std::filesystem::path> inputs;  // one scene, or mesh files
+  pipeline::SceneDraftSettings draft;
+  BatchSettings settings;
+};
+
+/// Tells a scene from mesh files.
+BatchSettings settingsOf(const BatchOptions& options) {
+  BatchSettings settings = options.settings;
+  const auto isScene = [](const std::filesystem::path& path) { return isDash(path) || endingOf(path) == ".json"; };
+  const auto scenes = std::count_if(options.inputs.begin(), options.inputs.end(), isScene);
+  if (scenes > 0 && options.inputs.size() > 1)
+    throw UsageError("a scene names all of its meshes itself. Give one scene alone, or mesh files only.");
+  if (scenes == 1) {
+    const pipeline::SceneDraftSettings& draft = options.draft;
+    if (!draft.tool.empty() || !draft.matches.empty() || draft.reach_mm || !draft.unit.empty())
+      throw UsageError("--tool, --match, --reach and --unit are for mesh files; a scene says all that itself. Edit the scene.");
+    settings.scene = options.inputs[0];
+    return settings;
+  }
+  settings.draft = options.draft;
+  settings.draft->files = options.inputs;
+  std::swap(settings.draft->tolerance_mm, settings.overrides.tolerance_mm);  // --match goes before it
+  return settings;
+}
+
+int runBatchCommand(const BatchOptions& options, builder::Progress& progress) try {
+  const BatchSettings settings = settingsOf(options);
+  const BatchResult result = pipeline::runBatch(settings, progress);
+  for (const std::string& note : result.notes) say("spheretree: " + note);
+  return printResults(settings, result);
 } catch (const builder::Cancelled&) {
   return explain(kProgram, kExitInterrupted, "interrupted. The trees that were finished are kept; the same command goes on from there.");
 }
@@ -151,11 +183,14 @@ void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
 }  // namespace
 
 void addBatchCommand(Program& program) {
-  const auto options = std::make_shared<BatchSettings>();
+  const auto all = std::make_shared<BatchOptions>();
+  const std::shared_ptr<BatchSettings> options(all, &all->settings);
   CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; what has not changed is taken from a cache",
-                          "spheretree batch mouth.scene.json -o mouth",
-                          [options](builder::Progress& progress) { return runBatchCommand(*options, progress); });
-  app->add_option("SCENE", options->scene, "Scene to read (.scene.json); spheretree help scene says what it holds")
+                          "spheretree batch mouth.scene.json -o mouth; or spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
+                          [all](builder::Progress& progress) { return runBatchCommand(*all, progress); });
+  app->add_option("SCENE|MESH", all->inputs,
+                  "Scene to read (.scene.json); spheretree help scene says what it holds. Or mesh files, each of their parts an object, as "
+                  "spheretree scene would write them")
       ->required()
       ->type_name("FILE");
   app->add_option("-o,--output", options->folder, "Folder for NAME.stree, scene.json and report.json; made if it is missing")
@@ -190,6 +225,7 @@ void addBatchCommand(Program& program) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   addOverrides(*app, options->overrides);
+  addDraftOptions(*app, all->draft);
   app->add_flag("--dry-run", options->dry_run, "Only say which trees would be built; nothing is written; default: not");
   addThreads(*app, options->threads);
 }

@@ -86,7 +86,7 @@ int runProgram(Program& program, int argc, char** argv) {
   try {
     if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;
     std::vector<std::string> words = wordsOf(argc, argv);
-    if (words.size() == 2 && words[0] == "--help" && words[1] == "scene") {
+    if (argc == 3 && std::string_view(argv[1]) == "help" && std::string_view(argv[2]) == "scene") {
       writeResult(kSceneHelp);
       return kExitOk;
     }

@@ -36,6 +36,7 @@ void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
 void addRepairCommand(Program& program);
 void addReportCommand(Program& program);
+void addSceneCommand(Program& program);
 void addViewCommand(Program& program);
 
 /// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.

@@ -36,6 +36,8 @@ unit          of this mesh, glTF included
 part          a part of the mesh by its name, or #N as `spheretree check --list-parts` counts them; default all of it
 position_mm, quaternion_wxyz                          objects only: from the frame of the mesh to the world
 builder, quality, repair, levels, branching, tolerance_mm, seed        as the options of `spheretree build`
+
+Mesh files to a scene: spheretree scene --help
 )";
 
 }  // namespace spheretree::tool

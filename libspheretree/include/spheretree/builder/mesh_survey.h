@@ -64,4 +64,8 @@ MeshSurvey surveyMesh(const TriangleMesh& mesh, const MeshReport& report, Progre
 /// One line for each finding; empty if there is none. Thickness and leaves are not in it.
 std::string summaryOf(const MeshSurvey& survey, const MeshReport& report);
 
+/// A sentence about a diagonal [mm] that is unlikely for something on or in a table, with the `--unit` that would make
+/// it likely; else empty.
+std::string unitHint(double diagonal);
+
 }  // namespace spheretree::builder

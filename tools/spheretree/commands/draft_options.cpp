@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "commands/draft_options.h"
+
+#include "commands/common_options.h"
+#include "mistyped.h"
+#include "program_end.h"
+
+namespace spheretree::tool {
+namespace {
+
+std::string faultOfMatch(const std::string& text) try {
+  (void)pipeline::parseToleranceMatch(text);
+  return "";
+} catch (const UsageError& error) {
+  return error.what();
+}
+
+}  // namespace
+
+void addDraftOptions(CLI::App& app, pipeline::SceneDraftSettings& draft) {
+  app.add_option("--tool", draft.tool,
+                 "What the hand holds: the name of an object, or a mesh file; default: the object whose name has a word such as probe or "
+                 "tool in it, else a ball of 1 mm")
+      ->type_name("NAME|FILE");
+  app.add_option_function<std::vector<std::string>>(
+         "--match",
+         [&draft](const std::vector<std::string>& texts) {
+           draft.matches.clear();
+           for (const std::string& text : texts) draft.matches.push_back(pipeline::parseToleranceMatch(text));
+         },
+         "Tolerance in mm of the objects whose name is like this, where * and ? stand for any letters, as 'tooth_*=0.1'; above 0 and at "
+         "most 10^6; may be given again, the last one counts; default: --tolerance")
+      ->type_name("PATTERN=MM")
+      ->allow_extra_args(false)
+      ->check(faultOfMatch);
+  app.add_option("--reach", draft.reach_mm,
+                 "What a ball of this radius in mm cannot touch, above 0 and at most 10^6, gets 5 times the largest tolerance; default: "
+                 "everything is as accurate as its tolerance")
+      ->type_name("MM")
+      ->check(numberIn(1e-9, formats::kMaxSceneLength));
+  addUnit(app, draft.unit);
+}
+
+}  // namespace spheretree::tool
