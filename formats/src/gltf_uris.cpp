@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <system_error>
 
-#include "gltf_model.h"
+#include "gltf_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "text_scan.h"

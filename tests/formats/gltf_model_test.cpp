@@ -17,45 +17,47 @@ using test::tetrahedronBuffer;
 using test::tetrahedronJson;
 using test::toGlb;
 
-tinygltf::Model load(const std::string& bytes) {
+GltfModel load(const std::string& bytes) {
   MeshAssembly assembly("test.glb", 1000);
   return loadGltfModel(test::charsOf(bytes), {}, assembly);
 }
 
 /// Of every index, size and array, what the header promises.
-void expectWhole(const tinygltf::Model& model) {
-  const auto within = [](int index, const auto& array) { return index >= 0 && static_cast<std::size_t>(index) < array.size(); };
-  for (const tinygltf::Node& node : model.nodes) {
-    if (node.mesh >= 0) {
-      EXPECT_TRUE(within(node.mesh, model.meshes));
+void expectWhole(const GltfModel& model) {
+  const auto within = [](std::size_t index, const auto& array) { return index < array.size(); };
+  for (const GltfModel::Node& node : model.nodes) {
+    if (node.mesh) {
+      EXPECT_TRUE(within(*node.mesh, model.meshes));
     }
-    for (const int child : node.children) EXPECT_TRUE(within(child, model.nodes));
+    for (const std::size_t child : node.children) EXPECT_TRUE(within(child, model.nodes));
     EXPECT_TRUE(node.matrix.empty() || node.matrix.size() == 16);
     EXPECT_TRUE(node.rotation.empty() || node.rotation.size() == 4);
     for (const auto& three : {node.scale, node.translation}) EXPECT_TRUE(three.empty() || three.size() == 3);
   }
-  for (const tinygltf::Mesh& mesh : model.meshes)
-    for (const tinygltf::Primitive& primitive : mesh.primitives) {
-      EXPECT_TRUE(primitive.mode >= 0 && primitive.mode <= 6);
+  for (const GltfModel::Mesh& mesh : model.meshes)
+    for (const GltfModel::Primitive& primitive : mesh.primitives) {
+      EXPECT_LE(primitive.mode, 6u);
       if (primitive.mode < 4) continue;
-      ASSERT_TRUE(within(primitive.attributes.at("POSITION"), model.accessors));
-      const tinygltf::Accessor& positions = model.accessors[static_cast<std::size_t>(primitive.attributes.at("POSITION"))];
-      EXPECT_EQ(positions.type, TINYGLTF_TYPE_VEC3);
+      ASSERT_TRUE(within(primitive.positions, model.accessors));
+      const GltfModel::Accessor& positions = model.accessors[primitive.positions];
+      EXPECT_EQ(positions.components, 3u);
       EXPECT_GT(positions.count, 0u);
-      if (primitive.indices < 0) continue;
-      ASSERT_TRUE(within(primitive.indices, model.accessors));
-      const tinygltf::Accessor& indices = model.accessors[static_cast<std::size_t>(primitive.indices)];
-      EXPECT_EQ(indices.type, TINYGLTF_TYPE_SCALAR);
-      EXPECT_TRUE(within(indices.bufferView, model.bufferViews));
+      if (!primitive.indices) continue;
+      ASSERT_TRUE(within(*primitive.indices, model.accessors));
+      const GltfModel::Accessor& indices = model.accessors[*primitive.indices];
+      EXPECT_EQ(indices.components, 1u);
+      ASSERT_TRUE(indices.view.has_value());
+      EXPECT_TRUE(within(*indices.view, model.views));
     }
-  for (const tinygltf::BufferView& view : model.bufferViews) EXPECT_TRUE(within(view.buffer, model.buffers));
+  for (const GltfModel::View& view : model.views) EXPECT_TRUE(within(view.buffer, model.buffers) || view.length == 0);
 }
 
 TEST(GltfModel, HoldsTheBytesOfItsBuffers) {
-  const tinygltf::Model model = load(toGlb(tetrahedronJson(), tetrahedronBuffer()));
+  const std::string bytes = toGlb(tetrahedronJson(), tetrahedronBuffer());  // the model views it
+  const GltfModel model = load(bytes);
   expectWhole(model);
   ASSERT_EQ(model.buffers.size(), 1u);
-  EXPECT_EQ(std::string(model.buffers[0].data.begin(), model.buffers[0].data.end()), tetrahedronBuffer());
+  EXPECT_EQ(std::string(model.buffers[0].begin(), model.buffers[0].end()), tetrahedronBuffer());
   EXPECT_EQ(model.nodes[0].name, "tooth");
 }
 
@@ -67,13 +69,13 @@ TEST(GltfModel, LeavesOutWhatNoMeshNeedsAndKeepsEveryIndex) {
   json["images"] = {{{"uri", "missing.png"}}};
   json["materials"] = "all wrong";
   json["nodes"][0]["extras"] = {{"mesh", -7}};
-  const tinygltf::Model model = load(toGlb(json, tetrahedronBuffer()));
+  const std::string bytes = toGlb(json, tetrahedronBuffer());
+  const GltfModel model = load(bytes);
   expectWhole(model);
   EXPECT_TRUE(model.meshes[0].primitives.empty());
   EXPECT_EQ(model.meshes[1].primitives.size(), 1u);
   EXPECT_EQ(model.buffers.size(), 2u);
-  EXPECT_LE(model.buffers[1].data.size(), 1u);
-  EXPECT_TRUE(model.images.empty());
+  EXPECT_TRUE(model.buffers[1].empty());
 }
 
 /// Calls `visit` with every value below `json`.

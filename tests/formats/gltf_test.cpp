@@ -177,7 +177,7 @@ TEST(Gltf, SparseAccessorsReplaceElements) {
   EXPECT_TRUE(has(gltfRefusal(json, buffer), "replaces 5 of 4"));
   json = whole;
   json["accessors"][0]["sparse"]["values"]["byteOffset"] = std::uint64_t{1} << 32;  // 0 in 32 bits
-  EXPECT_TRUE(has(gltfRefusal(json, buffer), "accessors[0].sparse.values.byteOffset is 4294967296"));
+  EXPECT_TRUE(has(gltfRefusal(json, buffer), "accessors[0].sparse.values (offset 4294967296"));
   buffer[72] = 3;  // 3, 3
   EXPECT_TRUE(has(gltfRefusal(whole, buffer), "must rise"));
   buffer[72] = 0, buffer[74] = 4;
@@ -226,11 +226,10 @@ TEST(Gltf, RefusesWhatReachesBeyondItsBuffer) {
 }
 
 TEST(Gltf, RequiredExtensionsAreRefusedByName) {
-  for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "VENDOR_geometry"}) {
+  for (const char* name : {"VENDOR_geometry", "KHR_gaussian_splatting"}) {
     Json json = tetrahedronJson();
     json["extensionsRequired"] = {name};
     EXPECT_TRUE(has(gltfRefusal(json), name));
-    EXPECT_EQ(has(gltfRefusal(json), "without compression"), std::string_view(name) != "VENDOR_geometry");
   }
   Json json = tetrahedronJson();
   json["extensionsRequired"] = {"KHR_materials_transmission", "KHR_texture_basisu"};
@@ -272,16 +271,6 @@ TEST(Gltf, WhatNoMeshNeedsDoesNoHarm) {
   const MeshFile file = readGltfText(json);
   EXPECT_DOUBLE_EQ(volumeOf(file.mesh), kVolume);
   EXPECT_TRUE(file.notes.empty());
-}
-
-TEST(Gltf, SkinsAndFallbacksAreNoted) {
-  Json json = tetrahedronJson();
-  json["nodes"][0]["skin"] = 0;
-  json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 1}};
-  const MeshFile file = readGltfText(json);
-  ASSERT_EQ(file.notes.size(), 2u);
-  EXPECT_TRUE(has(file.notes[0], "bufferViews[0] was read as its fallback without EXT_meshopt_compression"));
-  EXPECT_TRUE(has(file.notes[1], "Skins"));
 }
 
 TEST(Gltf, ABufferMayBeLongerThanAnnounced) {

@@ -3,7 +3,9 @@
 #include "spheretree/formats/gltf.h"
 
 #include "fuzz/mesh_fuzz.h"
+#include "support/compressed_gltf.h"
 #include "support/sample_gltf.h"
+#include "support/shapes.h"
 
 namespace spheretree::fuzz {
 
@@ -18,7 +20,17 @@ std::vector<std::string> seeds() {
       {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", 0}, {"byteOffset", 4}}}};
   json["buffers"][0]["uri"] =
       "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA";
-  return {plain, json.dump(), test::tetrahedronJson().dump()};
+  const TriangleMesh box = test::quartered(test::boxMesh({0, 0, 0}, {3, 4, 5}));
+  nlohmann::json instances = test::tetrahedronJson();
+  instances["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = 0;  // four
+  return {plain,
+          json.dump(),
+          test::tetrahedronJson().dump(),
+          test::toGlb(instances, test::tetrahedronBuffer()),
+          test::meshoptGlb(box),
+          test::meshoptGlb(box, "INDICES"),
+          test::dracoGlb(box, draco::MESH_EDGEBREAKER_ENCODING, 8),
+          test::dracoGlb(box, draco::MESH_SEQUENTIAL_ENCODING)};
 }
 
 }  // namespace spheretree::fuzz

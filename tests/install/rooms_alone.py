@@ -9,10 +9,10 @@ from pathlib import Path
 
 source, work = Path(sys.argv[1]), Path(sys.argv[2])
 builds = "--build" in sys.argv[3:]
-LIBRARIES = {"CGAL", "TBB", "OpenMesh", "nlohmann_json", "TinyGLTF", "CLI11", "PNG", "ZLIB", "GTest", "Python3", "Threads"}
+LIBRARIES = {"CGAL", "TBB", "OpenMesh", "nlohmann_json", "meshoptimizer", "draco", "CLI11", "PNG", "ZLIB", "GTest", "Python3", "Threads"}
 ROOMS = {  # option: libraries beside Eigen, target
     "runtime": (set(), "spheretree_runtime_c"),
-    "formats": ({"nlohmann_json", "TinyGLTF"}, "spheretree_formats"),
+    "formats": ({"nlohmann_json", "meshoptimizer", "draco"}, "spheretree_formats"),
     "device": ({"Threads"}, "spheretree_device"),
     "builder": ({"CGAL", "TBB", "OpenMesh", "Threads"}, "spheretree_builder"),
 }

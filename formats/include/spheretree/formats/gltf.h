@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF 2.0 and GLB: the triangles of the default scene, its node transforms applied, metres turned into millimetres.
 // Without a scene all root nodes count; of several scenes without a default the first. A mirroring transform turns the
-// winding round. Parts are named after nodes, else meshes. Points, lines, materials, skins, animations and morph
-// targets are ignored.
+// winding round. Parts are named after nodes, else meshes; instances (EXT_mesh_gpu_instancing) have their number behind
+// the name. Skins stand in their rest pose. Data compressed by EXT_meshopt_compression and KHR_draco_mesh_compression
+// are unpacked. Points, lines, materials, animations and morph targets are ignored.
 #pragma once
 
 #include <filesystem>
