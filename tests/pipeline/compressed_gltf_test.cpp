@@ -33,8 +33,8 @@ TEST(CompressedGltf, GivesTheTreeOfTheUncompressedFile) {
   // The edgebreaker stores the triangles in an order of its own. The tree says by a hash which mesh it is of, in its
   // order; all else is the same.
   SphereTree reordered = treeOf(test::dracoGlb(bumpy, draco::MESH_EDGEBREAKER_ENCODING));
-  EXPECT_NE(reordered.mesh_hash, plain.mesh_hash);
-  reordered.mesh_hash = plain.mesh_hash;
+  EXPECT_NE(reordered.provenance.mesh_hash, plain.provenance.mesh_hash);
+  reordered.provenance.mesh_hash = plain.provenance.mesh_hash;
   EXPECT_EQ(encodeSphereTree(reordered), expected);
   bumpy.positions[0] *= 1.01;
   EXPECT_NE(encodeSphereTree(treeOf(test::meshoptGlb(bumpy))), expected);
