@@ -20,7 +20,7 @@ packages=(
   libegl-dev              # view: pictures without a display
   fonts-dejavu-core       # view: text
   libgtest-dev            # tests
-  libtet1.5-dev           # tests: TetGen, in a program of its own
+  libtet1.5-dev           # soft tissue, tests: TetGen, in programs of their own
 )
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
 if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-numpy python3-scipy); fi

@@ -4,24 +4,40 @@
 #include <new>
 
 #include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/core/tissue_codec.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::formats {
 
-SphereTree readSphereTree(const std::filesystem::path& path) {
-  // The largest tree, search tree and skin take 2.6 MB. The cap leaves room for later sections, and keeps a wrong file
-  // from filling the memory.
-  constexpr std::uint64_t kMostTreeBytes = 16 << 20;
-  return parseSphereTree(readFile(path, kMostTreeBytes), path.string());
+namespace {
+
+// The largest tree, search tree and skin take 2.6 MB; tissue takes more. The cap leaves room for later sections, and
+// keeps a wrong file from filling the memory.
+constexpr std::uint64_t kMostTreeBytes = 16 << 20, kMostSoftBytes = 256 << 20;
+
+[[noreturn]] void refuse(const std::string& name, LoadStatus status, const std::string& fault) {
+  if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
+  throw FormatError(name + ": " + fault + ": " + std::string(explain(status)) + ".");
 }
+
+}  // namespace
+
+SphereTree readSphereTree(const std::filesystem::path& path) { return parseSphereTree(readFile(path, kMostTreeBytes), path.string()); }
 
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {
   SphereTree tree;
   std::string fault;
   const LoadStatus status = decodeSphereTree(bytes, tree, &fault);
-  if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
-  if (status != LoadStatus::Ok) throw FormatError(name + ": " + fault + ": " + std::string(explain(status)) + ".");
+  if (status != LoadStatus::Ok) refuse(name, status, fault);
+  return tree;
+}
+
+SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue) {
+  SphereTree tree;
+  std::string fault;
+  const LoadStatus status = decodeSoftTree(readFile(path, kMostSoftBytes), tree, tissue, &fault);
+  if (status != LoadStatus::Ok) refuse(shownName(path), status, fault);
   return tree;
 }
 

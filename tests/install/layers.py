@@ -34,6 +34,7 @@ WINGS = {
     "measure": ["mesh"],
     "skin": ["mesh"],
     "certify": ["medial"],
+    "tissue": ["certify", "mesh"],
     "tree": ["certify"],
     "cover": ["tree"],
     "published": ["cover"],

@@ -18,8 +18,8 @@ NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
 SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
 PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/")
-NETWORK_COPYLEFT = "tools/voronoi_oracle/"
-COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|(base|geometry|mesh|repair|medial|certify|tree|cover|published|measure)/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
+NETWORK_COPYLEFT = ("tools/voronoi_oracle/", "tools/tetrahedra/")
+COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|(base|geometry|mesh|repair|medial|certify|tissue|tree|cover|published|measure)/|gmp|mpfr|libspheretree/)', re.IGNORECASE)
 COPYLEFT_BINARY = re.compile(r"CGAL|OpenMesh|tetgen|spheretree7builder|libgmp|libmpfr", re.IGNORECASE)
 
 
@@ -49,7 +49,7 @@ def scan_sources(root: Path):
                 yield f"{name}: AGPL code includes what is not under the AGPL"
             continue
         if re.search(r'#\s*include\s*[<"]tetgen', text):
-            yield f"{name}: includes TetGen outside {NETWORK_COPYLEFT}"
+            yield f"{name}: includes TetGen outside {' and '.join(NETWORK_COPYLEFT)}"
         if licence not in ("Apache-2.0", "GPL-3.0-or-later"):
             yield f"{name}: licence {licence} is neither Apache-2.0 nor GPL-3.0-or-later"
         if name.startswith(PERMISSIVE) and licence != "Apache-2.0":

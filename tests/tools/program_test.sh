@@ -54,7 +54,7 @@ write_torus() {
 
 case_help() {
   expect 0 --help
-  for verb in batch build check compare convert evaluate inspect report scene view; do
+  for verb in batch build check compare convert evaluate inspect repair report scene soften view; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help
@@ -507,6 +507,7 @@ case_file_format() {
 }
 
 . "${0%/*}/batch_cases.sh"
+. "${0%/*}/tissue_cases.sh"
 . "${0%/*}/page_cases.sh"
 . "${0%/*}/player_cases.sh"
 . "${0%/*}/message_cases.sh"

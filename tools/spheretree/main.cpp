@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     addRepairCommand(program);
     addReportCommand(program);
     addSceneCommand(program);
+    addSoftenCommand(program);
     addViewCommand(program);
     return runProgram(program, argc, argv);
   });

@@ -2,66 +2,17 @@
 #include "spheretree/core/sphere_tree_codec.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <new>
 #include <stdexcept>
 #include <utility>
 
 #include "describe.h"
+#include "section_bytes.h"
 #include "section_file.h"
 
 namespace spheretree {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "numbers and arrays are copied as they stand in the file");
-
-using Bytes = std::vector<std::byte>;
-
-template <class T>
-void put(Bytes& bytes, const T& value) {
-  const auto* first = reinterpret_cast<const std::byte*>(&value);
-  bytes.insert(bytes.end(), first, first + sizeof value);
-}
-
-template <class T>
-void putArray(Bytes& bytes, const std::vector<T>& values) {
-  const auto* first = reinterpret_cast<const std::byte*>(values.data());
-  bytes.insert(bytes.end(), first, first + values.size() * sizeof(T));
-}
-
-/// Takes a section apart from its beginning. Whoever uses it has compared the size of the section with what is to be
-/// taken.
-class Taker {
- public:
-  explicit Taker(std::span<const std::byte> bytes) : rest_(bytes) {}
-  template <class T>
-  T take() {
-    T value;
-    std::memcpy(&value, rest_.data(), sizeof value);
-    rest_ = rest_.subspan(sizeof value);
-    return value;
-  }
-  template <class T>
-  void takeArray(std::vector<T>& values, std::size_t count) {
-    values.resize(count);
-    if (count > 0) std::memcpy(values.data(), rest_.data(), count * sizeof(T));
-    rest_ = rest_.subspan(count * sizeof(T));
-  }
-  std::span<const std::byte> rest() const { return rest_; }
-
- private:
-  std::span<const std::byte> rest_;
-};
-
-LoadStatus badSection(const Section& section, const char* what, std::string& fault, LoadStatus status = LoadStatus::BadSection) {
-  fault = nameOf(section) + what;
-  return status;
-}
-
-LoadStatus badSize(const Section& section, std::uint64_t expected, std::string& fault) {
-  return badSection(section, describe(" has %zu bytes, not %zu", section.bytes.size(), std::size_t{expected}).c_str(), fault);
-}
 
 // One byte says how many children an inner node has: the low 4 bits their number less one, the high 4 bits how many
 // have children.

@@ -37,6 +37,7 @@ void addInspectCommand(Program& program);
 void addRepairCommand(Program& program);
 void addReportCommand(Program& program);
 void addSceneCommand(Program& program);
+void addSoftenCommand(Program& program);
 void addViewCommand(Program& program);
 
 /// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.

@@ -8,6 +8,7 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "commands/evaluate_states_report.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
 #include "pipeline/evaluation_json.h"
@@ -29,6 +30,7 @@ struct EvaluateOptions {
   std::string parts = "merge", repair = "auto", unit;
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
+  StatesOptions states;
 };
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
@@ -71,7 +73,8 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   files.willRead(options.mesh);
   files.willRead(options.tree);
   progress.stage("read");
-  SphereTree tree = readTree(options.tree);
+  Tissue tissue;
+  const SphereTree tree = options.states.states.empty() ? readTree(options.tree) : readSoftTree(options.tree, tissue);
   formats::MeshFile file = pipeline::readMeshIn(options.mesh, options.unit);
   TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
@@ -83,8 +86,12 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
       say("spheretree: warning: " + formats::shownName(options.mesh) +
           " is not a closed, clean surface, so that inside and outside are uncertain; `spheretree check` says where.");
   }
-  mesh = repaired.mesh;
   progress.check();
+  if (!options.states.states.empty()) {
+    options.states.json = options.json, options.states.seed = options.settings.seed, options.states.threads = options.settings.threads;
+    return reportStates(formats::shownName(options.tree), tree, tissue, repaired, options.states, progress);
+  }
+  mesh = repaired.mesh;
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
     say("spheretree: warning: " + formats::shownName(options.tree) + " was built from another mesh than " +
@@ -111,7 +118,7 @@ void addEvaluateCommand(Program& program) {
                           "spheretree evaluate tooth.obj tooth.stree --json",
                           [options, &program](builder::Progress& progress) { return runEvaluate(*options, program, progress); });
   app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
-  app->add_option("TREE", options->tree, "Tree: .stree, .sph or .json")->required()->type_name("FILE");
+  app->add_option("TREE", options->tree, "Tree: .stree, .soft, .sph or .json")->required()->type_name("FILE");
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
   addUnit(*app, options->unit);
@@ -119,7 +126,13 @@ void addEvaluateCommand(Program& program) {
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
-  addSeed(*app, options->settings.seed, "the surface points");
+  app->add_option("--states", options->states.states,
+                  "Of a soft tree: N states (squeezed, poked, bent, noisy, inside out) or a file of states (.csv), in place of the levels")
+      ->type_name("N|FILE");
+  app->add_option("--samples", options->states.samples, "Surface points tested in each state, 100 to 1000000; default 10000")
+      ->type_name("N")
+      ->check(CLI::Range(100, kMaxStateSamples));
+  addSeed(*app, options->settings.seed, "the surface points, and of the states");
   addThreads(*app, options->settings.threads);
 }
 

@@ -9,6 +9,7 @@
 
 #include "program_end.h"
 #include "run_files.h"
+#include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sph_text.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -29,15 +30,23 @@ std::string endingByContent(std::string_view text) {
 
 SphereTree readTree(const std::filesystem::path& path) {
   std::string ending = endingOf(path);
-  if (!isDash(path) && ending != ".stree" && ending != ".sph" && ending != ".json")
-    throw UsageError(path.string() + ": the tree's name must end in .stree, .sph or .json.");
+  if (!isDash(path) && ending != ".stree" && ending != ".soft" && ending != ".sph" && ending != ".json")
+    throw UsageError(path.string() + ": the tree's name must end in .stree, .soft, .sph or .json.");
   constexpr std::uint64_t kMaxBytes = 64 << 20;  // a full tree takes less than 10 MB in any form
   const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::string name = formats::shownName(path);
   if (isDash(path)) ending = endingByContent(text);
-  if (ending == ".stree") return formats::parseSphereTree(bytes, name);
+  if (ending == ".stree" || ending == ".soft") return formats::parseSphereTree(bytes, name);
   return ending == ".sph" ? formats::parseSph(text, name) : formats::parseTreeJson(text, name);
+}
+
+SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue) {
+  if (!isDash(path) && endingOf(path) != ".soft")
+    throw UsageError(path.string() + ": this needs a soft tree (.soft), as `spheretree soften` writes it.");
+  SphereTree tree = formats::readSoftTree(path, tissue);
+  if (tissue.empty()) throw formats::FormatError(formats::shownName(path) + ": there is no tissue in it. Make it by `spheretree soften`.");
+  return tree;
 }
 
 }  // namespace spheretree::tool

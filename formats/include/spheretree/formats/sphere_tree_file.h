@@ -8,6 +8,7 @@
 #include <string>
 
 #include "spheretree/core/sphere_tree.h"
+#include "spheretree/core/tissue.h"
 
 namespace spheretree::formats {
 
@@ -18,6 +19,10 @@ SphereTree readSphereTree(const std::filesystem::path& path);
 /// The same from bytes in memory; `name` stands in front of messages.
 /// @throws FormatError
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name);
+
+/// A tree and its tissue from a .soft file; from a .stree file, with `tissue` empty.
+/// @throws as readSphereTree
+SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue);
 
 /// The file appears under its name only when it is whole (writeWhole).
 /// @throws FileError if the file cannot be written, std::invalid_argument for an unsound tree.

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tissue/anchor_leaves.h"
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// Of a point of the triangle: those of corners 1 and 2. By least squares, which also suits a triangle without area.
+Eigen::Vector2d weightsOf(const Vector3d& p, const std::array<Vector3d, 3>& corner) {
+  Eigen::Matrix<double, 3, 2> edges;
+  edges << corner[1] - corner[0], corner[2] - corner[0];
+  return edges.completeOrthogonalDecomposition().solve(p - corner[0]);
+}
+
+}  // namespace
+
+std::vector<LeafAnchor> anchorLeaves(const TriangleMesh& mesh, const DistanceField& field, std::span<const TissueVertex> bound,
+                                     const Tetrahedra& solid, std::span<const Sphere> leaves, const Vector3d& origin) {
+  std::vector<LeafAnchor> anchors;
+  for (const Sphere& leaf : leaves) {
+    const Vector3d centre = Vector3d(leaf.x, leaf.y, leaf.z) + origin;
+    const NearestPoint nearest = field.nearest(centre);
+    const Triangle& vertex = mesh.triangles[nearest.triangle];
+    const Eigen::Vector2d weight =
+        weightsOf(nearest.point, {mesh.positions[vertex[0]], mesh.positions[vertex[1]], mesh.positions[vertex[2]]});
+    const std::uint32_t tetrahedron = bound[vertex[0]].tetrahedron;
+    const auto& c = solid.corners[tetrahedron];
+    Eigen::Matrix3d edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = solid.nodes[c[static_cast<std::size_t>(k) + 1]] - solid.nodes[c[0]];
+    const Vector3d to = centre - nearest.point;
+    const Vector3d direction = to.norm() > 0 ? Vector3d(edges.transpose() * to.normalized()) : Vector3d::Zero();
+    anchors.push_back({vertex,
+                       {static_cast<float>(weight.x()), static_cast<float>(weight.y())},
+                       tetrahedron,
+                       {static_cast<float>(direction.x()), static_cast<float>(direction.y()), static_cast<float>(direction.z())},
+                       static_cast<float>(to.norm())});
+  }
+  return anchors;
+}
+
+}  // namespace spheretree::builder

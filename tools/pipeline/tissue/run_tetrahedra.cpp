@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/tissue/run_tetrahedra.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <system_error>
+#include <thread>
+
+#include "spheretree/builder/build_settings.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+
+extern char** environ;  // NOLINT: POSIX declares it nowhere
+
+namespace spheretree::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using builder::BuildError;
+
+constexpr std::chrono::milliseconds kPoll{5};                // between two looks at the child
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // of its output
+
+/// A folder of our own under the system's one for temporary files; gone with all in it at the end.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "spheretree-tetrahedra-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw formats::FileError(name + ": no temporary folder can be made: " + std::system_category().message(errno));
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  fs::path operator/(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+/// A running child; killed if it is left while it runs.
+class Child {
+ public:
+  Child(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& messages) {
+    std::vector<char*> argv{const_cast<char*>(program.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // Ctrl-C reaches this program, which ends the child
+    const int fault = ::posix_spawnp(&process_, program.c_str(), &files, &attributes, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    if (fault != 0) {
+      process_ = -1;
+      throw BuildError("soft tissue needs the program " + program.string() + ", which cannot be run (" +
+                       std::system_category().message(fault) + "). It is built where TetGen is installed (Debian: libtet1.5-dev)");
+    }
+  }
+  ~Child() {
+    if (process_ > 0 && !has_ended_) ::kill(process_, SIGKILL), ::waitpid(process_, nullptr, 0);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  bool hasEnded() {
+    if (!has_ended_) has_ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
+    return has_ended_;
+  }
+  int status() const { return status_; }
+
+ private:
+  pid_t process_ = -1;
+  int status_ = 0;
+  bool has_ended_ = false;
+};
+
+std::string surfaceText(const TriangleMesh& surface) {
+  std::string text = std::to_string(surface.positions.size()) + " " + std::to_string(surface.triangles.size()) + "\n";
+  char line[128];
+  for (const Eigen::Vector3d& p : surface.positions) {
+    std::snprintf(line, sizeof line, "%.17g %.17g %.17g\n", p.x(), p.y(), p.z());
+    text += line;
+  }
+  for (const Triangle& t : surface.triangles) {
+    std::snprintf(line, sizeof line, "%u %u %u\n", t[0], t[1], t[2]);
+    text += line;
+  }
+  return text;
+}
+
+/// Numbers, one after the other.
+class Numbers {
+ public:
+  explicit Numbers(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
+  template <class T>
+  T next() {
+    while (at_ != end_ && (*at_ == ' ' || *at_ == '\n')) ++at_;
+    T value{};
+    const auto [end, error] = std::from_chars(at_, end_, value);
+    if (error != std::errc()) throw BuildError("tetrahedra: spheretree-tetrahedra wrote a file that ends early or holds no numbers");
+    at_ = end;
+    return value;
+  }
+  std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
+
+ private:
+  const char *at_, *end_;
+};
+
+TetrahedronList tetrahedraOf(std::string_view text) {
+  Numbers numbers(text);
+  const auto nodes = numbers.next<std::uint32_t>(), tetrahedra = numbers.next<std::uint32_t>();
+  if ((std::size_t{nodes} + tetrahedra) * 6 > numbers.left() + 6)
+    throw BuildError("tetrahedra: spheretree-tetrahedra wrote a file that ends early");
+  TetrahedronList list;
+  list.nodes.resize(nodes);
+  list.corners.resize(tetrahedra);
+  for (Eigen::Vector3d& p : list.nodes)
+    for (int k = 0; k < 3; ++k) p[k] = numbers.next<double>();
+  for (auto& corners : list.corners)
+    for (std::uint32_t& corner : corners) corner = numbers.next<std::uint32_t>();
+  return list;
+}
+
+std::string firstLine(const fs::path& path) {
+  const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes, formats::FileRole::Working);
+  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  text = text.substr(0, text.find('\n'));
+  if (const std::size_t name = text.find(": "); name != std::string::npos) text = text.substr(name + 2);
+  while (!text.empty() && text.back() == '.') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+fs::path tetrahedraProgram() {
+  if (const char* named = std::getenv("SPHERETREE_TETRAHEDRA"); named != nullptr && *named != 0) return named;
+  std::error_code none;
+  const fs::path self = fs::read_symlink("/proc/self/exe", none);
+  const fs::path beside = self.parent_path() / "spheretree-tetrahedra";
+  return !none && fs::exists(beside, none) ? beside : fs::path("spheretree-tetrahedra");
+}
+
+TetrahedronList runTetrahedra(const TriangleMesh& surface, double max_volume, double seconds, builder::Progress& progress) {
+  const ScratchFolder folder;
+  const fs::path in = folder / "surface.txt", out = folder / "tetrahedra.txt", messages = folder / "messages.txt";
+  formats::writeWhole(in, surfaceText(surface), formats::FileRole::Working);
+  Child child(tetrahedraProgram(), {in.string(), out.string(), std::to_string(max_volume)}, messages);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (!child.hasEnded()) {
+    progress.check();
+    if (std::chrono::steady_clock::now() > end) {
+      char text[128];
+      std::snprintf(text, sizeof text, "tetrahedra: TetGen did not end within %g s. Ask for fewer tetrahedra", seconds);
+      throw BuildError(text);
+    }
+    std::this_thread::sleep_for(kPoll);
+  }
+  if (WIFSIGNALED(child.status()))
+    throw BuildError("tetrahedra: TetGen crashed (signal " + std::to_string(WTERMSIG(child.status())) +
+                     "), as it does on surfaces that nearly touch");
+  if (WEXITSTATUS(child.status()) != 0) throw BuildError("tetrahedra: " + firstLine(messages));
+  const std::vector<std::byte> bytes = formats::readFile(out, kMaxBytes, formats::FileRole::Working);
+  return tetrahedraOf({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace spheretree::pipeline
