@@ -11,8 +11,6 @@
 namespace spheretree::formats {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr int kMaxJsonDepth = 64;  // glTF itself needs 9; extras are free
 
 }  // namespace
@@ -79,34 +77,34 @@ void GltfJson::parse(std::span<const char> text) {
       assembly_.refuse("its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep. Export it again.");
   }
   try {
-    root_ = Json::parse(text.begin(), text.end());
-  } catch (const Json::exception& error) {
+    root_ = nlohmann::json::parse(text.begin(), text.end());
+  } catch (const nlohmann::json::exception& error) {
     assembly_.refuse("its JSON is damaged: " + std::string(error.what()) + ". Export it again.");
   }
   if (!root_.is_object()) assembly_.refuse("its JSON is no object. Export it again.");
 }
 
-const Json* GltfJson::find(const Json& object, const char* key) {
+const nlohmann::json* GltfJson::find(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
   return found == object.end() ? nullptr : &*found;
 }
 
-const Json& GltfJson::array(const char* key) const {
-  static const Json empty = Json::array();
-  const Json* found = find(root_, key);
+const nlohmann::json& GltfJson::array(const char* key) const {
+  static const nlohmann::json empty = nlohmann::json::array();
+  const nlohmann::json* found = find(root_, key);
   if (!found) return empty;
   if (!found->is_array()) refuse(key, "is not an array");
   return *found;
 }
 
-const Json& GltfJson::element(const char* key, std::uint64_t index, const std::string& from) const {
-  const Json& all = array(key);
+const nlohmann::json& GltfJson::element(const char* key, std::uint64_t index, const std::string& from) const {
+  const nlohmann::json& all = array(key);
   if (index >= all.size()) refuse(from, "names " + place(key, index) + ", but there are only " + std::to_string(all.size()));
   if (!all[index].is_object()) refuse(place(key, index), "is not an object");
   return all[index];
 }
 
-std::uint64_t GltfJson::asUnsigned(const Json& value, const std::string& where) const {
+std::uint64_t GltfJson::asUnsigned(const nlohmann::json& value, const std::string& where) const {
   if (value.is_number_unsigned()) return value.get<std::uint64_t>();
   if (value.is_number_float()) {  // JSON has one kind of number: 3.0 is whole, too
     const double number = value.get<double>();
@@ -115,32 +113,32 @@ std::uint64_t GltfJson::asUnsigned(const Json& value, const std::string& where) 
   refuse(where, "is not a whole number of 0 or more");
 }
 
-std::optional<std::uint64_t> GltfJson::findUnsigned(const Json& object, const char* key, const std::string& where) const {
-  const Json* found = find(object, key);
+std::optional<std::uint64_t> GltfJson::findUnsigned(const nlohmann::json& object, const char* key, const std::string& where) const {
+  const nlohmann::json* found = find(object, key);
   if (!found) return std::nullopt;
   return asUnsigned(*found, where + "." + key);
 }
 
-std::uint64_t GltfJson::getUnsigned(const Json& object, const char* key, const std::string& where) const {
+std::uint64_t GltfJson::getUnsigned(const nlohmann::json& object, const char* key, const std::string& where) const {
   const std::optional<std::uint64_t> found = findUnsigned(object, key, where);
   if (!found) refuse(where, "has no \"" + std::string(key) + "\"");
   return *found;
 }
 
-std::string GltfJson::findText(const Json& object, const char* key) {
-  const Json* found = find(object, key);
+std::string GltfJson::findText(const nlohmann::json& object, const char* key) {
+  const nlohmann::json* found = find(object, key);
   return found && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-const Json* GltfJson::findExtension(const Json& object, const char* name) const {
-  const Json* extensions = find(object, "extensions");
+const nlohmann::json* GltfJson::findExtension(const nlohmann::json& object, const char* name) const {
+  const nlohmann::json* extensions = find(object, "extensions");
   if (!extensions || !extensions->is_object()) return nullptr;
-  const Json* found = find(*extensions, name);
+  const nlohmann::json* found = find(*extensions, name);
   return found && found->is_object() ? found : nullptr;
 }
 
-const Json& GltfJson::getObject(const Json& object, const char* key, const std::string& where) const {
-  const Json* found = find(object, key);
+const nlohmann::json& GltfJson::getObject(const nlohmann::json& object, const char* key, const std::string& where) const {
+  const nlohmann::json* found = find(object, key);
   if (!found || !found->is_object()) refuse(where, "has no object \"" + std::string(key) + "\"");
   return *found;
 }

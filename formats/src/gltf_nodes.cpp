@@ -10,7 +10,7 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr double kUnitTolerance =
+constexpr double kQuaternionTolerance =
     0.02;  // of a quaternion of four normalised bytes: half of 1/127 each, and twice that for careless writers
 
 }  // namespace
@@ -57,7 +57,7 @@ GltfPose GltfNodes::poseOf(const GltfModel::Node& node, const std::string& where
 GltfPose GltfNodes::fromParts(const Eigen::Vector3d& translation, const Eigen::Vector4d& rotation, const Eigen::Vector3d& scale,
                               const std::string& where) const {
   const Eigen::Quaterniond turn(rotation[3], rotation[0], rotation[1], rotation[2]);
-  if (!(std::abs(turn.norm() - 1) < kUnitTolerance)) refuseElement(assembly_, where + ".rotation", "is not a unit quaternion");
+  if (!(std::abs(turn.norm() - 1) < kQuaternionTolerance)) refuseElement(assembly_, where + ".rotation", "is not a unit quaternion");
   GltfPose pose;
   pose.linear = turn.normalized().toRotationMatrix() * scale.asDiagonal();  // normalised: stored as float32 or less, hence rounded
   pose.offset = translation;
