@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# debian_package.sh BUILD WORK: the Debian package holds programs, library, manual pages and completion, and says what it needs.
+# debian_package.sh BUILD WORK: the Debian package holds programs, library, manual pages and completion, and says what
+# it needs.
 set -eu
 build=$1
 work=$2

@@ -48,7 +48,7 @@ struct Loop {
   ClosedLoop run(double stiffness, int delay, Friction friction, int steps = 3000) {
     Rig::Options options;
     options.coupling = {stiffness, 1000 * stiffness};
-    Rig rig(ball, {{&ground, {{0, 0, -200}, kUpright}}}, runtime::Mode::Constrained, options);
+    Rig rig(ball, {{&ground, {{0, 0, -200}, kUpright}}}, Mode::Constrained, options);
     const auto path = [](double t) {
       return Configuration{{0, 0, 9 - std::min(100 * t, 12.0) + std::clamp(100 * (t - 2), 0.0, 12.0)}, kUpright};
     };

@@ -316,13 +316,13 @@ TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   Bench bench{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001}, progress};
   std::vector<ScenarioResult> results;
   for (const Scenario* scenario : selectScenarios("F4,F7,F8,F13,F17")) {
-    results.push_back(runScenario(*scenario, bench, folder.path()));
-    EXPECT_TRUE(holds(results.back().constrained)) << tableRows(results.back());
+    results.push_back(runScenario(*scenario, bench, std::array{Mode::Paper, Mode::Constrained}, folder.path()));
+    EXPECT_TRUE(holds(results.back())) << tableRows(results.back(), std::array{Mode::Paper, Mode::Constrained});
   }
-  EXPECT_FALSE(holds(results[0].paper));  // pops through
-  EXPECT_TRUE(holds(results[1].paper));
-  EXPECT_FALSE(holds(results[2].paper));  // turns into the plane
-  EXPECT_FALSE(holds(results[4].paper));  // overshoots from inside
+  EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Paper)));  // pops through
+  EXPECT_TRUE(holds(results[1].outcomes.at(Mode::Paper)));
+  EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Paper)));  // turns into the plane
+  EXPECT_FALSE(holds(results[4].outcomes.at(Mode::Paper)));  // overshoots from inside
   writeStability(folder.path(), results, builder::Quality::Quick);
   const auto document = nlohmann::json::parse(slurp(folder.path() / "stability.json"));
   EXPECT_EQ(document["schema"], "spheretree.stability/1");

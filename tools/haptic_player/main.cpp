@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +15,7 @@
 #include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
+#include "published/comparison.h"
 #include "run_files.h"
 #include "run_notes.h"
 #include "scenarios/stability.h"
@@ -30,8 +32,9 @@ using namespace spheretree::tool;
 struct Options {
   PlaySettings play;
   ViewOptions view;
-  std::string device, mode = "constrained", contact = "skin", clock = "real", scenario, quality = "standard", progress = "auto";
-  std::filesystem::path out, cache;
+  std::string device, mode = "constrained", modes = "paper,constrained", contact = "skin", clock = "real", scenario, quality = "standard",
+                      progress = "auto";
+  std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
   bool list = false, json = false, quiet = false, gimbal_torque = false;
 };
@@ -47,9 +50,11 @@ int listScenarios() {
   return kExitOk;
 }
 
-std::vector<const Scenario*> chosenScenarios(const std::string& names) {
+/// What a list of names means, as a mistake in the command line if it means nothing.
+template <class Choose>
+auto chosen(Choose&& choose) {
   try {
-    return selectScenarios(names);
+    return choose();
   } catch (const std::invalid_argument& unknown) {
     throw UsageError(unknown.what());
   }
@@ -57,7 +62,9 @@ std::vector<const Scenario*> chosenScenarios(const std::string& names) {
 
 int runBench(const Options& options, builder::Progress& progress) try {
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
-  const std::vector<const Scenario*> chosen = chosenScenarios(options.scenario);
+  const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
+  const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
+  if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
   if (!options.out.empty()) {  // known now, not after minutes
     formats::makeFolder(options.out);
     formats::checkWritable(options.out / "stability.json");
@@ -66,27 +73,29 @@ int runBench(const Options& options, builder::Progress& progress) try {
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
   Bench bench{bodies, {options.share}, progress};
   if (options.view.isAsked()) {
-    if (chosen.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
-    return viewScenario(options.view, *chosen.front(), bench, progress);
+    if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
+    return viewScenario(options.view, *scenarios.front(), bench, progress);
   }
   std::vector<ScenarioResult> results;
   int short_of = 0;
-  if (!options.json) printResult("%-63s %9s %11s %11s  verdict\n", "scenario, quantity", "pass <=", "paper", "constrained");
-  for (const Scenario* scenario : chosen) {
+  if (!options.json) writeResult(tableHead(modes));
+  for (const Scenario* scenario : scenarios) {
     const std::string stage = scenario->id + " " + scenario->title;
     bodies.setStage(stage);
     progress.stage(stage);
     progress.check();
-    results.push_back(runScenario(*scenario, bench, options.out));
-    short_of += !holds(results.back().constrained);
-    if (!options.json) writeResult(tableRows(results.back()));
+    results.push_back(runScenario(*scenario, bench, modes, options.out));
+    short_of += !holds(results.back());
+    if (!options.json) writeResult(tableRows(results.back(), modes));
     std::fflush(stdout);
   }
   if (options.json)
     printResult("%s\n", stabilityJson(results, quality).dump(1).c_str());
   else
-    printResult("%s, %d fall short in constrained mode\n", counted(results.size(), "scenario").c_str(), short_of);
+    printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
+                std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
   if (!options.out.empty()) writeStability(options.out, results, quality);
+  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(bench, modes), results, modes);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
   if (options.out.empty()) throw;
@@ -222,6 +231,14 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_flag("--json", o.json, "Prints the summary, or the figures of the scenarios, as JSON");
   cli.add_flag("--list", o.list, "Lists the scenarios");
   cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
+  cli.add_option(
+         "--modes", o.modes,
+         "With --scenario: who renders, by commas, of paper, constrained and the published methods points, volume, continuous; default "
+         "paper,constrained")
+      ->needs(scenario);
+  cli.add_option("--chart", o.chart,
+                 "With --scenario: also compares the --modes on four bodies and three sizes, and writes one page (.html)")
+      ->needs(scenario);
   cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
   cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->check(CLI::IsMember({"quick", "standard"}))

@@ -24,7 +24,7 @@ std::vector<std::string> namesOf(const CLI::Option& option) {
 
 bool isFlag(const CLI::Option& option) { return option.get_expected_max() == 0; }
 
-/// The words that an option takes, from the list in braces that CLI11 makes of IsMember; empty if it is not one of a few.
+/// The words that an option takes, from the list in braces that CLI11 makes of IsMember; empty if it takes any.
 std::string valuesOf(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{'), close = type.find('}');

@@ -17,8 +17,8 @@ std::string completionScript(const CLI::App& app, const std::string& shell);
 /// A page of section 1 for man(1): every verb and option with its help.
 std::string manualPage(const CLI::App& app, const std::string& version);
 
-/// If the words ask for one of these texts, `--completion SHELL` or `--manual`, writes it to stdout. `words` as in argv,
-/// without the program's name. @throws UsageError for an unknown shell.
+/// If the words ask for one of these texts, `--completion SHELL` or `--manual`, writes it to stdout. `words` as in
+/// argv, without the program's name. @throws UsageError for an unknown shell.
 bool wroteReference(const CLI::App& app, const std::vector<std::string>& words, const std::string& version);
 
 }  // namespace spheretree::tool

@@ -10,6 +10,7 @@
 namespace spheretree::player {
 
 constexpr std::size_t kMostRows = 200'000;
+constexpr double kSpacing = 0.02;  // of points by which meshes are compared where a scenario says none, of the tool's diagonal
 
 std::string text(double value, int digits) {
   char buffer[32];
@@ -21,17 +22,17 @@ double leafOverhang(const Body& body) { return static_cast<double>(body.tree.sta
 
 namespace {
 
-// The published algorithm knows leaves alone.
-runtime::ContactSurface surfaceOf(runtime::Mode mode, const std::vector<PlacedBody>& objects, runtime::ContactSurface wanted) {
+// The paper's method knows leaves alone.
+runtime::ContactSurface surfaceOf(Mode mode, const std::vector<PlacedBody>& objects, runtime::ContactSurface wanted) {
   const bool all_skin =
       std::all_of(objects.begin(), objects.end(), [](const PlacedBody& o) { return o.body->contact == runtime::ContactSurface::Skin; });
-  return mode == runtime::Mode::Constrained && all_skin && wanted == runtime::ContactSurface::Skin ? runtime::ContactSurface::Skin
-                                                                                                   : runtime::ContactSurface::Leaves;
+  return mode != Mode::Paper && all_skin && wanted == runtime::ContactSurface::Skin ? runtime::ContactSurface::Skin
+                                                                                    : runtime::ContactSurface::Leaves;
 }
 
 }  // namespace
 
-Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options)
+Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options)
     : tool_(tool),
       objects_(std::move(objects)),
       mode_(mode),
@@ -48,22 +49,28 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, 
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);
-  if (options.mesh_spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, options.reference_point, objects_, options.mesh_spacing);
+  double spacing = options.mesh_spacing;
+  if (!isOurs(mode)) {
+    renderer_ = makeRenderer(mode, {&tool, options.reference_point, objects_, options.coupling, scene_.byteCount()});
+    if (spacing == 0) spacing = kSpacing * tool.field.diagonal();
+  }
+  if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, options.reference_point, objects_, spacing);
 }
 
 runtime::StepResult Rig::to(const Configuration& haptic) {
   runtime::StageTimes times;
   const double start = threadTime();
-  const runtime::StepResult result = runtime::step(scene_, haptic, mode_, *workspace_, &times);
+  const runtime::StepResult result =
+      renderer_ ? renderer_->step(haptic) : runtime::step(scene_, haptic, runtimeMode(mode_), *workspace_, &times);
   const double total = threadTime() - start;
   times_.add(total);
   work_.push_back(result.work);
   last_ = recordedStep(tick_++, haptic, result, times, total);
   double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
-    penetration = leaves_.at(result.graphic);
-    leaf_penetration_ = std::max(leaf_penetration_, penetration);
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
+    penetration = renderer_ ? mesh_penetration_ : leaves_.at(result.graphic);
+    leaf_penetration_ = std::max(leaf_penetration_, penetration);
   }
   if (options_.keep_rows && rows_.size() < kMostRows) {
     rows_.push_back(last_);
@@ -81,11 +88,15 @@ runtime::StepResult Rig::moveTo(const Eigen::Vector3d& position, double speed) {
   return result;
 }
 
-void Rig::restart() { runtime::reset(*workspace_); }
+void Rig::restart() {
+  if (renderer_) renderer_->restart();
+  runtime::reset(*workspace_);
+}
 
 void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
   objects_[object].pose.position += way;
   runtime::moveObject(object, objects_[object].pose, *workspace_);
+  if (renderer_) renderer_->moveObject(object, objects_[object].pose);
   leaves_.moveObject(object, way);
   if (meshes_) meshes_->moveObject(object, way);
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "published/renderer.h"
 #include "run_statistics.h"
 #include "scenarios/measures.h"
 #include "scenarios/scenario_shapes.h"
@@ -62,8 +63,8 @@ class Rig {
     bool keep_rows = true;
     runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // of bodies that do not say leaves themselves
   };
-  Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode, const Options& options);
-  Rig(const Body& tool, std::vector<PlacedBody> objects, runtime::Mode mode) : Rig(tool, std::move(objects), mode, Options{}) {}
+  Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options);
+  Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode) : Rig(tool, std::move(objects), mode, Options{}) {}
 
   /// One servo step.
   runtime::StepResult to(const Configuration& haptic);
@@ -79,9 +80,11 @@ class Rig {
   std::span<const RecordedStep> since(std::size_t mark) const { return std::span(rows_).subspan(mark); }
   const RecordedStep& last() const { return last_; }
   const runtime::Scene& scene() const { return scene_; }
+  /// Of our own modes.
   runtime::Workspace& workspace() { return *workspace_; }
   LeafPenetration& leaves() { return leaves_; }
-  double leafPenetration() const { return leaf_penetration_; }  // deepest so far [mm]
+  /// Deepest so far; of a renderer that knows no leaves: that of the meshes, at every 10th step [mm].
+  double leafPenetration() const { return leaf_penetration_; }
   double meshPenetration() const { return mesh_penetration_; }
   const TimeHistogram& times() const { return times_; }  // processor time of the thread [us]
   const std::vector<std::uint32_t>& work() const { return work_; }
@@ -91,10 +94,11 @@ class Rig {
  private:
   const Body& tool_;
   std::vector<PlacedBody> objects_;
-  runtime::Mode mode_;
+  Mode mode_;
   Options options_;
   runtime::Scene scene_;
   std::unique_ptr<runtime::Workspace> workspace_;
+  std::unique_ptr<Renderer> renderer_;  // of a mode that is not ours
   LeafPenetration leaves_;
   std::unique_ptr<MeshPenetration> meshes_;
   std::vector<RecordedStep> rows_;
@@ -120,7 +124,8 @@ struct Scenario {
   std::string id;     // "F1"
   std::string alias;  // "deep"
   std::string title;
-  std::function<Outcome(Bench&, runtime::Mode)> run;
+  std::function<Outcome(Bench&, Mode)> run;
+  bool for_all = true;  // false: it asks our runtime or builder itself, so that other renderers have no part in it
 };
 
 /// All, in the order of the table.

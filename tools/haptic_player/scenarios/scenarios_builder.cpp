@@ -14,8 +14,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
-
 // A cube whose faces are grids: all vertices are cospherical or coplanar.
 TriangleMesh gridCube() {
   TriangleMesh mesh = box({-5, -5, -5}, {5, 5, 5});
@@ -185,8 +183,8 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
 }  // namespace
 
 std::vector<Scenario> builderScenarios() {
-  return {{"F12", "degenerate", "Degenerate medial axes (builder)", degenerate},
-          {"F22", "leaves", "No more leaves than needed", noMoreThanNeeded}};
+  return {{"F12", "degenerate", "Degenerate medial axes (builder)", degenerate, false},
+          {"F22", "leaves", "No more leaves than needed", noMoreThanNeeded, false}};
 }
 
 }  // namespace spheretree::player

@@ -10,7 +10,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kProbeReference(0, 0, 60);  // the probe's reference point, 60 from its tip
 
@@ -431,7 +430,7 @@ std::vector<Scenario> contactScenarios() {
           {"F8", "turns", "Linearisation of rotations", turns},
           {"F13", "born", "Contact born between cycles", born},
           {"F14", "concave", "Sticking in concavities", concave},
-          {"F17", "inside", "Squared-distance rows from inside", insideRows}};
+          {"F17", "inside", "Squared-distance rows from inside", insideRows, false}};
 }
 
 }  // namespace spheretree::player

@@ -12,7 +12,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
 constexpr double kDegree = std::numbers::pi / 180;
 
 // F9: rows that contradict each other.
@@ -196,10 +195,10 @@ Outcome saturation(Bench& bench, Mode mode) {
 }  // namespace
 
 std::vector<Scenario> deviceScenarios() {
-  return {{"F9", "squeezed", "Rows without a common solution", squeezed},
-          {"F19", "start", "Start and calibration in contact", startInContact},
-          {"F20", "overrun", "Overrun and lost updates", overrun},
-          {"F21", "saturation", "Saturation", saturation}};
+  return {{"F9", "squeezed", "Rows without a common solution", squeezed, false},
+          {"F19", "start", "Start and calibration in contact", startInContact, false},
+          {"F20", "overrun", "Overrun and lost updates", overrun, false},
+          {"F21", "saturation", "Saturation", saturation, false}};
 }
 
 }  // namespace spheretree::player

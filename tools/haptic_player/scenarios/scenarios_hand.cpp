@@ -14,7 +14,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
 constexpr double kTouch = 5;  // height of the ball's centre when it touches a plane at z = 0
 constexpr double kNever = 1e9;
 const std::array kHands{"arm", "fine", "light", "firm", "teleoperator"};

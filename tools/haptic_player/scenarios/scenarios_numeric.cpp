@@ -12,7 +12,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kProbeReference(0, 0, 60);
 
@@ -340,9 +339,9 @@ Outcome gimbal(Bench& bench, Mode mode) {
 }  // namespace
 
 std::vector<Scenario> numericScenarios() {
-  return {{"F6", "euler", "Euler singularity", euler},        {"F7", "wrap", "Angle wrap in free space", wrap},
-          {"F10", "pairs", "Missed leaf pairs", missedPairs}, {"F11", "rows", "Redundant and dependent rows", redundantRows},
-          {"F15", "units", "Units and levers", units},        {"F18", "gimbal", "Reference point of the wrench", gimbal}};
+  return {{"F6", "euler", "Euler singularity", euler, false},        {"F7", "wrap", "Angle wrap in free space", wrap},
+          {"F10", "pairs", "Missed leaf pairs", missedPairs, false}, {"F11", "rows", "Redundant and dependent rows", redundantRows, false},
+          {"F15", "units", "Units and levers", units, false},        {"F18", "gimbal", "Reference point of the wrench", gimbal, false}};
 }
 
 }  // namespace spheretree::player

@@ -10,7 +10,6 @@
 namespace spheretree::player {
 namespace {
 
-using runtime::Mode;
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// Points of a tool's axis, in tool axes about the reference point.

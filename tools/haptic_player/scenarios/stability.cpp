@@ -32,16 +32,33 @@ Json poseJson(const Configuration& pose) {
   return {{"position_mm", {pose.position.x(), pose.position.y(), pose.position.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
-Json figureJson(const Figure& paper, const Figure& constrained) {
-  return {{"quantity", constrained.quantity},  {"unit", constrained.unit},
-          {"pass", number(constrained.pass)},  {"results", {{"paper", number(paper.value)}, {"constrained", number(constrained.value)}}},
-          {"verdict", verdictOf(constrained)}, {"paper_verdict", verdictOf(paper)}};
+/// The one whose bodies and notes stand for the scenario.
+const Outcome& leading(const ScenarioResult& r) {
+  const auto ours = r.outcomes.find(Mode::Constrained);
+  return ours != r.outcomes.end() ? ours->second : r.outcomes.begin()->second;
 }
 
-/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that the paper's
-/// misses, else the first.
+/// Figure `i` in all modes. "verdict" is of the constrained mode, "paper_verdict" of the paper's, "verdicts" of each.
+Json figureJson(const ScenarioResult& r, std::size_t i) {
+  const Figure& figure = leading(r).figures[i];
+  Json results = Json::object(), verdicts = Json::object();
+  for (const auto& [mode, outcome] : r.outcomes) {
+    results[std::string(name(mode))] = number(outcome.figures[i].value);
+    verdicts[std::string(name(mode))] = verdictOf(outcome.figures[i]);
+  }
+  Json json{{"quantity", figure.quantity}, {"unit", figure.unit}, {"pass", number(figure.pass)}, {"results", results}};
+  if (r.outcomes.contains(Mode::Constrained)) json["verdict"] = verdicts["constrained"];
+  if (r.outcomes.contains(Mode::Paper)) json["paper_verdict"] = verdicts["paper"];
+  json["verdicts"] = verdicts;
+  return json;
+}
+
+/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that another
+/// does, else the first.
 std::size_t headline(const ScenarioResult& r) {
-  for (const Outcome* outcome : {&r.constrained, &r.paper})
+  std::vector<const Outcome*> outcomes{&leading(r)};
+  for (const auto& [mode, outcome] : r.outcomes) outcomes.push_back(&outcome);
+  for (const Outcome* outcome : outcomes)
     for (std::size_t i = 0; i < outcome->figures.size(); ++i)
       if (!holds(outcome->figures[i])) return i;
   return 0;
@@ -111,38 +128,65 @@ bool holds(const Outcome& outcome) {
   return std::all_of(outcome.figures.begin(), outcome.figures.end(), [](const Figure& f) { return holds(f); });
 }
 
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::filesystem::path& folder) {
+bool holds(const ScenarioResult& result) {
+  if (const auto ours = result.outcomes.find(Mode::Constrained); ours != result.outcomes.end()) return holds(ours->second);
+  return std::all_of(result.outcomes.begin(), result.outcomes.end(), [](const auto& entry) { return holds(entry.second); });
+}
+
+ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<const Mode> modes, const std::filesystem::path& folder) {
   const auto start = std::chrono::steady_clock::now();
-  ScenarioResult result{&scenario, {}, {}, 0, {}};
-  for (const runtime::Mode mode : {runtime::Mode::Paper, runtime::Mode::Constrained}) {
-    const bool is_paper = mode == runtime::Mode::Paper;
+  ScenarioResult result{&scenario, {}, 0, {}};
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const Mode mode = modes[k];
+    if (!isOurs(mode) && !scenario.for_all) continue;
     Outcome outcome = scenario.run(bench, mode);
     if (!folder.empty() && !outcome.recording.empty()) {
       formats::makeFolder(folder);
-      const std::string name = scenario.id + (is_paper ? ".paper.csv" : ".constrained.csv");
-      formats::writeWhole(folder / name, recordingText(outcome));
-      result.recordings[is_paper ? "paper" : "constrained"] = name;
+      const std::string file = scenario.id + "." + std::string(name(mode)) + ".csv";
+      formats::writeWhole(folder / file, recordingText(outcome));
+      result.recordings[std::string(name(mode))] = file;
     }
     std::vector<RecordedStep>().swap(outcome.recording);
     std::vector<float>().swap(outcome.penetration);
-    (is_paper ? result.paper : result.constrained) = std::move(outcome);
-    bench.progress.advance(is_paper ? 0.5 : 1);
+    if (!result.outcomes.empty() && result.outcomes.begin()->second.figures.size() != outcome.figures.size())
+      throw std::logic_error(scenario.id + ": figures of two kinds");
+    result.outcomes.emplace(mode, std::move(outcome));
+    bench.progress.advance(static_cast<double>(k + 1) / static_cast<double>(modes.size()));
   }
-  if (result.paper.figures.size() != result.constrained.figures.size()) throw std::logic_error(scenario.id + ": figures of two kinds");
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
 
-std::string tableRows(const ScenarioResult& r) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%-4s %s\n", r.scenario->id.c_str(), r.scenario->title.c_str());
-  std::string text = line;
-  for (std::size_t i = 0; i < r.constrained.figures.size(); ++i) {
-    const Figure& f = r.constrained.figures[i];
+std::string tableHead(std::span<const Mode> modes) {
+  char cell[80];
+  std::snprintf(cell, sizeof cell, "%-63s %9s", "scenario, quantity", "pass <=");
+  std::string text = cell;
+  for (const Mode mode : modes) {
+    std::snprintf(cell, sizeof cell, " %11s", std::string(name(mode)).c_str());
+    text += cell;
+  }
+  return text + "  verdict\n";
+}
+
+std::string tableRows(const ScenarioResult& r, std::span<const Mode> modes) {
+  char cell[200];
+  std::snprintf(cell, sizeof cell, "%-4s %s\n", r.scenario->id.c_str(), r.scenario->title.c_str());
+  std::string text = cell;
+  if (r.outcomes.empty()) return text + "     only for paper and constrained: it asks our own runtime\n";
+  for (std::size_t i = 0; i < leading(r).figures.size(); ++i) {
+    const Figure& f = leading(r).figures[i];
     const std::string quantity = f.quantity + (f.unit == "1" ? "" : " [" + f.unit + "]");
-    std::snprintf(line, sizeof line, "     %-58s %9.4g %11.4g %11.4g  %s\n", quantity.c_str(), f.pass, r.paper.figures[i].value, f.value,
-                  verdictOf(f).c_str());
-    text += line;
+    std::snprintf(cell, sizeof cell, "     %-58s %9.4g", quantity.c_str(), f.pass);
+    text += cell;
+    for (const Mode mode : modes) {
+      const auto found = r.outcomes.find(mode);
+      if (found == r.outcomes.end())
+        std::snprintf(cell, sizeof cell, " %11s", "-");
+      else
+        std::snprintf(cell, sizeof cell, " %11.4g", found->second.figures[i].value);
+      text += cell;
+    }
+    text += "  " + verdictOf(f) + "\n";
   }
   return text;
 }
@@ -151,16 +195,19 @@ nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results,
   Json list = Json::array();
   for (const ScenarioResult& r : results) {
     Json figures = Json::array();
-    for (std::size_t i = 0; i < r.constrained.figures.size(); ++i)
-      figures.push_back(figureJson(r.paper.figures[i], r.constrained.figures[i]));
+    if (r.outcomes.empty()) continue;
+    for (std::size_t i = 0; i < leading(r).figures.size(); ++i) figures.push_back(figureJson(r, i));
     Json scenario{{"id", r.scenario->id}, {"alias", r.scenario->alias}, {"title", r.scenario->title}};
     if (!figures.empty()) scenario.update(figures[headline(r)]);
-    scenario["verdict"] = holds(r.constrained) ? "holds" : "falls short";
-    scenario["paper_verdict"] = holds(r.paper) ? "holds" : "falls short";
+    Json verdicts = Json::object();
+    for (const auto& [mode, outcome] : r.outcomes) verdicts[std::string(name(mode))] = holds(outcome) ? "holds" : "falls short";
+    if (verdicts.contains("constrained")) scenario["verdict"] = verdicts["constrained"];
+    if (verdicts.contains("paper")) scenario["paper_verdict"] = verdicts["paper"];
+    scenario["verdicts"] = verdicts;
     scenario["figures"] = figures;
-    scenario["note"] = r.constrained.note;
+    scenario["note"] = leading(r).note;
     scenario["recordings"] = r.recordings;
-    const Outcome& o = r.constrained;
+    const Outcome& o = leading(r);
     if (o.tool) {
       scenario["tool"] = {{"name", o.tool->name},
                           {"tree", o.tool->name + ".stree"},
@@ -184,8 +231,9 @@ void writeStability(const std::filesystem::path& folder, const std::vector<Scena
   formats::makeFolder(folder);
   std::set<const Body*> bodies;  // order of addresses; each makes files of its own
   for (const ScenarioResult& r : results) {
-    if (r.constrained.tool) bodies.insert(r.constrained.tool);
-    for (const PlacedBody& object : r.constrained.objects) bodies.insert(object.body);
+    if (r.outcomes.empty()) continue;
+    if (leading(r).tool) bodies.insert(leading(r).tool);
+    for (const PlacedBody& object : leading(r).objects) bodies.insert(object.body);
   }
   for (const Body* body : bodies) {
     formats::writeSphereTree(folder / (body->name + ".stree"), body->tree);

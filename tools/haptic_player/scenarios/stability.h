@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Runs scenarios in both modes, prints a table, and writes stability.json with the recordings and the models behind
-// them.
+// Runs scenarios in the modes that are asked for, prints a table, and writes stability.json with the recordings and the
+// models behind them.
 #pragma once
 
 #include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ std::vector<const Scenario*> selectScenarios(const std::string& names);
 
 struct ScenarioResult {
   const Scenario* scenario;
-  Outcome paper, constrained;
+  std::map<Mode, Outcome> outcomes;
   double seconds = 0;
   std::map<std::string, std::string> recordings;  // by mode: names of files
 };
@@ -27,12 +28,16 @@ struct ScenarioResult {
 bool holds(const Figure& figure);
 bool holds(const Outcome& outcome);
 
-/// Runs it in both modes. Recordings go to `ID.MODE.csv`, with a column penetration_mm at the end, in `folder` (empty:
-/// nowhere) and out of memory. @throws formats::FileError
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench, const std::filesystem::path& folder);
+/// Runs it in these modes; in those that are not ours only if it is for all. Recordings go to `ID.MODE.csv`, with a
+/// column penetration_mm at the end, in `folder` (empty: nowhere) and out of memory. @throws formats::FileError
+ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<const Mode> modes, const std::filesystem::path& folder);
 
-/// Lines of the table: a scenario's title, then one line for each figure.
-std::string tableRows(const ScenarioResult& result);
+/// The heads of the columns, and the lines of a scenario: its title, then one line for each figure.
+std::string tableHead(std::span<const Mode> modes);
+std::string tableRows(const ScenarioResult& result, std::span<const Mode> modes);
+
+/// Whether the constrained mode, or if it was not asked for every mode, holds.
+bool holds(const ScenarioResult& result);
 
 /// Schema spheretree.stability/1. Docs: docs/stability.md
 nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results, builder::Quality quality);

@@ -42,11 +42,11 @@ ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
   return run;
 }
 
-ReplayedRun runOf(const Outcome& outcome, runtime::Mode mode, const std::string& name) {
+ReplayedRun runOf(const Outcome& outcome, Mode mode, const std::string& name) {
   ReplayedRun run;
   run.title = name;
   run.stage = std::make_unique<view::Stage>(stageOf(outcome));
-  run.run = withContacts(outcome, mode);
+  run.run = withContacts(outcome, runtimeMode(mode));
   for (std::size_t i = 0; i < run.run.steps.size() && i < outcome.penetration.size(); ++i)
     run.run.steps[i].penetration = static_cast<double>(outcome.penetration[i]);
   for (const Figure& figure : outcome.figures) {
@@ -64,8 +64,7 @@ int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& be
   if (!options.replay.empty()) throw tool::UsageError("--replay is for recordings; a scenario is run. Leave one of them out");
   checkPictures(options);
   std::vector<ReplayedRun> runs;
-  for (const auto& [mode, name] :
-       {std::pair(runtime::Mode::Paper, "published method"), std::pair(runtime::Mode::Constrained, "constrained mode")}) {
+  for (const auto& [mode, name] : {std::pair(Mode::Paper, "published method"), std::pair(Mode::Constrained, "constrained mode")}) {
     const Outcome outcome = scenario.run(bench, mode);
     if (outcome.recording.empty() || !outcome.tool)
       throw tool::UsageError("--scenario " + scenario.id + ": it keeps no steps that could be shown. Run it without --view");

@@ -41,11 +41,11 @@ std::string judged(const Json& value, const std::string& verdict) {
 std::string wrapped(const std::string& words) { return "<span class=\"wrap\">" + escaped(words) + "</span>"; }
 
 std::vector<std::string> figureCells(const Json& f) {
-  const bool is_reported = f.at("verdict") == "reported";
+  const bool is_reported = f.value("verdict", "reported") == "reported";
   return {wrapped(f.at("quantity").get<std::string>()), escaped(f.at("unit") == "1" ? "" : f.at("unit").get<std::string>()),
           is_reported ? "\u2013" : numberOrDash(f.at("pass")),
-          judged(f.at("results").at("paper"), f.at("paper_verdict").get<std::string>()),
-          judged(f.at("results").at("constrained"), f.at("verdict").get<std::string>())};
+          judged(f.at("results").value("paper", Json()), f.value("paper_verdict", "reported")),
+          judged(f.at("results").value("constrained", Json()), f.value("verdict", "reported"))};
 }
 
 std::string scenarioTable(const Json& scenario) {
@@ -126,7 +126,8 @@ Json scenarioForView(const Json& scenario, const fs::path& folder, ModelStore& m
 
 Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t triangles, builder::Progress& progress) {
   std::size_t hold = 0, paper = 0;
-  for (const Json& s : stability.at("scenarios")) hold += s.at("verdict") == "holds", paper += s.at("paper_verdict") == "holds";
+  for (const Json& s : stability.at("scenarios"))
+    hold += s.value("verdict", "") == "holds", paper += s.value("paper_verdict", "") == "holds";
   const std::string of = std::to_string(stability.at("scenarios").size());
   Page page("Stability of the haptic step", "<p><b>" + std::to_string(hold) + " of " + of + "</b> scenarios hold in constrained mode, " +
                                                 std::to_string(paper) + " of " + of + " with the published algorithm.</p>");
@@ -146,7 +147,7 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
       table.rows.back().insert(table.rows.back().begin(), wrapped(title));
     }
     const auto runs = runsOf(s, folder);
-    details += "<details><summary>" + escaped(title) + " <span class=\"note\">" + verdictCell(s.at("verdict").get<std::string>()) +
+    details += "<details><summary>" + escaped(title) + " <span class=\"note\">" + verdictCell(s.value("verdict", "reported")) +
                "</span></summary>";
     if (s.contains("note") && !s.at("note").get<std::string>().empty())
       details += "<p>" + escaped(s.at("note").get<std::string>()) + "</p>";

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "page/chart.h"
+#include "page/page.h"
+#include "published/comparison.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::player {
+namespace {
+
+using tool::escaped;
+using tool::shortNumber;
+
+constexpr double kFloor = 1e-5;  // of figures on a logarithmic axis [mm, N]
+
+std::string title(Mode mode) {
+  switch (mode) {
+    case Mode::Paper:
+      return "paper (leaf spheres)";
+    case Mode::Constrained:
+      return "constrained (this project)";
+    case Mode::Points:
+      return "points";
+    case Mode::Volume:
+      return "volume";
+    case Mode::Continuous:
+      break;
+  }
+  return "continuous";
+}
+
+/// Geometric means over the bodies, for each mode and size.
+std::string chart(std::span<const ComparisonRow> rows, const std::string& heading, const std::string& label,
+                  double ComparisonRow::*figure) {
+  struct Sum {
+    double time = 0, value = 0;
+    int count = 0;
+  };
+  std::map<std::pair<Mode, std::size_t>, Sum> sums;
+  for (const ComparisonRow& row : rows) {
+    Sum& sum = sums[{row.mode, row.leaves}];
+    sum.time += std::log(std::max(row.step_p99, 1e-3));
+    sum.value += std::log(std::max(row.*figure, kFloor));
+    ++sum.count;
+  }
+  tool::ScatterChart scatter{heading, "processor time of a step, 99th percentile [us]", label, {}, {}, true};
+  for (const auto& [key, sum] : sums) {
+    const double time = std::exp(sum.time / sum.count), value = std::exp(sum.value / sum.count);
+    scatter.points.push_back(
+        {time, value, std::string(name(key.first)),
+         title(key.first) + ", memory of " + std::to_string(key.second) + " leaves: " + shortNumber(time) + " us, " + shortNumber(value),
+         key.second < 500    ? 0
+         : key.second < 4000 ? 1
+                             : 2,
+         key.first == Mode::Constrained && key.second == 512});
+  }
+  return tool::scatterSvg(scatter);
+}
+
+std::string rowsTable(std::span<const ComparisonRow> rows) {
+  tool::HtmlTable table{"Force error: against the exact answer for a ball. Penetration: of the ball into the mesh.",
+                        {"Renderer", "Body", "Leaves", "Memory [KB]", "Step, median [us]", "Step, p99 [us]", "Force error, median [N]",
+                         "Force error, p99 [N]", "Penetration, p99 [mm]"},
+                        {}};
+  for (const ComparisonRow& r : rows)
+    table.rows.push_back({escaped(title(r.mode)), r.body, std::to_string(r.leaves), shortNumber(static_cast<double>(r.bytes) / 1000),
+                          shortNumber(r.step_median), shortNumber(r.step_p99), shortNumber(r.force_error), shortNumber(r.force_error_p99),
+                          shortNumber(r.penetration)});
+  return table.html();
+}
+
+std::string scenarioTable(std::span<const ScenarioResult> scenarios, std::span<const Mode> modes) {
+  tool::HtmlTable table{
+      "\u2713 every figure is reached; \u2717 with the number of figures that are missed; \u2013 asks our own runtime or builder.",
+      {"Scenario"},
+      {}};
+  for (const Mode mode : modes) table.heads.emplace_back(name(mode));
+  for (const ScenarioResult& r : scenarios) {
+    std::vector<std::string> cells{escaped(r.scenario->id + " " + r.scenario->title)};
+    for (const Mode mode : modes) {
+      const auto found = r.outcomes.find(mode);
+      if (found == r.outcomes.end()) {
+        cells.emplace_back("\u2013");
+        continue;
+      }
+      const auto& figures = found->second.figures;
+      const auto missed = std::count_if(figures.begin(), figures.end(), [](const Figure& f) { return !holds(f); });
+      cells.push_back(missed == 0 ? "<span class=\"good\">\u2713</span>"
+                                  : "<span class=\"bad\">\u2717 " + std::to_string(missed) + "</span>");
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table.html();
+}
+
+std::string verdict(std::span<const ScenarioResult> scenarios, std::span<const Mode> modes) {
+  std::string text = "<p>";
+  for (const Mode mode : modes) {
+    std::size_t asked = 0, held = 0;
+    for (const ScenarioResult& r : scenarios)
+      if (const auto found = r.outcomes.find(mode); found != r.outcomes.end()) ++asked, held += holds(found->second);
+    text += (mode == modes.front() ? "" : " \u00b7 ") + escaped(title(mode)) + ": <b>" + std::to_string(held) + " of " +
+            std::to_string(asked) + "</b> scenarios hold";
+  }
+  return text + "</p>";
+}
+
+constexpr const char* kMethods =
+    "<ul><li><b>points</b>: point shell of the tool against a distance field with tricubic interpolation, penalty of 10 times the "
+    "coupling's stiffness "
+    "at each point, static virtual coupling (McNeely et al. 1999; Barbi\u010d and James 2008).</li>"
+    "<li><b>volume</b>: inner spheres, penalty of 10 times the coupling's stiffness for each mm\u00b3 of common volume, static virtual "
+    "coupling "
+    "(Weller and Zachmann 2009).</li><li><b>continuous</b>: the same points and field, time of impact and constraints (Xu and Barbi\u010d "
+    "2017).</li></ul>"
+    "<p>All have the memory of our compiled scene: of it a quarter in points and the rest in the field, or inner spheres in equal numbers. "
+    "The hand follows "
+    "the same path at 20 mm/s, 0.5 mm below where a ball of 1 mm would rest.</p>";
+
+}  // namespace
+
+void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,
+                     std::span<const Mode> modes) {
+  tool::Page page("Renderers side by side", verdict(scenarios, modes));
+  page.addSection("charts", "Speed against accuracy",
+                  "<p>Lower left is better. Geometric means over an edge, a groove, a bowl and a molar. Small, medium and large dots: the "
+                  "memory of our "
+                  "trees of 64, 512 and 4,096 leaves.</p><div class=\"charts\">" +
+                      chart(rows, "What is felt", "force error, 99th percentile [N]", &ComparisonRow::force_error_p99) +
+                      chart(rows, "How deep the tool goes in", "penetration, 99th percentile [mm]", &ComparisonRow::penetration) +
+                      "</div>");
+  page.addSection("scenarios", "Stability scenarios", scenarioTable(scenarios, modes));
+  page.addSection("methods", "Methods and settings", kMethods);
+  page.addSection("figures", "All figures", rowsTable(rows));
+  formats::writeWhole(out, page.html({}));
+}
+
+}  // namespace spheretree::player

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Points against a distance field by continuous collision detection: the tool moves to the first time of impact, then
+// on along the constraints of its contacts, and is never pushed out by a penalty.
+// Paper: H. Xu, J. Barbic. 6-DoF haptic rendering using continuous collision detection between points and signed distance
+// fields. IEEE Transactions on Haptics 10(2), 2017. Gauss' principle of least constraint after M. Ortega, S. Redon,
+// S. Coquillart. A six degree-of-freedom god-object method for haptic display of rigid bodies. IEEE VR 2006.
+#include <algorithm>
+#include <cmath>
+
+#include "kernel.h"
+#include "published/distance_grid.h"
+#include "published/point_shell.h"
+#include "published/renderer_kinds.h"
+#include "published/static_coupling.h"
+#include "qp6.h"
+#include "scenarios/measures.h"
+
+namespace spheretree::player {
+namespace {
+
+constexpr int kMoves = 5;          // to a time of impact, in a step
+constexpr double kNear = 0.2;      // points nearer than this are constraints [mm]
+constexpr double kOff = 0.01;      // that points keep from the surface [mm]
+constexpr double kLanded = 0.005;  // of kOff: that near, an impact has happened [mm]
+constexpr std::size_t kMostRows = 512;
+
+/// Rows of a QP in the layout of qp6.h.
+class Rows {
+ public:
+  void clear() { count_ = 0; }
+  std::size_t count() const { return count_; }
+  /// direction . (translation + rotation x arm) >= bound, rotations in units of `lever` [mm].
+  void add(const Eigen::Vector3d& arm, const Eigen::Vector3d& direction, double bound, double lever) {
+    if (count_ == kMostRows) return;
+    runtime::Vector6 a;
+    a << direction, arm.cross(direction) / lever;
+    const double length = a.norm();
+    if (!(length > 0)) return;
+    for (std::size_t k = 0; k < 6; ++k) values_[k][count_] = static_cast<float>(a[static_cast<Eigen::Index>(k)] / length);
+    values_[6][count_++] = static_cast<float>(bound / length);
+  }
+  runtime::QpRows view() {
+    for (std::size_t i = count_; i < (count_ + 15) / 8 * 8; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) values_[k][i] = 0;
+      values_[6][i] = -1e30f;
+    }
+    runtime::QpRows rows;
+    for (std::size_t k = 0; k < 6; ++k) rows.a[k] = values_[k].data();
+    rows.b = values_[6].data();
+    rows.count = static_cast<std::uint32_t>(count_);
+    return rows;
+  }
+
+ private:
+  std::array<std::array<float, kMostRows + 16>, 7> values_{};
+  std::size_t count_ = 0;
+};
+
+class ContinuousRenderer final : public Renderer {
+ public:
+  explicit ContinuousRenderer(const RendererScene& scene)
+      : coupling_(scene.coupling),
+        lever_(std::sqrt(scene.coupling.rotation / scene.coupling.translation)),
+        shell_(*scene.tool, scene.reference_point, pointBudget(scene.bytes, scene.objects.size()).points) {
+    const std::size_t bytes = pointBudget(scene.bytes, scene.objects.size()).grid_bytes;
+    for (const PlacedBody& object : scene.objects) {
+      grids_.emplace_back(object.body->field, bytes);
+      poses_.push_back(object.pose);
+    }
+  }
+
+  runtime::StepResult step(const Configuration& haptic) override {
+    if (!is_started_) graphic_ = haptic;
+    is_started_ = true;
+    for (int n = 0; n < kMoves; ++n) {
+      const Displacement way = constrainedWay(haptic);
+      if (way.translation.norm() + lever_ * way.rotation.norm() < 1e-6) break;
+      const double share = timeOfImpact(way);
+      graphic_ = moved(graphic_, {share * way.translation, share * way.rotation});
+      if (share >= 1 && active_ == 0) break;
+    }
+    return resultOf(coupling_, haptic, graphic_, active_);
+  }
+  void restart() override { is_started_ = false; }
+  void moveObject(std::size_t object, const Configuration& pose) override { poses_[object] = pose; }
+
+ private:
+  /// A place of the tool (about its reference point, in its own axes) in the frame of an object.
+  Eigen::Vector3d inObject(std::size_t o, const Configuration& tool, const Eigen::Vector3d& p) const {
+    return poses_[o].orientation.conjugate() * (tool.orientation * p + tool.position - poses_[o].position);
+  }
+
+  /// The way to the hand that the near points leave free (Xu and Barbic 2017, section 5: a QP with one row for each).
+  Displacement constrainedWay(const Configuration& haptic) {
+    rows_.clear();
+    for (std::size_t o = 0; o < grids_.size(); ++o)
+      shell_.tree.visit(
+          [&](const Eigen::Vector3d& centre, double radius) {
+            return grids_[o].at(inObject(o, graphic_, centre)).distance < DistanceGrid::kSteepest * (radius + kNear);
+          },
+          [&](std::uint32_t i) {
+            const DistanceGrid::Sample sample = grids_[o].at(inObject(o, graphic_, shell_.point[i]));
+            const double steep = sample.gradient.norm();
+            if (!(sample.distance < kNear * steep) || !(steep > 0)) return;
+            rows_.add(graphic_.orientation * shell_.point[i], poses_[o].orientation * (sample.gradient / steep),
+                      kOff - sample.distance / steep, lever_);
+          });
+    const Displacement way = displacementBetween(graphic_, haptic);
+    runtime::Vector6 target;
+    target << way.translation, lever_ * way.rotation;
+    runtime::QpAnswer answer;
+    if (rows_.count() > 0)
+      runtime::solveQp6(runtime::scalarKernel(), rows_.view(), target, answer);
+    else
+      answer.y = target;
+    active_ = answer.active_count;
+    if (answer.status == runtime::QpStatus::Infeasible) return {};  // squeezed: it rests
+    return {answer.y.head<3>(), answer.y.tail<3>() / lever_};
+  }
+
+  /// The share of the way after which a point comes within kOff of a surface, by conservative advancement.
+  double timeOfImpact(const Displacement& way) const {
+    double first = 1;
+    for (std::size_t o = 0; o < grids_.size(); ++o) advance(o, way, 0, first);
+    return first;
+  }
+  void advance(std::size_t o, const Displacement& way, std::uint32_t at, double& first) const {
+    const BallTree::Node& node = shell_.tree.nodes[at];
+    const double speed = way.translation.norm() + way.rotation.norm() * (node.centre.norm() + node.radius);
+    if (!(grids_[o].at(inObject(o, graphic_, node.centre)).distance / DistanceGrid::kSteepest - node.radius - kOff < speed * first)) return;
+    if (node.left != 0) {
+      advance(o, way, node.left, first);
+      advance(o, way, node.left + 1, first);
+      return;
+    }
+    for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+      const Eigen::Vector3d& p = shell_.point[shell_.tree.order[k]];
+      const double own = way.translation.norm() + way.rotation.norm() * p.norm();
+      double t = 0, gap = grids_[o].at(inObject(o, graphic_, p)).distance - kOff;
+      if (gap < kLanded) continue;  // in contact: its row has it
+      while (t < first && own > 0) {
+        t += std::max(gap, kLanded) / (DistanceGrid::kSteepest * own);
+        if (t >= first) break;
+        gap = grids_[o].at(inObject(o, moved(graphic_, {t * way.translation, t * way.rotation}), p)).distance - kOff;
+        if (gap < kLanded) first = t;
+      }
+    }
+  }
+
+  runtime::Coupling coupling_;
+  double lever_;  // [mm]
+  PointShell shell_;
+  std::vector<DistanceGrid> grids_;
+  std::vector<Configuration> poses_;
+  Rows rows_;
+  Configuration graphic_;
+  std::uint32_t active_ = 0;
+  bool is_started_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> makeContinuousRenderer(const RendererScene& scene) { return std::make_unique<ContinuousRenderer>(scene); }
+
+}  // namespace spheretree::player

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The surface of a tool as points with normals, in a hierarchy of balls.
+// Paper: W. A. McNeely, K. D. Puterbaugh, J. J. Troy. Six degree-of-freedom haptic rendering using voxel sampling.
+// SIGGRAPH 1999 (point shell); the hierarchy after J. Barbic, D. L. James, IEEE Transactions on Haptics 1(1), 2008.
+// Units: mm.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "published/ball_tree.h"
+
+namespace spheretree::player {
+
+struct Body;
+
+struct PointShell {
+  static constexpr std::size_t kBytes = 32;  // of a point: place and normal in float, its share of the hierarchy
+
+  /// `count` points spread evenly over the surface of the tool, about its reference point.
+  PointShell(const Body& tool, const Eigen::Vector3d& reference_point, std::size_t count);
+
+  std::vector<Eigen::Vector3d> point, normal;  // normals outward, unit length
+  BallTree tree;
+};
+
+/// How many points and how large a grid for each object `bytes` allow: a quarter for the points, 200 to 20,000 of them.
+struct PointBudget {
+  std::size_t points, grid_bytes;
+};
+PointBudget pointBudget(std::size_t bytes, std::size_t objects);
+
+}  // namespace spheretree::player

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Inner spheres with a penalty by their common volume, and a static virtual coupling.
+// Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and Systems
+// 2009, section V (penetration volume), and A unified approach for physically-based simulations and haptic rendering,
+// ACM SIGGRAPH Video Game Symposium 2009 (forces and torques).
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "published/inner_spheres.h"
+#include "published/renderer_kinds.h"
+#include "published/static_coupling.h"
+#include "scenarios/measures.h"
+
+namespace spheretree::player {
+namespace {
+
+constexpr double kVolumeStiffness = 300;          // force for each mm^3, times the coupling's for each mm [1/mm^2]
+constexpr std::size_t kLeast = 50, kMost = 5000;  // spheres of a body
+
+struct Lens {
+  double volume, slope;  // [mm^3], and how it falls for each mm that the centres part [mm^2]
+  double from_first;     // of its middle from the first centre along the line of centres [mm]
+};
+
+/// Of two balls whose centres are `d` apart, d < a + b.
+Lens lensOf(double a, double b, double d) {
+  if (d <= std::abs(a - b)) {  // one within the other: no way out is shorter than another
+    const double small = std::min(a, b);
+    return {4.0 / 3 * std::numbers::pi * small * small * small, std::numbers::pi * small * small, b < a ? d : 0};
+  }
+  const double sum = a + b - d, plane = (d * d + a * a - b * b) / (2 * d);
+  const double volume = std::numbers::pi * sum * sum * (d * d + 2 * d * (a + b) - 3 * (a - b) * (a - b)) / (12 * d);
+  return {volume, std::numbers::pi * std::max(0.0, a * a - plane * plane), plane};
+}
+
+class VolumeRenderer final : public Renderer {
+ public:
+  explicit VolumeRenderer(const RendererScene& scene)
+      : coupling_(scene.coupling), reference_point_(scene.reference_point), tool_(*scene.tool, countFor(scene)) {
+    for (const PlacedBody& object : scene.objects) {
+      objects_.emplace_back(*object.body, countFor(scene));
+      poses_.push_back(object.pose);
+    }
+  }
+
+  runtime::StepResult step(const Configuration& haptic) override {
+    if (!is_started_) graphic_ = haptic;
+    is_started_ = true;
+    const Penalty penalty = penaltyAt(graphic_);
+    graphic_ = balanced(coupling_, haptic, graphic_, penalty);
+    return resultOf(coupling_, haptic, graphic_, penalty.contacts);
+  }
+  void restart() override { is_started_ = false; }
+  void moveObject(std::size_t object, const Configuration& pose) override { poses_[object] = pose; }
+
+ private:
+  static std::size_t countFor(const RendererScene& scene) {
+    return std::clamp(scene.bytes / InnerSpheres::kBytes / (scene.objects.size() + 1), kLeast, kMost);
+  }
+
+  Penalty penaltyAt(const Configuration& tool) const {
+    Penalty penalty;
+    for (std::size_t o = 0; o < objects_.size(); ++o) {
+      const Quaternion turn = (poses_[o].orientation.conjugate() * tool.orientation).normalized();
+      const Eigen::Vector3d shift = poses_[o].orientation.conjugate() * (tool.position - poses_[o].position) - turn * reference_point_;
+      collide(o, tool, turn, shift, 0, penalty);
+    }
+    return penalty;
+  }
+
+  /// The node of the tool's hierarchy against all of the object's; both in the frame of the object.
+  void collide(std::size_t o, const Configuration& tool, const Quaternion& turn, const Eigen::Vector3d& shift, std::uint32_t at,
+               Penalty& penalty) const {
+    const InnerSpheres& object = objects_[o];
+    if (tool_.tree.nodes.empty()) return;
+    const BallTree::Node& node = tool_.tree.nodes[at];
+    const Eigen::Vector3d centre = turn * node.centre + shift;
+    bool touches = false;
+    object.tree.visit(
+        [&](const Eigen::Vector3d& c, double r) { return !touches && (c - centre).squaredNorm() < (r + node.radius) * (r + node.radius); },
+        [&](std::uint32_t) { touches = true; });
+    if (!touches) return;
+    if (node.left != 0) {
+      collide(o, tool, turn, shift, node.left, penalty);
+      collide(o, tool, turn, shift, node.left + 1, penalty);
+      return;
+    }
+    for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+      const std::uint32_t i = tool_.tree.order[k];
+      const Eigen::Vector3d ball = turn * tool_.centre[i] + shift;
+      const double a = tool_.radius[i];
+      object.tree.visit([&](const Eigen::Vector3d& c, double r) { return (c - ball).squaredNorm() < (r + a) * (r + a); },
+                        [&](std::uint32_t j) { addPair(object.centre[j], object.radius[j], ball, a, o, tool, penalty); });
+    }
+  }
+
+  /// Weller and Zachmann: the force of a pair is its common volume along the line of centres, at the middle of the lens.
+  void addPair(const Eigen::Vector3d& other, double b, const Eigen::Vector3d& ball, double a, std::size_t o, const Configuration& tool,
+               Penalty& penalty) const {
+    const Eigen::Vector3d away = ball - other;
+    const double d = away.norm();
+    if (!(d < a + b) || !(d > 0)) return;
+    const Lens lens = lensOf(b, a, d);
+    const double stiffness = kVolumeStiffness * coupling_.translation;
+    const Configuration& pose = poses_[o];
+    const Eigen::Vector3d normal = pose.orientation * (away / d),
+                          place = pose.orientation * (other + away * (lens.from_first / d)) + pose.position;
+    penalty.add(place - tool.position, normal, stiffness * lens.volume, normal, stiffness * lens.slope);
+  }
+
+  runtime::Coupling coupling_;
+  Eigen::Vector3d reference_point_;
+  InnerSpheres tool_;
+  std::vector<InnerSpheres> objects_;
+  std::vector<Configuration> poses_;
+  Configuration graphic_;
+  bool is_started_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> makeVolumeRenderer(const RendererScene& scene) { return std::make_unique<VolumeRenderer>(scene); }
+
+}  // namespace spheretree::player
