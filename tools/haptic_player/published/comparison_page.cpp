@@ -112,7 +112,7 @@ constexpr const char* kMethods =
     "<ul><li><b>points</b>: point shell of the tool against a distance field with tricubic interpolation, penalty of 10 times the "
     "coupling's stiffness "
     "at each point, static virtual coupling (McNeely et al. 1999; Barbi\u010d and James 2008).</li>"
-    "<li><b>volume</b>: inner spheres, penalty of 10 times the coupling's stiffness for each mm\u00b3 of common volume, static virtual "
+    "<li><b>volume</b>: inner spheres, penalty of 300 times the coupling's stiffness for each mm\u00b3 of common volume, static virtual "
     "coupling "
     "(Weller and Zachmann 2009).</li><li><b>continuous</b>: the same points and field, time of impact and constraints (Xu and Barbi\u010d "
     "2017).</li></ul>"

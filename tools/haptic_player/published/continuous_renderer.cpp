@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Points against a distance field by continuous collision detection: the tool moves to the first time of impact, then
 // on along the constraints of its contacts, and is never pushed out by a penalty.
-// Paper: H. Xu, J. Barbic. 6-DoF haptic rendering using continuous collision detection between points and signed distance
-// fields. IEEE Transactions on Haptics 10(2), 2017. Gauss' principle of least constraint after M. Ortega, S. Redon,
-// S. Coquillart. A six degree-of-freedom god-object method for haptic display of rigid bodies. IEEE VR 2006.
+// Paper: H. Xu, J. Barbic. 6-DoF haptic rendering using continuous collision detection between points and signed
+// distance fields. IEEE Transactions on Haptics 10(2), 2017. Gauss' principle of least constraint after M. Ortega, S.
+// Redon, S. Coquillart. A six degree-of-freedom god-object method for haptic display of rigid bodies. IEEE VR 2006.
 #include <algorithm>
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A body filled with spheres that do not overlap, in a hierarchy of balls.
-// Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and Systems
-// 2009; the packing by prototypes after R. Weller, G. Zachmann. ProtoSphere, SIGGRAPH Asia 2010 Sketches.
+// Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and
+// Systems 2009; the packing by prototypes after R. Weller, G. Zachmann. ProtoSphere, SIGGRAPH Asia 2010 Sketches.
 // Units: mm, mesh frame.
 #pragma once
 

@@ -36,8 +36,8 @@ class PointsRenderer final : public Renderer {
   void moveObject(std::size_t object, const Configuration& pose) override { poses_[object] = pose; }
 
  private:
-  /// McNeely 1999, equation 1: F = k d n for each point at depth d, here along the inward normal of the point (Barbic and
-  /// James 2008, section 5), summed to a wrench.
+  /// McNeely 1999, equation 1: F = k d n for each point at depth d, here along the inward normal of the point (Barbic
+  /// and James 2008, section 5), summed to a wrench.
   Penalty penaltyAt(const Configuration& tool) const {
     Penalty penalty;
     const double stiffness = kPointStiffness * coupling_.translation;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Inner spheres with a penalty by their common volume, and a static virtual coupling.
-// Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and Systems
-// 2009, section V (penetration volume), and A unified approach for physically-based simulations and haptic rendering,
-// ACM SIGGRAPH Video Game Symposium 2009 (forces and torques).
+// Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and
+// Systems 2009, section V (penetration volume), and A unified approach for physically-based simulations and haptic
+// rendering, ACM SIGGRAPH Video Game Symposium 2009 (forces and torques).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -95,7 +95,8 @@ class VolumeRenderer final : public Renderer {
     }
   }
 
-  /// Weller and Zachmann: the force of a pair is its common volume along the line of centres, at the middle of the lens.
+  /// Weller and Zachmann: the force of a pair is its common volume along the line of centres, at the middle of the
+  /// lens.
   void addPair(const Eigen::Vector3d& other, double b, const Eigen::Vector3d& ball, double a, std::size_t o, const Configuration& tool,
                Penalty& penalty) const {
     const Eigen::Vector3d away = ball - other;
