@@ -164,9 +164,10 @@ def players():
     for words in (["--seconds", "nan"], ["--seconds", "0"], ["--seconds", "-1"], ["--seconds", "x"], ["--seconds"], ["--clock", "fast"], ["--mode", "best"],
                   ["--device", "hand"], ["--device", "replay"], ["--device", "phantom", *stepped], ["--hand", "big"], ["--share", "0.1"],
                   ["--out", "out"], ["--scenario", "F17"], ["--record", "run.txt"], ["--record"], ["--trajectory"], ["--trajectry", "run.csv"],
-                  ["again.json"], ["--hd-calibrate"], ["--", "--seconds"]):
+                  ["again.json"], ["--hd-calibrate"], ["--", "--seconds"], ["--modes", "paper"], ["--chart", "page.html"]):
         case(USAGE, "PLAYER", "b/scene.json", *words)
-    for words in (["--share", "nan"], ["--share", "2"], ["--record", "out.csv"], ["--scenario", "F17"]):
+    for words in (["--share", "nan"], ["--share", "2"], ["--record", "out.csv"], ["--scenario", "F17"], ["--modes", "best"], ["--modes", "paper,"],
+                  ["--modes"], ["--chart", "page.txt"], ["--chart"]):
         case(USAGE, "PLAYER", "--scenario", "F17", *words)
     case(USAGE, "PLAYER", "--scenario", "F99")
     for file, code in (("missing.json", FILE), ("folder", FILE), ("m.obj", REFUSED), ("t.stree", REFUSED), ("empty", REFUSED), ("noise", REFUSED),
