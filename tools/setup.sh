@@ -19,6 +19,7 @@ packages=(
   libglfw3-dev libimgui-dev # view: window, panels
   libegl-dev              # view: pictures without a display
   fonts-dejavu-core       # view: text
+  libassimp-dev           # spheretree-import: other mesh formats
   libgtest-dev            # tests
   libtet1.5-dev           # soft tissue, tests: TetGen, in programs of their own
 )

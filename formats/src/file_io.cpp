@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -92,6 +93,22 @@ int openToRead(const std::filesystem::path& path) {
   }
 }
 
+/// A rename survives a power cut only once the folder is synced; not every file system can, and the file is whole.
+void syncFolder(const std::filesystem::path& folder) {
+  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor.get() >= 0) ::fsync(descriptor.get());
+}
+
+/// Whether a regular file stands at `path` that has just these bytes.
+bool holds(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
+  if (static_cast<std::uint64_t>(status.st_size) != bytes.size()) return false;
+  std::vector<std::byte> there(bytes.size() + 1);
+  return readAll(file.get(), there, bytes.size()) == 0 && std::equal(there.begin(), there.end(), bytes.begin(), bytes.end());
+}
+
 FileId idOf(const struct stat& status) { return {static_cast<std::uint64_t>(status.st_dev), static_cast<std::uint64_t>(status.st_ino)}; }
 
 }  // namespace
@@ -157,6 +174,11 @@ struct WholeFile::State {
   FileRole role;
   bool keep_mode;
   mode_t mode;
+
+  const bool is_straight = temporary.empty();
+  std::filesystem::path folder() const;  // in which it is to stand
+  void finish(bool sync);                // nothing more is appended
+  void publish();                        // under its name
 };
 
 WholeFile::WholeFile(const std::filesystem::path& path, FileRole role) {
@@ -187,26 +209,56 @@ void WholeFile::append(std::span<const std::byte> bytes) {
 
 void WholeFile::append(std::string_view text) { append(std::as_bytes(std::span<const char>(text.data(), text.size()))); }
 
-void WholeFile::commit() {
-  State& s = *state_;
-  const bool straight = s.temporary.empty();
-  FileObserver* const told = straight ? nullptr : observer.load();
-  if (told) told->onWrite(s.path, s.target, idOf(s.target), s.role);
+void WholeFile::State::finish(bool sync) {
   int error = 0;
-  if (!straight && s.keep_mode && ::fchmod(s.file.get(), s.mode & 07777) != 0) error = errno;
-  if (!straight && !error && ::fsync(s.file.get()) != 0) error = errno;
-  const int close_error = s.file.close();
+  if (!is_straight && keep_mode && ::fchmod(file.get(), mode & 07777) != 0) error = errno;
+  if (!is_straight && sync && !error && ::fsync(file.get()) != 0) error = errno;
+  const int close_error = file.close();
   if (!error) error = close_error;
-  if (!straight && !error && ::rename(s.temporary.c_str(), s.target.c_str()) != 0) error = errno;
-  if (error) failWrite(s.path, error);
-  if (straight) return;
-  if (told) told->onWritten(s.target, s.role);
-  s.temporary.clear();
-  // The rename itself survives a power cut only once the folder is synced; not every file system can, and the file is
-  // whole.
-  const std::filesystem::path folder = s.target.has_parent_path() ? s.target.parent_path() : std::filesystem::path(".");
-  const Descriptor folder_file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder_file.get() >= 0) ::fsync(folder_file.get());
+  if (error) failWrite(path, error);
+}
+
+void WholeFile::State::publish() {
+  if (is_straight) return;
+  FileObserver* const told = observer.load();
+  if (told) told->onWrite(path, target, idOf(target), role);
+  if (::rename(temporary.c_str(), target.c_str()) != 0) failWrite(path, errno);
+  temporary.clear();
+  if (told) told->onWritten(target, role);
+}
+
+std::filesystem::path WholeFile::State::folder() const {
+  return target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+}
+
+void WholeFile::commit() {
+  state_->finish(true);
+  state_->publish();
+  if (!state_->is_straight) syncFolder(state_->folder());
+}
+
+WholeFiles::WholeFiles() = default;
+WholeFiles::~WholeFiles() = default;
+
+void WholeFiles::add(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role) {
+  auto file = std::make_unique<WholeFile>(path, role);
+  if (holds(file->state_->target, bytes)) return;
+  file->append(bytes);
+  file->state_->finish(false);
+  files_.push_back(std::move(file));
+}
+
+void WholeFiles::commit() {
+  std::set<std::filesystem::path> folders;
+  for (const auto& file : files_)
+    if (!file->state_->is_straight) folders.insert(file->state_->folder());
+  for (const std::filesystem::path& folder : folders) {
+    const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (descriptor.get() < 0 || ::syncfs(descriptor.get()) != 0) failWrite(folder, errno);
+  }
+  for (const auto& file : files_) file->state_->publish();
+  for (const std::filesystem::path& folder : folders) syncFolder(folder);
+  files_.clear();
 }
 
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role) {

@@ -53,7 +53,8 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
   if (!by_extension && !by_content) {
     const std::string kind = describedContent({bytes.data(), bytes.size()});
     throw FormatError(name + ": is " + (kind.empty() ? "of no format that is read here" : kind + ", not a mesh") +
-                      ": .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these.");
+                      ": .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these; spheretree-import does so for 3DS, 3MF, "
+                      "DAE, FBX and others.");
   }
   // A binary STL may begin with any text: its reader tells by the size.
   const Kind kind =

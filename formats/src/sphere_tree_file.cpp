@@ -12,9 +12,7 @@ namespace spheretree::formats {
 
 namespace {
 
-// The largest tree, search tree and skin take 2.6 MB; tissue takes more. The cap leaves room for later sections, and
-// keeps a wrong file from filling the memory.
-constexpr std::uint64_t kMostTreeBytes = 16 << 20, kMostSoftBytes = 256 << 20;
+constexpr std::uint64_t kMostSoftBytes = 256 << 20;  // tissue takes more; the cap keeps a wrong file from filling the memory
 
 [[noreturn]] void refuse(const std::string& name, LoadStatus status, const std::string& fault) {
   if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
@@ -23,7 +21,7 @@ constexpr std::uint64_t kMostTreeBytes = 16 << 20, kMostSoftBytes = 256 << 20;
 
 }  // namespace
 
-SphereTree readSphereTree(const std::filesystem::path& path) { return parseSphereTree(readFile(path, kMostTreeBytes), path.string()); }
+SphereTree readSphereTree(const std::filesystem::path& path) { return parseSphereTree(readFile(path, kMaxTreeBytes), path.string()); }
 
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {
   SphereTree tree;

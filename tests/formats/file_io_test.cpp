@@ -198,6 +198,45 @@ TEST(FileObserver, EndsWaitingForAPipeWhenASignalComes) {
   ::sigaction(SIGUSR1, &before, nullptr);
 }
 
+TEST(WholeFiles, AppearTogetherOrNotAtAll) {
+  const test::ScratchFolder folder;
+  const auto path = [&](int k) { return folder.path() / std::to_string(k); };
+  const auto bytes = [](const std::string& text) { return std::as_bytes(std::span<const char>(text.data(), text.size())); };
+  const auto entries = [&] { return std::distance(std::filesystem::directory_iterator(folder.path()), {}); };
+  writeWhole(path(0), std::string_view("old"));
+  {
+    WholeFiles files;
+    for (int k = 0; k < 300; ++k) files.add(path(k), bytes("new " + std::to_string(k)));
+    EXPECT_FALSE(std::filesystem::exists(path(1)));
+    EXPECT_EQ(entries(), 301);
+  }
+  EXPECT_EQ(entries(), 1) << "without commit() nothing is left";
+  const auto text = [&](int k) {
+    const std::vector<std::byte> read = readFile(path(k));
+    return std::string(reinterpret_cast<const char*>(read.data()), read.size());
+  };
+  EXPECT_EQ(text(0), "old");
+  WholeFiles files;
+  for (int k = 0; k < 300; ++k) files.add(path(k), bytes("new " + std::to_string(k)));
+  files.commit();
+  EXPECT_EQ(entries(), 300);
+  for (int k = 0; k < 300; ++k) EXPECT_EQ(text(k), "new " + std::to_string(k));
+}
+
+TEST(WholeFiles, LeaveAFileThatHoldsTheSameAsItIs) {
+  const test::ScratchFolder folder;
+  const std::filesystem::path same = folder.path() / "same", other = folder.path() / "other";
+  writeWhole(same, std::string_view("abc"));
+  writeWhole(other, std::string_view("abd"));
+  const auto before = idOf(same), other_before = idOf(other);
+  WholeFiles files;
+  const std::string text = "abc";
+  for (const std::filesystem::path& path : {same, other}) files.add(path, std::as_bytes(std::span<const char>(text.data(), text.size())));
+  files.commit();
+  EXPECT_EQ(idOf(same), before);
+  EXPECT_NE(idOf(other), other_before);
+}
+
 TEST(WriteWhole, FailsWithAReasonAndLeavesNothing) {
   const test::ScratchFolder folder;
   EXPECT_NE(fileError([&] { writeWhole(folder.path(), "x"); }).find("folder"), std::string::npos);

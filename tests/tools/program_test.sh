@@ -490,6 +490,38 @@ case_progress() {
   [ ! -s err ] || fail "a bar for work of a few milliseconds"
 }
 
+# The whole of a batch: how far it is never falls, each object that was built is told once, and at the end what took how long.
+case_batch_progress() {
+  write_torus big.obj 32
+  write_torus small.obj 16
+  printf '{"schema": "spheretree.scene/1", "tool": {"name": "tool", "mesh": "small.obj", "levels": 2},
+    "objects": [{"name": "a", "mesh": "big.obj", "levels": 4, "quality": "quick"}, {"name": "b", "mesh": "small.obj", "levels": 3},
+                {"name": "copy", "mesh": "small.obj", "levels": 3}]}' >s.json
+  expect 0 batch s.json -o work/out --progress json
+  sed -n 's/.*"overall":\([0-9.e-]*\).*/\1/p' err >overall
+  [ "$(wc -l <overall)" -ge 4 ] || fail "the overall fraction is told less than once a stage"
+  awk '$1 + 0 < last || $1 + 0 > 1 { bad = 1 } { last = $1 + 0 } END { exit bad || last < 0.9 }' overall || fail "overall: $(tr '\n' ' ' <overall)"
+  says '"stage":"read"' err
+  says '"stage":"write"' err
+  says '"done":3,"of":3,"running":\[\]' err
+  for name in tool a b; do
+    [ "$(grep -c "^{\"object\":\"$name\",\"built\":true,\"seconds\":[0-9.e-]*,\"leaves\":[0-9]*,\"overhang_bound_mm\":[0-9]" err)" -eq 1 ] ||
+      fail "$name is not told once"
+  done
+  grep -q '"object":"copy"' err && fail "a copy is told to have been built"
+  expect 0 batch s.json -o work/other --cache work/none --progress plain
+  if grep -q '^object' err; then # after half a second
+    says '^object  *leaves  *bound \[mm\]  *time \[s\]$' err
+    says '^a  *[0-9]* *[0-9.e-]* *[0-9.]*$' err
+  fi
+  if grep -q '^time:' out; then # after a second
+    says '^time: read [0-9.]* s, build [0-9.]* s, write [0-9.]* s; the longest: a [0-9.]* s, ' out
+  fi
+  expect 0 batch s.json -o work/other --cache work/none --progress json
+  grep -q '"object"' err && fail "a tree from the cache is told to have been built"
+  :
+}
+
 case_file_format() {
   expect_python() { "$@" >out 2>err || fail "the reader of the documentation refuses: $*"; }
   write_sph a.sph

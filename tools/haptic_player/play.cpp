@@ -13,6 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <thread>
 
 #include "compiled_scene.h"
@@ -20,13 +21,16 @@
 #include "probe.h"
 #include "servo_loop.h"
 #include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/provenance.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
 #include "spheretree/formats/scene_file.h"
 #include "spheretree/formats/sphere_tree_file.h"
 #include "spheretree/formats/trajectory.h"
+#include "terminal.h"
 
 namespace spheretree::player {
 namespace {
@@ -43,17 +47,27 @@ runtime::SceneDescription sampleScene(builder::Progress& progress) {
   return d;
 }
 
-runtime::SceneDescription readDescription(const std::filesystem::path& path) {
+runtime::SceneDescription readDescription(const std::filesystem::path& path, builder::Progress& progress) {
   const formats::SceneFile file = formats::readScene(path);
-  std::map<std::filesystem::path, runtime::SharedTree> trees;  // objects of one file share it
+  progress.stage("load " + tool::counted(file.objects.size() + 1, "tree"));
+  std::size_t loaded = 0;
+  std::map<std::filesystem::path, std::optional<runtime::SharedTree>> trees;  // objects of one file share it,
+  std::map<Hash128, std::optional<runtime::SharedTree>> contents;             // and so do those of files with the same bytes
   const auto tree = [&](const formats::SceneItem& item) {
     if (item.tree.empty())
       throw formats::FormatError(path.string() + ": " + item.name +
                                  " names a mesh, and the player needs trees. Build them: spheretree batch " + path.string() +
                                  " -o DIR; then play DIR/scene.json");
     const std::filesystem::path tree_file = formats::scenePath(path, item.tree);
-    const auto found = trees.find(tree_file);
-    return found != trees.end() ? found->second : trees.emplace(tree_file, formats::readSphereTree(tree_file)).first->second;
+    progress.check();
+    progress.advance(static_cast<double>(++loaded) / static_cast<double>(file.objects.size() + 1));
+    std::optional<runtime::SharedTree>& of_file = trees[tree_file];
+    if (of_file) return *of_file;
+    const std::vector<std::byte> bytes = formats::readFile(tree_file, formats::kMaxTreeBytes);
+    std::optional<runtime::SharedTree>& of_content = contents[builder::bytesHash(bytes)];
+    if (!of_content) of_content = formats::parseSphereTree(bytes, tree_file.string());
+    of_file = of_content;
+    return *of_file;
   };
   if (!file.tool.reference_point.empty())
     throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
@@ -85,7 +99,7 @@ std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const ru
   simulated.hand = *device::findHand(settings.hand);
   simulated.duration = settings.seconds.value_or(poses.empty() ? 10.0 : static_cast<double>(poses.size()) / 1000);
   if (observer && !settings.seconds) simulated.duration = std::numeric_limits<double>::infinity();
-  simulated.path = poses.empty() ? tourOf(scene) : sampledPath(std::move(poses));
+  simulated.path = poses.empty() ? tourOf(scene, simulated.duration) : sampledPath(std::move(poses));
   if (observer) simulated.path = observer->handPath(std::move(simulated.path));
   return std::make_unique<device::SimulatedDevice>(simulated);
 }
@@ -152,7 +166,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
 }
 
 runtime::SceneDescription describeScene(const std::filesystem::path& path, builder::Progress& progress) {
-  return path.empty() ? sampleScene(progress) : readDescription(path);
+  return path.empty() ? sampleScene(progress) : readDescription(path, progress);
 }
 
 runtime::Scene compiledScene(const runtime::SceneDescription& description, const std::filesystem::path& path) {
@@ -169,7 +183,7 @@ runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurf
   return compiledScene(description, path);
 }
 
-device::IntendedPath tourOf(const runtime::Scene& scene) {
+device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
   // Where the tool, coming from above, first touches each object: by the runtime itself.
   struct Stop {
     Eigen::Vector3d high, touch;
@@ -180,7 +194,10 @@ device::IntendedPath tourOf(const runtime::Scene& scene) {
   double top = 0;
   for (std::size_t i = 0; i < compiled.objects.size(); ++i)
     top = std::max(top, compiled.objects[i].anchor.z() + compiled.shapeOf(i).radius + compiled.tool.reach + 5);
+  // One more than it has time for, because it is on its way to the next.
+  const double most = std::floor(std::min(seconds, kLongestTourSeconds) / kTourStopSeconds) + 2;
   for (const runtime::CompiledObject& object : compiled.objects) {
+    if (static_cast<double>(stops.size()) >= most) break;
     const Eigen::Vector3d high(object.anchor.x(), object.anchor.y(), top);
     runtime::resetTo({high, {1, 0, 0, 0}}, workspace);
     Eigen::Vector3d touch = high;

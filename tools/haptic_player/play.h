@@ -78,10 +78,11 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled
 runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurface contact, builder::Progress& progress);
 
-inline constexpr double kTourStopSeconds = 5;  // that a tour spends on each object
+inline constexpr double kTourStopSeconds = 5;        // that a tour spends on each object
+inline constexpr double kLongestTourSeconds = 3600;  // then it begins again: to look for a way down to 4,096 objects takes seconds
 
 /// A hand's tour: down on every object in turn from above (+z), 2 mm deeper than the first touch, a small circle there,
 /// and up again. Defined for all t >= 0; begins again after the last.
-device::IntendedPath tourOf(const runtime::Scene& scene);
+device::IntendedPath tourOf(const runtime::Scene& scene, double seconds = kLongestTourSeconds);
 
 }  // namespace spheretree::player

@@ -53,19 +53,66 @@ void ProgressBar::stage(std::string_view name) {
   stage_ = name;
   stage_shown_ = false;
   stage_start_ = Clock::now();
+  objects_.reset();
   draw(0, true);
 }
 
 void ProgressBar::advance(double fraction) { draw(std::clamp(fraction, 0.0, 1.0), false); }
 
+void ProgressBar::share(double begin, double end) { share_ = Share{begin, end}; }
+
+void ProgressBar::advance(double fraction, const Objects& objects) {
+  objects_ = objects;
+  advance(fraction);
+}
+
+void ProgressBar::finished(const Finished& object) {
+  if (kind_ == Kind::Json) {
+    nlohmann::ordered_json line{{"object", object.name}, {"built", object.is_built}, {"seconds", object.seconds}};
+    if (object.is_built) line.update({{"leaves", object.leaves}, {"overhang_bound_mm", object.overhang_bound_mm}});
+    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
+  }
+  if ((kind_ != Kind::Bar && kind_ != Kind::Plain) || Clock::now() - start_ < kQuietStart) return;
+  constexpr int kFigureColumns = 33, kNameColumns = 32;
+  const int columns = terminalColumns();
+  const int name_columns = columns > 0 ? std::clamp(columns - kFigureColumns, 8, kNameColumns) : kNameColumns;
+  char line[128];
+  if (!header_shown_) {
+    std::snprintf(line, sizeof line, "%-*s %7s %12s %10s", name_columns, "object", "leaves", "bound [mm]", "time [s]");
+    say(line);
+    header_shown_ = true;
+  }
+  std::string name = asciiText(object.name);
+  if (name.size() > static_cast<std::size_t>(name_columns)) name = name.substr(0, static_cast<std::size_t>(name_columns) - 3) + "...";
+  if (object.is_built)
+    std::snprintf(line, sizeof line, "%-*s %7zu %12.3g %10.1f", name_columns, name.c_str(), object.leaves, object.overhang_bound_mm,
+                  object.seconds);
+  else
+    std::snprintf(line, sizeof line, "%-*s %7s %12s %10.1f", name_columns, name.c_str(), "failed", "", object.seconds);
+  say(line);
+}
+
 double ProgressBar::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
 // Of a stage that is long, once enough of it is done to tell.
-std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const {
+std::optional<double> ProgressBar::secondsLeft(double fraction, Clock::time_point now) const {
   const double spent = std::chrono::duration<double>(now - stage_start_).count();
-  if (spent < 3 || fraction < 0.02) return "";
+  if (spent < 3 || fraction < 0.02) return std::nullopt;
+  return spent * (1 - fraction) / fraction;
+}
+
+std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const {
+  const std::optional<double> left = secondsLeft(fraction, now);
+  if (!left) return "";
   char text[32];
-  std::snprintf(text, sizeof text, ", %.0f s left", spent * (1 - fraction) / fraction);
+  std::snprintf(text, sizeof text, ", %.0f s left", *left);
+  return text;
+}
+
+/// "12 of 33: tooth_11, tooth_12"
+std::string ProgressBar::objectsText() const {
+  std::string text = std::to_string(objects_->done) + " of " + std::to_string(objects_->count);
+  for (std::size_t i = 0; i < objects_->running.size(); ++i) text += (i ? ", " : ": ") + asciiText(objects_->running[i]);
   return text;
 }
 
@@ -73,22 +120,24 @@ std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const 
 std::string ProgressBar::barText(double fraction, Clock::time_point now, int columns) const {
   char time[64], percent[16] = "";
   std::snprintf(time, sizeof time, "%.1f s%s", seconds(), timeLeft(fraction, now).c_str());
-  if (fraction > 0) std::snprintf(percent, sizeof percent, "%3d %%", static_cast<int>(fraction * 100));
-  std::string name = asciiText(stage_).substr(0, 30);
-  if (columns < 70) return name.substr(0, 16) + (fraction > 0 ? "  " : "") + percent + "  " + time;
+  const double shown = whole(fraction);
+  if (shown > 0) std::snprintf(percent, sizeof percent, "%3d %%", static_cast<int>(shown * 100));
+  std::string name = (objects_ ? objectsText() : asciiText(stage_)).substr(0, 30);
+  if (columns < 70) return name.substr(0, 16) + (shown > 0 ? "  " : "") + percent + "  " + time;
   name.resize(30, ' ');
   constexpr int kWidth = 20;
-  if (fraction <= 0) return name + "  " + time;
+  if (shown <= 0) return name + "  " + time;
   std::string bar(kWidth, ' ');
-  std::fill_n(bar.begin(), static_cast<int>(fraction * kWidth), '#');
+  std::fill_n(bar.begin(), static_cast<int>(shown * kWidth), '#');
   return name + " [" + bar + "] " + percent + "  " + time;
 }
 
 void ProgressBar::drawPlain(double fraction, Clock::time_point now) {
   if (stage_shown_ && now - last_plain_ < kPlainEvery) return;
   char percent[16] = "";
-  if (fraction > 0) std::snprintf(percent, sizeof percent, "  %d %%", static_cast<int>(fraction * 100));
-  std::fprintf(stderr, "%7.1f s  %s%s%s\n", seconds(), plainText(stage_).c_str(), percent, timeLeft(fraction, now).c_str());
+  if (whole(fraction) > 0) std::snprintf(percent, sizeof percent, "  %d %%", static_cast<int>(whole(fraction) * 100));
+  const std::string text = objects_ ? plainText(stage_) + ", " + objectsText() : plainText(stage_);
+  std::fprintf(stderr, "%7.1f s  %s%s%s\n", seconds(), text.c_str(), percent, timeLeft(fraction, now).c_str());
   stage_shown_ = true;
   last_plain_ = now;
 }
@@ -96,10 +145,13 @@ void ProgressBar::drawPlain(double fraction, Clock::time_point now) {
 void ProgressBar::draw(double fraction, bool new_stage) {
   if (kind_ == Kind::None) return;
   const Clock::time_point now = Clock::now();
-  if (!new_stage && now - last_drawn_ < kRedraw) return;
+  if (!new_stage && fraction < 1 && now - last_drawn_ < kRedraw) return;
   if (kind_ == Kind::Json) {
     last_drawn_ = now;
-    const nlohmann::ordered_json line{{"stage", stage_}, {"fraction", fraction}, {"seconds", seconds()}};
+    nlohmann::ordered_json line{{"stage", stage_}, {"fraction", fraction}, {"seconds", seconds()}};
+    if (share_) line["overall"] = whole(fraction);
+    if (objects_) line.update({{"done", objects_->done}, {"of", objects_->count}, {"running", objects_->running}});
+    if (const std::optional<double> left = secondsLeft(fraction, now)) line["seconds_left"] = *left;
     std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
     return;
   }

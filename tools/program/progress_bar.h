@@ -3,17 +3,18 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
-#include "spheretree/builder/progress.h"
+#include "work_progress.h"
 
 namespace spheretree::tool {
 
-class ProgressBar : public builder::Progress {
+class ProgressBar : public WorkProgress {
  public:
   /// `kind`: auto (a bar on a terminal, plain on one that cannot draw over its line, else none), bar, plain (a line for
   /// each stage, and one every ten seconds within it), json (an object a line) or none. Short work shows nothing: bar
-  /// and plain wait for half a second.
+  /// and plain wait for half a second. Of work on many objects, bar and plain also print a line for each that is done.
   ProgressBar(const std::string& kind, bool quiet);
   ~ProgressBar() override;  // clears it
   ProgressBar(const ProgressBar&) = delete;
@@ -21,6 +22,9 @@ class ProgressBar : public builder::Progress {
 
   void stage(std::string_view name) override;
   void advance(double fraction) override;
+  void share(double begin, double end) override;
+  void advance(double fraction, const Objects& objects) override;
+  void finished(const Finished& object) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -29,13 +33,21 @@ class ProgressBar : public builder::Progress {
   double seconds() const;
   std::string timeLeft(double fraction, Clock::time_point now) const;
   std::string barText(double fraction, Clock::time_point now, int columns) const;
+  std::string objectsText() const;
+  std::optional<double> secondsLeft(double fraction, Clock::time_point now) const;
+  double whole(double fraction) const { return share_ ? share_->begin + fraction * (share_->end - share_->begin) : fraction; }
   void drawPlain(double fraction, Clock::time_point now);
 
   Kind kind_;
   std::string stage_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_drawn_ = start_, stage_start_ = start_, last_plain_ = start_;
-  bool stage_shown_ = false;
+  bool stage_shown_ = false, header_shown_ = false;
+  struct Share {
+    double begin, end;
+  };
+  std::optional<Share> share_;
+  std::optional<Objects> objects_;  // of the stage
 };
 
 }  // namespace spheretree::tool

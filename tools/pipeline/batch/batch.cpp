@@ -23,6 +23,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kReadShare = 0.02, kWriteShare = 0.02;  // of the progress of a whole batch; about that of 30 teeth
+
 void check(const BatchSettings& settings) {
   using tool::UsageError;
   if (settings.shard.count > 1 && settings.budget) throw UsageError("--budget needs all objects at once. Leave --shard out.");
@@ -103,15 +105,20 @@ ObjectResult resultOf(BatchItem& item) {
   return out;
 }
 
-void writeResults(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, BatchResult& result) {
+void writeResults(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, tool::WorkProgress& progress,
+                  BatchResult& result) {
+  progress.stage("write");
   if (settings.draft) formats::writeWhole(task.path, formats::sceneText(task.draft.scene));
   if (!task.draft.ball.empty()) formats::writeWhole(task.draft.ball, task.draft.ball_mesh);
+  formats::WholeFiles trees;
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].hasTree()) continue;
     const std::vector<std::byte> bytes = encodeSphereTree(items[i].result.tree);
     result.objects[i].bytes = bytes.size();
-    formats::writeWhole(settings.folder / result.objects[i].tree, bytes);
+    trees.add(settings.folder / result.objects[i].tree, bytes);
+    progress.advance(static_cast<double>(i + 1) / static_cast<double>(items.size()));
   }
+  trees.commit();
   const formats::SceneFile compiled = compiledScene(task, settings, items);
   // Without a tool or any object there is no scene to load, and an older one would pass for this one.
   if (!items[0].hasTree() || compiled.objects.empty())
@@ -144,12 +151,14 @@ void declareOutputs(const BatchSettings& settings, const Task& task, const std::
 
 }  // namespace
 
-BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress) {
+BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress) {
   const auto begun = Clock::now();
   const tool::RunFiles files(progress);
   check(settings);
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  const bool is_plain = !settings.budget && !settings.speed;  // else nobody knows beforehand how much is to be built
+  if (is_plain) progress.share(0, kReadShare);
   progress.stage("read");
   MeshStore meshes;
   Task task = taskOf(settings, meshes);
@@ -161,7 +170,7 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   if (settings.shard.count == 1 && !settings.dry_run) declareOutputs(settings, task, items, files);
   const bool is_reference_named = !scene.tool.reference_point.empty();
   if (items[0].status != ItemStatus::Failed) resolveReferencePoint(scene.tool, items[0]);
-  const BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items)};
+  BatchContext context{scene, cache, threads, progress, assignWorkRegions(scene, items), is_plain || !settings.budget};
   const std::vector<BatchItem> source = items;
   BatchResult result;
   result.generator = tool::kGenerator;
@@ -169,16 +178,25 @@ BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress)
   result.is_reference_named = is_reference_named;
   result.notes = task.draft.notes;
   result.tool_distance_mm = items[0].status == ItemStatus::Failed ? 0 : distanceFrom(scene.tool.reference_point_mm, items[0]);
+  if (is_plain) progress.share(kReadShare, 1 - kWriteShare);
+  const auto read = Clock::now();
   if (settings.dry_run)
     lookUp(items, cache, progress);
   else if (settings.budget)
     result.budget = buildWithin(*settings.budget, items, paths, context);
   else
     buildItems(items, context, "build " + std::to_string(items.size()) + " trees", settings.shard);
+  const auto built = Clock::now();
+  context.tell_finished = false;
   if (settings.speed) result.speed = speedRows(source, items, paths, context);
   for (BatchItem& item : items) result.objects.push_back(resultOf(item));
-  result.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
-  if (settings.shard.count == 1 && !settings.dry_run) writeResults(settings, task, items, result);
+  const auto between = [](Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double>(b - a).count(); };
+  const auto ended = Clock::now();
+  result.seconds = between(begun, ended);
+  if (is_plain) progress.share(1 - kWriteShare, 1);
+  if (settings.shard.count == 1 && !settings.dry_run) writeResults(settings, task, items, progress, result);
+  result.times = {
+      .read = between(begun, read), .build = between(read, built), .chart = between(built, ended), .write = between(ended, Clock::now())};
   return result;
 }
 

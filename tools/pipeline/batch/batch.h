@@ -10,8 +10,8 @@
 #include "pipeline/batch/batch_items.h"
 #include "pipeline/batch/batch_result.h"
 #include "pipeline/scene_draft.h"
-#include "spheretree/builder/progress.h"
 #include "spheretree/formats/scene_file.h"
+#include "work_progress.h"
 
 namespace spheretree::pipeline {
 
@@ -38,6 +38,6 @@ struct BatchSettings {
 /// @throws tool::UsageError for settings that do not go together or an output that would replace an input;
 /// formats::FileError, formats::FormatError for the scene and the paths; builder::Cancelled: finished trees are in the
 /// cache.
-BatchResult runBatch(const BatchSettings& settings, builder::Progress& progress);
+BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress);
 
 }  // namespace spheretree::pipeline

@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <chrono>
 #include <condition_variable>
+#include <map>
 #include <mutex>
-#include <set>
 #include <thread>
 
 #include "spheretree/formats/sphere_tree_file.h"
@@ -87,11 +88,12 @@ void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, bu
 /// @throws builder::Cancelled
 class WorkerPool {
  public:
-  WorkerPool(std::vector<BatchItem>& items, const std::vector<double>& effort, const TreeCache& cache, builder::Progress& progress)
-      : items_(items), effort_(effort), cache_(cache), progress_(progress) {}
+  WorkerPool(std::vector<BatchItem>& items, const std::vector<double>& effort, const BatchContext& context)
+      : items_(items), effort_(effort), cache_(context.cache), progress_(context.progress), tell_finished_(context.tell_finished) {}
 
   void run(const std::vector<std::size_t>& order, int threads) {
     for (const std::size_t i : order) total_ += effort_[i];
+    count_ = order.size();
     std::thread workers([&] {
       tbb::task_arena arena(threads);
       arena.execute([&] {
@@ -109,21 +111,29 @@ class WorkerPool {
     while (!finished_) {
       changed_.wait_for(lock, std::chrono::milliseconds(100));
       if (progress_.cancelled())
-        for (builder::Progress* running : running_) running->cancel();
-      progress_.advance(total_ > 0 ? done_ / total_ : 1);
+        for (auto& [index, run] : running_) run.progress->cancel();
+      show();
     }
+    show();
     lock.unlock();
     workers.join();
     progress_.check();
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  struct Run {
+    builder::Progress* progress;
+    Clock::time_point begun;
+  };
+
   void build(std::size_t index) {
     BatchItem& item = items_[index];
     builder::Progress progress;
+    const Clock::time_point begun = Clock::now();
     {
       const std::lock_guard lock(mutex_);
-      running_.insert(&progress);
+      running_.emplace(index, Run{&progress, begun});
     }
     try {
       guarded(item, [&] {
@@ -134,19 +144,52 @@ class WorkerPool {
     } catch (const builder::Cancelled&) {  // the item stays as it is
     }
     const std::lock_guard lock(mutex_);
-    running_.erase(&progress);
+    running_.erase(index);
     done_ += effort_[index];
+    seconds_ += std::chrono::duration<double>(Clock::now() - begun).count();
+    ended_.push_back(index);
     changed_.notify_one();
   }
 
+  /// With the lock held, by the thread that may draw.
+  void show() {
+    for (; shown_ < ended_.size() && tell_finished_; ++shown_) {
+      const BatchItem& item = items_[ended_[shown_]];
+      if (item.status != ItemStatus::Built && item.status != ItemStatus::Failed) continue;
+      progress_.finished({.name = item.source->name,
+                          .is_built = item.status == ItemStatus::Built,
+                          .leaves = item.result.figures.leaves,
+                          .overhang_bound_mm = item.result.figures.leafBound(),
+                          .seconds = item.result.seconds});
+    }
+    tool::WorkProgress::Objects objects{.done = ended_.size(), .count = count_, .running = {}};
+    std::vector<std::pair<Clock::time_point, std::size_t>> at_work;
+    for (const auto& [index, run] : running_) at_work.emplace_back(run.begun, index);
+    std::sort(at_work.begin(), at_work.end());
+    double done = done_;
+    for (const auto& [begun, index] : at_work) {
+      objects.running.push_back(items_[index].source->name);
+      // At the rate so far; one that takes longer than was thought stays just short of its end.
+      const double spent = std::chrono::duration<double>(Clock::now() - begun).count();
+      if (seconds_ > 0) done += std::min(kNearlyDone * effort_[index], spent * done_ / seconds_);
+    }
+    told_ = total_ > 0 ? std::max(told_, done / total_) : 1;  // a rate that falls takes nothing back
+    progress_.advance(told_, objects);
+  }
+
+  static constexpr double kNearlyDone = 0.95;
   std::vector<BatchItem>& items_;
   const std::vector<double>& effort_;  // of each item
   const TreeCache& cache_;
-  builder::Progress& progress_;
+  tool::WorkProgress& progress_;
+  const bool tell_finished_;
   std::mutex mutex_;  // over all below
   std::condition_variable changed_;
-  std::set<builder::Progress*> running_;
-  double done_ = 0, total_ = 0;
+  std::map<std::size_t, Run> running_;  // by item
+  std::vector<std::size_t> ended_;
+  std::size_t shown_ = 0, count_ = 0;          // of those that ended; of all
+  double done_ = 0, total_ = 0, seconds_ = 0;  // effort; seconds of the builds that ended
+  double told_ = 0;                            // fraction
   bool finished_ = false;
 };
 
@@ -183,9 +226,13 @@ std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::fil
     items[i].source = i == 0 ? &scene.tool : &scene.objects[i - 1];
     items[i].is_tool = i == 0;
   }
+  std::atomic<std::size_t> done{0};
   tbb::task_arena(threads).execute([&] {
+    const std::thread::id draws = std::this_thread::get_id();
     tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
       if (!progress.cancelled()) guarded(items[i], [&] { load(items[i], scene, scene_path, meshes); });
+      const std::size_t now = ++done;
+      if (std::this_thread::get_id() == draws) progress.advance(static_cast<double>(now) / static_cast<double>(items.size()));
     });
   });
   progress.check();
@@ -237,7 +284,7 @@ void buildItems(std::vector<BatchItem>& items, const BatchContext& context, cons
   WorkRegions* work = context.work.get();
   if (work && work->reach && !work->space && !order.empty()) findReach(*work, items, context.threads, context.progress);
   context.progress.stage(stage);
-  WorkerPool(items, effort, context.cache, context.progress).run(order, context.threads);
+  WorkerPool(items, effort, context).run(order, context.threads);
   for (const std::size_t i : duplicates) {
     const BatchItem& first = items[first_of.at(items[i].key)];
     items[i].result = first.result;

@@ -11,8 +11,8 @@
 #include "pipeline/batch/batch_result.h"
 #include "pipeline/batch/tree_cache.h"
 #include "pipeline/batch/tree_job.h"
-#include "spheretree/builder/progress.h"
 #include "spheretree/formats/scene_file.h"
+#include "work_progress.h"
 
 namespace spheretree::pipeline {
 
@@ -38,8 +38,9 @@ struct BatchContext {
   const formats::SceneFile& scene;
   const TreeCache& cache;
   int threads;
-  builder::Progress& progress;
+  tool::WorkProgress& progress;
   std::shared_ptr<WorkRegions> work;  // null: the scene says nothing of where accuracy is needed
+  bool tell_finished = false;         // each object that was built, by progress.finished()
 };
 
 /// The items of `scene`, which must outlive them: their meshes, which `meshes` holds, or their trees. One that cannot

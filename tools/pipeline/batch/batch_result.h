@@ -80,6 +80,9 @@ struct BatchResult {
   std::optional<std::vector<SpeedRow>> speed;
   std::vector<std::string> notes;  // of a scene that was drafted from mesh files
   double seconds = 0;              // of the whole batch
+  struct Times {
+    double read = 0, build = 0, chart = 0, write = 0;  // [s]; build: also the search for a budget
+  } times;                                             // not in report.json
 };
 
 struct BatchTotals {

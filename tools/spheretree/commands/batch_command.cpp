@@ -86,6 +86,23 @@ int printPlan(const BatchSettings& settings, const BatchResult& result) {
   return totals.failed > 0 ? kExitPartlyFailed : kExitOk;
 }
 
+/// What took how long, if it was long enough to ask.
+void printTimes(const BatchResult& result) {
+  if (result.seconds < 1) return;
+  const BatchResult::Times& times = result.times;
+  printResult("time: read %.1f s, build %.1f s", times.read, times.build);
+  if (result.speed) printResult(", chart %.1f s", times.chart);
+  printResult(", write %.1f s", times.write);
+  std::vector<const ObjectResult*> built;
+  for (const ObjectResult& object : result.objects)
+    if (object.status == ItemStatus::Built) built.push_back(&object);
+  std::stable_sort(built.begin(), built.end(), [](const ObjectResult* a, const ObjectResult* b) { return a->seconds > b->seconds; });
+  constexpr std::size_t kListed = 3;
+  for (std::size_t i = 0; i < std::min(kListed, built.size()); ++i)
+    printResult("%s%s %.1f s", i == 0 ? "; the longest: " : ", ", built[i]->name.c_str(), built[i]->seconds);
+  printResult("\n");
+}
+
 int printResults(const BatchSettings& settings, const BatchResult& result) {
   if (settings.dry_run) return printPlan(settings, result);
   const std::size_t missed = reportFaults(result);
@@ -100,6 +117,7 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
     printResult("; %zu leaves\n", totals.leaves);
   else
     printResult("; %zu left to other shards. Run without --shard once all have ended.\n", totals.skipped);
+  printTimes(result);
   if (result.budget) printBudget(*result.budget);
   printRepairs(result, settings);
   if (settings.shard.count == 1 && totals.failed < result.objects.size())
@@ -135,7 +153,7 @@ BatchSettings settingsOf(const BatchOptions& options) {
   return settings;
 }
 
-int runBatchCommand(const BatchOptions& options, builder::Progress& progress) try {
+int runBatchCommand(const BatchOptions& options, WorkProgress& progress) try {
   const BatchSettings settings = settingsOf(options);
   const BatchResult result = pipeline::runBatch(settings, progress);
   for (const std::string& note : result.notes) say("spheretree: " + note);
@@ -187,7 +205,7 @@ void addBatchCommand(Program& program) {
   const std::shared_ptr<BatchSettings> options(all, &all->settings);
   CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; what has not changed is taken from a cache",
                           "spheretree batch mouth.scene.json -o mouth; or spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
-                          [all](builder::Progress& progress) { return runBatchCommand(*all, progress); });
+                          [all](WorkProgress& progress) { return runBatchCommand(*all, progress); });
   app->add_option("SCENE|MESH", all->inputs,
                   "Scene to read (.scene.json); spheretree help scene says what it holds. Or mesh files, each of their parts an object, as "
                   "spheretree scene would write them")

@@ -64,7 +64,7 @@ int runVerb(Program& program) {
 }  // namespace
 
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
-                  std::function<int(builder::Progress&)> run) {
+                  std::function<int(WorkProgress&)> run) {
   CLI::App* app = program.cli.add_subcommand(verb, description);
   app->footer("Example:\n  " + example);
   addTalkOptions(*app, program, "Options of every verb");

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "program_end.h"
-#include "spheretree/builder/progress.h"
+#include "work_progress.h"
 
 namespace spheretree::tool {
 
@@ -19,13 +19,13 @@ struct Program {
   std::string progress = "auto";
   bool quiet = false;
   /// Returns an exit code; results go to stdout or to files, talk to stderr.
-  std::function<int(builder::Progress&)> run;
+  std::function<int(WorkProgress&)> run;
 };
 
 /// A subcommand with the options that every verb has, and an example at the end of its help. `run` is called if it is
 /// chosen.
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
-                  std::function<int(builder::Progress&)> run);
+                  std::function<int(WorkProgress&)> run);
 
 void addBatchCommand(Program& program);
 void addBuildCommand(Program& program);

@@ -79,8 +79,27 @@ class WholeFile {
   void commit();
 
  private:
+  friend class WholeFiles;
   struct State;
   std::unique_ptr<State> state_;
+};
+
+/// Many files, each as whole as a WholeFile: all are written under temporary names, synced to disk by one request to
+/// the file system (syncfs), and then renamed. One request for each file would take some 10 ms a file. A file that
+/// already holds the same bytes is left as it is.
+class WholeFiles {
+ public:
+  WholeFiles();
+  ~WholeFiles();
+  WholeFiles(const WholeFiles&) = delete;
+  WholeFiles& operator=(const WholeFiles&) = delete;
+  /// @throws FileError as WholeFile.
+  void add(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role = FileRole::User);
+  /// Once, at the end. @throws FileError; those that come after the one that cannot be renamed are then not replaced.
+  void commit();
+
+ private:
+  std::vector<std::unique_ptr<WholeFile>> files_;
 };
 
 /// All at once.

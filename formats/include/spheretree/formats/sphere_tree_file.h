@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -11,6 +12,10 @@
 #include "spheretree/core/tissue.h"
 
 namespace spheretree::formats {
+
+/// The most that is read of a .stree file. The largest tree, search tree and skin take 2.6 MB; the rest is room for later
+/// sections.
+inline constexpr std::uint64_t kMaxTreeBytes = 16 << 20;
 
 /// A tree that comes out of here is sound (findFault of core).
 /// @throws FileError if the file cannot be read, FormatError if it is damaged, of another version or not a tree.
