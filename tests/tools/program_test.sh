@@ -490,7 +490,8 @@ case_progress() {
   [ ! -s err ] || fail "a bar for work of a few milliseconds"
 }
 
-# The whole of a batch: how far it is never falls, each object that was built is told once, and at the end what took how long.
+# The whole of a batch: how far it is never falls; each object that was built is told once; at the end, what took how
+# long.
 case_batch_progress() {
   write_torus big.obj 32
   write_torus small.obj 16

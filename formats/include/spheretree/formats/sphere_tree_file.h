@@ -13,8 +13,8 @@
 
 namespace spheretree::formats {
 
-/// The most that is read of a .stree file. The largest tree, search tree and skin take 2.6 MB; the rest is room for later
-/// sections.
+/// The most that is read of a .stree file. The largest tree, search tree and skin take 2.6 MB; the rest is room for
+/// later sections.
 inline constexpr std::uint64_t kMaxTreeBytes = 16 << 20;
 
 /// A tree that comes out of here is sound (findFault of core).
