@@ -21,10 +21,12 @@ packages=(
   fonts-dejavu-core       # view: text
   libassimp-dev           # spheretree-import: other mesh formats
   libgtest-dev            # tests
+  pybind11-dev python3-dev python3-numpy # Python package
+  python3-pytest mypy python3-yaml python3-pip # tests: of the Python package
   libtet1.5-dev           # soft tissue, tests: TetGen, in programs of their own
 )
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
-if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-numpy python3-scipy); fi
+if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy); fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -3,12 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/formats/errors.h"
 #include "text_scan.h"
 
@@ -17,26 +17,6 @@ namespace {
 
 constexpr std::size_t kMaxConcaveCorners = 4096;  // ears are found in quadratic time
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-/// One index for each position: that of the first vertex exactly there. Entries of `used` that are false stay kNone.
-std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& positions, const std::vector<bool>& used) {
-  const std::size_t slots = std::bit_ceil(positions.size() * 2 + 1);
-  std::vector<std::uint32_t> table(slots, kNone), first(positions.size(), kNone);
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (!used[i]) continue;
-    std::uint64_t hash = 0x9e3779b97f4a7c15u;
-    for (int axis = 0; axis < 3; ++axis) {
-      hash = (hash ^ std::bit_cast<std::uint64_t>(positions[i][axis])) * 0xbf58476d1ce4e5b9u;
-      hash ^= hash >> 29;
-    }
-    hash = (hash ^ (hash >> 32)) * 0x94d049bb133111ebu;
-    std::size_t slot = (hash ^ (hash >> 31)) & (slots - 1);
-    while (table[slot] != kNone && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == kNone) table[slot] = static_cast<std::uint32_t>(i);
-    first[i] = table[slot];
-  }
-  return first;
-}
 
 using Point2 = std::array<double, 2>;
 
@@ -199,23 +179,9 @@ MeshFile MeshAssembly::finish(std::string format) {
   file.unit_mm = unit_mm_;
   file.format = std::move(format);
 
-  std::vector<bool> used(positions_.size());
-  for (const Triangle& t : triangles_)
-    for (const std::uint32_t v : t) used[v] = true;
-  const std::vector<std::uint32_t> first = weld(positions_, used);
-  std::vector<std::uint32_t> index(positions_.size(), kNone);
-  std::size_t unused = 0;
-  for (std::size_t i = 0; i < positions_.size(); ++i) {
-    if (first[i] == i) {
-      index[i] = static_cast<std::uint32_t>(file.mesh.positions.size());
-      file.mesh.positions.push_back(positions_[i]);
-    } else if (first[i] == kNone) {
-      ++unused;
-    }
-  }
-  for (Triangle& t : triangles_)
-    for (std::uint32_t& v : t) v = index[first[v]];
+  file.mesh.positions = std::move(positions_);
   file.mesh.triangles = std::move(triangles_);
+  const std::size_t unused = weldEqualVertices(file.mesh);
   if (part_names_.size() > 1 || !part_names_[0].empty()) {
     file.mesh.part = std::move(part_);
     file.mesh.part_names = std::move(part_names_);

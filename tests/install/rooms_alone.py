@@ -18,7 +18,7 @@ ROOMS = {  # option: libraries beside Eigen, target
 }
 faults = []
 for room, (needed, target) in ROOMS.items():
-    options = [f"-DSPHERETREE_{other.upper()}={'ON' if other == room else 'OFF'}" for other in [*ROOMS, "tools", "tests"] if other != "runtime"]
+    options = [f"-DSPHERETREE_{other.upper()}={'ON' if other == room else 'OFF'}" for other in [*ROOMS, "tools", "python", "tests"] if other != "runtime"]
     hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{library}=ON" for library in sorted(LIBRARIES - needed)]
     run = subprocess.run(["cmake", "-S", source, "-B", work / room, *options, *hidden], capture_output=True, text=True)
     if run.returncode == 0 and builds:

@@ -2,12 +2,19 @@
 // Edits of triangle meshes that several rooms need.
 #pragma once
 
+#include <cstddef>
+
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree {
 
 /// Leaves out the vertices that no triangle has; the others keep their order. Triangles must name vertices that exist.
 void dropUnusedVertices(TriangleMesh& mesh);
+
+/// Vertices at exactly equal positions become one, the first of them, and vertices that no triangle has are left out;
+/// the others keep their order. Triangles must name vertices that exist. Returns how many vertices no triangle had.
+/// Cost: O(size of the mesh); 12 bytes more for each vertex while it runs.
+std::size_t weldEqualVertices(TriangleMesh& mesh);
 
 /// The triangles of `mesh`, then those of `more`, each with its own vertices; without parts.
 TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more);

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes and steps: forces against closed forms, poses in every form."""
+import numpy as np
+import pytest
+from conftest import box, ellipsoid
+
+import spheretree
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return spheretree.build(*ellipsoid((2, 2, 2)), quality="quick", levels=2)
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return spheretree.build(*box(), quality="quick", levels=3)
+
+
+def lowest(tree):
+    centres, radii = tree.level(-1)
+    return float((centres[:, 2] - radii).min())
+
+
+def pressed(renderer, depth, ball, steps=50):
+    """Down to `depth` below the plane z = 0, by its lowest leaf."""
+    height = -lowest(ball)
+    for z in np.linspace(height + 1, height - depth, steps):
+        step = renderer.step([0, 0, z])
+    return step
+
+
+def test_a_plane_pushes_back_by_the_spring(ball, plate):
+    renderer = spheretree.Renderer(spheretree.Scene(ball, [plate], stiffness=2.5))
+    assert np.array_equal(renderer.step([0, 0, 30]).force, [0, 0, 0])
+    renderer.reset()
+    step = pressed(renderer, 0.8, ball)
+    assert step.faults == 0
+    assert step.force == pytest.approx([0, 0, 2.5 * 0.8], abs=0.02)
+    assert step.graphic_tool[:3] == pytest.approx([0, 0, -lowest(ball)], abs=0.01)
+    assert sum(c.force * c.normal for c in step.contacts) == pytest.approx(step.spring_force, abs=1e-6)
+    for contact in step.contacts:
+        assert contact.object == 0 and contact.on_skin and abs(contact.point[2]) < 0.01 and contact.normal == pytest.approx([0, 0, 1], abs=1e-3)
+
+
+def test_the_force_is_limited(ball, plate):
+    step = pressed(spheretree.Renderer(spheretree.Scene(ball, [plate], force_limit=0.5)), 3, ball)
+    assert np.linalg.norm(step.force) == pytest.approx(0.5) and np.linalg.norm(step.spring_force) > 2.9
+
+
+def test_objects_stand_in_their_places_and_move(ball, plate):
+    scene = spheretree.Scene(ball, [(plate, [0, 0, -5]), (plate, [100, 0, 0])], contact="leaves")
+    assert len(scene) == 2 and scene.byte_count > 0
+    renderer = spheretree.Renderer(scene)
+    at_plane = [0, 0, -lowest(ball) - 0.5]
+    assert not renderer.step([0, 0, 9]).contacts and not renderer.step(at_plane).force.any()
+    renderer.move_object(0, [0, 0, -0.25])
+    assert renderer.step(at_plane).force[2] > 0.2
+    for object, pose in [(2, [0, 0, 0]), (0, [np.nan, 0, 0])]:
+        with pytest.raises(ValueError, match="cannot be moved"):
+            renderer.move_object(object, pose)
+
+
+def test_poses_in_every_form_give_the_same_step(ball, plate):
+    angle = 0.3
+    matrix = np.eye(4)
+    matrix[:3, :3] = [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+    matrix[:3, 3] = [1, 2, 1.5]
+    row = [1, 2, 1.5, np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+    steps = [spheretree.Renderer(spheretree.Scene(ball, [plate])).step(pose) for pose in (matrix, row, np.float32(matrix), tuple(row))]
+    for step in steps:
+        assert step.graphic_tool == pytest.approx(steps[0].graphic_tool, abs=1e-6)
+    assert steps[0].graphic_tool[3:] == pytest.approx(row[3:], abs=1e-7)
+    renderer = spheretree.Renderer(spheretree.Scene(ball, [plate]))
+    for bad in ([1, 2], np.eye(3), 2 * np.eye(4), np.diag([1, 1, -1, 1]), np.ones((4, 4))):
+        with pytest.raises(ValueError, match="pose"):
+            renderer.step(bad)
+    with pytest.raises(TypeError, match="pose"):
+        renderer.step("here")
+
+
+def test_a_pose_that_is_not_finite_is_a_fault_and_no_error(ball, plate):
+    renderer = spheretree.Renderer(spheretree.Scene(ball, [plate]))
+    before = pressed(renderer, 0.5, ball)
+    for bad in ([np.nan, 0, 0], [np.inf, 0, 0, 1, 0, 0, 0], np.full((4, 4), np.nan), [1e9, 0, 0]):
+        step = renderer.step(bad)
+        assert step.faults == spheretree.Fault.BAD_INPUT and np.isfinite(step.force).all()
+    assert np.linalg.norm(step.force) == pytest.approx(0.9**4 * np.linalg.norm(before.force))
+
+
+def test_the_same_poses_give_the_same_bits(ball, plate):
+    scene = spheretree.Scene(ball, [plate])
+    runs = []
+    for _ in range(2):
+        renderer = spheretree.Renderer(scene)
+        runs.append([renderer.step([0.1 * k, 0, 2 - 0.05 * k]).force.tobytes() for k in range(60)])
+    assert runs[0] == runs[1]
+
+
+def test_scenes_that_cannot_be_are_refused(ball, plate, tmp_path):
+    for settings, says in [({"stiffness": 0}, "translation|stiffness|coupling"), ({"contact": "bones"}, "skin or leaves"), ({"torque_limit": [1, 2]}, r"\(3,\)")]:
+        with pytest.raises(ValueError, match=says):
+            spheretree.Scene(ball, [plate], **settings)
+    with pytest.raises(TypeError, match=r"objects\[1\]"):
+        spheretree.Scene(ball, [plate, 3])
+    with pytest.raises(ValueError, match="constrained or paper"):
+        spheretree.Renderer(spheretree.Scene(ball, [plate]), mode="free")
+    with pytest.raises(spheretree.FileError):
+        spheretree.Scene.load(tmp_path / "none.json")

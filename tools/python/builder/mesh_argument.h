@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the functions of spheretree._builder take as a mesh, and how they say what they did to it.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/python_types.h"
+#include "spheretree/builder/repair_mesh.h"
+
+namespace spheretree::python {
+
+namespace py = pybind11;
+
+/// A spheretree.Mesh, or vertices of shape (n, 3) with triangles of shape (m, 3).
+/// @throws py::type_error for anything else, and what spheretree.Mesh raises.
+std::shared_ptr<PythonMesh> meshArgument(const py::object& mesh, const py::object& triangles);
+
+/// "auto", "off" or "wrap". @throws py::value_error
+builder::RepairKind repairArgument(const std::string& repair);
+
+/// A spheretree.MeshWarning for each note. @throws py::error_already_set where warnings are errors.
+void warn(const std::string& name, const std::vector<std::string>& notes);
+
+}  // namespace spheretree::python
