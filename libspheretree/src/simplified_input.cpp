@@ -2,6 +2,7 @@
 #include "simplified_input.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "mesh/simplify_mesh.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "spheretree/core/mesh_edit.h"
+#include "tissue/inner_sheet.h"
 
 namespace spheretree::builder {
 
@@ -50,6 +52,19 @@ bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSe
   return true;
 }
 
+// For soft tissue: no ball is to be deeper than a share of the thickness. The stand-off of the balls that the sheet is
+// made by is about that of the leaves to come: a patch of width w on a ball of radius r stands off by w^2 / 8 r.
+TriangleMesh sheetForTissue(const SimplifiedInput& search, const BuildSettings& settings) {
+  const DistanceField& field = search.field;
+  double leaves = 1;
+  for (int level = 1; level < settings.levels; ++level) leaves *= settings.branching;
+  if (settings.most_leaves > 0) leaves = std::min(leaves, static_cast<double>(settings.most_leaves));
+  const double radius = settings.soft_share * 3 * field.volume() / field.area();
+  const double stand_off =
+      settings.tolerance_mm > 0 ? settings.tolerance_mm / search.pose.scale : 1.2 * field.area() / leaves / (8 * radius);
+  return innerSheet(search.mesh, field, settings.soft_share, stand_off, std::sqrt(8 * radius * stand_off));
+}
+
 }  // namespace
 
 SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& sheets, const TriangleMesh& cover_too,
@@ -68,6 +83,7 @@ SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& shee
   const auto posedToo = [&](const TriangleMesh& more) { return inCanonicalOrder(inPose(more, search.pose)).mesh; };
   const TriangleMesh posed_sheets = posedToo(sheets);
   if (!slack.empty() || !simplify(search, posed_sheets, settings, progress)) search.field = DistanceField(search.mesh, slack, posed_sheets);
+  if (settings.soft_share > 0) search.field = DistanceField(search.mesh, slack, joined(sheetForTissue(search, settings), posed_sheets));
   search.mesh = joined(std::move(search.mesh), posedToo(cover_too));
   return search;
 }

@@ -15,7 +15,7 @@ namespace spheretree::builder {
 struct SimplifiedInput {
   Pose pose;
   TriangleMesh mesh;    // what is to be covered, in the pose: its lengths, and all of the search, are in units of pose.scale
-  DistanceField field;  // of solid and sheets; with the slack of a graded tree
+  DistanceField field;  // of solid, sheets and, for tissue, an inner sheet; with the slack of a graded tree
   std::size_t simplified_triangles = 0;  // of the simplified solid; 0: the search runs on the mesh given
   double distance_bound_mm = 0;          // proven: no point of the mesh given is farther from the simplified surface [mm]
 };

@@ -38,7 +38,7 @@ WINGS = {
     "tree": ["certify"],
     "cover": ["tree"],
     "published": ["cover"],
-    "top": ["published", "mesh", "measure", "skin"],
+    "top": ["published", "mesh", "measure", "skin", "tissue"],
 }
 FORBIDDEN_IN_RUNTIME = re.compile(r"<(iostream|fstream|sstream|filesystem|regex|locale|thread|mutex)>")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

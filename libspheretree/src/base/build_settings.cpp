@@ -57,6 +57,8 @@ void validate(const BuildSettings& settings) {
   require(s.threads >= 0, "threads must not be negative");
   require(s.most_leaves >= 0, "the number of leaves must not be negative");
   require(s.most_leaves == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a number of leaves");
+  require(s.soft_share >= 0 && s.soft_share <= 0.5, "the share of the radius of soft leaves must be 0 to 0.5");
+  require(s.soft_share == 0 || s.builder == BuilderKind::Cover, "only the builder cover takes a share of the radius");
   for (const double t : s.tolerance_of_triangle_mm)
     require(std::isfinite(t) && s.tolerance_mm > 0 && t >= s.tolerance_mm,
             "the tolerance of a triangle must be finite and not below the tolerance");

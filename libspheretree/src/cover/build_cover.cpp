@@ -84,12 +84,14 @@ std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
 }
 
 // Voronoi vertices and shrinking balls of one sampling of the surface, fine enough for `spheres`.
+// Balls for tissue lie between the surface and a sheet near the medial axis, where no Voronoi vertex is.
 std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort,
-                             std::uint64_t seed, Progress& progress) {
+                             const BuildSettings& settings, Progress& progress) {
   SampleSettings sampling;
   sampling.count = std::max(effort.medial_samples, 3 * spheres);
-  sampling.seed = seed;
+  sampling.seed = settings.seed;
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
+  if (settings.soft_share > 0) return shrinkingBalls(samples, field);
   std::vector<Eigen::Vector3d> points;
   for (const SurfaceSample& s : samples) points.push_back(s.point);
   progress.check();
@@ -145,7 +147,7 @@ LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, cons
   const auto fitPool = [&] {
     progress.stage("medial axis");
     fitted = high;
-    pool = medialPool(mesh, field, fitted, effort, settings.seed, progress);
+    pool = medialPool(mesh, field, fitted, effort, settings, progress);
     if (pool.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
     progress.stage("cover");
   };

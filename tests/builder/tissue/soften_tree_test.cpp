@@ -28,7 +28,7 @@ struct SoftBox {
   Tissue tissue;
 };
 
-SoftBox softBox(double roughness, int levels, std::uint64_t seed) {
+SoftBox softBox(double roughness, int levels, std::uint64_t seed, double share = 0) {
   const Vector3d size(30, 20, 12), at(300, -200, 50);
   SoftBox box;
   box.boundary = test::boxMesh(at, at + size);
@@ -42,6 +42,7 @@ SoftBox softBox(double roughness, int levels, std::uint64_t seed) {
   settings.levels = levels;
   settings.quality = Quality::Quick;
   settings.seed = seed;
+  settings.soft_share = share;
   box.tree = buildSphereTree(box.mesh, settings, progress).tree;
   box.tissue = softenTree(
       box.mesh, box.tree, box.boundary, box.tetrahedra, kTissue, [&](const Vector3d& p) { return p.z() < at.z() + 1; }, progress);
@@ -148,6 +149,31 @@ TEST(SoftenTree, EvaluationFindsNothingBareAndTreesSound) {
       EXPECT_NEAR(s.strain.smallest_stretch, 1 - s.amount, 1e-6);
     }
   }
+}
+
+float largestRadius(const SphereTree& tree) {
+  float largest = 0;
+  for (const Sphere& s : leavesOf(tree)) largest = std::max(largest, s.radius);
+  return largest;
+}
+
+double worstOverhang(const SoftBox& box, const std::string& kind) {
+  Progress progress;
+  const auto state = [&](std::size_t i) { return sampleState(box.tissue, i, 25, 9); };
+  double worst = 0;
+  for (const StateFigures& s : evaluateStates(box.mesh, box.mesh, box.tree, box.tissue, 25, state, 500, 1, progress).states)
+    if (s.kind == kind && s.overhang_mm) worst = std::max(worst, *s.overhang_mm);
+  return worst;
+}
+
+// The box is 12 mm thick: the largest ball in it has a radius of 6 mm.
+TEST(SoftenTree, LeavesForTissueStayNearTheSurfaceAndFollowItBetter) {
+  const SoftBox rigid = softBox(0.05, 4, 6), soft = softBox(0.05, 4, 6, 0.5), softer = softBox(0.05, 4, 6, 0.25);
+  EXPECT_GT(largestRadius(rigid.tree), 5.5f);
+  const auto bound = [](const SoftBox& box) { return box.tree.statistics.back().overhang_bound; };
+  EXPECT_LT(largestRadius(soft.tree), 3 + 1.2f * bound(soft));
+  EXPECT_LT(largestRadius(softer.tree), 1.5f + 1.2f * bound(softer));
+  EXPECT_LT(worstOverhang(soft, "squeeze"), 0.7 * worstOverhang(rigid, "squeeze"));
 }
 
 TEST(SoftenTree, AnotherMeshIsRefused) {

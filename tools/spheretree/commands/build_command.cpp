@@ -50,6 +50,8 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
   if (options.settings.most_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
+  if (options.settings.soft_share > 0 && options.builder != "cover")
+    throw UsageError("--soft is for --builder cover. Leave one of them out.");
   if (options.skin == "off" && options.crease_angle_is_given)
     throw UsageError("--crease-angle is for a skin, and there is none with --skin off. Leave one of them out.");
   files.willRead(options.input);
@@ -70,6 +72,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["leaves"] = s.most_leaves > 0 ? Json(s.most_leaves) : Json(nullptr);
   settings["quality"] = name(s.quality);
   settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
+  settings["soft_share"] = s.soft_share > 0 ? Json(s.soft_share) : Json(nullptr);
   settings["skin_mm"] = !s.skin ? Json("off") : s.skin_tolerance_mm > 0 ? Json(s.skin_tolerance_mm) : Json("auto");
   settings["crease_angle_deg"] = s.crease_angle_deg;
   settings["unit_mm"] = s.unit_mm;
@@ -265,6 +268,11 @@ void addBuildCommand(Program& program) {
                   "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));
+  app->add_option("--soft", options->settings.soft_share,
+                  "Leaves for soft tissue, near the surface: their radii are at most this share of the thickness there, 0.05 to 0.5; "
+                  "builder cover only; see docs/tissue.md. They need more leaves: --levels 5")
+      ->type_name("SHARE")
+      ->check(numberIn(0.05, 0.5));
   addUnit(*app, options->unit);
   app->add_option("--repair", options->repair,
                   "What happens to a defective mesh: auto repairs it, as little as works; off refuses it; wrap puts a closed surface round "

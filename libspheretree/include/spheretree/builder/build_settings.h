@@ -26,6 +26,9 @@ struct BuildSettings {
   // Of each triangle, >= tolerance_mm > 0; empty: tolerance_mm everywhere. Then a leaf may reach out by as much as the
   // place allows where it leaves the object (graded_tolerance.h). Builder Cover only.
   std::vector<double> tolerance_of_triangle_mm;
+  // > 0: leaves for soft tissue, with at most this share of the radius of the largest ball that touches the surface
+  // where they do (docs/tissue.md); range [0, 0.5]. Builder Cover only.
+  double soft_share = 0;
   bool skin = true;              // store the surface that a tool is to rest on; docs/algorithms/skin/skin.md
   double skin_tolerance_mm = 0;  // > 0: the skin lies within this of the mesh; 0: tolerance_mm, or 0.2 % of the diagonal
   double crease_angle_deg = 50;  // edges of the mesh that bend more stay sharp on the skin; range [1, 180]
