@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "spheretree/formats/scene_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -18,6 +19,8 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kSceneSchema = "spheretree.scene/1";
 constexpr std::uint64_t kMostBytes = 16 << 20;
+constexpr std::size_t kMaxHingeAngles = 100'000;
+constexpr double kMostFriction = 2;
 constexpr std::size_t kLongestName = 64, kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
@@ -47,6 +50,13 @@ std::string oneOf(const JsonElement& e, std::span<const char* const> allowed) {
     all += all.empty() ? known : std::string(", ") + known;
   }
   e.fail("is " + inQuotes(text) + ", not one of " + all);
+}
+
+double within(const JsonElement& e, double least, double most) {
+  const double value = e.number();
+  if (!(value >= least && value <= most))
+    e.fail("is " + shortNumber(value) + ", not within " + shortNumber(least) + " .. " + shortNumber(most));
+  return value;
 }
 
 double above0(const JsonElement& e, double most) {
@@ -135,6 +145,7 @@ SceneItem readItem(const JsonElement& e) {
     if (item.part.empty()) e.at("part").fail("is empty; leave it out for the whole mesh");
   }
   item.settings = readSettings(e);
+  if (e.has("friction")) item.friction = within(e.at("friction"), 0, kMostFriction);
   return item;
 }
 
@@ -163,7 +174,10 @@ WorkRegion readRegion(const JsonElement& e) {
 void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
   if (root.has("coupling")) {
     const JsonElement coupling = root.at("coupling");
-    coupling.onlyKeys({"translation_n_per_mm", "rotation_n_mm_per_rad"});
+    coupling.onlyKeys({"translation_n_per_mm", "rotation_n_mm_per_rad", "damping_n_s_per_mm", "rotation_damping_n_mm_s_per_rad"});
+    if (coupling.has("damping_n_s_per_mm")) scene.damping_n_s_per_mm = within(coupling.at("damping_n_s_per_mm"), 0, 1e6);
+    if (coupling.has("rotation_damping_n_mm_s_per_rad"))
+      scene.rotation_damping_n_mm_s_per_rad = within(coupling.at("rotation_damping_n_mm_s_per_rad"), 0, 1e9);
     if (coupling.has("translation_n_per_mm")) scene.translation_n_per_mm = above0(coupling.at("translation_n_per_mm"), 1e6);
     if (coupling.has("rotation_n_mm_per_rad")) scene.rotation_n_mm_per_rad = above0(coupling.at("rotation_n_mm_per_rad"), 1e9);
   }
@@ -176,6 +190,56 @@ void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
     scene.torque_n_mm = vector(torque, 1e9);
     for (std::size_t axis = 0; axis < 3; ++axis) (void)above0(torque.item(axis), 1e9);
   }
+}
+
+Hinge readHinge(const JsonElement& e) {
+  e.onlyKeys({"point_mm", "axis", "angle_deg"});
+  Hinge hinge;
+  hinge.point_mm = vector(e.at("point_mm"));
+  const Vector3d axis = vector(e.at("axis"));
+  if (!(axis.norm() > 1e-6)) e.at("axis").fail("has no direction");
+  hinge.axis = std::abs(axis.norm() - 1) <= 1e-15 ? axis : Vector3d(axis.normalized());
+  const JsonElement angles = e.at("angle_deg");
+  if (angles.size() == 0 || angles.size() > kMaxHingeAngles)
+    angles.fail("has " + std::to_string(angles.size()) + " rows [t_s, degree], not 1 to " + std::to_string(kMaxHingeAngles));
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const JsonElement row = angles.item(i);
+    if (row.size() != 2) row.fail("is not [t_s, degree]");
+    const Hinge::Angle angle{within(row.item(0), 0, 1e6), within(row.item(1), -180, 180)};
+    if (i > 0 && !(angle.t_s > hinge.angles.back().t_s)) row.fail("is not later than the row before");
+    hinge.angles.push_back(angle);
+  }
+  return hinge;
+}
+
+void readBodies(const JsonElement& root, SceneFile& scene) {
+  if (!root.has("bodies")) return;
+  const JsonElement bodies = root.at("bodies");
+  if (bodies.size() > kMaxSceneObjects) bodies.fail("has more than " + std::to_string(kMaxSceneObjects) + " bodies");
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const JsonElement e = bodies.item(i);
+    e.onlyKeys({"name", "pose_csv", "hinge"});
+    SceneBody body;
+    body.name = fileSafeName(e.at("name"));
+    for (const SceneBody& other : scene.bodies)
+      if (other.name == body.name) e.at("name").fail("is " + inQuotes(body.name) + ", the name of another body");
+    if (e.has("pose_csv") == e.has("hinge"))
+      e.fail(e.has("hinge") ? "has both \"pose_csv\" and \"hinge\"" : "has neither \"pose_csv\" nor \"hinge\"");
+    if (e.has("hinge")) body.hinge = readHinge(e.at("hinge"));
+    if (e.has("pose_csv")) body.pose_csv = shortText(e.at("pose_csv"));
+    if (e.has("pose_csv") && body.pose_csv.empty()) e.at("pose_csv").fail("is empty");
+    scene.bodies.push_back(std::move(body));
+  }
+}
+
+/// What an object has beside what the tool has, too.
+void readContact(const JsonElement& object, const SceneFile& scene, SceneItem& item) {
+  if (object.has("stiffness_n_per_mm")) item.stiffness_n_per_mm = above0(object.at("stiffness_n_per_mm"), 1e6);
+  if (!object.has("body")) return;
+  item.body = object.at("body").text();
+  for (const SceneBody& body : scene.bodies)
+    if (body.name == item.body) return;
+  object.at("body").fail("is " + inQuotes(item.body) + ", and bodies has none of this name");
 }
 
 void refuseTwins(const JsonElement& root, const SceneFile& scene) {
@@ -224,6 +288,19 @@ OrderedJson toJson(const SceneItem& item) {
   if (!item.mesh.empty()) out["mesh"] = item.mesh.string();
   if (!item.unit.empty()) out["unit"] = item.unit;
   if (!item.part.empty()) out["part"] = item.part;
+  if (!item.body.empty()) out["body"] = item.body;
+  if (item.friction > 0) out["friction"] = item.friction;
+  if (item.stiffness_n_per_mm > 0) out["stiffness_n_per_mm"] = item.stiffness_n_per_mm;
+  return out;
+}
+
+OrderedJson toJson(const SceneBody& body) {
+  OrderedJson out{{"name", body.name}};
+  if (!body.pose_csv.empty()) out["pose_csv"] = body.pose_csv.string();
+  if (!body.hinge) return out;
+  OrderedJson angles = OrderedJson::array();
+  for (const Hinge::Angle& angle : body.hinge->angles) angles.push_back(OrderedJson::array({angle.t_s, angle.degree}));
+  out["hinge"] = {{"point_mm", toJson(body.hinge->point_mm)}, {"axis", toJson(body.hinge->axis)}, {"angle_deg", std::move(angles)}};
   return out;
 }
 
@@ -254,6 +331,18 @@ TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& default
   return s;
 }
 
+Configuration hingePose(const Hinge& hinge, double t) {
+  const std::vector<Hinge::Angle>& rows = hinge.angles;
+  const auto after = std::upper_bound(rows.begin(), rows.end(), t, [](double time, const Hinge::Angle& row) { return time < row.t_s; });
+  double degree = after == rows.begin() ? rows.front().degree : std::prev(after)->degree;
+  if (after != rows.begin() && after != rows.end()) {
+    const Hinge::Angle& before = *std::prev(after);
+    degree += (after->degree - before.degree) * (t - before.t_s) / (after->t_s - before.t_s);
+  }
+  const Quaternion turn = rotationOf(hinge.axis * (degree * 3.14159265358979323846 / 180));
+  return {hinge.point_mm - turn * hinge.point_mm, turn};
+}
+
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path) {
   return (scene_path.parent_path() / path).lexically_normal();  // an absolute `path` stays as it is
 }
@@ -264,7 +353,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   const JsonElement root(parsed, "", source);
   if (const JsonElement schema = root.at("schema"); schema.text() != kSceneSchema)
     schema.fail(std::string("is not \"") + kSceneSchema + "\"");
-  root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "objects", "work", "reach"});
+  root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "bodies", "objects", "work", "reach"});
 
   SceneFile scene;
   if (root.has("unit")) scene.unit = oneOf(root.at("unit"), kUnits);
@@ -275,7 +364,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   readCouplingAndLimits(root, scene);
 
   const JsonElement tool = root.at("tool");
-  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", SPHERETREE_TREE_SETTINGS});
+  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "friction", SPHERETREE_TREE_SETTINGS});
   scene.tool = readItem(tool);
   if (tool.has("reference_point")) {
     if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
@@ -283,16 +372,19 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   }
   if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
 
+  readBodies(root, scene);
   const JsonElement objects = root.at("objects");
   const std::size_t count = objects.size();
   if (count < 1 || count > kMaxSceneObjects)
     objects.fail("has " + std::to_string(count) + " objects, not 1 to " + std::to_string(kMaxSceneObjects));
   for (std::size_t i = 0; i < count; ++i) {
     const JsonElement object = objects.item(i);
-    object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", SPHERETREE_TREE_SETTINGS});
+    object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", "body", "friction", "stiffness_n_per_mm",
+                     SPHERETREE_TREE_SETTINGS});
     SceneItem item = readItem(object);
     if (object.has("position_mm")) item.pose.position = vector(object.at("position_mm"));
     if (object.has("quaternion_wxyz")) item.pose.orientation = unitQuaternion(object.at("quaternion_wxyz"));
+    readContact(object, scene, item);
     scene.objects.push_back(std::move(item));
   }
   refuseTwins(root, scene);
@@ -321,6 +413,8 @@ std::string sceneText(const SceneFile& scene) {
   addSettings(defaults, scene.defaults);
   if (!defaults.empty()) out["defaults"] = std::move(defaults);
   out["coupling"] = {{"translation_n_per_mm", scene.translation_n_per_mm}, {"rotation_n_mm_per_rad", scene.rotation_n_mm_per_rad}};
+  if (scene.damping_n_s_per_mm > 0) out["coupling"]["damping_n_s_per_mm"] = scene.damping_n_s_per_mm;
+  if (scene.rotation_damping_n_mm_s_per_rad > 0) out["coupling"]["rotation_damping_n_mm_s_per_rad"] = scene.rotation_damping_n_mm_s_per_rad;
   out["limits"] = {{"force_n", scene.force_n}, {"torque_n_mm", toJson(scene.torque_n_mm)}};
   out["tool"] = toJson(scene.tool);
   if (scene.tool.reference_point.empty())
@@ -328,6 +422,10 @@ std::string sceneText(const SceneFile& scene) {
   else
     out["tool"]["reference_point"] = scene.tool.reference_point;
   addSettings(out["tool"], scene.tool.settings);
+  if (!scene.bodies.empty()) {
+    out["bodies"] = OrderedJson::array();
+    for (const SceneBody& body : scene.bodies) out["bodies"].push_back(toJson(body));
+  }
   out["objects"] = OrderedJson::array();
   for (const SceneItem& object : scene.objects) {
     OrderedJson item = toJson(object);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // make_samples FOLDER: writes the sample meshes molar.obj and probe.obj, in millimetres. make_samples --mouth FOLDER:
 // the sample mouth. The same meshes on every machine, byte for byte.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -28,8 +29,13 @@ void writeMouth(const std::filesystem::path& folder) {
   writeWhole(folder / "mouth.obj", samples::objText(mouth.parts(), "Open mouth"));
   writeWhole(folder / "mouth.glb", samples::glbBytes(mouth.parts()));
   writeWhole(folder / "mouth.scene.json", samples::mouthSceneText(mouth));
+  writeWhole(folder / "opening.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Opening));
+  writeWhole(folder / "two_hands.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::TwoHands));
   writeWhole(folder / "pocket.csv", samples::trajectoryText(samples::probePocket(mouth)));
-  writeWhole(folder / "inspection.csv", samples::trajectoryText(samples::inspectTeeth(mouth)));
+  samples::Path inspection = samples::inspectTeeth(mouth);
+  writeWhole(folder / "inspection.csv", samples::trajectoryText(inspection));
+  std::reverse(inspection.begin(), inspection.end());
+  writeWhole(folder / "second_hand.csv", samples::trajectoryText(inspection));
 }
 
 }  // namespace
@@ -40,7 +46,8 @@ int main(int argc, char** argv) try {
   if (help || (argc != 2 && !mouth) || folder_name.empty() || folder_name[0] == '-') {
     std::fputs(
         "Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n"
-        "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, and paths of the "
+        "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, "
+        "opening.scene.json (the jaw moves), two_hands.scene.json (a second probe moves along second_hand.csv), and paths of the "
         "probe: pocket.csv, inspection.csv.\n",
         help ? stdout : stderr);
     return help ? 0 : 2;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mouth_files.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstring>
@@ -107,15 +108,36 @@ std::string glbBytes(const std::vector<Mouth::Part>& parts) {
   return file.append("BIN\0", 4) + binary;
 }
 
-std::string mouthSceneText(const Mouth& mouth) {
+std::string mouthSceneText(const Mouth& mouth, MouthMotion motion) {
   formats::SceneFile scene;
   scene.tool.name = "probe";
   scene.tool.mesh = "probe.obj";
+  // About the line of the two condyles, behind and above the lower jaw; a negative turn about x opens.
+  double back = 1e9;
+  for (const Vector3d& p : mouth.lower_jaw.positions) back = std::min(back, p.y());
+  formats::Hinge hinge{{0, back - 30, 30}, {1, 0, 0}, {{0, 0}}};
+  if (motion == MouthMotion::Opening)
+    for (int n = 0; n < 20; ++n) {
+      hinge.angles.push_back({4.0 * n + 1, 0});
+      hinge.angles.push_back({4.0 * n + 2.5, -8});
+      hinge.angles.push_back({4.0 * n + 4, 0});
+    }
+  scene.bodies.push_back({"mandible", {}, hinge});
   for (const Mouth::Part& part : mouth.parts()) {
     formats::SceneItem object;
     object.name = object.part = part.name;
     object.mesh = "mouth.obj";
+    const bool is_lower_tooth = part.name.starts_with("tooth_3") || part.name.starts_with("tooth_4");
+    if (is_lower_tooth || part.name == "lower_jaw" || part.name == "tongue") object.body = "mandible";
     scene.objects.push_back(std::move(object));
+  }
+  if (motion == MouthMotion::TwoHands) {
+    scene.bodies.push_back({"second_hand", "second_hand.csv", {}});
+    formats::SceneItem second;
+    second.name = "second_probe";
+    second.mesh = "probe.obj";
+    second.body = "second_hand";
+    scene.objects.push_back(std::move(second));
   }
   return formats::sceneText(scene);
 }

@@ -16,8 +16,16 @@ std::string objText(const std::vector<Mouth::Part>& parts, const std::string& ti
 /// A node for each part, positions in metres, as glTF has it.
 std::string glbBytes(const std::vector<Mouth::Part>& parts);
 
-/// The probe as tool, with its tip as reference point, and each part of mouth.obj as an object.
-std::string mouthSceneText(const Mouth& mouth);
+/// What moves in a scene of the mouth beside the tool.
+enum class MouthMotion {
+  None,      // the lower jaw has its hinge, and rests
+  Opening,   // it opens by 8 degrees and closes again, over and over
+  TwoHands,  // a second probe goes where second_hand.csv leads it; the jaw rests
+};
+
+/// The probe as tool, with its tip as reference point, and each part of mouth.obj as an object. The lower teeth, their
+/// jaw and the tongue belong to the body "mandible".
+std::string mouthSceneText(const Mouth& mouth, MouthMotion motion = MouthMotion::None);
 
 /// A pose for each millisecond.
 using Path = std::vector<Configuration>;

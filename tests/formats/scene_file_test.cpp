@@ -20,13 +20,16 @@ using test::replaced;
 
 constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
  "defaults": {"builder": "cover", "levels": 4, "tolerance_mm": 0.1},
- "coupling": {"translation_n_per_mm": 2.0, "rotation_n_mm_per_rad": 900.0},
+ "coupling": {"translation_n_per_mm": 2.0, "rotation_n_mm_per_rad": 900.0, "damping_n_s_per_mm": 0.001,
+              "rotation_damping_n_mm_s_per_rad": 0.5},
  "limits": {"force_n": 7.5, "torque_n_mm": [100, 90, 48]},
- "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [1, 2, 3], "tolerance_mm": 0.05},
+ "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [1, 2, 3], "tolerance_mm": 0.05, "friction": 0.1},
+ "bodies": [{"name": "jaw", "hinge": {"point_mm": [0, 60, 20], "axis": [0, 0, 2], "angle_deg": [[0, 0], [1, 20], [3.5, 0]]}},
+            {"name": "mirror", "pose_csv": "mirror.csv"}],
  "objects": [
   {"name": "tooth_11", "mesh": "mouth.obj", "part": "tooth 11", "position_mm": [1, 0, -2.5], "quaternion_wxyz": [0, 1, 0, 0],
    "tolerance_mm": 0.2, "quality": "best", "repair": "off", "branching": 4, "seed": 18446744073709551615,
-   "skin_mm": 0.02, "crease_angle_deg": 40},
+   "skin_mm": 0.02, "crease_angle_deg": 40, "body": "jaw", "friction": 0.2, "stiffness_n_per_mm": 3},
   {"name": "tongue", "tree": "trees/tongue.stree"}],
  "work": [{"name": "pocket", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 5}, "tolerance_mm": 0.05},
           {"box": {"low_mm": [0, 0, 0], "high_mm": [1, 1, 1]}, "tolerance_mm": 0.01}],
@@ -58,6 +61,17 @@ TEST(SceneFile, ReadsEveryField) {
   EXPECT_EQ(tooth.settings.seed, 18446744073709551615u);
   EXPECT_EQ(tooth.settings.skin_mm, 0.02);
   EXPECT_EQ(tooth.settings.crease_angle_deg, 40);
+  EXPECT_EQ(tooth.body, "jaw");
+  EXPECT_EQ(tooth.friction, 0.2);
+  EXPECT_EQ(tooth.stiffness_n_per_mm, 3);
+  EXPECT_EQ(s.tool.friction, 0.1);
+  EXPECT_EQ(s.damping_n_s_per_mm, 0.001);
+  EXPECT_EQ(s.rotation_damping_n_mm_s_per_rad, 0.5);
+  ASSERT_EQ(s.bodies.size(), 2u);
+  ASSERT_TRUE(s.bodies[0].hinge);
+  EXPECT_EQ(s.bodies[0].hinge->axis, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(s.bodies[0].hinge->angles.at(2).t_s, 3.5);
+  EXPECT_EQ(s.bodies[1].pose_csv, "mirror.csv");
   EXPECT_TRUE(s.objects[1].mesh.empty());
   EXPECT_EQ(s.objects[1].tree, "trees/tongue.stree");
   EXPECT_EQ(s.objects[1].pose.orientation.w(), 1);
@@ -215,6 +229,24 @@ TEST(SceneFile, ReadsAFile) {
   writeWhole(folder.path() / "a.scene.json", std::string_view(kFull));
   EXPECT_EQ(readScene(folder.path() / "a.scene.json").objects.size(), 2u);
   EXPECT_THROW((void)readScene(folder.path() / "b.scene.json"), FileError);
+}
+
+TEST(SceneFile, AHingeTurnsAboutItsAxis) {
+  const Hinge hinge{{0, 60, 20}, {0, 0, 1}, {{0, 0}, {1, 20}, {3, -10}}};
+  for (const auto& [t, degree] : {std::pair(-1.0, 0.0), {0.5, 10.0}, {1.0, 20.0}, {2.0, 5.0}, {9.0, -10.0}}) {
+    const Configuration pose = hingePose(hinge, t);
+    EXPECT_NEAR(rotationVector(pose.orientation).z(), degree * M_PI / 180, 1e-12) << t;
+    EXPECT_LT((pose.orientation * hinge.point_mm + pose.position - hinge.point_mm).norm(), 1e-12);  // the axis stays
+  }
+}
+
+TEST(SceneFile, RefusesBodiesThatAreNone) {
+  EXPECT_NE(sceneRefusal(replaced(kFull, "\"body\": \"jaw\"", "\"body\": \"jow\"")).find("none of this name"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kFull, "[0, 0, 2]", "[0, 0, 0]")).find("axis"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kFull, "[3.5, 0]", "[0.5, 0]")).find("later"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kFull, "\"name\": \"mirror\"", "\"name\": \"jaw\"")).find("another body"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kFull, "\"pose_csv\": \"mirror.csv\"", "\"pose\": 1")).find("pose_csv"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kFull, "\"friction\": 0.2", "\"friction\": 3")).find("friction"), std::string::npos);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 #include <sstream>
 
@@ -17,6 +18,7 @@
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
 #include "spheretree/formats/trajectory.h"
 #include "support/count_allocations.h"
 #include "support/scratch_folder.h"
@@ -90,6 +92,41 @@ double largestForce(ServoLoop& loop, const std::vector<Configuration>& poses) {
     most = std::max(most, loop.render(state).wrench.force.norm());
   }
   return most;
+}
+
+TEST(BodyPaths, MoveWhatTheSceneSays) {
+  const test::ScratchFolder folder;
+  formats::writeWhole(folder.path() / "hand.csv", std::string("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,1,0,0,1,0,0,0\n0.001,2,0,0,1,0,0,0\n"));
+  formats::SceneFile file;
+  file.bodies.push_back({"jaw", {}, formats::Hinge{{0, 0, 5}, {1, 0, 0}, {{0, 0}, {1, 90}}}});
+  file.bodies.push_back({"hand", "hand.csv", {}});
+  EXPECT_EQ(bodyNumber(file, "hand"), 2u);
+  EXPECT_EQ(bodyNumber(file, ""), 0u);
+  const BodyPaths paths(file, folder.path() / "a.scene.json");
+  EXPECT_EQ(paths.at(2, 0).position.x(), 1);
+  EXPECT_EQ(paths.at(2, 7).position.x(), 2);  // the last is held
+  EXPECT_NEAR(rotationVector(paths.at(1, 0.5).orientation).x(), std::numbers::pi / 4, 1e-12);
+  // In the loop: the plate comes up with the hand's file and pushes the ball.
+  runtime::SceneDescription d;
+  d.tool = test::oneBallTree(5);
+  d.objects.push_back({test::boxTree({20, 20, 0}, {16, 16, 1}, 2), {}, 1});
+  runtime::Scene scene;
+  std::string fault;
+  ASSERT_TRUE(runtime::compileScene(d, scene, fault)) << fault;
+  formats::SceneFile rising;
+  rising.bodies.push_back({"plate", {}, formats::Hinge{{-1000, 0, 0}, {0, 1, 0}, {{0, 0}, {0.5, -0.5}}}});  // 9 mm up at its middle
+  const BodyPaths rise(rising, {});
+  ServoLoop::Options options;
+  options.bodies = &rise;
+  ServoLoop loop(scene, nullptr, options);
+  device::DeviceState state;
+  state.tool = {{0, 0, 8}, {1, 0, 0, 0}};
+  double force = 0;
+  EXPECT_EQ(test::allocationsIn([&] {
+              for (int n = 0; n < 501; ++n) force = loop.render(state).wrench.force.z();
+            }),
+            0);
+  EXPECT_NEAR(force, 1000 * std::tan(0.5 * std::numbers::pi / 180) + 7 - 8, 0.1);
 }
 
 TEST(ServoLoop, AllocatesNothing) {

@@ -142,6 +142,42 @@ TEST(Runtime, TellsTheContacts) {
   EXPECT_EQ(c.tool_leaf, 0u);
 }
 
+TEST(Runtime, BodiesFrictionStiffnessAndDamping) {
+  OnSphere on;
+  st_renderer_destroy(on.renderer);
+  EXPECT_EQ(st_scene_set_body(on.c.scene, 0, 1), 0);
+  EXPECT_EQ(st_scene_set_friction(on.c.scene, 0, 0.4), 0);
+  EXPECT_EQ(st_scene_set_tool_friction(on.c.scene, 0.1), 0);
+  EXPECT_EQ(st_scene_set_damping(on.c.scene, 1e-4, 0.1), 0);
+  EXPECT_EQ(st_scene_set_step_time(on.c.scene, 0.002), 0);
+  EXPECT_EQ(st_scene_set_stiffness(on.c.scene, 0, 9), 0);
+  EXPECT_EQ(st_scene_set_stiffness(on.c.scene, 1, 9), -1);
+  EXPECT_NE(std::string(st_scene_error(on.c.scene)).find("no object 1"), std::string::npos);
+  EXPECT_EQ(st_scene_set_body(on.c.scene, 1, 1), -1);
+  EXPECT_EQ(st_scene_set_friction(on.c.scene, 1, 0.1), -1);
+  on.renderer = st_renderer_create(on.c.scene, ST_CONSTRAINED);
+  ASSERT_NE(on.renderer, nullptr) << st_scene_error(on.c.scene);
+  on.press(0, 0, 7);
+  EXPECT_NEAR(on.press(0, 0, 5).wrench.force_n[2], 0.9, 0.01);  // a spring of 9 N/mm behind one of 1 N/mm
+  on.press(0, 0, 7);
+  const st_pose up{{0, 0, 0.5}, {1, 0, 0, 0}};
+  const st_velocity aside{{10, 0, 0}, {0, 0, 0}};
+  EXPECT_EQ(st_renderer_move_body(on.renderer, 1, &up, nullptr), 0);
+  EXPECT_NEAR(on.press(0, 0, 5.5).wrench.force_n[2], 0.9, 0.01);
+  EXPECT_EQ(st_renderer_move_body(on.renderer, 1, &up, &aside), 0);
+  st_contact contact = ST_CONTACT_INIT;
+  on.press(0, 0, 5.5, 6);  // 0.1 mm aside in five steps, the sixth has the pose
+  ASSERT_EQ(st_renderer_contacts(on.renderer, &contact, 1), 1u);
+  EXPECT_GT(contact.friction_n[0], 0.02);  // it takes the tool along
+  EXPECT_LE(contact.friction_n[0], 0.4 * contact.force_n * 1.01);
+  EXPECT_EQ(st_renderer_move_body(on.renderer, 0, &up, nullptr), -1);
+  EXPECT_EQ(st_renderer_move_body(on.renderer, 2, &up, nullptr), -1);
+  EXPECT_EQ(st_renderer_move_body(on.renderer, 1, nullptr, nullptr), -1);
+  EXPECT_EQ(st_scene_set_friction(on.c.scene, 0, 7), 0);
+  EXPECT_EQ(st_renderer_create(on.c.scene, ST_CONSTRAINED), nullptr);
+  EXPECT_NE(std::string(st_scene_error(on.c.scene)).find("friction"), std::string::npos);
+}
+
 TEST(Runtime, WritesNoByteBeyondTheSizeThatTheCallerKnows) {
   OnSphere on;
   on.press(0, 0, 7);

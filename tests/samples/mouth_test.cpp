@@ -97,6 +97,18 @@ TEST(Mouth, IsTheSameInEveryFile) {
   const formats::SceneFile scene = formats::parseScene(mouthSceneText(mouth()), "mouth.scene.json");
   EXPECT_EQ(scene.objects.size(), 32u);
   EXPECT_EQ(scene.objects[31].part, "face");
+  int lower = 0;
+  for (const formats::SceneItem& object : scene.objects) lower += object.body == "mandible";
+  EXPECT_EQ(lower, 16);
+  ASSERT_TRUE(scene.bodies.at(0).hinge);
+  EXPECT_EQ(formats::hingePose(*scene.bodies[0].hinge, 2.5).position, Eigen::Vector3d(0, 0, 0));  // it rests
+  // Where it opens, the lower incisors go down and back.
+  const formats::SceneFile opening = formats::parseScene(mouthSceneText(mouth(), MouthMotion::Opening), "opening.scene.json");
+  const Configuration open = formats::hingePose(*opening.bodies.at(0).hinge, 2.5);
+  const Eigen::Vector3d incisor = mouth().teeth[14].centre, way = open.orientation * incisor + open.position - incisor;
+  EXPECT_LT(way.z(), -5);
+  const formats::SceneFile hands = formats::parseScene(mouthSceneText(mouth(), MouthMotion::TwoHands), "two_hands.scene.json");
+  EXPECT_EQ(hands.objects.back().body, "second_hand");
 }
 
 TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {

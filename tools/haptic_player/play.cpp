@@ -16,6 +16,7 @@
 #include <optional>
 #include <thread>
 
+#include "body_paths.h"
 #include "compiled_scene.h"
 #include "molar.h"
 #include "probe.h"
@@ -75,8 +76,10 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path, bui
   runtime::SceneDescription d;
   d.tool = *tree(file.tool);
   d.reference_point = file.tool.reference_point_mm;
-  for (const formats::SceneItem& object : file.objects) d.objects.push_back({tree(object), object.pose});
-  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad};
+  d.tool_friction = file.tool.friction;
+  for (const formats::SceneItem& object : file.objects)
+    d.objects.push_back({tree(object), object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm});
+  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad};
   d.wrench_limits = {file.force_n, file.torque_n_mm};
   d.step_limits = runtime::defaultLimits(d.objects.size());
   return d;
@@ -234,7 +237,9 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   if (!device) device = openInput(settings, scene, observer);
   std::unique_ptr<RecordingWriter> recording;
   if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
+  const BodyPaths bodies = readBodyPaths(settings.scene);
   ServoLoop::Options options;
+  options.bodies = &bodies;
   options.mode = settings.mode;
   options.wait = !real;
   options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own

@@ -24,6 +24,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   runtime::StageTimes times;
   const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
+  if (options_.bodies) options_.bodies->moveTo(static_cast<double>(ticks_) / 1000, workspace_);
   const runtime::StepResult result = runtime::step(scene_, state.tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   const RecordedStep row = recordedStep(ticks_++, state.tool, result, times, total_us);

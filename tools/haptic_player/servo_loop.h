@@ -4,6 +4,7 @@
 
 #include <atomic>
 
+#include "body_paths.h"
 #include "recording.h"
 #include "run_statistics.h"
 #include "spheretree/device/device.h"
@@ -16,8 +17,9 @@ class ServoLoop final : public device::Renderer {
  public:
   struct Options {
     runtime::Mode mode = runtime::Mode::Constrained;
-    bool wait = false;              // a full ring of the recording holds up the loop instead of losing rows
-    bool real_time_thread = false;  // the first step asks for a real-time priority for its thread
+    bool wait = false;                  // a full ring of the recording holds up the loop instead of losing rows
+    const BodyPaths* bodies = nullptr;  // where bodies are at each tick; must outlive the loop
+    bool real_time_thread = false;      // the first step asks for a real-time priority for its thread
   };
   /// `scene`, `recording` and `live` (both may be null) must outlive it.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);

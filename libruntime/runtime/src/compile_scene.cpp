@@ -10,7 +10,8 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kFarthest = 1e7;  // [mm]; beyond it float cannot tell a micrometre from ten metres away
+constexpr double kMostFriction = 2;  // rubber on dry stone has 1; beyond, nothing is known to slide
+constexpr double kFarthest = 1e7;    // [mm]; beyond it float cannot tell a micrometre from ten metres away
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -22,6 +23,10 @@ std::string faultInSettings(const SceneDescription& d) {
   };
   if (!inRange(d.coupling.translation, 1e-6, 1e6)) return bad("translation stiffness [N/mm]", d.coupling.translation, "within 1e-6 .. 1e6");
   if (!inRange(d.coupling.rotation, 1e-6, 1e9)) return bad("rotation stiffness [N mm/rad]", d.coupling.rotation, "within 1e-6 .. 1e9");
+  if (!inRange(d.coupling.damping, 0, 1e6)) return bad("damping of the translation [N s/mm]", d.coupling.damping, "within 0 .. 1e6");
+  if (!inRange(d.coupling.rotation_damping, 0, 1e9))
+    return bad("damping of the rotation [N mm s/rad]", d.coupling.rotation_damping, "within 0 .. 1e9");
+  if (!inRange(d.tool_friction, 0, kMostFriction)) return bad("friction of the tool", d.tool_friction, "within 0 .. 2");
   if (!inRange(d.step_time, 1e-5, 1)) return bad("time of a step [s]", d.step_time, "within 1e-5 .. 1");
   if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
   for (int k = 0; k < 3; ++k)
@@ -76,6 +81,8 @@ class ObjectPlacer {
   std::string place(const SceneObject& object) {
     if (!isFinite(object.pose)) return "the pose is not finite or its quaternion is null";
     if (object.body > kMostBodies) return "its body is " + std::to_string(object.body) + "; at most " + std::to_string(kMostBodies);
+    if (!inRange(object.friction, 0, kMostFriction)) return "its friction is not within 0 .. 2";
+    if (object.stiffness != 0 && !inRange(object.stiffness, 1e-6, 1e6)) return "its stiffness is neither 0 nor within 1e-6 .. 1e6 N/mm";
     const auto [known, is_new] = shape_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.shapes.size()));
     if (is_new) {
       if (std::string why = findFault(*object.tree); !why.empty()) return why;
@@ -87,6 +94,11 @@ class ObjectPlacer {
     if (!(placed.anchor.norm() <= kFarthest && reach <= kFarthest)) return "it reaches farther than 1e7 mm from the origin of the world";
     out_.objects_reach = std::max(out_.objects_reach, reach);
     out_.objects.push_back(placed);
+    CompiledObject& kept = out_.objects.back();
+    kept.friction = std::max(object.friction, description_.tool_friction);
+    kept.softness = object.stiffness > 0 ? std::sqrt(out_.pull.translation / object.stiffness) : 0;
+    out_.has_friction = out_.has_friction || kept.friction > 0;
+    out_.has_soft = out_.has_soft || kept.softness > 0;
     out_.body_count = std::max(out_.body_count, object.body + 1);
     return {};
   }
@@ -140,7 +152,9 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   out->wrench_limits = d.wrench_limits;
   out->step_limits = d.step_limits;
   out->step_time = d.step_time;
-  out->angle_length = std::sqrt(d.coupling.rotation / d.coupling.translation);
+  out->pull.translation = d.coupling.translation + d.coupling.damping / d.step_time;
+  out->pull.rotation = d.coupling.rotation + d.coupling.rotation_damping / d.step_time;
+  out->angle_length = std::sqrt(out->pull.rotation / out->pull.translation);
   if (const std::string why = compileTool(d, *out); !why.empty()) {
     fault = "tool: " + why;
     return false;

@@ -23,6 +23,8 @@ struct CompiledShape {
 
 struct CompiledObject {
   std::uint32_t shape, body;
+  double friction = 0;       // with the tool
+  double softness = 0;       // sqrt(stiffness of the tool's spring / its own); 0: rigid
   Eigen::Matrix3d rotation;  // axes of the shape to world axes
   Eigen::Vector3d anchor;    // the shape's centre in the world [mm]
 };
@@ -38,9 +40,11 @@ struct CompiledScene {
   double step_time = 0.001;      // [s]
   double objects_reach = 0;      // no point of an object is farther from its anchor [mm]
   Coupling coupling;
+  Coupling pull;  // spring and damper in one, as a step of this length feels them: stiffness + damping / step time
+  bool has_friction = false, has_soft = false;
   WrenchLimits wrench_limits;
   StepLimits step_limits;
-  double angle_length = 0;   // sqrt(rotation / translation stiffness): 1 rad weighs as much as this [mm]
+  double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: 1 rad weighs as much as this [mm]
   double least_contact = 0;  // no ball of the tool comes nearer to what it meets than this before the centre of one is in the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 

@@ -50,6 +50,7 @@ class ConstrainedStep {
   bool findPairs();
   Piece freePiece();
   Piece contactPiece();
+  double solve(const Vector6& want);
   double acceptedPart(const Displacement& step, double part, bool is_straight);
   bool isIdle();
   void pushOut();
@@ -73,6 +74,7 @@ class ConstrainedStep {
   Vector6 stretch_before_;       // of the springs, when the last step ended [mm, scaled]
   Change change_;
 
+  const Configuration start_;                  // where the tool was when the step began
   Configuration now_, best_;                   // the end of the last piece; of all of them the last that was free, or the least deep
   double depth_ = 0, best_depth_ = kInfinity;  // in what is guaranteed [mm]
   double felt_depth_ = 0;                      // in the smooth patches [mm]
@@ -98,6 +100,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
       path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.least_contact)),
       largest_turn_(std::sqrt(1.6 * path_tolerance_ / std::max(scene_.tool.reach, 1e-6))),
       change_(mostChange()),
+      start_(memory_.graphic),
       now_(memory_.graphic),
       best_(now_) {
   const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
@@ -167,7 +170,11 @@ bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
   if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.least_contact / left.length);
   for (int n = 0; n < kMostShorter; ++n) {
     parts_.carryRows(pairs_, part, now_.position, rows_);
-    parts_.solve(rows_, Vector6::Zero());
+    const CarriedPiece carried{part};
+    if (parts_.rubsOrGives())
+      parts_.solveContact(pairs_, rows_, Vector6::Zero(), now_, &carried);
+    else
+      parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
     const Displacement step = parts_.displacement(memory_.answer.y);
     const double room = margin_ - used_ - part * left.length, way = parts_.reach(step), turn = step.rotation.norm();
@@ -194,6 +201,7 @@ void ConstrainedStep::carriedTo(double part, const Displacement& step) {
     change_.torque += z.tail<3>().norm();
   }
   now_ = moved(now_, step);
+  if (scene_.has_soft && !pairs_.pairs.empty()) parts_.giveWay(1);
   advanceBodies(part, memory_);
   if (!pairs_.pairs.empty()) makeRows();
   best_ = now_;
@@ -247,6 +255,7 @@ bool ConstrainedStep::findPairs() {
 Piece ConstrainedStep::freePiece() {
   memory_.active_count = 0;
   result_.active = 0;
+  std::fill(memory_.give.begin(), memory_.give.end(), 0.0);
   const Displacement want = displacementBetween(now_, haptic_);
   const double length = parts_.reach(want), left = std::max(0.0, margin_ - used_);
   const double part = partWithin(parts_.scaledVector(want), std::min(1.0, length > left ? left / length : 1.0));
@@ -263,11 +272,16 @@ Piece ConstrainedStep::freePiece() {
   return has_arrived ? Piece::Arrived : Piece::GoesOn;
 }
 
+double ConstrainedStep::solve(const Vector6& want) {
+  parts_.rubs = depth_ <= path_tolerance_;
+  return parts_.rubsOrGives() ? parts_.solveContact(pairs_, rows_, want, now_, nullptr) : parts_.solve(rows_, want);
+}
+
 // As far as the rows let the tool come to the haptic pose.
 Piece ConstrainedStep::contactPiece() {
   const QpAnswer& answer = memory_.answer;
   const Vector6 want = parts_.scaledVector(displacementBetween(now_, haptic_));
-  const double back = parts_.solve(rows_, want);
+  const double back = solve(want);
   const Vector6 plain = answer.y;
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
     parts_.keepActive(pairs_);
@@ -275,7 +289,7 @@ Piece ConstrainedStep::contactPiece() {
     return Piece::Arrived;
   }
   const double damped = damping(plain);
-  const bool is_accelerated = damped == 1 && back == 0 && answer.active_count > 0 && accelerate(want, plain);
+  const bool is_accelerated = damped == 1 && back == 0 && !parts_.rubsOrGives() && answer.active_count > 0 && accelerate(want, plain);
   const Displacement step = parts_.displacement(answer.y);
   const bool is_straight = answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
   const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
@@ -323,6 +337,7 @@ double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool
   const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
   for (int halving = 0; halving <= kMostHalvings; ++halving, part /= 2) {
     now_ = is_straight && part == 1 ? haptic_ : moved(from, scaled(step, part));
+    if (scene_.has_soft) parts_.giveWay(part);
     makeRows();
     if (depth_ <= deepest && (felt_depth_ <= deepest_felt || halving >= kFeltHalvings)) return part;
   }
@@ -345,8 +360,13 @@ void ConstrainedStep::pushOut() {
     const double deepest = std::max(depth_, felt_depth_);
     if (pairs_.pairs.empty() || stale_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
     is_settled_ = false;
-    parts_.solve(rows_, Vector6::Zero());
+    const CarriedPiece stays{0};
+    if (parts_.rubsOrGives())
+      parts_.solveContact(pairs_, rows_, Vector6::Zero(), now_, &stays);
+    else
+      parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
+    if (scene_.has_soft) parts_.giveWay(1);
     const Displacement step = parts_.displacement(memory_.answer.y);
     used_ += parts_.reach(step);
     if (used_ > margin_) return;
@@ -362,10 +382,10 @@ void ConstrainedStep::noteContacts() {
   memory_.contact_count = 0;
   if (pairs_.pairs.empty() || stale_ || pairs_.coarse) return;
   if (!is_settled_) {
-    parts_.solve(rows_, parts_.scaledVector(displacementBetween(now_, haptic_)));
+    solve(parts_.scaledVector(displacementBetween(now_, haptic_)));
     parts_.keepActive(pairs_);
   }
-  parts_.noteContacts(rows_);
+  parts_.noteContacts(rows_, start_);
 }
 
 // In a hollow the plain steps go to and fro: the rows are tangents, and the deeper the haptic tool is below it, the
@@ -403,8 +423,8 @@ Change ConstrainedStep::mostChange() {
                 at_rest = parts_.scaledVector(displacementBetween(memory_.graphic, haptic_)) - stretch_before_;
   const double both = std::max(hand.norm(), at_rest.norm()), translation = hand.head<3>().norm(),
                rotation = std::max(hand.tail<3>().norm(), at_rest.tail<3>().norm());
-  const double force = translation + std::max(kForceStep / scene_.coupling.translation, kForceStepPart * stretch_before_.head<3>().norm()),
-               torque = rotation + std::max(kTorqueStep * scene_.angle_length / scene_.coupling.rotation,
+  const double force = translation + std::max(kForceStep / scene_.pull.translation, kForceStepPart * stretch_before_.head<3>().norm()),
+               torque = rotation + std::max(kTorqueStep * scene_.angle_length / scene_.pull.rotation,
                                             kTorqueStepPart * stretch_before_.tail<3>().norm());
   return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }

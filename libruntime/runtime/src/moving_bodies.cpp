@@ -7,16 +7,23 @@
 
 namespace spheretree::runtime {
 
+namespace {
+
+bool isNone(const Displacement& d) { return d.translation.squaredNorm() + d.rotation.squaredNorm() == 0; }
+
+}  // namespace
+
 void startMotions(StepMemory& memory) {
   memory.bodies_move = false;
   for (MovingBody& body : memory.bodies) {
     const double seconds = memory.scene.step_time;
-    if (!body.has_new_pose && (!body.velocity.translation.isZero(0) || !body.velocity.rotation.isZero(0)))
+    if (!body.has_new_pose && !isNone(body.velocity))
       body.to = moved(body.to, {seconds * body.velocity.translation, seconds * body.velocity.rotation});
     body.has_new_pose = false;
+    body.before = body.now;
     body.left = displacementBetween(body.now, body.to);
     body.length = 0;
-    body.moves = !body.left.translation.isZero(0) || !body.left.rotation.isZero(0);
+    body.moves = !isNone(body.left);
     memory.bodies_move = memory.bodies_move || body.moves;
   }
   if (!memory.bodies_move) return;
@@ -38,6 +45,17 @@ BodyMotion motionLeft(const StepMemory& memory) {
 Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d& x) {
   const Eigen::Vector3d arm = x - body.now.position, turn = part * body.left.rotation;
   return {part * body.left.translation + rotationOf(turn) * arm - arm, turn};
+}
+
+void StepMemory::carry(std::size_t i, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
+  CompiledObject& object = objects[i];
+  object.rotation = rotation * at_home[i].rotation;
+  object.anchor = rotation * at_home[i].anchor + position;
+  Block& root = object_roots[i / 8];
+  put(root, i % 8, object.anchor, root.r[i % 8]);
+  farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) leaf_views[i].to_world[3 * r + c] = views[i].to_world[3 * r + c] = object.rotation(r, c);
 }
 
 void advanceBodies(double part, StepMemory& memory) {

@@ -11,6 +11,7 @@ struct StepMemory;
 
 struct MovingBody {
   Configuration now, to;                                   // on the way from the one to the other during a step
+  Configuration before;                                    // where it was when the step began
   Displacement velocity;                                   // in steps without a new pose
   Displacement left;                                       // from now to `to`, the rotation about `now.position`
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // of `now`

@@ -32,9 +32,9 @@ enum class QpStatus : std::uint8_t {
 struct QpAnswer {
   Vector6 y = Vector6::Zero();
   QpStatus status = QpStatus::Optimal;
-  std::uint8_t active_count = 0;               // 0..6
-  std::array<std::uint32_t, 6> active{};       // rows, a_i . y = b_i
-  std::array<double, 6> multiplier{};          // > 0; y = target + sum multiplier_i a_i
+  std::uint8_t active_count = 0;               // 0..6; with friction, up to 16
+  std::array<std::uint32_t, 16> active{};      // rows, a_i . y = b_i
+  std::array<double, 16> multiplier{};         // > 0; y = target + sum multiplier_i a_i
   std::uint8_t certificate_count = 0;          // of an Infeasible answer, 1..7
   std::array<std::uint32_t, 7> certificate{};  // rows with
   std::array<double, 7> certificate_weight{};  // weights > 0: sum weight_i a_i = 0 and sum weight_i b_i > 0

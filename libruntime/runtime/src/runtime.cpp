@@ -44,9 +44,20 @@ st_pose toC(const Configuration& q) {
 }
 st_wrench toC(const spheretree::Wrench& w) { return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}}; }
 
-// Runs `work`, which returns a fault or ""; no exception leaves this file.
-template <class Work>
-int guarded(st_scene* scene, Work work) noexcept {
+// Something that returns a fault or "". Not std::function, nor a template of all that follows: both would be larger.
+class Work {
+ public:
+  template <class Function>
+  Work(const Function& function) : function_(&function), call_([](const void* f) { return (*static_cast<const Function*>(f))(); }) {}
+  std::string operator()() const { return call_(function_); }
+
+ private:
+  const void* function_;
+  std::string (*call_)(const void*);
+};
+
+// No exception leaves this file.
+int guarded(st_scene* scene, const Work& work) noexcept {
   if (!scene) return -1;
   try {
     scene->error = work();
@@ -128,6 +139,37 @@ int st_scene_set_body(st_scene* scene, size_t object, uint32_t body) {
   });
 }
 
+int st_scene_set_tool_friction(st_scene* scene, double coefficient) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.tool_friction = coefficient;
+    return {};
+  });
+}
+
+int st_scene_set_friction(st_scene* scene, size_t object, double coefficient) {
+  return guarded(scene, [&]() -> std::string {
+    if (object >= scene->description.objects.size()) return noObject("friction", object, *scene);
+    scene->description.objects[object].friction = coefficient;
+    return {};
+  });
+}
+
+int st_scene_set_stiffness(st_scene* scene, size_t object, double stiffness_n_per_mm) {
+  return guarded(scene, [&]() -> std::string {
+    if (object >= scene->description.objects.size()) return noObject("stiffness", object, *scene);
+    scene->description.objects[object].stiffness = stiffness_n_per_mm;
+    return {};
+  });
+}
+
+int st_scene_set_damping(st_scene* scene, double translation_n_s_per_mm, double rotation_n_mm_s_per_rad) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.coupling.damping = translation_n_s_per_mm;
+    scene->description.coupling.rotation_damping = rotation_n_mm_s_per_rad;
+    return {};
+  });
+}
+
 int st_scene_set_step_time(st_scene* scene, double seconds) {
   return guarded(scene, [&]() -> std::string {
     scene->description.step_time = seconds;
@@ -137,7 +179,8 @@ int st_scene_set_step_time(st_scene* scene, double seconds) {
 
 int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad) {
   return guarded(scene, [&]() -> std::string {
-    scene->description.coupling = {translation_n_per_mm, rotation_n_mm_per_rad};
+    scene->description.coupling.translation = translation_n_per_mm;
+    scene->description.coupling.rotation = rotation_n_mm_per_rad;
     return {};
   });
 }
@@ -203,7 +246,9 @@ size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t
                                 c.object,
                                 c.on_skin,
                                 c.element,
-                                c.tool_leaf};
+                                c.tool_leaf,
+                                {c.friction.x(), c.friction.y(), c.friction.z()},
+                                {c.slip.x(), c.slip.y(), c.slip.z()}};
     std::memcpy(reinterpret_cast<char*>(out) + i * stride, &contact, std::min(stride, sizeof contact));
   }
   return contacts.size();

@@ -16,6 +16,8 @@ void forget(StepMemory& memory) {
   memory.active_count = memory.contact_count = 0;
   memory.answer = {};
   memory.wrench = {};
+  memory.stretch = {};
+  std::fill(memory.give.begin(), memory.give.end(), 0.0);
   memory.haptic = memory.graphic = {};
   memory.euler = {};
 }
@@ -29,6 +31,16 @@ void start(const Configuration& graphic_tool, StepMemory& memory) {
   memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
   const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
   memory.euler = {angles[0], angles[1], angles[2]};
+}
+
+// Spring and damper, the latter by the change of the stretch s since the last step:  k s + c (s - s_last) / T
+// = (k + c / T) (s - s_last (c / T) / (k + c / T)):  a spring alone, of the pull's stiffness, from a place that lags.
+// This is Euler's implicit method, for s is what the tool has at the end of the step.
+Configuration dampedAim(const Configuration& haptic, const StepMemory& memory) {
+  const Coupling &coupling = memory.scene.coupling, &pull = memory.scene.pull;
+  if (coupling.damping == 0 && coupling.rotation_damping == 0) return haptic;
+  return moved(haptic, {(1 - coupling.translation / pull.translation) * memory.stretch.translation,
+                        (1 - coupling.rotation / pull.rotation) * memory.stretch.rotation});
 }
 
 }  // namespace
@@ -46,16 +58,19 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     if (!memory.started) start(haptic, memory);
     if (memory.bodies.size() > 1) startMotions(memory);
     StepParts parts(memory, times, result);
+    Configuration aim = haptic;
     if (mode == Mode::Paper) {
       memory.contact_count = 0;
       paperStep(parts, haptic);
     } else {
-      constrainedStep(parts, haptic);
-      memory.wrench = couplingWrench(scene.coupling(), haptic, memory.graphic);
+      aim = dampedAim(haptic, memory);
+      constrainedStep(parts, aim);
+      memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
+      memory.stretch = displacementBetween(haptic, memory.graphic);
       const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
       memory.euler = {angles[0], angles[1], angles[2]};
     }
-    memory.haptic = haptic;
+    memory.haptic = aim;
   }
   result.graphic = memory.graphic;
   result.wrench = memory.wrench;

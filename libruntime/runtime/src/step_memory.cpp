@@ -2,6 +2,7 @@
 #include "step_memory.h"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 namespace spheretree::runtime {
@@ -32,31 +33,35 @@ void StepMemory::FreeFloats::operator()(float* p) const { ::operator delete[](p,
 StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
     : scene(of_scene), kernel(choose(wanted)), objects(scene.objects), at_home(scene.objects), bodies(scene.body_count) {
   const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
-  turned_tool.resize(scene.tool.bound.size());
-  turned_when.resize(scene.tool.bound.size());
+  turned_tool = std::vector<Block>(scene.tool.bound.size());
+  turned_when = std::vector<std::uint32_t>(scene.tool.bound.size());
   bool any_skin = false;
-  object_roots.assign((count + 7) / 8, emptyBlock());
-  leaf_views.resize(count);
-  views.resize(count);
+  object_roots = std::vector<Block>((count + 7) / 8, emptyBlock());
+  leaf_views = std::vector<ObjectView>(count);
+  views = std::vector<ObjectView>(count);
   for (std::size_t i = 0; i < count; ++i) {
     const CompiledSkin& skin = scene.shapeOf(i).skin;
     any_skin = any_skin || !skin.empty();
     views[i].patches = skin.empty() ? nullptr : skin.patch.data();
     placeViews(i);
   }
-  near.resize(count + 16);
-  near_counts.resize(count);
-  pairs.resize(capacity);
+  near = std::vector<std::uint32_t>(count + 16);
+  near_counts = std::vector<std::uint32_t>(count);
+  pairs = std::vector<std::uint32_t>(capacity);
   runs.reserve(count);
   if (any_skin) {
-    felt_pairs.resize(capacity);
+    felt_pairs = std::vector<std::uint32_t>(capacity);
     felt_runs.reserve(count);
   }
-  for (auto* list : {&leaves, &open_tool, &open_object}) list->resize(2 * capacity + 4096);
+  for (auto* list : {&leaves, &open_tool, &open_object}) *list = std::vector<HitGroup>(2 * capacity + 4096);
   const std::size_t row_count = any_skin ? 2 * capacity : capacity;
   row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
   row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);
+  active_rubbing.fill(Eigen::Vector3d::Zero());
+  if (!scene.has_soft) return;
+  for (auto* list : {&give, &give_from, &give_to}) *list = std::vector<double>(count);
+  soft_b = std::vector<float>(row_stride);
 }
 
 void StepMemory::placeViews(std::size_t i) {
@@ -87,22 +92,12 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   at_home[i].anchor = to_body * (objects[i].anchor - body.position);
   // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the
   // tool is.
-  const double turn = Eigen::AngleAxisd(before.rotation.transpose() * objects[i].rotation).angle(),
+  const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the turn
+      turn = 2 * std::asin(std::min(1.0, chord)),
                farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.shapes[before.shape].radius;
   if (farthest < 0.5 * scene.least_contact) return;
   sides_known = false;
   feelSkin(i);
-}
-
-void StepMemory::carry(std::size_t i, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
-  CompiledObject& object = objects[i];
-  object.rotation = rotation * at_home[i].rotation;
-  object.anchor = rotation * at_home[i].anchor + position;
-  Block& root = object_roots[i / 8];
-  put(root, i % 8, object.anchor, root.r[i % 8]);
-  farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) leaf_views[i].to_world[3 * r + c] = views[i].to_world[3 * r + c] = object.rotation(r, c);
 }
 
 void StepMemory::feelLeaves(std::size_t object) {

@@ -63,7 +63,12 @@ struct StepMemory {
   Wrench wrench;                                      // of the last step, not limited
   std::array<RowName, kMostContacts> active_names{};  // rows that were active at the end of the last step
   std::uint8_t active_count = 0;
-  QpAnswer answer;  // of the last QP
+  std::array<double, kMostContacts> active_multiplier{};        // of these rows
+  std::array<Eigen::Vector3d, kMostContacts> active_rubbing{};  // the force of friction, over the stiffness of the pull [mm]
+  std::vector<double> give, give_from, give_to;                 // (object) how far it gives way: now, and in the piece to come [mm]
+  std::vector<float> soft_b;                                    // (row) b of objects that give way
+  Displacement stretch;                                         // of spring and damper when the last step ended
+  QpAnswer answer;                                              // of the last QP
   std::array<Contact, kMostContacts> contacts{};
   std::uint8_t contact_count = 0;
 

@@ -55,7 +55,9 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.work += 2 * groups(set.pairs.size());
   ++result.linearisations;
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
-  return makeRows(set, pose, form, axes, memory);
+  RowSet out = makeRows(set, pose, form, axes, memory);
+  if (scene.has_soft) shiftSoft(set, 0, out);
+  return out;
 }
 
 void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
@@ -68,6 +70,7 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   const Stage stage(times_ ? &times_->rows : nullptr);
   felt_ = feltPairs(set, rows, margin, memory);
   addFeltRows(felt_, pose, margin, rows, memory);
+  if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
   result.rows = rows.rows.count;
   result.work += kFeltWork * groups(felt_.pairs.size());
   findActive(set);
@@ -135,33 +138,44 @@ double StepParts::solve(RowSet& set, const Vector6& target) {
   return back;
 }
 
+RowName StepParts::nameOfRow(const PairSet& set, std::uint32_t row) const {
+  const auto guarded = static_cast<std::uint32_t>(set.pairs.size());
+  return row < guarded ? nameOf(set, row, false) : nameOf(felt_, row - guarded, true);
+}
+
+std::uint32_t StepParts::rowOf(const PairSet& set, const RowName& name) const {
+  const PairSet& from = name.is_felt ? felt_ : set;
+  for (const PairRun& run : from.runs) {
+    if (run.object != name.object) continue;
+    const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
+    if (found == end) break;
+    return static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_felt ? set.pairs.size() : 0));
+  }
+  return ~0u;
+}
+
+Eigen::Vector3d StepParts::rubbingOf(const RowName& name) const {
+  for (std::size_t k = 0; k < memory.active_count; ++k)
+    if (memory.active_names[k] == name) return memory.active_rubbing[k];
+  return Eigen::Vector3d::Zero();
+}
+
 void StepParts::keepActive(const PairSet& set) {
   memory.active_count = memory.answer.active_count;
-  const auto guarded = static_cast<std::uint32_t>(set.pairs.size());
   for (std::size_t k = 0; k < memory.active_count; ++k) {
-    const std::uint32_t row = memory.answer.active[k];
-    memory.active_names[k] = row < guarded ? nameOf(set, row, false) : nameOf(felt_, row - guarded, true);
+    memory.active_names[k] = nameOfRow(set, memory.answer.active[k]);
+    memory.active_multiplier[k] = memory.answer.multiplier[k];
   }
 }
 
 void StepParts::findActive(const PairSet& set) {
   QpAnswer& answer = memory.answer;
   answer.active_count = 0;
-  for (std::size_t k = 0; k < memory.active_count; ++k) {
-    const RowName& name = memory.active_names[k];
-    const PairSet& from = name.is_felt ? felt_ : set;
-    for (const PairRun& run : from.runs) {
-      if (run.object != name.object) continue;
-      const auto begin = from.pairs.begin() + run.begin, end = begin + run.count, found = std::find(begin, end, name.pair);
-      if (found != end)
-        answer.active[answer.active_count++] =
-            static_cast<std::uint32_t>((found - from.pairs.begin()) + static_cast<std::ptrdiff_t>(name.is_felt ? set.pairs.size() : 0));
-      break;
-    }
-  }
+  for (std::size_t k = 0; k < memory.active_count; ++k)
+    if (const std::uint32_t row = rowOf(set, memory.active_names[k]); row != ~0u) answer.active[answer.active_count++] = row;
 }
 
-void StepParts::noteContacts(const RowSet& set) {
+void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
   const QpAnswer& answer = memory.answer;
   memory.contact_count = 0;
   for (std::size_t k = 0; k < answer.active_count; ++k) {
@@ -174,7 +188,7 @@ void StepParts::noteContacts(const RowSet& set) {
     contact.on_skin = memory.feelsSkin(name.object);
     for (std::size_t axis = 0; axis < 3; ++axis)
       contact.normal[static_cast<Eigen::Index>(axis)] = static_cast<double>(set.rows.a[axis][row]) / weight;
-    contact.force = scene.coupling.translation * answer.multiplier[k] * weight;
+    contact.force = scene.pull.translation * answer.multiplier[k] * weight;
     const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
     const Sphere& ball = scene.tool.spheres[tool_slot];
     const CompiledShape& shape = scene.shapeOf(name.object);
@@ -189,6 +203,15 @@ void StepParts::noteContacts(const RowSet& set) {
     contact.element = contact.on_skin ? item : shape.nodes[item];
     const Eigen::Vector3d arm = memory.graphic.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z);
     contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
+    if (!rubsOrGives()) continue;
+    contact.friction = scene.pull.translation * memory.active_rubbing[k];
+    const Displacement way = displacementBetween(before, memory.graphic);
+    const MovingBody& mover = memory.bodies[memory.objects[name.object].body];
+    const Eigen::Vector3d from = before.position + rotationOf(-way.rotation) * (contact.point - memory.graphic.position);
+    const Eigen::Vector3d carried =
+        mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
+    const Eigen::Vector3d slid = contact.point - carried;
+    contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
   }
 }
 

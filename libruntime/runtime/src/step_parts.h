@@ -9,6 +9,12 @@
 
 namespace spheretree::runtime {
 
+/// A piece in which bodies go this part of their way, 0: none, and the tool stays but for what pushes it. What it
+/// presses with, and so what rubs, is as before.
+struct CarriedPiece {
+  double part = 0;
+};
+
 class StepParts {
  public:
   StepParts(StepMemory& in_memory, StageTimes* times, StepResult& to_result)
@@ -38,14 +44,28 @@ class StepParts {
   /// back by the same distance [mm], the least that lets them agree: those of smooth patches first, for they are there
   /// for comfort only, and then all. Returns the distance of the latter.
   double solve(RowSet& set, const Vector6& target);
+  /// As solve(), where contacts rub or objects give way: the tool comes from `at`, where the rows were made. giveWay()
+  /// is to follow, with the part of the step that is gone.
+  double solveContact(const PairSet& pairs, RowSet& rows, const Vector6& target, const Configuration& at, const CarriedPiece* carried);
+  bool rubsOrGives() const { return scene.has_friction || scene.has_soft; }
+  void giveWay(double part);
   /// Where the rows forbid even to stay, they allow staying.
   void allowStaying(RowSet& set);
 
   /// Names of the active rows, which the next QP and the next step start from.
   void keepActive(const PairSet& set);
   void findActive(const PairSet& set);
-  /// What the last QP says of the contacts: normals and forces of its active rows, which keepActive() has named.
-  void noteContacts(const RowSet& set);
+  /// What the last QP says of the contacts: normals and forces of its active rows, which keepActive() has named. The
+  /// tool was at `before` when the step began.
+  void noteContacts(const RowSet& set, const Configuration& before);
+
+  // What names a row, and where in the rows it stands, ~0u: nowhere; its force of friction before.
+  RowName nameOfRow(const PairSet& set, std::uint32_t row) const;
+  std::uint32_t rowOf(const PairSet& set, const RowName& name) const;
+  Eigen::Vector3d rubbingOf(const RowName& name) const;
+  const PairSet& felt() const { return felt_; }
+  bool rubs = true;            // not while the tool is on its way out of an object, where forces mean nothing
+  Configuration contact_pose;  // of the tool where the rows of the last solveContact() were made
 
   Vector6 scaledVector(const Displacement& d) const {
     Vector6 y;
@@ -59,6 +79,8 @@ class StepParts {
   double reach(const Displacement& d) const { return d.translation.norm() + scene.tool.reach * d.rotation.norm(); }
 
  private:
+  void shiftSoft(const PairSet& set, std::uint32_t first, RowSet& rows) const;
+
   StageTimes* times_;
   PairSet felt_;  // of the last addFelt()
 };

@@ -67,6 +67,9 @@ formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings
   formats::SceneFile out = task.scene;
   out.defaults = {};
   out.objects.clear();
+  for (formats::SceneBody& body : out.bodies)
+    if (!body.pose_csv.empty() && !body.pose_csv.is_absolute())
+      body.pose_csv = std::filesystem::proximate(formats::scenePath(settings.scene, body.pose_csv), settings.folder);
   for (const BatchItem& item : items) {
     if (item.status == ItemStatus::Failed) continue;
     formats::SceneItem compiled = *item.source;

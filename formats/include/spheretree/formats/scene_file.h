@@ -48,7 +48,30 @@ struct SceneItem {
   Eigen::Vector3d reference_point_mm{0, 0, 0};  // of the tool, in its mesh frame; of an object: unused
   std::string reference_point;                  // of the tool: "tip" or "centre", to be found from its shape; "": reference_point_mm
   TreeSettings settings;                        // its own, not merged
+  std::string body;                             // of an object: name of the body that carries it; "": the world
+  double friction = 0;                          // Coulomb's coefficient, 0 .. 2
+  double stiffness_n_per_mm = 0;                // of an object: > 0; 0: it is rigid
 };
+
+/// A turn about an axis of the world, by an angle over time: linear between the rows, held before the first and after
+/// the last.
+struct Hinge {
+  Eigen::Vector3d point_mm{0, 0, 0}, axis{1, 0, 0};  // the axis of unit length; right-handed
+  struct Angle {
+    double t_s = 0, degree = 0;
+  };
+  std::vector<Angle> angles;  // at least one, times increasing
+};
+
+/// What moves while a scene is played, with the objects that belong to it: along the poses of a file, or about a hinge.
+struct SceneBody {
+  std::string name;
+  std::filesystem::path pose_csv;  // as written; a trajectory (trajectory.h): displacements from where the scene has the objects
+  std::optional<Hinge> hinge;      // or this
+};
+
+/// The displacement at `t` [s] of what turns about the hinge.
+Configuration hingePose(const Hinge& hinge, double t);
 
 /// A region of the world in which its own tolerance holds.
 struct WorkRegion {
@@ -71,14 +94,17 @@ struct Reach {
 struct SceneFile {
   std::string unit = "mm";  // of meshes without one (not glTF): mm, cm, m, in. Fields that end in _mm are in mm whatever it is
   TreeSettings defaults;
-  double translation_n_per_mm = 1;            // > 0, coupling
-  double rotation_n_mm_per_rad = 1000;        // > 0, coupling
-  double force_n = 8;                         // > 0, limit of the force
-  Eigen::Vector3d torque_n_mm{188, 188, 48};  // > 0, limit of each component
+  double translation_n_per_mm = 1;             // > 0, coupling
+  double rotation_n_mm_per_rad = 1000;         // > 0, coupling
+  double damping_n_s_per_mm = 0;               // >= 0, coupling
+  double rotation_damping_n_mm_s_per_rad = 0;  // >= 0, coupling
+  double force_n = 8;                          // > 0, limit of the force
+  Eigen::Vector3d torque_n_mm{188, 188, 48};   // > 0, limit of each component
   SceneItem tool;
   std::vector<SceneItem> objects;  // 1 .. kMaxSceneObjects
   std::vector<WorkRegion> work;
   std::optional<Reach> reach;
+  std::vector<SceneBody> bodies;
 };
 
 /// Where `path` of a scene file leads: relative to the folder that `scene_path` is in.

@@ -92,10 +92,12 @@ typedef struct st_contact {
   uint32_t on_skin;   /* 1: on the skin of the object; 0: on one of its leaves */
   uint32_t element;   /* triangle of the skin, or node of the object's tree */
   uint32_t tool_leaf; /* node of the tool's tree */
+  double friction_n[3];    /* force across the normal, on the tool, world axes */
+  double slip_mm_per_s[3]; /* velocity of the tool's point across the object, world axes */
 } st_contact;
 #define ST_CONTACT_INIT \
-  { sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0 }
-#define ST_MOST_CONTACTS 6
+  { sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, {0, 0, 0}, {0, 0, 0} }
+#define ST_MOST_CONTACTS 16
 
 /* "0.1.0" */
 ST_API const char* st_version(void);
@@ -118,6 +120,13 @@ ST_API int st_scene_add_copy(st_scene* scene, size_t index, const st_pose* pose)
 ST_API int st_scene_set_body(st_scene* scene, size_t object, uint32_t body);
 /* From one step to the next, 1e-5 .. 1 s, default 0.001; what velocities need. */
 ST_API int st_scene_set_step_time(st_scene* scene, double seconds);
+/* Coefficients of friction, 0 .. 2, default 0, of the tool and of an object: in a contact the larger counts. */
+ST_API int st_scene_set_tool_friction(st_scene* scene, double coefficient);
+ST_API int st_scene_set_friction(st_scene* scene, size_t object, double coefficient);
+/* The object gives way by force over stiffness, > 0; 0, the default: it is rigid. */
+ST_API int st_scene_set_stiffness(st_scene* scene, size_t object, double stiffness_n_per_mm);
+/* A damper beside the spring of the coupling, both >= 0, default 0; not in mode ST_PAPER. */
+ST_API int st_scene_set_damping(st_scene* scene, double translation_n_s_per_mm, double rotation_n_mm_s_per_rad);
 /* Both > 0; defaults 1 N/mm and 1000 N mm/rad. */
 ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
 /* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */

@@ -17,10 +17,13 @@
 
 namespace spheretree::runtime {
 
-/// The spring between haptic and graphic tool; both > 0.
+/// The spring, and the damper beside it, between haptic and graphic tool. Stiffness > 0, damping >= 0; none in the mode
+/// of the paper.
 struct Coupling {
-  double translation = 1;  // [N/mm]
-  double rotation = 1000;  // [N mm/rad]
+  double translation = 1;       // [N/mm]
+  double rotation = 1000;       // [N mm/rad]
+  double damping = 0;           // [N s/mm]
+  double rotation_damping = 0;  // [N mm s/rad]
 };
 
 /// Largest wrench that is rendered; all > 0.
@@ -64,6 +67,8 @@ struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
   Configuration pose;      // of the tree's mesh frame in the world when the scene starts
   std::uint32_t body = 0;  // what it belongs to, 0..kMostBodies; 0: the world, which stands still. moveBody() moves the others
+  double friction = 0;     // Coulomb's coefficient, 0 .. 2; the larger of the object's and the tool's counts
+  double stiffness = 0;    // against force, > 0 [N/mm]; 0: rigid
 };
 
 inline constexpr std::uint32_t kMostBodies = 4096;
@@ -71,6 +76,7 @@ inline constexpr std::uint32_t kMostBodies = 4096;
 struct SceneDescription {
   SphereTree tool;
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // in the mesh frame of the tool [mm]
+  double tool_friction = 0;                                   // Coulomb's coefficient, 0 .. 2
   std::vector<SceneObject> objects;
   Coupling coupling;
   WrenchLimits wrench_limits;

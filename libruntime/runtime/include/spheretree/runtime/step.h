@@ -47,7 +47,8 @@ struct StepResult {
   std::uint32_t active = 0;  // rows that hold the tool
   std::uint32_t qp_iterations = 0;
   std::uint32_t searches = 0, linearisations = 0;
-  std::uint32_t work = 0;  // in the unit of StepLimits::max_work
+  std::uint32_t work = 0;             // in the unit of StepLimits::max_work
+  std::uint32_t friction_rounds = 0;  // most of any QP: of the forces of friction, until they are those of the contacts
 };
 
 /// Time spent in the stages of one step [ns]. Reading the clock costs about 25 ns each time.
@@ -57,16 +58,18 @@ struct StageTimes {
 
 /// Where the graphic tool is held, and how.
 struct Contact {
-  std::uint32_t object = 0;         // index in SceneDescription::objects
-  std::uint32_t tool_leaf = 0;      // node of the tool's tree
-  bool on_skin = false;             // else on a leaf of the object
-  std::uint32_t element = 0;        // triangle of the object's skin, or node of its tree
-  Eigen::Vector3d point{0, 0, 0};   // where the tool's leaf is touched, world [mm]
-  Eigen::Vector3d normal{0, 0, 1};  // from object to tool, unit length, world axes
-  double force = 0;                 // along the normal, on the tool [N]. The forces of all contacts balance the spring.
+  std::uint32_t object = 0;           // index in SceneDescription::objects
+  std::uint32_t tool_leaf = 0;        // node of the tool's tree
+  bool on_skin = false;               // else on a leaf of the object
+  std::uint32_t element = 0;          // triangle of the object's skin, or node of its tree
+  Eigen::Vector3d point{0, 0, 0};     // where the tool's leaf is touched, world [mm]
+  Eigen::Vector3d normal{0, 0, 1};    // from object to tool, unit length, world axes
+  double force = 0;                   // along the normal, on the tool [N]. All contacts together balance spring and damper.
+  Eigen::Vector3d friction{0, 0, 0};  // force across the normal, on the tool, world axes [N]
+  Eigen::Vector3d slip{0, 0, 0};      // velocity of the tool's point across the object, world axes [mm/s]
 };
 
-inline constexpr std::size_t kMostContacts = 6;  // more never hold a rigid body
+inline constexpr std::size_t kMostContacts = 16;  // 6 without friction: more never hold a rigid body
 
 struct StepMemory;
 

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contact_qp.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr int kMostCoordinates = 6 + kMostGroups;
+// Of what is left of a row, round by round [1]. With the right multipliers any is as good; without, the inner problem is
+// smoother the less it is.
+constexpr double kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
+constexpr int kMostMultiplierRounds = 20;  // of multipliers
+constexpr int kMostNewtonSteps = 200;      // of all rounds
+constexpr int kMostShorterSteps = 30;
+
+using Coordinates = std::array<double, kMostCoordinates>;
+
+// One round: minimises the augmented Lagrangian at the multipliers of the problem.
+class Round {
+ public:
+  Round(ContactQp& qp, double penalty) : qp_(qp), penalty_(penalty), size_(6 + qp.group_count) {}
+
+  void solve();
+  /// Takes the multipliers over. What the rows and discs lack [mm].
+  double update();
+
+ private:
+  double evaluate(const Coordinates& x, bool with_derivatives);
+  double row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives);
+  double disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
+  bool newtonStep(Coordinates& step) const;
+  double slack(const ContactRow& r, const Coordinates& x) const;
+
+  ContactQp& qp_;
+  const double penalty_;
+  const int size_;
+  Coordinates gradient_{};
+  double hessian_[kMostCoordinates][kMostCoordinates];
+  std::array<double, kMostContactRows> multiplier_{};
+  std::array<std::array<double, 2>, kMostContactRows> force_{};
+};
+
+double dot(const Vector6& a, const Coordinates& x) {
+  double sum = 0;
+  for (int k = 0; k < 6; ++k) sum += a[k] * x[static_cast<std::size_t>(k)];
+  return sum;
+}
+
+double Round::slack(const ContactRow& r, const Coordinates& x) const {
+  return r.b - dot(r.a, x) - (r.group < 0 ? 0 : r.give * x[static_cast<std::size_t>(6 + r.group)]);
+}
+
+// The largest, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
+double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives) {
+  const double c = slack(r, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
+  const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
+  multiplier_[static_cast<std::size_t>(k)] = u;
+  if (with_derivatives && u > 0) {
+    Coordinates n{};
+    for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = r.a[i];
+    if (r.group >= 0) n[static_cast<std::size_t>(6 + r.group)] = r.give;
+    for (int i = 0; i < size_; ++i) {
+      const double ni = n[static_cast<std::size_t>(i)];
+      gradient_[static_cast<std::size_t>(i)] -= u * ni;
+      for (int j = 0; j <= i; ++j) hessian_[i][j] += stiffness * ni * n[static_cast<std::size_t>(j)];
+    }
+  }
+  return u * c - 0.5 * r.compliance * u * u - change * change / (2 * penalty_);
+}
+
+// The largest, over forces f of the disc, of  f . v - |f - f_last|^2 / (2 penalty).
+double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
+  const double v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
+  // What the tool feels is -f.
+  const double w[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]}, length = std::sqrt(w[0] * w[0] + w[1] * w[1]);
+  const bool slips = length > d.radius;
+  const double scale = slips ? d.radius / length : 1, f[2] = {scale * w[0], scale * w[1]};
+  force_[static_cast<std::size_t>(k)] = {-f[0], -f[1]};
+  if (with_derivatives) {
+    const double across = slips ? 1 / (length * length) : 0;  // along w the force of a slip does not change
+    const double s = penalty_ * scale, h00 = s * (1 - across * w[0] * w[0]), h01 = -s * across * w[0] * w[1],
+                 h11 = s * (1 - across * w[1] * w[1]);
+    for (int i = 0; i < 6; ++i) {
+      const double a = d.across[0][i], b = d.across[1][i];
+      gradient_[static_cast<std::size_t>(i)] += f[0] * a + f[1] * b;
+      for (int j = 0; j <= i; ++j)
+        hessian_[i][j] += a * (h00 * d.across[0][j] + h01 * d.across[1][j]) + b * (h01 * d.across[0][j] + h11 * d.across[1][j]);
+    }
+  }
+  const double c0 = f[0] + d.force[0], c1 = f[1] + d.force[1];
+  return f[0] * v[0] + f[1] * v[1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
+}
+
+double Round::evaluate(const Coordinates& x, bool with_derivatives) {
+  double value = 0;
+  for (int i = 0; i < size_; ++i) {
+    const double rest = i < 6 ? qp_.target[i] : qp_.rest[static_cast<std::size_t>(i - 6)], off = x[static_cast<std::size_t>(i)] - rest;
+    value += 0.5 * off * off;
+    if (!with_derivatives) continue;
+    gradient_[static_cast<std::size_t>(i)] = off;
+    for (int j = 0; j <= i; ++j) hessian_[i][j] = i == j;
+  }
+  for (int k = 0; k < qp_.row_count; ++k) value += row(qp_.rows[static_cast<std::size_t>(k)], k, x, with_derivatives);
+  for (int k = 0; k < qp_.disc_count; ++k) value += disc(qp_.discs[static_cast<std::size_t>(k)], k, x, with_derivatives);
+  return value;
+}
+
+// By Cholesky's factors; the matrix is the identity and something positive.
+bool Round::newtonStep(Coordinates& step) const {
+  double l[kMostCoordinates][kMostCoordinates];
+  for (int i = 0; i < size_; ++i) {
+    double b = -gradient_[static_cast<std::size_t>(i)];
+    for (int j = 0; j <= i; ++j) {
+      double sum = hessian_[i][j];
+      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j && !(sum > 0)) return false;
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+      if (j < i) b -= l[i][j] * step[static_cast<std::size_t>(j)];
+    }
+    step[static_cast<std::size_t>(i)] = b / l[i][i];
+  }
+  for (int i = size_ - 1; i >= 0; --i) {
+    double sum = step[static_cast<std::size_t>(i)];
+    for (int k = i + 1; k < size_; ++k) sum -= l[k][i] * step[static_cast<std::size_t>(k)];
+    step[static_cast<std::size_t>(i)] = sum / l[i][i];
+  }
+  return true;
+}
+
+void Round::solve() {
+  Coordinates x{}, step{};
+  for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)];
+  double value = evaluate(x, true);
+  const double enough = 1e-10 * (1 + qp_.target.norm());
+  while (qp_.iterations < kMostNewtonSteps) {
+    double square = 0, slope = 0;
+    for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
+    if (square <= enough * enough || !newtonStep(step)) break;
+    ++qp_.iterations;
+    for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step[static_cast<std::size_t>(i)];
+    const Coordinates from = x;
+    double part = 1, next = value;
+    for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
+      for (int i = 0; i < size_; ++i)
+        x[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step[static_cast<std::size_t>(i)];
+      next = evaluate(x, false);
+      if (next <= value + 1e-4 * part * slope + 1e-15 * std::abs(value)) break;
+    }
+    const bool is_rounding = !(next < value) && -slope < 1e-14 * (1 + std::abs(value));
+    value = evaluate(x, true);
+    if (is_rounding) break;
+  }
+  for (int i = 0; i < size_; ++i) (i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)]) = x[static_cast<std::size_t>(i)];
+}
+
+double Round::update() {
+  double left = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    left = std::max(left, std::abs(multiplier_[k] - qp_.rows[k].multiplier) / penalty_);
+    qp_.rows[k].multiplier = multiplier_[k];
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k)
+    for (std::size_t i = 0; i < 2; ++i) {
+      left = std::max(left, std::abs(force_[k][i] - qp_.discs[k].force[i]) / penalty_);
+      qp_.discs[k].force[i] = force_[k][i];
+    }
+  return left;
+}
+
+}  // namespace
+
+void solveContactQp(ContactQp& qp) noexcept {
+  qp.iterations = 0;
+  qp.converged = false;
+  double penalty = kLeastPenalty;
+  for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < kMostNewtonSteps; ++n) {
+    Round round(qp, penalty);
+    round.solve();
+    qp.converged = round.update() <= kContactTolerance;
+    penalty = std::min(kMostPenalty, kPenaltyGrowth * penalty);
+  }
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// The QP of a piece where contacts rub or objects give way: docs/runtime.md, Friction and Objects that give way.
+#include <algorithm>
+#include <cmath>
+
+#include "contact_qp.h"
+#include "step_parts.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr int kMostFrictionRounds = 14;  // of the discs' radii; 1 or 2 are usual
+constexpr int kCautiousRounds = 6;       // the last of them, in which radii only shrink: rather too little friction than too much
+constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
+constexpr double kLeastShare = 0.05;                           // of the largest radius: one that is less may be off by as much as that one
+constexpr int kMostScans = 24;                                 // rows that are taken in
+constexpr double kRadiusTolerance = 5e-3;                      // of a radius: then it is that of its multiplier
+constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
+constexpr float kOutOfTheWay = -1e30f;
+
+struct Tangents {
+  Eigen::Vector3d first, second;
+};
+
+// Any two that are across the unit vector `n`.
+Tangents tangentsOf(const Eigen::Vector3d& n) {
+  Eigen::Index axis = 0;
+  n.cwiseAbs().minCoeff(&axis);
+  const Eigen::Vector3d first = n.cross(Eigen::Vector3d::Unit(axis)).normalized();
+  return {first, n.cross(first)};
+}
+
+class ContactSolver {
+ public:
+  ContactSolver(StepParts& parts, const PairSet& pairs, RowSet& rows, const Vector6& target, const CarriedPiece* carried)
+      : parts_(parts), scene_(parts.scene), memory_(parts.memory), pairs_(pairs), rows_(rows), target_(target), carried_(carried) {}
+
+  double run();
+
+ private:
+  bool isSoft(std::uint32_t object) const { return scene_.objects[object].softness > 0; }
+  template <class Work>
+  void forSoftRows(const Work& work);
+  void start();
+  int takeIn(std::uint32_t row, double multiplier);
+  int groupOf(std::uint32_t object);
+  void addDisc(int k, const RowName& name);
+  bool takeInViolated();
+  double updateRadii(bool only_down);
+  double pressure(int disc) const;
+  void solveRounds();
+  void keep();
+
+  StepParts& parts_;
+  const CompiledScene& scene_;
+  StepMemory& memory_;
+  const PairSet& pairs_;
+  RowSet& rows_;
+  const Vector6 target_;
+  const CarriedPiece* carried_;
+  ContactQp qp_;
+  std::array<std::uint32_t, kMostContactRows> row_{};  // of the scan, of each row of the problem
+  std::array<double, kMostContactRows> pressed_{};     // multipliers to begin with
+  std::array<int, kMostContactRows> disc_{};           // of each row, or -1
+  std::array<double, kMostContactRows> friction_{};    // coefficient times weight, of each disc's row
+  std::array<int, kMostContactRows> disc_row_{};       // of each disc
+  std::array<Tangents, kMostContactRows> tangents_{};  // of each disc
+  std::array<double, kMostContactRows> last_off_{};    // of each disc: what its radius lacked in the round before
+  double part_ = 1;                                    // of what they lacked, that the radii went then
+  std::array<std::uint32_t, kMostGroups> group_object_{};
+  std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
+  int bounds_ = 0;                                 // rows at the front that bound a group
+};
+
+template <class Work>
+void ContactSolver::forSoftRows(const Work& work) {
+  const auto of = [&](const PairSet& set, std::uint32_t first) {
+    for (const PairRun& run : set.runs)
+      if (isSoft(run.object))
+        for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) work(run.object, i);
+  };
+  of(pairs_, 0);
+  of(parts_.felt(), rows_.guarded);
+}
+
+int ContactSolver::groupOf(std::uint32_t object) {
+  for (int g = 0; g < qp_.group_count; ++g)
+    if (group_object_[static_cast<std::size_t>(g)] == object) return g;
+  if (qp_.group_count == kMostGroups || qp_.row_count == kMostContactRows) return -1;
+  const int g = qp_.group_count++;
+  const auto at = static_cast<std::size_t>(g);
+  group_object_[at] = object;
+  group_scale_[at] = scene_.objects[object].softness;
+  qp_.given[at] = memory_.give[object] / group_scale_[at];
+  qp_.rest[at] = carried_ ? qp_.given[at] : 0;
+  ContactRow& bound = qp_.rows[static_cast<std::size_t>(qp_.row_count)];
+  bound = {};
+  bound.group = g;
+  bound.give = -1;
+  bound.b = -kMostGive * scene_.least_contact / group_scale_[at];
+  row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
+  disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
+  return g;
+}
+
+// The place of the row in the problem; -1: it is full.
+int ContactSolver::takeIn(std::uint32_t row, double multiplier) {
+  for (int k = 0; k < qp_.row_count; ++k)
+    if (row_[static_cast<std::size_t>(k)] == row) return k;
+  const RowName name = parts_.nameOfRow(pairs_, row);
+  const int group = isSoft(name.object) ? groupOf(name.object) : -1;
+  int k = qp_.row_count;
+  if (k == kMostContactRows) {  // in place of one that holds nothing and rubs on nothing
+    for (k = 0; k < qp_.row_count; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      if (qp_.rows[at].multiplier == 0 && disc_[at] < 0 && row_[at] != ~0u) break;
+    }
+    if (k == qp_.row_count) return -1;
+  } else {
+    ++qp_.row_count;
+  }
+  const auto at = static_cast<std::size_t>(k);
+  ContactRow& r = qp_.rows[at];
+  r = {};
+  for (std::size_t i = 0; i < 6; ++i) r.a[static_cast<Eigen::Index>(i)] = static_cast<double>(rows_.rows.a[i][row]);
+  r.b = static_cast<double>(rows_.b[row]);
+  r.multiplier = pressed_[at] = multiplier;
+  if (group >= 0) {
+    r.group = group;
+    r.give = static_cast<double>(rows_.weight[row]) * group_scale_[static_cast<std::size_t>(group)];
+    // The row stands for the object as it gives way now; the coordinate counts from where it would not.
+    r.b += static_cast<double>(rows_.weight[row]) * memory_.give[name.object];
+  }
+  row_[at] = row;
+  disc_[at] = -1;
+  if (parts_.rubs && scene_.objects[name.object].friction > 0) addDisc(k, name);
+  return k;
+}
+
+void ContactSolver::addDisc(int k, const RowName& name) {
+  const auto at = static_cast<std::size_t>(k), d = static_cast<std::size_t>(qp_.disc_count++);
+  const double weight = static_cast<double>(rows_.weight[row_[at]]);
+  const Eigen::Vector3d normal = qp_.rows[at].a.head<3>() / weight;
+  const Sphere& ball = scene_.tool.spheres[name.pair >> 16];
+  const Configuration& tool = parts_.contact_pose;
+  const Eigen::Vector3d arm = tool.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z) - static_cast<double>(ball.radius) * normal;
+  disc_[at] = static_cast<int>(d);
+  disc_row_[d] = k;
+  tangents_[d] = tangentsOf(normal);
+  friction_[d] = scene_.objects[name.object].friction * weight;
+  FrictionDisc& disc = qp_.discs[d];
+  disc = {};
+  const Eigen::Vector3d force = parts_.rubbingOf(name);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Eigen::Vector3d& t = i == 0 ? tangents_[d].first : tangents_[d].second;
+    disc.across[i] << t, arm.cross(t) / scene_.angle_length;
+    disc.force[i] = force.dot(t);
+  }
+  const MovingBody& body = memory_.bodies[memory_.objects[name.object].body];
+  if (carried_ && body.moves) {
+    const Vector6 z = parts_.scaledVector(motionAt(body, carried_->part, tool.position));
+    for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
+  }
+  disc.radius = friction_[d] * qp_.rows[at].multiplier;
+}
+
+// The rows that held before, with the multipliers that they had; and those that the QP without friction finds, with the
+// ones that it predicts.
+void ContactSolver::start() {
+  const QpAnswer predicted = memory_.answer;
+  for (std::size_t k = 0; k < memory_.active_count; ++k) {
+    const std::uint32_t row = parts_.rowOf(pairs_, memory_.active_names[k]);
+    if (row != ~0u) takeIn(row, memory_.active_multiplier[k]);
+  }
+  for (std::size_t k = 0; k < predicted.active_count; ++k) takeIn(predicted.active[k], carried_ ? 0 : predicted.multiplier[k]);
+  qp_.target = target_;
+}
+
+// The row that the answer violates most; false: none, or there is no room for it.
+bool ContactSolver::takeInViolated() {
+  if (scene_.has_soft)
+    forSoftRows([&](std::uint32_t object, std::uint32_t i) {
+      double give = 0;
+      for (int g = 0; g < qp_.group_count; ++g)
+        if (group_object_[static_cast<std::size_t>(g)] == object)
+          give = qp_.given[static_cast<std::size_t>(g)] * group_scale_[static_cast<std::size_t>(g)];
+      rows_.b[i] = memory_.soft_b[i] + static_cast<float>(memory_.give[object] - give) * rows_.weight[i];
+    });
+  float y[6];
+  double largest = 0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    y[k] = static_cast<float>(qp_.y[static_cast<Eigen::Index>(k)]);
+    largest = std::max(largest, std::abs(qp_.y[static_cast<Eigen::Index>(k)]));
+  }
+  const WorstRow worst = memory_.kernel->worstRow(rows_.rows.a.data(), rows_.rows.b, rows_.rows.count, y);
+  parts_.result.work += (rows_.rows.count + 7) / 8;
+  bool is_violated = static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest);
+  for (int k = 0; k < qp_.row_count; ++k) is_violated = is_violated && row_[static_cast<std::size_t>(k)] != worst.row;
+  if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
+  return is_violated && takeIn(worst.row, 0) >= 0;
+}
+
+// Coulomb's law: the radius is what the row presses with, times the coefficient. The radii go there, or as far as the
+// last two rounds say (a secant: where they would go to and fro, less; where they creep, more). `only_down`: none grows. Returns by how
+// much one was off, over itself.
+double ContactSolver::updateRadii(bool only_down) {
+  double largest = 1e-9, off = 0, square = 0, shrink = 0;
+  for (int d = 0; d < qp_.disc_count; ++d) largest = std::max(largest, pressure(d));
+  for (int d = 0; d < qp_.disc_count; ++d) {
+    const auto at = static_cast<std::size_t>(d);
+    const double now = pressure(d) - qp_.discs[at].radius;
+    off = std::max(off, (only_down ? -now : std::abs(now)) / std::max(pressure(d), kLeastShare * largest));
+    square += last_off_[at] * last_off_[at];
+    shrink += (last_off_[at] - now) * last_off_[at];
+    last_off_[at] = now;
+  }
+  part_ = square > 0 ? std::clamp(shrink > 0 ? part_ * square / shrink : 1.0, 0.2, 2.0) : 1;
+  for (int d = 0; d < qp_.disc_count; ++d) {
+    const auto at = static_cast<std::size_t>(d);
+    const double by = only_down ? std::min(last_off_[at], 0.0) : part_ * last_off_[at];
+    qp_.discs[at].radius = std::max(0.0, qp_.discs[at].radius + by);
+  }
+  return off;
+}
+
+double ContactSolver::pressure(int disc) const {
+  const auto at = static_cast<std::size_t>(disc);
+  return friction_[at] * qp_.rows[static_cast<std::size_t>(disc_row_[at])].multiplier;
+}
+
+void ContactSolver::solveRounds() {
+  for (int round = 0; round < kMostFrictionRounds; ++round) {
+    for (int scan = 0; scan < kMostScans; ++scan) {
+      solveContactQp(qp_);
+      parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
+      parts_.result.work +=
+          static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
+      if (!takeInViolated()) break;
+    }
+    if (carried_ || qp_.disc_count == 0) return;  // while bodies move the tool presses with what it pressed before
+    parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, static_cast<std::uint32_t>(round + 1));
+    const bool is_late = round + kCautiousRounds >= kMostFrictionRounds;
+    if (updateRadii(is_late) < kRadiusTolerance) return;
+  }
+}
+
+void ContactSolver::keep() {
+  QpAnswer& answer = memory_.answer;
+  answer.y = qp_.y;
+  answer.active_count = 0;
+  for (int k = 0; k < qp_.row_count; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const double multiplier = carried_ ? pressed_[at] : qp_.rows[at].multiplier;
+    if (!(multiplier > 1e-12) || row_[at] == ~0u) continue;
+    const std::size_t slot = answer.active_count++;
+    answer.active[slot] = row_[at];
+    answer.multiplier[slot] = multiplier;
+    memory_.active_rubbing[slot].setZero();
+    if (disc_[at] < 0) continue;
+    const auto d = static_cast<std::size_t>(disc_[at]);
+    memory_.active_rubbing[slot] = qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
+  }
+  parts_.result.active = answer.active_count;
+  for (std::size_t i = 0; i < memory_.give.size(); ++i) {
+    memory_.give_from[i] = memory_.give[i];
+    memory_.give_to[i] = 0;
+  }
+  for (int g = 0; g < qp_.group_count; ++g) {
+    const auto at = static_cast<std::size_t>(g);
+    memory_.give_to[group_object_[at]] = std::max(0.0, qp_.given[at] * group_scale_[at]);
+  }
+}
+
+double ContactSolver::run() {
+  if (scene_.has_soft)
+    forSoftRows([&](std::uint32_t, std::uint32_t i) {
+      memory_.soft_b[i] = rows_.b[i];
+      rows_.b[i] = kOutOfTheWay;
+    });
+  const double back = parts_.solve(rows_, target_);
+  if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
+  if (memory_.answer.status != QpStatus::Optimal) return back;
+  start();
+  solveRounds();
+  keep();
+  return back;
+}
+
+}  // namespace
+
+double StepParts::solveContact(const PairSet& pairs, RowSet& rows, const Vector6& target, const Configuration& at,
+                               const CarriedPiece* carried) {
+  contact_pose = at;
+  return ContactSolver(*this, pairs, rows, target, carried).run();
+}
+
+void StepParts::giveWay(double part) {
+  for (std::size_t i = 0; i < memory.give.size(); ++i)
+    memory.give[i] = memory.give_from[i] + part * (memory.give_to[i] - memory.give_from[i]);
+}
+
+void StepParts::shiftSoft(const PairSet& set, std::uint32_t first, RowSet& rows) const {
+  for (const PairRun& run : set.runs) {
+    const auto give = static_cast<float>(memory.give[run.object]);
+    if (!(give > 0)) continue;
+    for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) rows.b[i] -= give * rows.weight[i];
+  }
+  float least = std::numeric_limits<float>::infinity();
+  for (std::uint32_t i = first; i < first + static_cast<std::uint32_t>(set.pairs.size()); ++i)
+    if (rows.weight[i] > 0) least = std::min(least, -rows.b[i] / rows.weight[i]);
+  (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = least;
+}
+
+}  // namespace spheretree::runtime

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+// Friction, objects that give way, damping. Subject: mode constrained of step.h
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "spheretree/runtime/step.h"
+#include "support/sample_skins.h"
+#include "support/shape_trees.h"
+
+namespace spheretree::runtime {
+namespace {
+
+using Eigen::Vector3d;
+using test::Random;
+const Quaternion kUpright(1, 0, 0, 0);
+
+struct Rig {
+  Scene scene;
+  std::unique_ptr<Workspace> workspace;
+
+  explicit Rig(const SceneDescription& d) {
+    std::string fault;
+    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+    workspace = std::make_unique<Workspace>(scene);
+  }
+  StepResult to(const Vector3d& p, const Quaternion& q = kUpright) { return step(scene, {p, q}, Mode::Constrained, *workspace); }
+};
+
+// A plate of 60 x 60 mm whose face is z = 0 in its own axes.
+SceneDescription onPlate(SphereTree tool, double friction, const Quaternion& turn = kUpright) {
+  SceneDescription d;
+  d.tool = std::move(tool);
+  const SphereTree plate = test::withSkin(test::boxTree({30, 30, 0}, {40, 40, 1}, 1.2), test::boxSkin({30, 30, 1}));
+  d.objects.push_back({plate, {turn * Vector3d(0, 0, -1), turn}});
+  d.objects[0].friction = friction;
+  return d;
+}
+
+SphereTree flatFoot() {
+  return test::treeOfBalls({test::ball(-2, -2, 0, 1), test::ball(2, -2, 0, 1), test::ball(-2, 2, 0, 1), test::ball(2, 2, 0, 1)});
+}
+
+// The forces of the contacts obey Coulomb's law and balance the spring.
+void expectCone(const Rig& rig, const StepResult& r, double friction) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Contact& c : contacts(*rig.workspace)) {
+    EXPECT_LE(c.friction.norm(), friction * c.force * 1.01 + 1e-6);
+    EXPECT_NEAR(c.friction.dot(c.normal), 0, 1e-9 + 1e-6 * c.force);
+    sum += c.force * c.normal + c.friction;
+  }
+  EXPECT_LT((sum - r.wrench.force).norm(), 1e-3 * (1 + r.wrench.force.norm()));
+}
+
+TEST(Friction, ADragIsOfTheNormalForce) {
+  int steps = 0, many_rounds = 0;
+  for (const bool is_foot : {false, true})
+    for (const double speed : {1.0, 10.0, 100.0})  // mm/s
+      for (int heading = 0; heading < 8; ++heading) {
+        Rig rig(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0.3));
+        const double angle = heading * M_PI / 4 + 0.1;
+        const Vector3d way(std::cos(angle), std::sin(angle), 0);
+        rig.to({0, 0, 1.5});
+        StepResult r;
+        for (int n = 0; n < 10; ++n) r = rig.to({0, 0, 0});  // 1 N
+        const int drag_steps = static_cast<int>(3 / (speed / 1000));
+        for (int n = 1; n <= drag_steps; ++n) {
+          r = rig.to(way * (n * speed / 1000));
+          ++steps;
+          many_rounds += r.friction_rounds > 3;
+        }
+        const double normal = r.wrench.force.z(), drag = -r.wrench.force.dot(way);
+        EXPECT_NEAR(normal, 1, 0.01);
+        EXPECT_NEAR(drag, 0.3 * normal, 0.003 * normal) << is_foot << ' ' << speed << ' ' << heading;
+        expectCone(rig, r, 0.3);
+        for (const Contact& c : contacts(*rig.workspace)) EXPECT_NEAR(c.slip.dot(way), speed, 0.02 * speed);
+      }
+  EXPECT_LE(many_rounds, steps / 1000) << steps;
+}
+
+TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
+  for (const bool is_foot : {false, true})
+    for (const double degree : {5.0, 12.0}) {
+      const Quaternion turn = rotationOf({0, degree * M_PI / 180, 0});
+      Rig rig(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0.2, turn));
+      const Vector3d touch = turn * Vector3d(0, 0, 1);
+      rig.to(touch + Vector3d(0, 0, 0.5), turn);
+      StepResult r;
+      for (int n = 1; n <= 200; ++n) r = rig.to(touch - Vector3d(0, 0, 0.005 * n), turn);  // straight down to 1 N
+      const Configuration held = r.graphic;
+      for (int n = 0; n < 60000; ++n) r = rig.to(touch - Vector3d(0, 0, 1), turn);
+      if (degree < 6) {
+        EXPECT_LT((r.graphic.position - held.position).norm(), 1e-6);
+        EXPECT_LT((held.position - touch).norm(), 1e-3);  // nor did it slide while it was pressed
+      } else {
+        EXPECT_GT((held.position - touch).norm(), 5e-3);
+      }
+      expectCone(rig, r, 0.2);
+    }
+}
+
+TEST(Friction, ACircleCostsWhatItRubs) {
+  Rig rig(onPlate(test::oneBallTree(1), 0.25));
+  const double radius = 5, speed = 0.03;  // mm a step
+  rig.to({radius, 0, 1.5});
+  Configuration last;
+  const auto at = [&](double turn) { return Vector3d(radius * std::cos(turn), radius * std::sin(turn), 0); };
+  for (int n = 0; n < 400; ++n) last = rig.to(at(n * speed / radius)).graphic;
+  double work = 0, path = 0, least = 0;
+  for (int n = 400; n < 1500; ++n) {
+    const StepResult r = rig.to(at(n * speed / radius));
+    const Vector3d way = r.graphic.position - last.position;
+    const double done = -Vector3d(-r.wrench.force.x(), -r.wrench.force.y(), 0).dot(way) * -1;
+    work += done;
+    least = std::min(least, done);
+    path += way.norm();
+    last = r.graphic;
+  }
+  EXPECT_NEAR(work, 0.25 * 1.0 * path, 0.01 * 0.25 * path);
+  EXPECT_GE(least, -1e-9);
+}
+
+TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
+  // Two plates at a right angle; the hand is in both of them. Where friction cannot hold, the place is that of the corner.
+  SceneDescription d = onPlate(test::oneBallTree(1), 0.2);
+  const Quaternion wall = rotationOf({0, M_PI / 2, 0});
+  d.objects.push_back({d.objects[0].tree, {Vector3d(-1, 0, 0), wall}, 0, 0.2});
+  Vector3d first = Vector3d::Zero();
+  for (int start = 0; start < 5; ++start) {
+    Rig rig(d);
+    const double angle = 0.2 + 0.28 * start;
+    rig.to({4 * std::cos(angle) + 1, 0, 4 * std::sin(angle) + 1});
+    StepResult r;
+    for (int n = 0; n < 300; ++n) {
+      const double left = std::max(0.0, 1 - n / 200.0);
+      r = rig.to({left * 4 * std::cos(angle) - 1, 0, left * 4 * std::sin(angle) - 1});
+    }
+    if (start == 0) first = r.graphic.position;
+    EXPECT_LT((r.graphic.position - first).norm(), 1e-4) << start;
+    EXPECT_LT((r.graphic.position - Vector3d(1, 0, 1)).norm(), 2e-3);
+    expectCone(rig, r, 0.2);
+  }
+}
+
+TEST(Friction, RandomMotionStaysInTheConeAndOut) {
+  SceneDescription d;
+  d.tool = test::rodTree(40, 60, 0.6);
+  d.reference_point = {0, 0, 25};
+  d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {}});
+  d.objects.push_back({test::ellipsoidTree({5, 5, 7}, 400, 0.7), {{11.5, 0, 0}, kUpright}});
+  d.tool_friction = 0.3;
+  int contacts_seen = 0, many_rounds = 0, off_cone = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Rig rig(d);
+    Random random(seed);
+    Configuration hand{{0, 20, 0}, kUpright};
+    Displacement velocity;
+    for (int n = 0; n < 500; ++n) {
+      velocity.translation = 0.95 * velocity.translation + test::randomPoint(random, 0.05) - 0.002 * hand.position;
+      velocity.rotation = 0.95 * velocity.rotation + test::randomPoint(random, 0.003);
+      hand = moved(hand, velocity);
+      const StepResult r = rig.to(hand.position, hand.orientation);
+      ASSERT_LE(r.penetration, kGapTolerance);
+      for (const Contact& c : contacts(*rig.workspace)) {
+        off_cone += c.friction.norm() > 0.3 * c.force * 1.01 + 1e-3;
+        ASSERT_LE(c.friction.norm(), 0.45 * c.force + 1e-3) << seed << ' ' << n;
+        ++contacts_seen;
+      }
+      many_rounds += r.friction_rounds > 3;
+    }
+  }
+  EXPECT_GT(contacts_seen, 300);
+  EXPECT_LE(off_cone, contacts_seen / 50);  // where two balls wedge the tool, the rounds may end before they agree
+  EXPECT_LE(many_rounds, 2000 / 10);
+}
+
+TEST(Friction, IsCarriedAlongByWhatMoves) {
+  SceneDescription d = onPlate(test::oneBallTree(1), 0.5);
+  d.objects[0].body = 1;
+  Rig rig(d);
+  rig.to({0, 0, 1.5});
+  for (int n = 0; n < 10; ++n) rig.to({0, 0, 0});
+  StepResult r;
+  for (int n = 1; n <= 20; ++n) {  // 0.4 mm: less than the 0.5 that the cone allows
+    ASSERT_TRUE(moveBody(1, {{0.02 * n, 0, 0}, kUpright}, *rig.workspace));
+    r = rig.to({0, 0, 0});
+  }
+  EXPECT_NEAR(r.graphic.position.x(), 0.4, 1e-3);
+  for (int n = 21; n <= 100; ++n) {
+    moveBody(1, {{0.02 * n, 0, 0}, kUpright}, *rig.workspace);
+    r = rig.to({0, 0, 0});
+  }
+  EXPECT_NEAR(r.wrench.force.x(), 0.5, 0.005);  // it slips under the tool
+  for (const Contact& c : contacts(*rig.workspace)) EXPECT_NEAR(c.slip.x(), -20, 0.5);
+}
+
+TEST(Stiffness, IsInSeriesWithTheSpring) {
+  for (const bool is_foot : {false, true}) {
+    Rig rigid(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0));
+    rigid.to({0, 0, 1.5});
+    const double touch = rigid.to({0, 0, 0.9}).graphic.position.z();  // where the rigid plate holds it
+    EXPECT_NEAR(touch, 1, kGapTolerance);
+    for (const double stiffness : {2.0, 5.0, 50.0}) {
+      SceneDescription d = onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0);
+      d.objects[0].stiffness = stiffness;
+      Rig rig(d);
+      rig.to({0, 0, 1.5});
+      StepResult r;
+      for (int n = 0; n <= 400; ++n) {
+        const double depth = 0.001 * n;
+        r = rig.to({0, 0, touch - depth});
+        if (n % 40 == 0 && n > 0) {
+          EXPECT_NEAR(r.wrench.force.z(), depth / (1 + 1 / stiffness), 0.01 * depth) << is_foot << ' ' << stiffness;
+        }
+      }
+      EXPECT_EQ(r.faults, 0u);
+      for (int n = 0; n < 20; ++n) r = rig.to({0, 0, 1.2});
+      EXPECT_EQ(r.wrench.force.norm(), 0);
+    }
+  }
+}
+
+TEST(Damping, OfTheStretchAndNoneInFreeSpace) {
+  SceneDescription d = onPlate(test::oneBallTree(1), 0);
+  d.coupling.damping = 0.001;
+  d.coupling.rotation_damping = 1;
+  Rig rig(d);
+  StepResult r;
+  for (int n = 0; n < 100; ++n) r = rig.to({0.1 * n, 0, 3});
+  EXPECT_EQ(r.wrench.force.norm(), 0);
+  rig.to({0, 0, 1});
+  for (int n = 1; n <= 50; ++n) r = rig.to({0, 0, 1 - 0.02 * n});  // 20 mm/s
+  EXPECT_NEAR(r.wrench.force.z(), 1 + 0.001 * 20, 0.002);
+  for (int n = 0; n < 50; ++n) r = rig.to({0, 0, 0});
+  EXPECT_NEAR(r.wrench.force.z(), 1, 1e-3);
+  // Out again: the wall never pulls.
+  double least = 0;
+  for (int n = 1; n <= 100; ++n) least = std::min(least, rig.to({0, 0, 0.05 * n}).wrench.force.z());
+  EXPECT_GE(least, -1e-6);
+  for (int n = 0; n < 100; ++n) r = rig.to({0, 0, 5});
+  EXPECT_LT(r.wrench.force.norm(), 1e-9);
+}
+
+TEST(SceneDescription, RefusesFrictionStiffnessAndDampingOutOfRange) {
+  Scene scene;
+  std::string fault;
+  const auto refused = [&](auto change) {
+    SceneDescription d = onPlate(test::oneBallTree(1), 0);
+    change(d);
+    fault.clear();
+    return !compileScene(d, scene, fault) && !fault.empty();
+  };
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].friction = -0.1; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].friction = 3; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.tool_friction = std::nan(""); }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].stiffness = -1; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.coupling.damping = -1; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.step_time = 0; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].body = 5000; }));
+}
+
+}  // namespace
+}  // namespace spheretree::runtime

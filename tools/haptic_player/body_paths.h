@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where the bodies of a scene are at each time of a run.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "spheretree/formats/scene_file.h"
+#include "spheretree/runtime/step.h"
+
+namespace spheretree::player {
+
+class BodyPaths {
+ public:
+  BodyPaths() = default;
+  /// @throws formats::FileError, formats::FormatError
+  BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path);
+
+  bool empty() const { return bodies_.empty(); }
+  /// Body 1 is the first of the scene file, as in readDescription(). The last pose of a file is held. No allocation.
+  Configuration at(std::size_t body, double t) const noexcept;
+  /// Before a step: where every body is to be at its end. No allocation.
+  void moveTo(double t, runtime::Workspace& workspace) const noexcept;
+
+ private:
+  struct Path {
+    std::vector<Configuration> poses;  // one each ms; empty: the hinge
+    formats::Hinge hinge;
+  };
+  std::vector<Path> bodies_;
+};
+
+/// Those of a scene file; none for an empty path, the built-in sample. @throws formats::FileError, formats::FormatError
+BodyPaths readBodyPaths(const std::filesystem::path& scene);
+
+/// The number of the body that carries an object, as the runtime counts them: 0 is the world.
+std::uint32_t bodyNumber(const formats::SceneFile& scene, const std::string& name);
+
+}  // namespace spheretree::player
