@@ -115,7 +115,8 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
   EXPECT_LT(most, 150);
 }
 
-// By force of patience: one multiplier or force after the other is made the best that it can be, the others as they are.
+// By force of patience: one multiplier or force after the other is made the best that it can be, the others as they
+// are.
 Vector6 patientAnswer(const ContactQp& qp, int sweeps) {
   Vector6 y = qp.target;
   std::array<double, kMostGroups> given = qp.rest;

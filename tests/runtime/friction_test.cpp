@@ -124,7 +124,8 @@ TEST(Friction, ACircleCostsWhatItRubs) {
 }
 
 TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
-  // Two plates at a right angle; the hand is in both of them. Where friction cannot hold, the place is that of the corner.
+  // Two plates at a right angle; the hand is in both of them. Where friction cannot hold, the place is that of the
+  // corner.
   SceneDescription d = onPlate(test::oneBallTree(1), 0.2);
   const Quaternion wall = rotationOf({0, M_PI / 2, 0});
   d.objects.push_back({d.objects[0].tree, {Vector3d(-1, 0, 0), wall}, 0, 0.2});

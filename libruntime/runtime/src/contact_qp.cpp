@@ -8,8 +8,8 @@ namespace spheretree::runtime {
 namespace {
 
 constexpr int kMostCoordinates = 6 + kMostGroups;
-// Of what is left of a row, round by round [1]. With the right multipliers any is as good; without, the inner problem is
-// smoother the less it is.
+// Of what is left of a row, round by round [1]. With the right multipliers any is as good; without, the inner problem
+// is smoother the less it is.
 constexpr double kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
 constexpr int kMostMultiplierRounds = 20;  // of multipliers
 constexpr int kMostNewtonSteps = 200;      // of all rounds

@@ -4,10 +4,10 @@
 //   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  sum_i radius_i |T_i y - origin_i|
 //   subject to  a_k . y + give_k d_g(k) >= b_k - compliance_k multiplier_k
 //
-// y is the step of the tool as in qp6.h. d_g is how far a group of rows gives way together, against a spring of its own;
-// `compliance` is that of one row alone. T_i takes y to the motion of a point of the tool across the normal of a contact,
-// and a disc of this radius bounds the force of friction there. The problem is strictly convex: one answer, whatever the
-// order of rows. Where T_i y = origin_i the contact sticks, exactly.
+// y is the step of the tool as in qp6.h. d_g is how far a group of rows gives way together, against a spring of its
+// own; `compliance` is that of one row alone. T_i takes y to the motion of a point of the tool across the normal of a
+// contact, and a disc of this radius bounds the force of friction there. The problem is strictly convex: one answer,
+// whatever the order of rows. Where T_i y = origin_i the contact sticks, exactly.
 //
 // Method: augmented Lagrangian, whose inner problem is smooth but for its second derivative and is solved by a Newton
 // method. M. Hestenes. Multiplier and gradient methods. JOTA 4, 1969. R. T. Rockafellar. Augmented Lagrangians and

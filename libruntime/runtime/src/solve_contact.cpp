@@ -201,8 +201,8 @@ bool ContactSolver::takeInViolated() {
 }
 
 // Coulomb's law: the radius is what the row presses with, times the coefficient. The radii go there, or as far as the
-// last two rounds say (a secant: where they would go to and fro, less; where they creep, more). `only_down`: none grows. Returns by how
-// much one was off, over itself.
+// last two rounds say (a secant: where they would go to and fro, less; where they creep, more). `only_down`: none
+// grows. Returns by how much one was off, over itself.
 double ContactSolver::updateRadii(bool only_down) {
   double largest = 1e-9, off = 0, square = 0, shrink = 0;
   for (int d = 0; d < qp_.disc_count; ++d) largest = std::max(largest, pressure(d));
