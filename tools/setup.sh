@@ -16,6 +16,7 @@ packages=(
   libmeshoptimizer-dev libdraco-dev # formats: compressed glTF
   libcli11-dev libpng-dev # program: command line, pictures
   zlib1g-dev libjs-three  # program: pages
+  libtinyxml2-dev libyaml-cpp-dev libassimp-dev # program: robots
   libglfw3-dev libimgui-dev # view: window, panels
   libegl-dev              # view: pictures without a display
   fonts-dejavu-core       # view: text
@@ -23,6 +24,7 @@ packages=(
   libgtest-dev            # tests
   pybind11-dev python3-dev python3-numpy # Python package
   python3-pytest mypy python3-yaml python3-pip # tests: of the Python package
+  liburdfdom-dev libmujoco-dev # tests: files of robots as others read them
   libtet1.5-dev           # soft tissue, tests: TetGen, in programs of their own
 )
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi

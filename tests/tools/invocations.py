@@ -31,7 +31,7 @@ def case(code, *words):
 
 def verbs():
     """Command lines that are wrong in themselves."""
-    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "scene"]
+    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "robot", "scene"]
     for verb in verbs_of:
         case(USAGE, verb)
         case(OK, verb, "--help")
@@ -58,13 +58,14 @@ def inputs():
         "repair": (["repair", "IN", "-o", "out.ply"], {}), "compare": (["compare", "IN", "-o", "out", "--builders", "cover"], {}),
         "inspect": (["inspect", "IN"], {"tree"}), "convert": (["convert", "IN", "out.json"], {"tree"}),
         "evaluate mesh": (["evaluate", "IN", "t.stree"], {}), "evaluate tree": (["evaluate", "m.obj", "IN"], {"tree"}),
-        "batch": (["batch", "IN", "-o", "out"], {"scene"}), "report": (["report", "IN", "-o", "out.html"], {"recording"})}
+        "batch": (["batch", "IN", "-o", "out"], {"scene"}), "report": (["report", "IN", "-o", "out.html"], {"recording"}),
+        "robot": (["robot", "IN", "-o", "out"], {"robot"})}
     files = {"missing": FILE, "folder": FILE, "loop": FILE, "dangling": FILE, "missing/file": FILE, "m.obj/file": FILE, "empty": REFUSED,
              "noise": REFUSED, "new\nline": FILE, "esc\x1b[31m": FILE, "n" * 300: FILE, "": USAGE, "zeros": REFUSED, "text": REFUSED,
              "picture.png": REFUSED}
     for name, (words, kinds) in readers.items():
         for file, code in files.items():
-            ending = "" if not kinds or "/" in file else {"tree": ".stree", "scene": ".json", "recording": ".csv"}[next(iter(kinds))]
+            ending = "" if not kinds or "/" in file else {"tree": ".stree", "scene": ".json", "recording": ".csv", "robot": ".urdf"}[next(iter(kinds))]
             if name == "report" and file == "folder":
                 ending = ""
             target = file + ending if file and not file.endswith(".png") else file

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     addInspectCommand(program);
     addRepairCommand(program);
     addReportCommand(program);
+    addRobotCommand(program);
     addSceneCommand(program);
     addSoftenCommand(program);
     addViewCommand(program);

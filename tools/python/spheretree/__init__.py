@@ -24,4 +24,5 @@ except ModuleNotFoundError as error:  # installed without the builder
         raise
 
 for _name in __all__:  # help() and messages name what users import
-    getattr(globals()[_name], "__module__", None) in (__name__ + "._core", __name__ + "._builder") and setattr(globals()[_name], "__module__", __name__)
+    if getattr(globals()[_name], "__module__", None) in (__name__ + "._core", __name__ + "._builder"):
+        globals()[_name].__module__ = __name__

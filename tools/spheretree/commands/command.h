@@ -36,6 +36,7 @@ void addEvaluateCommand(Program& program);
 void addInspectCommand(Program& program);
 void addRepairCommand(Program& program);
 void addReportCommand(Program& program);
+void addRobotCommand(Program& program);
 void addSceneCommand(Program& program);
 void addSoftenCommand(Program& program);
 void addViewCommand(Program& program);

@@ -8,12 +8,14 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
+#include "commands/evaluate_robot.h"
 #include "commands/evaluate_states_report.h"
 #include "commands/tree_input.h"
 #include "json_text.h"
 #include "pipeline/evaluation_json.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
+#include "robot/sphere_file.h"
 #include "run_files.h"
 #include "spheretree/builder/evaluate_tree.h"
 #include "spheretree/builder/provenance.h"
@@ -31,6 +33,8 @@ struct EvaluateOptions {
   bool json = false, no_limits = false;
   builder::EvaluateSettings settings;
   StatesOptions states;
+  std::string link, spheres_unit = "m";         // of spheres that a robot program wrote
+  std::vector<std::filesystem::path> packages;  // of a robot
 };
 
 void printText(const EvaluateOptions& options, std::size_t triangles, const builder::Evaluation& evaluation) {
@@ -68,13 +72,26 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
   line("  h_low", limits.h_low, limits.h_low_in_range ? "" : " (end of the range)");
 }
 
+/// A tree, or the spheres of one link as one level.
+SphereTree readTreeOrSpheres(const EvaluateOptions& options) {
+  if (isDash(options.tree) || !robot::isSphereFile(options.tree)) return readTree(options.tree);
+  const robot::SphereFile file = robot::readSphereFile(options.tree, formats::unitInMm(options.spheres_unit));
+  return robot::levelOf(robot::setOf(file, options.tree, options.link));
+}
+
 int runEvaluate(EvaluateOptions options, const Program& program, builder::Progress& progress) {
   const RunFiles files;
   files.willRead(options.mesh);
   files.willRead(options.tree);
   progress.stage("read");
+  if (endingOf(options.mesh) == ".urdf") {
+    options.settings.limits = false;
+    return evaluateRobot({options.mesh, options.tree, options.link, formats::unitInMm(options.spheres_unit), options.packages,
+                          options.repair, options.json, options.settings},
+                         program.quiet, progress);
+  }
   Tissue tissue;
-  const SphereTree tree = options.states.states.empty() ? readTree(options.tree) : readSoftTree(options.tree, tissue);
+  const SphereTree tree = options.states.states.empty() ? readTreeOrSpheres(options) : readSoftTree(options.tree, tissue);
   formats::MeshFile file = pipeline::readMeshIn(options.mesh, options.unit);
   TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
@@ -117,8 +134,22 @@ void addEvaluateCommand(Program& program) {
   CLI::App* app = addVerb(program, "evaluate", "Measure how well every level of a tree stands for a mesh",
                           "spheretree evaluate tooth.obj tooth.stree --json",
                           [options, &program](builder::Progress& progress) { return runEvaluate(*options, program, progress); });
-  app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
-  app->add_option("TREE", options->tree, "Tree: .stree, .soft, .sph or .json")->required()->type_name("FILE");
+  app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb; or a robot (.urdf), link by link")
+      ->required()
+      ->type_name("FILE");
+  app->add_option("TREE", options->tree,
+                  "Tree: .stree, .soft, .sph or .json; or spheres of a robot: .yml, .xrdf, .json, .urdf, .srdf or .xml")
+      ->required()
+      ->type_name("FILE");
+  app->add_option("--link", options->link, "Of spheres for several links: which; default: the only one, and of a robot all")
+      ->type_name("NAME");
+  app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in a file of spheres: mm, cm, m or in; default m")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  app->add_option("--package", options->packages,
+                  "Folder in which package:// of a robot is looked for, as in robot; may be given again; default: none")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
   app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
   addUnit(*app, options->unit);

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// VAMP, foam, ballpark, MorphIt; and the list of all files.
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "json_text.h"
+#include "robot/robot_files.h"
+#include "robot/yaml_text.h"
+
+namespace spheretree::robot {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The double that prints as the shortest decimal of the float.
+double shortNumber(float value) {
+  const std::string text = decimal(value);
+  double out = 0;
+  std::from_chars(text.data(), text.data() + text.size(), out);
+  return out;
+}
+
+Json centre(const MetreSphere& s) { return {shortNumber(s.x), shortNumber(s.y), shortNumber(s.z)}; }
+
+std::string text(const Json& json) { return tool::jsonText(json, 2) + "\n"; }
+
+/// A name that is safe as that of a file.
+std::string fileName(const std::string& name) {
+  std::string out = name;
+  for (char& c : out)
+    if (c == '/' || c == '\\' || static_cast<unsigned char>(c) < 0x20) c = '_';
+  return out.starts_with('.') ? "_" + out : out;
+}
+
+}  // namespace
+
+std::string vampJson(const CoveredRobot& c, const std::string& urdf, const std::string& srdf) {
+  std::string last = c.robot.links[c.robot.root].name;  // the last link of the file without a child: most often the tool
+  for (std::size_t l = 0; l < c.robot.links.size(); ++l) {
+    bool has_child = false;
+    for (const Joint& joint : c.robot.joints) has_child = has_child || joint.parent == l;
+    if (!has_child) last = c.robot.links[l].name;
+  }
+  return text({{"name", c.robot.name},
+               {"urdf", urdf},
+               {"srdf", srdf},
+               {"end_effector", last},
+               {"resolution", 32},
+               {"template", "templates/fk_template.hh"},
+               {"subtemplates", Json::array({{{"name", "ccfk"}, {"template", "templates/ccfk_template.hh"}}})},
+               {"output", fileName(c.robot.name) + "_fk.hh"}});
+}
+
+std::string foamJson(const LinkCover& link) {
+  Json out = Json::array();
+  for (std::size_t depth = 0; depth < link.levels.size(); ++depth) {
+    Json spheres = Json::array();
+    for (const MetreSphere& s : link.levels[depth]) spheres.push_back({{"origin", centre(s)}, {"radius", shortNumber(s.radius)}});
+    const double bound = link.overhang_bounds_mm[depth] / 1000;  // proven; no error of a sphere is larger
+    out.push_back({{"mean", bound}, {"best", bound}, {"worst", bound}, {"spheres", spheres}});
+  }
+  return text(out);
+}
+
+std::string ballparkJson(const CoveredRobot& c) {
+  Json out = Json::object();
+  for (const LinkCover& link : c.cover.links) {
+    Json& of_link = out[c.robot.links[link.link].name] = {{"centers", Json::array()}, {"radii", Json::array()}};
+    for (const MetreSphere& s : link.spheres()) {
+      of_link["centers"].push_back(centre(s));
+      of_link["radii"].push_back(shortNumber(s.radius));
+    }
+  }
+  return text(out);
+}
+
+std::string morphitJson(const Robot& robot, const LinkCover& link) {
+  constexpr double kDensity = 1000;  // MorphIt's own default [kg/m^3]
+  Json centres = Json::array(), radii = Json::array(), masses = Json::array();
+  for (const MetreSphere& s : link.spheres()) {
+    centres.push_back(centre(s));
+    radii.push_back(shortNumber(s.radius));
+    masses.push_back(kDensity * 4 / 3 * M_PI * std::pow(shortNumber(s.radius), 3));
+  }
+  const CollisionElement& first = robot.links[link.link].collisions.front();
+  const auto* file = std::get_if<MeshFile>(&first.shape);
+  return text({{"centers", centres},
+               {"radii", radii},
+               {"masses", masses},
+               {"mesh_path", file ? Json(file->name) : Json(nullptr)},
+               {"num_spheres", link.spheres().size()},
+               {"per_sphere_mass", false},
+               {"config", {{"model", {{"num_spheres", link.spheres().size()}, {"density", kDensity}}}}}});
+}
+
+std::vector<std::filesystem::path> robotFileNames(const Robot& robot) {
+  const std::string name = fileName(robot.name);
+  std::vector<std::filesystem::path> out;
+  for (const char* ending : {".curobo.yml", ".xrdf", ".urdf", ".srdf", ".vamp.json", ".ballpark.json", ".mjcf.xml"})
+    out.emplace_back(name + ending);
+  for (const Link& link : robot.links) {
+    if (link.collisions.empty()) continue;
+    for (const char* format : {"foam", "morphit"}) out.push_back(std::filesystem::path(format) / (fileName(link.name) + ".json"));
+  }
+  return out;
+}
+
+std::vector<std::string> robotFiles(const CoveredRobot& c, const std::filesystem::path& folder) {
+  const std::string name = fileName(c.robot.name);
+  std::vector<std::string> out{curoboYaml(c),   xrdf(c), sphereUrdf(c, folder), srdf(c), vampJson(c, name + ".urdf", name + ".srdf"),
+                               ballparkJson(c), mjcf(c)};
+  for (const LinkCover& link : c.cover.links) {
+    out.push_back(foamJson(link));
+    out.push_back(morphitJson(c.robot, link));
+  }
+  return out;
+}
+
+}  // namespace spheretree::robot

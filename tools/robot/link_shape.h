@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The shape of a collision element as what is covered by spheres: a ball, which is its own cover, or a mesh.
+// Units: mm, frame of the link.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "robot/robot_model.h"
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::robot {
+
+/// In double precision.
+struct LinkBall {
+  Eigen::Vector3d centre;  // [mm]
+  double radius;           // [mm]
+};
+
+struct LinkShape {
+  std::optional<LinkBall> ball;    // the shape is a ball; then `mesh` is empty
+  TriangleMesh mesh;               // closed for primitives; a mesh file as it was read
+  double padding = 0;              // the true surface lies within this of the mesh: a cylinder is round [mm]
+  std::vector<std::string> notes;  // of the reader
+};
+
+/// A box is 12 triangles, a cylinder a prism whose edges lie on it. A mesh file is read (STL, OBJ, PLY, OFF, glTF, DAE),
+/// its numbers are metres, scaled first and then placed.
+/// @throws formats::FileError, formats::FormatError
+LinkShape shapeOf(const CollisionElement& element);
+
+/// Triangles whose vertices lie on the ball: within 0.2 % of its radius.
+TriangleMesh ballMesh(const LinkBall& ball);
+
+}  // namespace spheretree::robot

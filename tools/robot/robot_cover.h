@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Spheres that cover the collision shapes of a robot's links. One tree for each collision element; a sphere of the URDF
+// is its own cover. How leaves are shared and what is proven: docs/robots.md
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "robot/link_shape.h"
+#include "robot/robot_model.h"
+#include "spheretree/builder/build_settings.h"
+#include "spheretree/builder/progress.h"
+#include "spheretree/builder/repair_mesh.h"
+#include "spheretree/core/sphere.h"
+
+namespace spheretree::robot {
+
+/// The number of spheres of every link whose name matches: * is any text, ? any letter.
+struct LinkCount {
+  std::string pattern;
+  std::size_t spheres = 0;  // >= 1
+};
+
+/// No sphere of the link reaches beyond the plane: all of them lie where axis . p >= value.
+struct ClipPlane {
+  std::string link;
+  Eigen::Vector3d axis;  // of the link's frame, unit length
+  double value = 0;      // [mm]
+};
+
+struct CoverSettings {
+  double tolerance_mm = 0;        // > 0: fewest spheres that reach out no farther; 0: `budget`
+  std::size_t budget = 0;         // > 0: spheres of all links without a count of their own, shared by equal error
+  std::vector<LinkCount> counts;  // the first that matches a link counts
+  std::vector<ClipPlane> clips;
+  builder::Quality quality = builder::Quality::Standard;
+  builder::RepairKind repair = builder::RepairKind::Auto;
+  std::uint64_t seed = 1;
+  int threads = 0;  // 0: as many as the machine has
+};
+
+/// A sphere in metres, in the frame of its link, as it is written. Both as floats and as the shortest decimals of these
+/// floats read in double precision, the spheres of a link cover it: rounding is added to the radius.
+using MetreSphere = Sphere;
+
+struct LinkCover {
+  std::size_t link = 0;
+  std::vector<std::vector<MetreSphere>> levels;  // from the roots of the elements' trees to the finest; the last is what planners get
+  std::vector<double> overhang_bounds_mm;        // (levels) proven: no sphere of the level reaches farther out of its element
+  bool is_clipped = false;                       // then what lies beyond the plane, and near it, is bare
+  std::vector<std::string> notes;                // repairs, missed tolerances; sentences that name the element
+  const std::vector<MetreSphere>& spheres() const { return levels.back(); }
+  double overhangBound() const { return overhang_bounds_mm.back(); }  // [mm]
+};
+
+struct RobotCover {
+  std::vector<LinkCover> links;  // those with collision elements, in the order of the robot
+  std::size_t sphereCount() const;
+};
+
+/// Same robot and settings (threads aside): same spheres.
+/// @throws tool::UsageError for settings that do not fit the robot (a budget below one sphere for each element, a
+/// pattern or a clip that names no link with collision elements); formats::FileError, formats::FormatError for meshes;
+/// builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
+RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder::Progress& progress);
+
+/// `ball` in metres, rounded outward.
+MetreSphere metreSphere(const LinkBall& ball);
+
+/// Back to mm, as a program reads it that takes the floats.
+LinkBall linkBall(const MetreSphere& sphere);
+
+}  // namespace spheretree::robot

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The spheres of a robot in the formats of planners and simulators. Each function gives the content of one file; what
+// each format is, and who reads it: docs/robots.md. Lengths in metres, in the frames of the links.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "robot/ignored_pairs.h"
+#include "robot/robot_cover.h"
+
+namespace spheretree::robot {
+
+/// What is written.
+struct CoveredRobot {
+  const Robot& robot;
+  const RobotCover& cover;
+  const std::vector<IgnoredPair>& pairs;
+  std::filesystem::path srdf;   // whose groups and pairs are kept; may be empty
+  std::filesystem::path merge;  // .xrdf or .yml whose other keys are kept; may be empty
+};
+
+/// cuRobo, robot_cfg.kinematics.
+std::string curoboYaml(const CoveredRobot& covered);
+/// XRDF 1.0.
+std::string xrdf(const CoveredRobot& covered);
+/// The URDF with spheres in place of its collision elements; paths relative to it become relative to `folder`.
+std::string sphereUrdf(const CoveredRobot& covered, const std::filesystem::path& folder);
+/// Spheres and pairs to ignore.
+std::string srdf(const CoveredRobot& covered);
+/// Of fkcc_gen, the generator of VAMP; the names are those of the files beside it.
+std::string vampJson(const CoveredRobot& covered, const std::string& urdf, const std::string& srdf);
+/// Of one link: a list by depth.
+std::string foamJson(const LinkCover& link);
+/// Of ballpark and PyRoKi.
+std::string ballparkJson(const CoveredRobot& covered);
+/// Of one link.
+std::string morphitJson(const Robot& robot, const LinkCover& link);
+/// MuJoCo.
+std::string mjcf(const CoveredRobot& covered);
+
+/// All of them: names relative to the folder of the results, known before the first build; and their contents, in the
+/// same order.
+std::vector<std::filesystem::path> robotFileNames(const Robot& robot);
+std::vector<std::string> robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
+
+}  // namespace spheretree::robot

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "robot/sphere_file.h"
+
+#include <cmath>
+
+#include "robot/xml_element.h"
+#include "robot/yaml_text.h"
+#include "run_files.h"
+#include "spheretree/formats/errors.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::robot {
+namespace {
+
+namespace fs = std::filesystem;
+using YAML::Node;
+
+/// Reads one file.
+class Reader {
+ public:
+  Reader(const fs::path& path, double unit_mm) : path_(path), unit_(unit_mm) {}
+
+  SphereFile read() {
+    const std::string ending = tool::endingOf(path_);
+    if (ending == ".urdf" || ending == ".srdf" || ending == ".xml" || ending == ".mjcf")
+      readMarkup();
+    else
+      readData(readYaml(path_), false);
+    std::erase_if(out_.sets, [](const SphereSet& set) { return set.balls.empty(); });
+    if (out_.sets.empty())
+      throw formats::FormatError(path_.string() + ": holds no sphere in a form that is known here (docs/robots.md lists them).");
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void refuseAt(const Node& node, const std::string& what) const {
+    throw formats::FormatError(path_.string() + ":" + std::to_string(node.Mark().line + 1) + ": " + what);
+  }
+
+  double number(const Node& node) const {
+    double value = 0;
+    try {
+      value = node.as<double>();
+    } catch (const YAML::Exception&) {
+      refuseAt(node, "should be a number.");
+    }
+    if (!std::isfinite(value)) refuseAt(node, "should be a finite number.");
+    return unit_ * value;
+  }
+
+  Eigen::Vector3d point(const Node& node) const {
+    if (!node.IsSequence() || node.size() != 3) refuseAt(node, "should be a centre of three numbers.");
+    return {number(node[0]), number(node[1]), number(node[2])};
+  }
+
+  void addBall(SphereSet& set, const Eigen::Vector3d& centre, double radius) {
+    if (radius > 0)
+      set.balls.push_back({centre, radius});
+    else
+      ++out_.without_volume;
+  }
+
+  static bool isSphere(const Node& node) { return node.IsMap() && (node["center"] || node["origin"]) && node["radius"]; }
+  static bool isSphereList(const Node& node) { return node.IsSequence() && node.size() > 0 && isSphere(node[0]); }
+
+  void addList(const std::string& link, const Node& list) {
+    SphereSet& set = out_.sets.emplace_back();
+    set.link = link;
+    for (const Node& sphere : list) {
+      if (!isSphere(sphere)) refuseAt(sphere, "should be a sphere: center and radius.");
+      addBall(set, point(sphere["center"] ? sphere["center"] : sphere["origin"]), number(sphere["radius"]));
+    }
+  }
+
+  void addColumns(const std::string& link, const Node& node) {
+    const Node centres = node["centers"], radii = node["radii"];
+    if (!centres.IsSequence() || !radii.IsSequence() || centres.size() != radii.size()) refuseAt(node, "needs as many centers as radii.");
+    SphereSet& set = out_.sets.emplace_back();
+    set.link = link;
+    for (std::size_t i = 0; i < centres.size(); ++i) addBall(set, point(centres[i]), number(radii[i]));
+  }
+
+  static bool areColumns(const Node& node) { return node.IsMap() && node["centers"] && node["radii"]; }
+
+  /// A map from links to lists or columns.
+  void addLinks(const Node& map) {
+    for (const auto& entry : map) {
+      if (areColumns(entry.second))
+        addColumns(entry.first.Scalar(), entry.second);
+      else if (isSphereList(entry.second))
+        addList(entry.first.Scalar(), entry.second);
+    }
+  }
+
+  void readCollisionSpheres(const Node& spheres, bool is_named) {
+    out_.format = "cuRobo";
+    if (spheres.IsScalar() && !is_named) {  // the name of another file: older versions of cuRobo
+      const fs::path other = path_.parent_path() / spheres.Scalar();
+      readData(readYaml(other), true);
+    } else if (isSphereList(spheres)) {
+      addList("", spheres);
+    } else if (spheres.IsMap()) {
+      addLinks(spheres);
+    }
+  }
+
+  void readData(const Node& input, bool is_named) {
+    const Node root = input;
+    if (root.IsSequence()) {
+      out_.format = isSphereList(root) ? "list" : "foam";
+      if (isSphereList(root))
+        addList("", root);
+      else if (root.size() > 0 && root[root.size() - 1].IsMap() && root[root.size() - 1]["spheres"])
+        addList("", root[root.size() - 1]["spheres"]);
+      return;
+    }
+    if (!root.IsMap()) return;
+    if (root["robot_cfg"] && root["robot_cfg"].IsMap() && root["robot_cfg"]["kinematics"] &&
+        root["robot_cfg"]["kinematics"]["collision_spheres"])
+      return readCollisionSpheres(root["robot_cfg"]["kinematics"]["collision_spheres"], is_named);
+    if (root["collision_spheres"]) return readCollisionSpheres(root["collision_spheres"], is_named);
+    if (root["format"] && root["format"].IsScalar() && root["format"].Scalar() == "xrdf") return readXrdf(root);
+    if (areColumns(root)) {
+      out_.format = "MorphIt";
+      return addColumns("", root);
+    }
+    out_.format = "links";
+    addLinks(root);
+  }
+
+  void readXrdf(const Node& root) {
+    out_.format = "XRDF";
+    const Node geometry = root["geometry"];
+    if (!geometry || !geometry.IsMap() || geometry.size() == 0) return;
+    const Node collision = root["collision"];
+    const std::string name = collision && collision["geometry"] ? collision["geometry"].Scalar() : geometry.begin()->first.Scalar();
+    if (geometry[name] && geometry[name]["spheres"] && geometry[name]["spheres"].IsMap()) addLinks(geometry[name]["spheres"]);
+  }
+
+  void readMarkup() {
+    tinyxml2::XMLDocument document;
+    const XmlElement& root = readXml(path_, document);
+    if (std::string(root.Name()) == "mujoco") {
+      out_.format = "MJCF";
+      if (const XmlElement* world = root.FirstChildElement("worldbody")) readBodies(*world);
+      return;
+    }
+    out_.format = root.FirstChildElement("link_sphere_approximation") ? "SRDF" : "URDF";
+    for (const XmlElement* e = root.FirstChildElement("link_sphere_approximation"); e;
+         e = e->NextSiblingElement("link_sphere_approximation")) {
+      SphereSet& set = out_.sets.emplace_back();
+      set.link = requiredText(path_, *e, "link");
+      for (const XmlElement* s = e->FirstChildElement("sphere"); s; s = s->NextSiblingElement("sphere"))
+        addBall(set, vector(*s, "center"), unit_ * requiredNumber(path_, *s, "radius"));
+    }
+    for (const XmlElement* e = root.FirstChildElement("link"); e; e = e->NextSiblingElement("link")) readLink(*e);
+  }
+
+  Eigen::Vector3d vector(const XmlElement& e, const char* attribute) const {
+    const std::vector<double> v = numbers(path_, e, attribute, 3);
+    return v.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(unit_ * Eigen::Vector3d(v[0], v[1], v[2]));
+  }
+
+  void readLink(const XmlElement& link) {
+    SphereSet& set = out_.sets.emplace_back();
+    set.link = requiredText(path_, link, "name");
+    for (const XmlElement* c = link.FirstChildElement("collision"); c; c = c->NextSiblingElement("collision")) {
+      const XmlElement* geometry = c->FirstChildElement("geometry");
+      const XmlElement* sphere = geometry ? geometry->FirstChildElement("sphere") : nullptr;
+      if (sphere) addBall(set, unit_ / 1000 * originOf(path_, *c).translation(), unit_ * requiredNumber(path_, *sphere, "radius"));
+    }
+  }
+
+  void readBodies(const XmlElement& parent) {
+    for (const XmlElement* body = parent.FirstChildElement("body"); body; body = body->NextSiblingElement("body")) {
+      const char* name = body->Attribute("name");
+      SphereSet set{name ? name : "", {}};
+      for (const XmlElement* geom = body->FirstChildElement("geom"); geom; geom = geom->NextSiblingElement("geom"))
+        if (const char* type = geom->Attribute("type"); !type || std::string(type) == "sphere")
+          if (geom->Attribute("size")) addBall(set, vector(*geom, "pos"), unit_ * requiredNumber(path_, *geom, "size"));
+      out_.sets.push_back(std::move(set));
+      readBodies(*body);
+    }
+  }
+
+  const fs::path& path_;
+  double unit_;
+  SphereFile out_;
+};
+
+}  // namespace
+
+SphereFile readSphereFile(const fs::path& path, double unit_mm) { return Reader(path, unit_mm).read(); }
+
+bool isSphereFile(const fs::path& path) {
+  const std::string ending = tool::endingOf(path);
+  for (const char* known : {".yml", ".yaml", ".xrdf", ".urdf", ".srdf", ".xml", ".mjcf"})
+    if (ending == known) return true;
+  if (ending != ".json") return false;
+  // A tree names its schema at the start.
+  const std::vector<std::byte> bytes = formats::readFile(path);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return text.substr(0, 4096).find("\"spheretree.") == std::string_view::npos;
+}
+
+SphereTree levelOf(const SphereSet& set) {
+  SphereTree tree;
+  for (const LinkBall& ball : set.balls) {
+    const Eigen::Vector3f c = ball.centre.cast<float>();
+    tree.cover.push_back({c.x(), c.y(), c.z(), static_cast<float>(ball.radius)});
+  }
+  tree.bound_index.assign(set.balls.size(), kNoBound);
+  tree.first_child.assign(set.balls.size(), 0);
+  tree.child_count.assign(set.balls.size(), 0);
+  tree.level_begin = {0, static_cast<std::uint32_t>(set.balls.size())};
+  countLevels(tree);
+  return tree;
+}
+
+const SphereSet& setOf(const SphereFile& file, const fs::path& path, const std::string& link) {
+  if (link.empty() && file.sets.size() == 1) return file.sets.front();
+  std::string known;
+  for (const SphereSet& set : file.sets) {
+    if (!link.empty() && set.link == link) return set;
+    known += (known.empty() ? "" : ", ") + set.link;
+  }
+  throw formats::FormatError(path.string() +
+                             (link.empty() ? ": holds the spheres of several links. Name one with --link: "
+                                           : ": has no spheres of the link " + link + "; it has those of ") +
+                             known + ".");
+}
+
+}  // namespace spheretree::robot

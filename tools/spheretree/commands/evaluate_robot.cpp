@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "commands/evaluate_robot.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands/command.h"
+#include "json_text.h"
+#include "pipeline/evaluation_json.h"
+#include "pipeline/sound_mesh.h"
+#include "robot/link_shape.h"
+#include "robot/robot_model.h"
+#include "robot/sphere_file.h"
+#include "run_files.h"
+#include "spheretree/core/mesh_edit.h"
+#include "spheretree/formats/errors.h"
+#include "terminal.h"
+
+namespace spheretree::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Row {
+  std::string link;
+  std::size_t spheres = 0;
+  std::optional<builder::Evaluation> evaluation;  // none without spheres
+};
+
+/// All shapes of a link as one mesh; a sphere of the URDF by triangles that lie on it.
+TriangleMesh shapesOf(const robot::Link& link) {
+  TriangleMesh all;
+  for (const robot::CollisionElement& element : link.collisions) {
+    const robot::LinkShape shape = robot::shapeOf(element);
+    all = joined(std::move(all), shape.ball ? robot::ballMesh(*shape.ball) : shape.mesh);
+  }
+  return all;
+}
+
+Row evaluateLink(const EvaluateRobotOptions& options, const robot::Link& link, const robot::SphereFile& spheres, bool quiet,
+                 builder::Progress& progress) {
+  Row row{link.name, 0, std::nullopt};
+  for (const robot::SphereSet& set : spheres.sets) {
+    if (set.link != link.name && !(set.link.empty() && !options.link.empty())) continue;
+    const builder::RepairedMesh solid = builder::repairMesh(shapesOf(link), pipeline::repairKind(options.repair), progress);
+    if (!quiet && !solid.isSound())
+      say("spheretree: warning: " + link.name + " is not a closed, clean surface, so that inside and outside are uncertain.");
+    progress.check();
+    row.spheres = set.balls.size();
+    row.evaluation = builder::evaluateTree(solid.mesh, robot::levelOf(set), options.settings, progress, solid.to_cover);
+  }
+  return row;
+}
+
+void printRows(const std::vector<Row>& rows) {
+  std::size_t widest = 4;
+  for (const Row& row : rows) widest = std::max(widest, row.link.size());
+  const int width = static_cast<int>(std::min<std::size_t>(widest, 60));
+  printResult("%-*s  spheres  uncovered [%%]  max gap [mm]  overhang max [mm]  excess volume [%%]\n", width, "link");
+  for (const Row& row : rows) {
+    const std::string name = plainText(row.link);
+    if (!row.evaluation) {
+      printResult("%-*s  %7d  %13.4f  %12s  %17s  %17s\n", width, name.c_str(), 0, 100.0, "-", "-", "-");
+      continue;
+    }
+    const builder::LevelEvaluation& level = row.evaluation->levels.back();
+    printResult("%-*s  %7zu  %13.4f  %12.5g  %17.5g  %17.4f\n", width, name.c_str(), row.spheres, 100 * level.coverage.uncovered_fraction,
+                level.coverage.max_gap, level.overhang.max, 100 * level.excess_volume_fraction);
+  }
+}
+
+}  // namespace
+
+int evaluateRobot(const EvaluateRobotOptions& options, bool quiet, builder::Progress& progress) {
+  const robot::Robot robot = robot::readUrdf(options.urdf, {options.packages});
+  const robot::SphereFile spheres = robot::readSphereFile(options.spheres, options.sphere_unit_mm);
+  if (!quiet && spheres.without_volume > 0)
+    say(options.spheres.string() + ": " + counted(spheres.without_volume, "sphere") + " with a radius of 0 or below left out.");
+  std::vector<Row> rows;
+  for (const robot::Link& link : robot.links) {
+    if (link.collisions.empty() || (!options.link.empty() && link.name != options.link)) continue;
+    progress.stage(link.name);
+    rows.push_back(evaluateLink(options, link, spheres, quiet, progress));
+  }
+  if (rows.empty())
+    throw formats::FormatError(options.urdf.string() + ": has no link" + (options.link.empty() ? "" : " named " + options.link) +
+                               " with a <collision>.");
+  if (!options.json) {
+    printRows(rows);
+    return kExitOk;
+  }
+  Json out{{"schema", "spheretree.robot_evaluation/1"}, {"format", spheres.format}, {"links", Json::array()}};
+  for (const Row& row : rows)
+    out["links"].push_back({{"link", row.link},
+                            {"spheres", row.spheres},
+                            {"diagonal_mm", row.evaluation ? Json(row.evaluation->diagonal) : Json(nullptr)},
+                            {"level", row.evaluation ? pipeline::levelJson(row.evaluation->levels.back()) : Json(nullptr)}});
+  writeResult(jsonText(out, 2) + "\n");
+  return kExitOk;
+}
+
+}  // namespace spheretree::tool

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// evaluate ROBOT.urdf SPHERES: the spheres of every link against its collision shapes, whoever made them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "spheretree/builder/evaluate_tree.h"
+
+namespace spheretree::tool {
+
+struct EvaluateRobotOptions {
+  std::filesystem::path urdf, spheres;
+  std::string link;  // "": all
+  double sphere_unit_mm = 1000;
+  std::vector<std::filesystem::path> packages;
+  std::string repair = "auto";
+  bool json = false;
+  builder::EvaluateSettings settings;
+};
+
+/// Prints a row for each link that has collision shapes; one without spheres is bare. Returns an exit code.
+int evaluateRobot(const EvaluateRobotOptions& options, bool quiet, builder::Progress& progress);
+
+}  // namespace spheretree::tool

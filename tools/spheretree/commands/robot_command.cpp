@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree robot: spheres that cover the links of a URDF, in the formats of planners and simulators. docs/robots.md
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "commands/command.h"
+#include "commands/common_options.h"
+#include "mistyped.h"
+#include "pipeline/builder_names.h"
+#include "pipeline/sound_mesh.h"
+#include "robot/ignored_pairs.h"
+#include "robot/robot_cover.h"
+#include "robot/robot_files.h"
+#include "run_files.h"
+#include "spheretree/formats/file_io.h"
+#include "terminal.h"
+
+namespace spheretree::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kSpheresEach = 8;  // of each collision element on average, where nothing else is asked for
+
+struct RobotOptions {
+  fs::path urdf, folder, srdf, merge;
+  std::vector<fs::path> packages;
+  std::vector<std::string> links, clip;
+  std::string quality = "standard", repair = "auto";
+  std::size_t budget = 0;
+  robot::CoverSettings settings;
+};
+
+/// "PATTERN=N"
+std::optional<robot::LinkCount> linkCount(const std::string& text) {
+  const std::size_t at = text.rfind('=');
+  robot::LinkCount count;
+  if (at == std::string::npos || at == 0) return std::nullopt;
+  count.pattern = text.substr(0, at);
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + at + 1, end, count.spheres);
+  return error == std::errc() && stop == end && count.spheres >= 1 && count.spheres <= 4096 ? std::optional(count) : std::nullopt;
+}
+
+/// LINK, an axis (x, -z, ...) and a value in mm, again and again.
+std::vector<robot::ClipPlane> clipPlanes(const std::vector<std::string>& words) {
+  std::vector<robot::ClipPlane> planes;
+  for (std::size_t i = 0; i + 2 < words.size(); i += 3) {
+    robot::ClipPlane plane{words[i], Eigen::Vector3d::Zero(), 0};
+    const std::string& axis = words[i + 1];
+    const std::size_t letter = axis.size() == 2 && axis[0] == '-' ? 1 : 0;
+    const std::size_t which = axis.size() == letter + 1 ? std::string("xyz").find(axis[letter]) : std::string::npos;
+    if (which == std::string::npos) throw UsageError("--clip " + words[i] + " " + axis + ": the axis is not x, y, z, -x, -y or -z.");
+    plane.axis[static_cast<Eigen::Index>(which)] = letter == 1 ? -1 : 1;
+    const std::string& value = words[i + 2];
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), plane.value);
+    if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(plane.value))
+      throw UsageError("--clip " + words[i] + " " + axis + " " + value + ": the value is not a length in mm.");
+    planes.push_back(plane);
+  }
+  return planes;
+}
+
+void printLinks(const RobotOptions& options, const robot::Robot& robot, const robot::RobotCover& cover,
+                const std::vector<robot::IgnoredPair>& pairs, double seconds) {
+  std::size_t widest = 4;
+  for (const robot::LinkCover& link : cover.links) widest = std::max(widest, robot.links[link.link].name.size());
+  const int width = static_cast<int>(std::min<std::size_t>(widest, 60));
+  printResult("%-*s  spheres  overhang bound [mm]\n", width, "link");
+  for (const robot::LinkCover& link : cover.links)
+    printResult("%-*s  %7zu  %19.6g%s\n", width, plainText(robot.links[link.link].name).c_str(), link.spheres().size(),
+                link.overhangBound(), link.is_clipped ? "  clipped: bare at and beyond the plane" : "");
+  std::size_t adjacent = 0, always = 0;
+  for (const robot::IgnoredPair& pair : pairs) {
+    adjacent += pair.reason == robot::PairReason::Adjacent;
+    always += pair.reason == robot::PairReason::Always;
+  }
+  printResult("%s: %zu spheres on %s; every surface is covered; %.1f s\n", plainText(options.folder.string()).c_str(), cover.sphereCount(),
+              counted(cover.links.size(), "link").c_str(), seconds);
+  printResult("pairs of links to ignore: %zu adjacent, %zu that always touch, %zu that never do, proven within the joint limits\n",
+              adjacent, always, pairs.size() - adjacent - always);
+}
+
+robot::CoverSettings settingsOf(const RobotOptions& options, const robot::Robot& robot) {
+  robot::CoverSettings settings = options.settings;
+  for (const std::string& text : options.links) settings.counts.push_back(*linkCount(text));
+  settings.clips = clipPlanes(options.clip);
+  settings.quality = pipeline::byName(pipeline::kQualities, options.quality);
+  settings.repair = pipeline::repairKind(options.repair);
+  settings.budget = options.budget;
+  if (settings.tolerance_mm > 0 || settings.budget > 0) return settings;
+  std::size_t elements = 0;
+  for (const robot::Link& link : robot.links) elements += link.collisions.size();
+  settings.budget = kSpheresEach * std::max<std::size_t>(1, elements);
+  return settings;
+}
+
+int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const RunFiles files(progress);
+  for (const fs::path& input : {options.urdf, options.srdf, options.merge})
+    if (!input.empty()) files.willRead(input);
+  progress.stage("read");
+  const robot::Robot robot = robot::readUrdf(options.urdf, {options.packages});
+  const robot::CoverSettings settings = settingsOf(options, robot);
+  formats::makeFolder(options.folder);
+  for (const char* inner : {"foam", "morphit"}) formats::makeFolder(options.folder / inner);
+  const std::vector<fs::path> names = robot::robotFileNames(robot);
+  for (const fs::path& name : names) files.willWrite(options.folder / name);
+
+  const robot::RobotCover cover = robot::coverRobot(robot, settings, progress);
+  const std::vector<robot::IgnoredPair> pairs = robot::findIgnoredPairs(robot, cover, {}, progress);
+  progress.stage("write");
+  const robot::CoveredRobot covered{robot, cover, pairs, options.srdf, options.merge};
+  const std::vector<std::string> contents = robotFiles(covered, options.folder);
+  progress.check();
+  for (std::size_t i = 0; i < names.size(); ++i) formats::writeWhole(options.folder / names[i], contents[i]);
+
+  bool is_met = true;
+  for (const robot::LinkCover& link : cover.links) {
+    is_met = is_met && (!(settings.tolerance_mm > 0) || link.overhangBound() <= settings.tolerance_mm || link.is_clipped);
+    if (!quiet)
+      for (const std::string& note : link.notes) say(note);
+  }
+  if (!quiet && options.merge.empty())
+    say("The limits of acceleration and jerk that XRDF and cuRobo want are not in a URDF. Take them from a file: --merge FILE.xrdf or "
+        "FILE.yml.");
+  printLinks(options, robot, cover, pairs, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  if (!is_met && settings.counts.empty())
+    return explain(kProgram, kExitTargetMissed,
+                   "the tolerance is not met everywhere; the best result was written. Allow a larger --tolerance.");
+  return kExitOk;
+}
+
+}  // namespace
+
+void addRobotCommand(Program& program) {
+  const auto options = std::make_shared<RobotOptions>();
+  CLI::App* app = addVerb(program, "robot", "Spheres for a robot: cover the collision shapes of a URDF, for planners and simulators",
+                          "spheretree robot panda.urdf -o panda --budget 60 --links hand=8",
+                          [options, &program](builder::Progress& progress) { return runRobot(*options, program.quiet, progress); });
+  app->add_option("URDF", options->urdf, "Robot to read (.urdf, xacro expanded). Meshes: STL, OBJ, PLY, OFF, glTF, DAE")
+      ->required()
+      ->type_name("FILE");
+  app->add_option("-o,--output", options->folder,
+                  "Folder for cuRobo, XRDF, URDF, SRDF, VAMP, foam, ballpark, MorphIt and MJCF; made if it is missing")
+      ->required()
+      ->type_name("DIR");
+  CLI::Option* tolerance =
+      app->add_option("--tolerance", options->settings.tolerance_mm,
+                      "Fewest spheres that reach out of each shape by at most this, in mm, above 0; default: none, --budget counts")
+          ->type_name("MM")
+          ->check(numberIn(1e-9, 1e6));
+  app->add_option(
+         "--budget", options->budget,
+         "Spheres of all links together, 1 to 100000, shared so that the largest error is smallest; default 8 for each collision element")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->excludes(tolerance);
+  app->add_option(
+         "--links", options->links,
+         "PATTERN=N by commas: N spheres, 1 to 4096, for each link whose name matches (* any text, ? any letter), apart from --budget and "
+         "--tolerance; the first that matches counts; default: none")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check([](const std::string& text) { return linkCount(text) ? std::string() : text + " is not PATTERN=N with N from 1 to 4096"; });
+  app->add_option(
+         "--clip", options->clip,
+         "LINK AXIS VALUE: no sphere of the link reaches below VALUE mm along AXIS (x, y, z, -x, -y or -z) of its frame, as at a base on a "
+         "table; may be given again; default: none")
+      ->type_name("LINK AXIS VALUE")
+      ->type_size(3)
+      ->allow_extra_args(false);
+  app->add_option("--srdf", options->srdf, "SRDF whose groups, states and pairs are kept in the one that is written; default: none")
+      ->type_name("FILE");
+  app->add_option("--merge", options->merge,
+                  "XRDF or configuration of cuRobo (.yml) whose limits, tool frames and other keys are kept in the ones that are written; "
+                  "default: none")
+      ->type_name("FILE");
+  app->add_option(
+         "--package", options->packages,
+         "Folder in which package:// is looked for, before those above the URDF and ROS_PACKAGE_PATH; may be given again; default: none")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+  app->add_option("--quality", options->quality, "quick, standard or best; default standard")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
+  app->add_option("--repair", options->repair, "Mends meshes first, as in build: auto, off or wrap; default auto")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"auto", "off", "wrap"}));
+  addSeed(*app, options->settings.seed, "all random choices");
+  addThreads(*app, options->settings.threads);
+}
+
+}  // namespace spheretree::tool
