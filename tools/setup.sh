@@ -13,6 +13,7 @@ packages=(
   libopenmesh-dev         # builder: simplification
   libxxhash-dev           # builder: hashes of mesh and settings
   nlohmann-json3-dev      # formats, program: JSON
+  libtinygltf-dev         # formats: writes GLB
   libmeshoptimizer-dev libdraco-dev # formats: compressed glTF
   libcli11-dev libpng-dev # program: command line, pictures
   zlib1g-dev libjs-three  # program: pages

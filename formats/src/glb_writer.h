@@ -1,55 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the writers of GLB share: binary data behind accessors, and the container.
+// What the writers of GLB share: a model of tinygltf whose binary data grow from accessor to accessor, and its file.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "tinygltf_model.h"
+
 namespace spheretree::formats {
-
-using Json = nlohmann::ordered_json;
-
-template <class T>
-void append(std::vector<std::byte>& bytes, const T& value) {
-  const auto* first = reinterpret_cast<const std::byte*>(&value);
-  bytes.insert(bytes.end(), first, first + sizeof value);
-}
 
 inline constexpr double kMetre = 0.001;  // [m/mm]: glTF is in metres
 
-// Numbers of the glTF 2.0 specification.
-inline constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+class GlbWriter {
+ public:
+  GlbWriter();
 
-/// Appends a buffer view and its accessor to `document`; returns the accessor's index.
-inline std::size_t addAccessor(Json& document, std::size_t begin, std::size_t end, int target, int component, std::size_t count,
-                               const char* type) {
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}, {"target", target}});
-  document["accessors"].push_back(
-      {{"bufferView", document["bufferViews"].size() - 1}, {"componentType", component}, {"count", count}, {"type", type}});
-  return document["accessors"].size() - 1;
-}
+  /// Triangles with a point and a normal for each of their corners' vertices, and a node of them. `positions` in mm.
+  struct Part {
+    std::string name;
+    std::array<double, 3> colour;
+    double roughness = 0.6;
+    bool is_double_sided = false;
+    std::vector<Eigen::Vector3d> positions, normals;      // as many of each; normals of unit length
+    std::vector<std::array<std::uint32_t, 3>> triangles;  // none: three positions after each other are one
+  };
+  /// Returns the index of its node.
+  int add(const Part& part);
+  /// A node above others, `origin` in mm; returns its index.
+  int addNode(const std::string& name, std::vector<int> children, const std::array<double, 3>& origin);
+  /// The first is the one that is shown.
+  void addScene(const std::string& name, std::vector<int> nodes);
+  /// The file. Same calls, same bytes.
+  std::vector<std::byte> finish();
 
-/// The file: `document` gets its one buffer.
-inline std::vector<std::byte> packGlb(Json& document, const std::vector<std::byte>& buffer) {
-  document["buffers"] = Json::array({{{"byteLength", buffer.size()}}});
+ private:
+  int addAccessor(std::size_t begin, int target, int component, int type, std::size_t count);
+  int addPoints(const std::vector<Eigen::Vector3d>& points, double scale);
 
-  std::string text = document.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
-  std::vector<std::byte> bytes;
-  bytes.reserve(28 + text.size() + buffer.size());
-  append(bytes, std::array<std::uint32_t, 3>{kMagic, kVersion, static_cast<std::uint32_t>(28 + text.size() + buffer.size())});
-  append(bytes, std::array<std::uint32_t, 2>{static_cast<std::uint32_t>(text.size()), kJsonChunk});
-  const std::span<const std::byte> text_bytes = std::as_bytes(std::span<const char>(text.data(), text.size()));
-  bytes.insert(bytes.end(), text_bytes.begin(), text_bytes.end());
-  append(bytes, std::array<std::uint32_t, 2>{static_cast<std::uint32_t>(buffer.size()), kBinaryChunk});
-  bytes.insert(bytes.end(), buffer.begin(), buffer.end());
-  return bytes;
-}
+  tinygltf::Model model_;
+  std::vector<unsigned char> buffer_;
+};
 
 }  // namespace spheretree::formats

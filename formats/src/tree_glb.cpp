@@ -44,27 +44,18 @@ Icosphere makeIcosphere(int subdivisions) {
   return s;
 }
 
-struct ShadedMesh {
-  std::string name;
-  std::array<double, 3> colour;
-  bool is_double_sided;
-  std::vector<Eigen::Vector3d> positions;  // [mm]
-  std::vector<Eigen::Vector3d> normals;    // unit
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
-
 /// The spheres of one level set.
-ShadedMesh meshOf(const SphereTree& tree, int level, SphereKind kind) {
+GlbWriter::Part partOf(const SphereTree& tree, int level, SphereKind kind) {
   constexpr std::array<std::array<double, 3>, kMaxLevels> kColours{
       {{0.60, 0.60, 0.60}, {0.85, 0.37, 0.10}, {0.90, 0.67, 0.12}, {0.20, 0.60, 0.35}, {0.15, 0.45, 0.75}, {0.50, 0.30, 0.65}}};
   const std::vector<std::uint32_t> nodes = levelSet(tree, level);
   const Icosphere shape = makeIcosphere(nodes.size() <= 64 ? 3 : nodes.size() <= 1024 ? 2 : 1);
-  ShadedMesh mesh{.name = "level_" + std::to_string(level),
-                  .colour = kColours[static_cast<std::size_t>(level)],
-                  .is_double_sided = false,
-                  .positions = {},
-                  .normals = {},
-                  .triangles = {}};
+  GlbWriter::Part mesh{.name = "level_" + std::to_string(level),
+                       .colour = kColours[static_cast<std::size_t>(level)],
+                       .is_double_sided = false,
+                       .positions = {},
+                       .normals = {},
+                       .triangles = {}};
   for (const std::uint32_t node : nodes) {
     const Sphere& s = sphereOf(tree, node, kind);
     const Eigen::Vector3d centre(double{s.x}, double{s.y}, double{s.z});
@@ -79,9 +70,10 @@ ShadedMesh meshOf(const SphereTree& tree, int level, SphereKind kind) {
 }
 
 /// The patches of a skin: each of its sides in four, which makes 15 points and 16 triangles.
-ShadedMesh meshOf(const Skin& skin) {
+GlbWriter::Part partOf(const Skin& skin) {
   constexpr int kParts = 4;
-  ShadedMesh mesh{.name = "skin", .colour = {0.93, 0.87, 0.76}, .is_double_sided = true, .positions = {}, .normals = {}, .triangles = {}};
+  GlbWriter::Part mesh{
+      .name = "skin", .colour = {0.93, 0.87, 0.76}, .is_double_sided = true, .positions = {}, .normals = {}, .triangles = {}};
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     const SkinPatch patch = patchOf(skin, t);
     std::uint32_t row = static_cast<std::uint32_t>(mesh.positions.size());  // first point of row i, of kParts + 1 - i points
@@ -109,74 +101,22 @@ ShadedMesh meshOf(const Skin& skin) {
   return mesh;
 }
 
-/// Appends a mesh, its material and a node.
-void addMesh(Json& document, std::vector<std::byte>& buffer, const ShadedMesh& mesh) {
-  const auto appendPoint = [&](const Eigen::Vector3d& p) {
-    append(buffer, std::array<float, 3>{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
-  };
-  Eigen::AlignedBox3f box;
-  const std::size_t positions_at = buffer.size();
-  for (const Eigen::Vector3d& p : mesh.positions) {
-    const Eigen::Vector3d metres = p * kMetre;
-    box.extend(metres.cast<float>());
-    appendPoint(metres);
-  }
-  const std::size_t normals_at = buffer.size();
-  for (const Eigen::Vector3d& n : mesh.normals) appendPoint(n);
-  const std::size_t indices_at = buffer.size();
-  for (const auto& triangle : mesh.triangles) append(buffer, triangle);
-
-  const std::size_t positions = addAccessor(document, positions_at, normals_at, kArrayBuffer, kFloat, mesh.positions.size(), "VEC3");
-  document["accessors"][positions]["min"] = {box.min().x(), box.min().y(), box.min().z()};
-  document["accessors"][positions]["max"] = {box.max().x(), box.max().y(), box.max().z()};
-  const std::size_t normals = addAccessor(document, normals_at, indices_at, kArrayBuffer, kFloat, mesh.normals.size(), "VEC3");
-  const std::size_t indices =
-      addAccessor(document, indices_at, buffer.size(), kElementArrayBuffer, kUnsignedInt, 3 * mesh.triangles.size(), "SCALAR");
-
-  Json material{
-      {"name", mesh.name},
-      {"pbrMetallicRoughness",
-       {{"baseColorFactor", {mesh.colour[0], mesh.colour[1], mesh.colour[2], 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}};
-  if (mesh.is_double_sided) material["doubleSided"] = true;
-  document["materials"].push_back(std::move(material));
-  Json primitive;
-  primitive["attributes"] = {{"POSITION", positions}, {"NORMAL", normals}};
-  primitive["indices"] = indices;
-  primitive["material"] = document["materials"].size() - 1;
-  document["meshes"].push_back({{"name", mesh.name}, {"primitives", Json::array({primitive})}});
-  document["nodes"].push_back({{"name", mesh.name}, {"mesh", document["meshes"].size() - 1}});
-}
-
-/// A node above `children`, where the tree stands, and a scene of it.
-void addScene(Json& document, const SphereTree& tree, const std::string& name, std::vector<std::size_t> children) {
-  Json root{{"name", name}, {"children", std::move(children)}};
-  if (tree.origin_mm != std::array<double, 3>{})
-    root["translation"] = {tree.origin_mm[0] * kMetre, tree.origin_mm[1] * kMetre, tree.origin_mm[2] * kMetre};
-  document["nodes"].push_back(std::move(root));
-  document["scenes"].push_back({{"name", name}, {"nodes", {document["nodes"].size() - 1}}});
-}
-
 }  // namespace
 
 std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::optional<int> level) {
-  Json document;
-  document["asset"] = {{"version", "2.0"}, {"generator", "spheretree"}};
-  document["scene"] = 0;
-  document["scenes"] = Json::array();
-  document["nodes"] = Json::array();
-  std::vector<std::byte> buffer;
+  GlbWriter glb;
+  std::vector<int> levels;  // nodes
   const int last = tree.levelCount() - 1;
   for (int k = 0; k <= last; ++k)
-    if (!level || k == *level) addMesh(document, buffer, meshOf(tree, k, kind));
-  const std::size_t leaves = document["nodes"].size() - 1;
-  std::vector<std::size_t> shown{leaves};
-  if (!tree.skin.empty() && level.value_or(last) == last) {
-    addMesh(document, buffer, meshOf(tree.skin));
-    shown.push_back(leaves + 1);
-  }
-  addScene(document, tree, "sphere_tree", shown);
-  for (std::size_t k = 0; k < leaves; ++k) addScene(document, tree, "scene_of_level_" + std::to_string(k), {k});
-  return packGlb(document, buffer);
+    if (!level || k == *level) levels.push_back(glb.add(partOf(tree, k, kind)));
+  std::vector<int> shown{levels.back()};
+  if (!tree.skin.empty() && level.value_or(last) == last) shown.push_back(glb.add(partOf(tree.skin)));
+  const auto addScene = [&](const std::string& name, const std::vector<int>& nodes) {
+    glb.addScene(name, {glb.addNode(name, nodes, tree.origin_mm)});
+  };
+  addScene("sphere_tree", shown);
+  for (std::size_t k = 0; k + 1 < levels.size(); ++k) addScene("scene_of_level_" + std::to_string(k), {levels[k]});
+  return glb.finish();
 }
 
 }  // namespace spheretree::formats

@@ -44,8 +44,8 @@ struct Glb {
     const json& view = document["bufferViews"][a["bufferView"].get<std::size_t>()];
     std::vector<T> values(a["count"].get<std::size_t>());
     EXPECT_EQ(values.size() * sizeof(T), view["byteLength"].get<std::size_t>());
-    EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0u);
-    std::memcpy(values.data(), binary.data() + view["byteOffset"].get<std::size_t>(), values.size() * sizeof(T));
+    EXPECT_EQ(view.value("byteOffset", std::size_t{0}) % 4, 0u);
+    std::memcpy(values.data(), binary.data() + view.value("byteOffset", std::size_t{0}), values.size() * sizeof(T));
     return values;
   }
   json document;

@@ -19,7 +19,7 @@ from pathlib import Path
 ROOMS = {
     "core": ("libruntime/core", [], ["Eigen/"]),
     "runtime": ("libruntime/runtime", ["core"], ["Eigen/", "immintrin.h", "cpuid.h"]),
-    "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
+    "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
     "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h"]),
     "builder": ("libspheretree", ["core"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }

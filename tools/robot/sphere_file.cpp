@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 using YAML::Node;
 
 /// Reads one file.
-class Reader {
+class SphereFileReader {
  public:
-  Reader(const fs::path& path, double unit_mm) : path_(path), unit_(unit_mm) {}
+  SphereFileReader(const fs::path& path, double unit_mm) : path_(path), unit_(unit_mm) {}
 
   SphereFile read() {
     const std::string ending = tool::endingOf(path_);
@@ -190,7 +190,7 @@ class Reader {
 
 }  // namespace
 
-SphereFile readSphereFile(const fs::path& path, double unit_mm) { return Reader(path, unit_mm).read(); }
+SphereFile readSphereFile(const fs::path& path, double unit_mm) { return SphereFileReader(path, unit_mm).read(); }
 
 bool isSphereFile(const fs::path& path) {
   const std::string ending = tool::endingOf(path);
