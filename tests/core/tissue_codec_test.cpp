@@ -17,7 +17,7 @@ using test::Bytes;
 
 Tissue sample() { return test::twoTetrahedra(test::threeLevelTree()); }
 
-LoadStatus statusOf(const Bytes& bytes, std::string* found = nullptr) {
+LoadStatus softStatusOf(const Bytes& bytes, std::string* found = nullptr) {
   SphereTree tree;
   Tissue tissue;
   std::string fault;
@@ -56,7 +56,7 @@ TEST(TissueCodec, ATreeWithoutTissueHasNone) {
 TEST(TissueCodec, RejectsEveryTruncation) {
   const Bytes whole = encodeSoftTree(test::threeLevelTree(), sample());
   for (std::size_t size = 0; size < whole.size(); ++size)
-    EXPECT_NE(statusOf(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))), LoadStatus::Ok)
+    EXPECT_NE(softStatusOf(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))), LoadStatus::Ok)
         << "first " << size << " bytes";
 }
 
@@ -86,15 +86,15 @@ TEST(TissueCodec, RefusesWrongSizesAndFlags) {
   std::vector<test::FileSection> sections = test::takeApart(whole);
   test::sectionOf(sections, "TISS").push_back(std::byte{0});
   std::string fault;
-  EXPECT_EQ(statusOf(test::putTogether(sections), &fault), LoadStatus::BadSection);
+  EXPECT_EQ(softStatusOf(test::putTogether(sections), &fault), LoadStatus::BadSection);
   EXPECT_NE(fault.find("TISS"), std::string::npos) << fault;
   test::sectionOf(sections, "TISS").resize(3);
-  EXPECT_EQ(statusOf(test::putTogether(sections)), LoadStatus::BadSection);
+  EXPECT_EQ(softStatusOf(test::putTogether(sections)), LoadStatus::BadSection);
   sections = test::takeApart(whole);
   sections.back().flags = 0;
-  EXPECT_NE(statusOf(test::putTogether(sections)), LoadStatus::Ok);
+  EXPECT_NE(softStatusOf(test::putTogether(sections)), LoadStatus::Ok);
   sections.pop_back();
-  EXPECT_EQ(statusOf(test::putTogether(sections), &fault), LoadStatus::BadHeader);
+  EXPECT_EQ(softStatusOf(test::putTogether(sections), &fault), LoadStatus::BadHeader);
   EXPECT_NE(fault.find("TLEA"), std::string::npos) << fault;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr TissueMaterial kTissue{15, 0.45, 1040};
+constexpr TissueMaterial kSoftTissue{15, 0.45, 1040};
 
 /// A box of tetrahedra whose surface a mesh only roughly follows, as where a scan was simplified; far from the origin.
 struct SoftBox {
@@ -45,7 +45,7 @@ SoftBox softBox(double roughness, int levels, std::uint64_t seed, double share =
   settings.soft_share = share;
   box.tree = buildSphereTree(box.mesh, settings, progress).tree;
   box.tissue = softenTree(
-      box.mesh, box.tree, box.boundary, box.tetrahedra, kTissue, [&](const Vector3d& p) { return p.z() < at.z() + 1; }, progress);
+      box.mesh, box.tree, box.boundary, box.tetrahedra, kSoftTissue, [&](const Vector3d& p) { return p.z() < at.z() + 1; }, progress);
   return box;
 }
 
@@ -182,7 +182,7 @@ TEST(SoftenTree, AnotherMeshIsRefused) {
   for (Vector3d& p : other.positions) p += Vector3d(9, 0, 0);
   Progress progress;
   EXPECT_THROW(softenTree(
-                   other, box.tree, box.boundary, box.tetrahedra, kTissue, [](const Vector3d& p) { return p.z() < 51; }, progress),
+                   other, box.tree, box.boundary, box.tetrahedra, kSoftTissue, [](const Vector3d& p) { return p.z() < 51; }, progress),
                BuildError);
 }
 

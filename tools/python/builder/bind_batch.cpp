@@ -33,6 +33,23 @@ std::optional<pipeline::Budget> budgetFrom(const py::object& budget) {
   return out;
 }
 
+/// Stages and fractions of a batch for whoever watches, and a stop the other way.
+class ForwardedProgress final : public tool::WorkProgress {
+ public:
+  explicit ForwardedProgress(builder::Progress& watcher) : watcher_(watcher) {}
+  void stage(std::string_view name) override {
+    watcher_.stage(name);
+    if (watcher_.cancelled()) cancel();
+  }
+  void advance(double fraction) override {
+    watcher_.advance(fraction);
+    if (watcher_.cancelled()) cancel();
+  }
+
+ private:
+  builder::Progress& watcher_;
+};
+
 py::object batch(const std::filesystem::path& scene, const std::filesystem::path& output, const py::object& budget,
                  const std::optional<std::filesystem::path>& cache, const std::optional<std::string>& quality,
                  std::optional<double> tolerance, bool speed, bool dry_run, int threads, const py::object& progress) {
@@ -51,7 +68,10 @@ py::object batch(const std::filesystem::path& scene, const std::filesystem::path
   settings.dry_run = dry_run;
   settings.threads = threads;
   std::string report;
-  runInterruptibly(progress, [&](builder::Progress& p) { report = tool::jsonText(toJson(pipeline::runBatch(settings, p)), -1); });
+  runInterruptibly(progress, [&](builder::Progress& p) {
+    ForwardedProgress forwarded(p);
+    report = tool::jsonText(pipeline::toJson(pipeline::runBatch(settings, forwarded)), -1);
+  });
   return py::module_::import("json").attr("loads")(report);
 }
 
