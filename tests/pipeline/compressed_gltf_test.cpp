@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A compressed GLB gives the tree of the uncompressed one, byte for byte.
 #include <gtest/gtest.h>
 

@@ -126,7 +126,10 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
               for (int n = 0; n < 501; ++n) force = loop.render(state).wrench.force.z();
             }),
             0);
-  EXPECT_NEAR(force, 1000 * std::tan(0.5 * std::numbers::pi / 180) + 7 - 8, 0.1);
+  // The ball stands on a leaf, or, since nothing holds it sideways, in a pit between leaves.
+  const double on_a_leaf = 1000 * std::tan(0.5 * std::numbers::pi / 180) + 7 - 8;
+  EXPECT_LE(force, on_a_leaf + 0.01);
+  EXPECT_GE(force, on_a_leaf - 0.5);
 }
 
 TEST(ServoLoop, AllocatesNothing) {

@@ -15,7 +15,8 @@ int main(int argc, char** argv) {
   for (int g = 0; g < model->ngeom; ++g) {
     if (model->geom_type[g] != mjGEOM_SPHERE) return 2;
     const mjtNum* p = model->geom_pos + 3 * g;
-    std::printf("%s %.17g %.17g %.17g %.17g\n", mj_id2name(model, mjOBJ_BODY, model->geom_bodyid[g]), p[0], p[1], p[2], model->geom_size[3 * g]);
+    std::printf("%s %.17g %.17g %.17g %.17g\n", mj_id2name(model, mjOBJ_BODY, model->geom_bodyid[g]), p[0], p[1], p[2],
+                model->geom_size[3 * g]);
   }
   double mass = 0;
   for (int b = 0; b < model->nbody; ++b) mass += model->body_mass[b];

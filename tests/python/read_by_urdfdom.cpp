@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
     for (const auto& collision : link->collision_array) {
       if (!collision || !collision->geometry || collision->geometry->type != urdf::Geometry::SPHERE) return 2;
       const urdf::Vector3& p = collision->origin.position;
-      std::printf("%s %.17g %.17g %.17g %.17g\n", name.c_str(), p.x, p.y, p.z, static_cast<const urdf::Sphere&>(*collision->geometry).radius);
+      std::printf("%s %.17g %.17g %.17g %.17g\n", name.c_str(), p.x, p.y, p.z,
+                  static_cast<const urdf::Sphere&>(*collision->geometry).radius);
     }
   return 0;
 }

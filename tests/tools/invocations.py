@@ -192,13 +192,13 @@ def prepare(folder):
     (folder / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
     (folder / "t.sph").write_text(TREE)
     (folder / "text").write_text("Dear reader,\nthis is no file of any kind.\n")
-    for name in ("text.stree", "text.json", "text.csv"):
+    for name in ("text.stree", "text.json", "text.csv", "text.urdf"):
         (folder / name).write_text("Dear reader,\n")
-    for ending in ("", ".stree", ".json", ".csv"):
+    for ending in ("", ".stree", ".json", ".csv", ".urdf"):
         (folder / ("empty" + ending)).write_text("")
         (folder / ("noise" + ending)).write_bytes(bytes(i * 37 % 251 for i in range(5000)))
         (folder / ("zeros" + ending)).write_bytes(bytes(4096))
-    for ending in ("", ".stree", ".json", ".csv", ".sph", ".ply", ".glb", ".png", ".html"):
+    for ending in ("", ".stree", ".json", ".csv", ".urdf", ".sph", ".ply", ".glb", ".png", ".html"):
         (folder / ("folder" + ending)).mkdir()
         (folder / ("loop" + ending)).symlink_to("loop" + ending)
         (folder / ("dangling" + ending)).symlink_to("nowhere" + ending)

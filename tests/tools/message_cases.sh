@@ -56,8 +56,9 @@ case_mistyped() {
 # Messages are ours, not a library's, and say where a text stops to be JSON.
 case_no_json() {
   write_tetrahedron mesh.obj
-  expect 4 batch mesh.obj -o work/a
-  says_in_a_line "mesh.obj: is a mesh (OBJ), not a scene"
+  cp mesh.obj mesh.json
+  expect 4 batch mesh.json -o work/a
+  says_in_a_line "mesh.json: is a mesh (OBJ), not a scene"
   expect 0 build mesh.obj -o tree.stree --levels 2 --quality quick
   expect 4 batch tree.stree -o work/a
   says_in_a_line "tree.stree: is a sphere-tree (.stree), not a scene"

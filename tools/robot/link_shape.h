@@ -25,8 +25,8 @@ struct LinkShape {
   std::vector<std::string> notes;  // of the reader
 };
 
-/// A box is 12 triangles, a cylinder a prism whose edges lie on it. A mesh file is read (STL, OBJ, PLY, OFF, glTF, DAE),
-/// its numbers are metres, scaled first and then placed.
+/// A box is 12 triangles, a cylinder a prism whose edges lie on it. A mesh file is read (STL, OBJ, PLY, OFF, glTF,
+/// DAE), its numbers are metres, scaled first and then placed.
 /// @throws formats::FileError, formats::FormatError
 LinkShape shapeOf(const CollisionElement& element);
 

@@ -290,8 +290,8 @@ class RobotCoverer {
     return out;
   }
 
-  /// Clipped and rounded. A ball that reaches over the plane is moved back; one whose centre lies beyond it shrinks into
-  /// its cap.
+  /// Clipped and rounded. A ball that reaches over the plane is moved back; one whose centre lies beyond it shrinks
+  /// into its cap.
   std::vector<MetreSphere> written(const std::vector<LinkBall>& balls, LinkCover& link) {
     std::vector<MetreSphere> out;
     for (LinkBall ball : balls) {

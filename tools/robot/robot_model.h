@@ -80,9 +80,9 @@ struct Robot {
   bool moves(const Joint& joint) const { return joint.kind != JointKind::Fixed; }
 };
 
-/// Where a `package://PACKAGE/PATH` is looked for: PATH in each of these folders that is named PACKAGE or holds a folder
-/// PACKAGE, then in the folders above the URDF, then below ROS_PACKAGE_PATH. `file://` and plain paths are relative to
-/// the URDF.
+/// Where a `package://PACKAGE/PATH` is looked for: PATH in each of these folders that is named PACKAGE or holds a
+/// folder PACKAGE, then in the folders above the URDF, then below ROS_PACKAGE_PATH. `file://` and plain paths are
+/// relative to the URDF.
 struct PackagePaths {
   std::vector<std::filesystem::path> folders;
 };

@@ -69,7 +69,6 @@ class ContactSolver {
   double part_ = 1;                                    // of what they lacked, that the radii went then
   std::array<std::uint32_t, kMostGroups> group_object_{};
   std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
-  int bounds_ = 0;                                 // rows at the front that bound a group
 };
 
 template <class Work>

@@ -84,19 +84,21 @@ typedef struct st_step {
 
 /* Where the graphic tool is held, and how. Grows as st_step does. */
 typedef struct st_contact {
-  size_t struct_size; /* sizeof(st_contact), of each element */
-  double point_mm[3]; /* where the tool is touched, world */
-  double normal[3];   /* from object to tool, unit length, world axes */
-  double force_n;     /* along the normal, on the tool; the forces of all contacts balance the spring */
-  uint32_t object;    /* in the order in which objects were added */
-  uint32_t on_skin;   /* 1: on the skin of the object; 0: on one of its leaves */
-  uint32_t element;   /* triangle of the skin, or node of the object's tree */
-  uint32_t tool_leaf; /* node of the tool's tree */
+  size_t struct_size;      /* sizeof(st_contact), of each element */
+  double point_mm[3];      /* where the tool is touched, world */
+  double normal[3];        /* from object to tool, unit length, world axes */
+  double force_n;          /* along the normal, on the tool; the forces of all contacts balance the spring */
+  uint32_t object;         /* in the order in which objects were added */
+  uint32_t on_skin;        /* 1: on the skin of the object; 0: on one of its leaves */
+  uint32_t element;        /* triangle of the skin, or node of the object's tree */
+  uint32_t tool_leaf;      /* node of the tool's tree */
   double friction_n[3];    /* force across the normal, on the tool, world axes */
   double slip_mm_per_s[3]; /* velocity of the tool's point across the object, world axes */
 } st_contact;
-#define ST_CONTACT_INIT \
-  { sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, {0, 0, 0}, {0, 0, 0} }
+#define ST_CONTACT_INIT                                                             \
+  {                                                                                 \
+    sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, {0, 0, 0}, { 0, 0, 0 } \
+  }
 #define ST_MOST_CONTACTS 16
 
 /* "0.1.0" */
