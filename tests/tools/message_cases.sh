@@ -60,8 +60,9 @@ case_no_json() {
   expect 4 batch mesh.json -o work/a
   says_in_a_line "mesh.json: is a mesh (OBJ), not a scene"
   expect 0 build mesh.obj -o tree.stree --levels 2 --quality quick
-  expect 4 batch tree.stree -o work/a
-  says_in_a_line "tree.stree: is a sphere-tree (.stree), not a scene"
+  cp tree.stree tree.json
+  expect 4 batch tree.json -o work/a
+  says_in_a_line "tree.json: is a sphere-tree (.stree), not a scene"
   expect 4 check tree.stree
   says_in_a_line "tree.stree: is a sphere-tree (.stree), not a mesh"
   while IFS='|' read -r text place advice; do
