@@ -16,8 +16,6 @@
 namespace spheretree::formats {
 namespace {
 
-using nlohmann::json;
-
 std::uint32_t wordAt(const std::vector<std::byte>& bytes, std::size_t offset) {
   std::uint32_t word;
   std::memcpy(&word, bytes.data() + offset, sizeof word);
@@ -33,22 +31,23 @@ struct Glb {
     const std::size_t text_size = wordAt(bytes, 12);
     EXPECT_EQ(std::memcmp(bytes.data() + 16, "JSON", 4), 0);
     EXPECT_EQ(text_size % 4, 0u);
-    document = json::parse(reinterpret_cast<const char*>(bytes.data()) + 20, reinterpret_cast<const char*>(bytes.data()) + 20 + text_size);
+    document = nlohmann::json::parse(reinterpret_cast<const char*>(bytes.data()) + 20,
+                                     reinterpret_cast<const char*>(bytes.data()) + 20 + text_size);
     EXPECT_EQ(std::memcmp(bytes.data() + 24 + text_size, "BIN\0", 4), 0);
     EXPECT_EQ(wordAt(bytes, 20 + text_size), bytes.size() - 28 - text_size);
     binary.assign(bytes.begin() + static_cast<std::ptrdiff_t>(28 + text_size), bytes.end());
   }
   template <class T>
   std::vector<T> read(std::size_t accessor) const {
-    const json& a = document["accessors"][accessor];
-    const json& view = document["bufferViews"][a["bufferView"].get<std::size_t>()];
+    const nlohmann::json& a = document["accessors"][accessor];
+    const nlohmann::json& view = document["bufferViews"][a["bufferView"].get<std::size_t>()];
     std::vector<T> values(a["count"].get<std::size_t>());
     EXPECT_EQ(values.size() * sizeof(T), view["byteLength"].get<std::size_t>());
     EXPECT_EQ(view.value("byteOffset", std::size_t{0}) % 4, 0u);
     std::memcpy(values.data(), binary.data() + view.value("byteOffset", std::size_t{0}), values.size() * sizeof(T));
     return values;
   }
-  json document;
+  nlohmann::json document;
   std::vector<std::byte> binary;
 };
 
@@ -59,10 +58,10 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
     ASSERT_EQ(glb.document["meshes"].size(), 3u);
     for (int level = 0; level < 3; ++level) {
       const std::vector<std::uint32_t> nodes = levelSet(tree, level);
-      const json& mesh = glb.document["meshes"][static_cast<std::size_t>(level)];
+      const nlohmann::json& mesh = glb.document["meshes"][static_cast<std::size_t>(level)];
       EXPECT_EQ(mesh["name"], "level_" + std::to_string(level));
       EXPECT_EQ(glb.document["nodes"][static_cast<std::size_t>(level)]["name"], "level_" + std::to_string(level));
-      const json& primitive = mesh["primitives"][0];
+      const nlohmann::json& primitive = mesh["primitives"][0];
       const std::size_t positions_at = primitive["attributes"]["POSITION"];
       const auto positions = glb.read<std::array<float, 3>>(positions_at),
                  normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
@@ -108,8 +107,8 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
     ASSERT_EQ(glb.document["scenes"].size(), 3u);
     const std::array<std::size_t, 3> level_of_scene{2, 0, 1};
     for (std::size_t scene = 0; scene < 3; ++scene) {
-      const json& root = glb.document["nodes"][glb.document["scenes"][scene]["nodes"][0].get<std::size_t>()];
-      EXPECT_EQ(root["children"], (json{level_of_scene[scene]}));
+      const nlohmann::json& root = glb.document["nodes"][glb.document["scenes"][scene]["nodes"][0].get<std::size_t>()];
+      EXPECT_EQ(root["children"], (nlohmann::json{level_of_scene[scene]}));
       for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(root["translation"][axis].get<double>(), tree.origin_mm[axis] * 0.001);
     }
     const Glb one(encodeGlb(tree, kind, 1));
@@ -124,12 +123,12 @@ TEST(TreeGlb, ShowsThePatchesOfTheSkinBesideTheLevels) {
   tree.skin = test::roundSkin(3, 5);  // 512 triangles about the origin
   const Glb glb(encodeGlb(tree, SphereKind::Cover));
   ASSERT_EQ(glb.document["nodes"].size(), 7u);
-  const json& node = glb.document["nodes"][3];
+  const nlohmann::json& node = glb.document["nodes"][3];
   EXPECT_EQ(node["name"], "skin");
-  EXPECT_EQ(glb.document["nodes"][4]["children"], (json{2, 3})) << "beside the leaves";
-  const json& mesh = glb.document["meshes"][node["mesh"].get<std::size_t>()];
+  EXPECT_EQ(glb.document["nodes"][4]["children"], (nlohmann::json{2, 3})) << "beside the leaves";
+  const nlohmann::json& mesh = glb.document["meshes"][node["mesh"].get<std::size_t>()];
   EXPECT_EQ(mesh["name"], "skin");
-  const json& primitive = mesh["primitives"][0];
+  const nlohmann::json& primitive = mesh["primitives"][0];
   EXPECT_EQ(glb.document["materials"][primitive["material"].get<std::size_t>()]["name"], "skin");
   const auto positions = glb.read<std::array<float, 3>>(primitive["attributes"]["POSITION"]),
              normals = glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]);
@@ -163,7 +162,7 @@ TEST(TreeGlb, ShowsThePatchesOfTheSkinBesideTheLevels) {
 TEST(TreeGlb, ShowsSkinsOfAnyNormals) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Glb glb(encodeGlb(test::withSkin(test::treeOf({0}), test::randomSkin(seed)), SphereKind::Cover));
-    const json& primitive = glb.document["meshes"][1]["primitives"][0];
+    const nlohmann::json& primitive = glb.document["meshes"][1]["primitives"][0];
     for (const auto& n : glb.read<std::array<float, 3>>(primitive["attributes"]["NORMAL"]))
       EXPECT_NEAR(std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1, 1e-6);
   }

@@ -142,8 +142,6 @@ TEST(StaticCoupling, ASpringOnASpringRestsBetweenThem) {
   }
   EXPECT_NEAR(graphic.position.z(), -depth * coupling.translation / (coupling.translation + stiffness), 1e-12);
   EXPECT_NEAR(graphic.position.x(), 0.3, 1e-12) << "nothing holds it sideways";
-  const runtime::StepResult result = resultOf(coupling, haptic, graphic, 1);
-  EXPECT_NEAR(result.wrench.force.z(), depth * coupling.translation * stiffness / (coupling.translation + stiffness), 1e-12);
 }
 
 TEST(ExactBall, IsTheClosedFormAtEdgeAndGroove) {
@@ -203,6 +201,7 @@ TEST(ContinuousRenderer, DoesNotPassWhatPenaltiesPass) {
   };
   EXPECT_GT(depthOf(Mode::Continuous), 1.8);
   EXPECT_LT(depthOf(Mode::Points), -5);
+  EXPECT_LT(depthOf(Mode::Volume), -5);
 }
 
 TEST(Comparison, WritesOnePageOfAllRenderers) {

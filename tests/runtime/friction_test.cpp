@@ -113,7 +113,7 @@ TEST(Friction, ACircleCostsWhatItRubs) {
   for (int n = 400; n < 1500; ++n) {
     const StepResult r = rig.to(at(n * speed / radius));
     const Vector3d way = r.graphic.position - last.position;
-    const double done = -Vector3d(-r.wrench.force.x(), -r.wrench.force.y(), 0).dot(way) * -1;
+    const double done = -r.wrench.force.head<2>().dot(way.head<2>());
     work += done;
     least = std::min(least, done);
     path += way.norm();

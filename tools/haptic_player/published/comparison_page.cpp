@@ -16,21 +16,7 @@ using tool::shortNumber;
 
 constexpr double kFloor = 1e-5;  // of figures on a logarithmic axis [mm, N]
 
-std::string title(Mode mode) {
-  switch (mode) {
-    case Mode::Paper:
-      return "paper (leaf spheres)";
-    case Mode::Constrained:
-      return "constrained (this project)";
-    case Mode::Points:
-      return "points";
-    case Mode::Volume:
-      return "volume";
-    case Mode::Continuous:
-      break;
-  }
-  return "continuous";
-}
+std::string title(Mode mode) { return std::string(name(mode)) + (mode == Mode::Constrained ? " (this project)" : ""); }
 
 /// Geometric means over the bodies, for each mode and size.
 std::string chart(std::span<const ComparisonRow> rows, const std::string& heading, const std::string& label,

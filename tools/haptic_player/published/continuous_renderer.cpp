@@ -8,12 +8,8 @@
 #include <cmath>
 
 #include "kernel.h"
-#include "published/distance_grid.h"
 #include "published/point_shell.h"
-#include "published/renderer_kinds.h"
-#include "published/static_coupling.h"
 #include "qp6.h"
-#include "scenarios/measures.h"
 
 namespace spheretree::player {
 namespace {
@@ -59,19 +55,10 @@ class Rows {
 class ContinuousRenderer final : public Renderer {
  public:
   explicit ContinuousRenderer(const RendererScene& scene)
-      : coupling_(scene.coupling),
-        lever_(std::sqrt(scene.coupling.rotation / scene.coupling.translation)),
-        shell_(*scene.tool, scene.reference_point, pointBudget(scene.bytes, scene.objects.size()).points) {
-    const std::size_t bytes = pointBudget(scene.bytes, scene.objects.size()).grid_bytes;
-    for (const PlacedBody& object : scene.objects) {
-      grids_.emplace_back(object.body->field, bytes);
-      poses_.push_back(object.pose);
-    }
-  }
+      : Renderer(scene), lever_(std::sqrt(scene.coupling.rotation / scene.coupling.translation)), model_(scene) {}
 
-  runtime::StepResult step(const Configuration& haptic) override {
-    if (!is_started_) graphic_ = haptic;
-    is_started_ = true;
+ private:
+  std::uint32_t follow(const Configuration& haptic) override {
     for (int n = 0; n < kMoves; ++n) {
       const Displacement way = constrainedWay(haptic);
       if (way.translation.norm() + lever_ * way.rotation.norm() < 1e-6) break;
@@ -79,32 +66,27 @@ class ContinuousRenderer final : public Renderer {
       graphic_ = moved(graphic_, {share * way.translation, share * way.rotation});
       if (share >= 1 && active_ == 0) break;
     }
-    return resultOf(coupling_, haptic, graphic_, active_);
-  }
-  void restart() override { is_started_ = false; }
-  void moveObject(std::size_t object, const Configuration& pose) override { poses_[object] = pose; }
-
- private:
-  /// A place of the tool (about its reference point, in its own axes) in the frame of an object.
-  Eigen::Vector3d inObject(std::size_t o, const Configuration& tool, const Eigen::Vector3d& p) const {
-    return poses_[o].orientation.conjugate() * (tool.orientation * p + tool.position - poses_[o].position);
+    return active_;
   }
 
   /// The way to the hand that the near points leave free (Xu and Barbic 2017, section 5: a QP with one row for each).
   Displacement constrainedWay(const Configuration& haptic) {
     rows_.clear();
-    for (std::size_t o = 0; o < grids_.size(); ++o)
-      shell_.tree.visit(
-          [&](const Eigen::Vector3d& centre, double radius) {
-            return grids_[o].at(inObject(o, graphic_, centre)).distance < DistanceGrid::kSteepest * (radius + kNear);
-          },
-          [&](std::uint32_t i) {
-            const DistanceGrid::Sample sample = grids_[o].at(inObject(o, graphic_, shell_.point[i]));
-            const double steep = sample.gradient.norm();
-            if (!(sample.distance < kNear * steep) || !(steep > 0)) return;
-            rows_.add(graphic_.orientation * shell_.point[i], poses_[o].orientation * (sample.gradient / steep),
-                      kOff - sample.distance / steep, lever_);
-          });
+    const PointShell& shell = model_.shell;
+    for (std::size_t o = 0; o < poses_.size(); ++o) {
+      const DistanceGrid& grid = model_.grids[o];
+      const ToObject to_object(graphic_, poses_[o]);
+      const auto isNear = [&](const Eigen::Vector3d& centre, double radius) {
+        return grid.at(to_object(centre)).distance < DistanceGrid::kSteepest * (radius + kNear);
+      };
+      shell.tree.visit(isNear, [&](std::uint32_t i) {
+        const DistanceGrid::Sample sample = grid.at(to_object(shell.point[i]));
+        const double steep = sample.gradient.norm();
+        if (!(sample.distance < kNear * steep) || !(steep > 0)) return;
+        rows_.add(graphic_.orientation * shell.point[i], poses_[o].orientation * (sample.gradient / steep), kOff - sample.distance / steep,
+                  lever_);
+      });
+    }
     const Displacement way = displacementBetween(graphic_, haptic);
     runtime::Vector6 target;
     target << way.translation, lever_ * way.rotation;
@@ -121,41 +103,38 @@ class ContinuousRenderer final : public Renderer {
   /// The share of the way after which a point comes within kOff of a surface, by conservative advancement.
   double timeOfImpact(const Displacement& way) const {
     double first = 1;
-    for (std::size_t o = 0; o < grids_.size(); ++o) advance(o, way, 0, first);
+    for (std::size_t o = 0; o < poses_.size(); ++o) advance(o, ToObject(graphic_, poses_[o]), way, 0, first);
     return first;
   }
-  void advance(std::size_t o, const Displacement& way, std::uint32_t at, double& first) const {
-    const BallTree::Node& node = shell_.tree.nodes[at];
+  void advance(std::size_t o, const ToObject& to_object, const Displacement& way, std::uint32_t at, double& first) const {
+    const DistanceGrid& grid = model_.grids[o];
+    const BallTree::Node& node = model_.shell.tree.nodes[at];
     const double speed = way.translation.norm() + way.rotation.norm() * (node.centre.norm() + node.radius);
-    if (!(grids_[o].at(inObject(o, graphic_, node.centre)).distance / DistanceGrid::kSteepest - node.radius - kOff < speed * first)) return;
+    if (!(grid.at(to_object(node.centre)).distance / DistanceGrid::kSteepest - node.radius - kOff < speed * first)) return;
     if (node.left != 0) {
-      advance(o, way, node.left, first);
-      advance(o, way, node.left + 1, first);
+      advance(o, to_object, way, node.left, first);
+      advance(o, to_object, way, node.left + 1, first);
       return;
     }
     for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
-      const Eigen::Vector3d& p = shell_.point[shell_.tree.order[k]];
+      const Eigen::Vector3d& p = model_.shell.point[model_.shell.tree.order[k]];
       const double own = way.translation.norm() + way.rotation.norm() * p.norm();
-      double t = 0, gap = grids_[o].at(inObject(o, graphic_, p)).distance - kOff;
+      double t = 0, gap = grid.at(to_object(p)).distance - kOff;
       if (gap < kLanded) continue;  // in contact: its row has it
       while (t < first && own > 0) {
         t += std::max(gap, kLanded) / (DistanceGrid::kSteepest * own);
         if (t >= first) break;
-        gap = grids_[o].at(inObject(o, moved(graphic_, {t * way.translation, t * way.rotation}), p)).distance - kOff;
+        const Configuration then = moved(graphic_, {t * way.translation, t * way.rotation});
+        gap = grid.at(ToObject(then, poses_[o])(p)).distance - kOff;
         if (gap < kLanded) first = t;
       }
     }
   }
 
-  runtime::Coupling coupling_;
-  double lever_;  // [mm]
-  PointShell shell_;
-  std::vector<DistanceGrid> grids_;
-  std::vector<Configuration> poses_;
+  const double lever_;  // [mm]
+  PointModel model_;
   Rows rows_;
-  Configuration graphic_;
   std::uint32_t active_ = 0;
-  bool is_started_ = false;
 };
 
 }  // namespace

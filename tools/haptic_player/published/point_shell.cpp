@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "measure/coverage.h"
-#include "scenarios/scenario_shapes.h"
+#include "scenarios/measures.h"
 
 namespace spheretree::player {
 
@@ -16,10 +16,10 @@ PointShell::PointShell(const Body& tool, const Eigen::Vector3d& reference_point,
   tree = BallTree(point, {});
 }
 
-PointBudget pointBudget(std::size_t bytes, std::size_t objects) {
-  const std::size_t points = std::clamp<std::size_t>(bytes / 4 / PointShell::kBytes, 200, 20'000);
-  const std::size_t left = bytes - std::min(bytes, points * PointShell::kBytes);
-  return {points, left / std::max<std::size_t>(objects, 1)};
+PointModel::PointModel(const RendererScene& scene)
+    : shell(*scene.tool, scene.reference_point, std::clamp<std::size_t>(scene.bytes / 4 / PointShell::kBytes, 200, 20'000)) {
+  const std::size_t left = scene.bytes - std::min(scene.bytes, shell.point.size() * PointShell::kBytes);
+  for (const PlacedBody& object : scene.objects) grids.emplace_back(object.body->field, left / scene.objects.size());
 }
 
 }  // namespace spheretree::player

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "published/ball_tree.h"
+#include "published/distance_grid.h"
+#include "published/renderer.h"
 
 namespace spheretree::player {
-
-struct Body;
 
 struct PointShell {
   static constexpr std::size_t kBytes = 32;  // of a point: place and normal in float, its share of the hierarchy
@@ -24,10 +24,13 @@ struct PointShell {
   BallTree tree;
 };
 
-/// How many points and how large a grid for each object `bytes` allow: a quarter for the points, 200 to 20,000 of them.
-struct PointBudget {
-  std::size_t points, grid_bytes;
+/// A tool of points and a distance field of each object. Of the memory of `scene` a quarter goes into the points, 200
+/// to 20,000 of them, and the rest into the fields.
+struct PointModel {
+  explicit PointModel(const RendererScene& scene);
+
+  PointShell shell;
+  std::vector<DistanceGrid> grids;
 };
-PointBudget pointBudget(std::size_t bytes, std::size_t objects);
 
 }  // namespace spheretree::player

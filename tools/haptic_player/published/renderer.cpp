@@ -3,9 +3,24 @@
 
 #include <stdexcept>
 
-#include "published/renderer_kinds.h"
+#include "coupling_wrench.h"
+#include "scenarios/measures.h"
 
 namespace spheretree::player {
+
+Renderer::Renderer(const RendererScene& scene) : coupling_(scene.coupling) {
+  for (const PlacedBody& object : scene.objects) poses_.push_back(object.pose);
+}
+
+runtime::StepResult Renderer::step(const Configuration& haptic) {
+  if (!is_started_) graphic_ = haptic;
+  is_started_ = true;
+  runtime::StepResult result;
+  result.pairs = result.rows = result.active = follow(haptic);
+  result.graphic = graphic_;
+  result.wrench = result.limited_wrench = runtime::couplingWrench(coupling_, haptic, graphic_);
+  return result;
+}
 
 std::unique_ptr<Renderer> makeRenderer(Mode mode, const RendererScene& scene) {
   if (mode == Mode::Points) return makePointsRenderer(scene);

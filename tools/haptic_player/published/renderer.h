@@ -26,17 +26,42 @@ struct RendererScene {
   std::size_t bytes = 0;  // for all models together; ours gets the same
 };
 
+/// From the tool's own axes, about its reference point, to the mesh frame of an object.
+struct ToObject {
+  Quaternion turn;
+  Eigen::Vector3d shift;
+  ToObject(const Configuration& tool, const Configuration& object)
+      : turn((object.orientation.conjugate() * tool.orientation).normalized()),
+        shift(object.orientation.conjugate() * (tool.position - object.position)) {}
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p) const { return turn * p + shift; }
+};
+
 class Renderer {
  public:
   virtual ~Renderer() = default;
-  /// One servo step. The first one, and the first after restart(), puts the graphic tool at the haptic pose.
-  virtual runtime::StepResult step(const Configuration& haptic) = 0;
-  virtual void restart() = 0;
+  /// One servo step. The first one, and the first after restart(), starts with the graphic tool at the haptic pose.
+  runtime::StepResult step(const Configuration& haptic);
+  void restart() { is_started_ = false; }
   /// Mesh frame of an object in the world.
-  virtual void moveObject(std::size_t object, const Configuration& pose) = 0;
+  void moveObject(std::size_t object, const Configuration& pose) { poses_[object] = pose; }
+
+ protected:
+  explicit Renderer(const RendererScene& scene);
+  /// Moves graphic_ towards the hand; returns the number of contacts.
+  virtual std::uint32_t follow(const Configuration& haptic) = 0;
+
+  const runtime::Coupling coupling_;
+  std::vector<Configuration> poses_;  // of the objects
+  Configuration graphic_;
+
+ private:
+  bool is_started_ = false;
 };
 
 /// `mode`: one that is not ours.
 std::unique_ptr<Renderer> makeRenderer(Mode mode, const RendererScene& scene);
+std::unique_ptr<Renderer> makePointsRenderer(const RendererScene& scene);
+std::unique_ptr<Renderer> makeVolumeRenderer(const RendererScene& scene);
+std::unique_ptr<Renderer> makeContinuousRenderer(const RendererScene& scene);
 
 }  // namespace spheretree::player

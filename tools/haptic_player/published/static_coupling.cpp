@@ -3,8 +3,6 @@
 
 #include <Eigen/LU>
 
-#include "coupling_wrench.h"
-
 namespace spheretree::player {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -33,13 +31,10 @@ Configuration balanced(const runtime::Coupling& coupling, const Configuration& h
   return moved(graphic, {step.head<3>(), step.tail<3>()});
 }
 
-runtime::StepResult resultOf(const runtime::Coupling& coupling, const Configuration& haptic, const Configuration& graphic,
-                             std::uint32_t contacts) {
-  runtime::StepResult result;
-  result.graphic = graphic;
-  result.wrench = result.limited_wrench = runtime::couplingWrench(coupling, haptic, graphic);
-  result.pairs = result.rows = result.active = contacts;
-  return result;
+std::uint32_t PenaltyRenderer::follow(const Configuration& haptic) {
+  const Penalty penalty = penaltyAt(graphic_);
+  graphic_ = balanced(coupling_, haptic, graphic_, penalty);
+  return penalty.contacts;
 }
 
 }  // namespace spheretree::player

@@ -8,8 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "spheretree/core/rigid.h"
-#include "spheretree/runtime/step.h"
+#include "published/renderer.h"
 
 namespace spheretree::player {
 
@@ -28,9 +27,12 @@ struct Penalty {
 Configuration balanced(const runtime::Coupling& coupling, const Configuration& haptic, const Configuration& graphic,
                        const Penalty& penalty);
 
-/// The step result of a tool at `graphic`: the wrench of the spring on the hand. `contacts` counts as pairs, rows and
-/// active rows.
-runtime::StepResult resultOf(const runtime::Coupling& coupling, const Configuration& haptic, const Configuration& graphic,
-                             std::uint32_t contacts);
+/// A renderer whose contacts push: it knows the penalty at a pose, and the coupling does the rest.
+class PenaltyRenderer : public Renderer {
+ protected:
+  using Renderer::Renderer;
+  virtual Penalty penaltyAt(const Configuration& tool) const = 0;
+  std::uint32_t follow(const Configuration& haptic) final;
+};
 
 }  // namespace spheretree::player

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "published/inner_spheres.h"
-#include "published/renderer_kinds.h"
 #include "published/static_coupling.h"
 #include "scenarios/measures.h"
 
@@ -34,61 +33,47 @@ Lens lensOf(double a, double b, double d) {
   return {volume, std::numbers::pi * std::max(0.0, a * a - plane * plane), plane};
 }
 
-class VolumeRenderer final : public Renderer {
+class VolumeRenderer final : public PenaltyRenderer {
  public:
   explicit VolumeRenderer(const RendererScene& scene)
-      : coupling_(scene.coupling), reference_point_(scene.reference_point), tool_(*scene.tool, countFor(scene)) {
-    for (const PlacedBody& object : scene.objects) {
-      objects_.emplace_back(*object.body, countFor(scene));
-      poses_.push_back(object.pose);
-    }
+      : PenaltyRenderer(scene), reference_point_(scene.reference_point), tool_(*scene.tool, countFor(scene)) {
+    for (const PlacedBody& object : scene.objects) objects_.emplace_back(*object.body, countFor(scene));
   }
-
-  runtime::StepResult step(const Configuration& haptic) override {
-    if (!is_started_) graphic_ = haptic;
-    is_started_ = true;
-    const Penalty penalty = penaltyAt(graphic_);
-    graphic_ = balanced(coupling_, haptic, graphic_, penalty);
-    return resultOf(coupling_, haptic, graphic_, penalty.contacts);
-  }
-  void restart() override { is_started_ = false; }
-  void moveObject(std::size_t object, const Configuration& pose) override { poses_[object] = pose; }
 
  private:
   static std::size_t countFor(const RendererScene& scene) {
     return std::clamp(scene.bytes / InnerSpheres::kBytes / (scene.objects.size() + 1), kLeast, kMost);
   }
 
-  Penalty penaltyAt(const Configuration& tool) const {
+  Penalty penaltyAt(const Configuration& tool) const override {
     Penalty penalty;
     for (std::size_t o = 0; o < objects_.size(); ++o) {
-      const Quaternion turn = (poses_[o].orientation.conjugate() * tool.orientation).normalized();
-      const Eigen::Vector3d shift = poses_[o].orientation.conjugate() * (tool.position - poses_[o].position) - turn * reference_point_;
-      collide(o, tool, turn, shift, 0, penalty);
+      ToObject to_object(tool, poses_[o]);
+      to_object.shift -= to_object.turn * reference_point_;  // the spheres are in the mesh frame of the tool
+      collide(o, tool, to_object, 0, penalty);
     }
     return penalty;
   }
 
   /// The node of the tool's hierarchy against all of the object's; both in the frame of the object.
-  void collide(std::size_t o, const Configuration& tool, const Quaternion& turn, const Eigen::Vector3d& shift, std::uint32_t at,
-               Penalty& penalty) const {
+  void collide(std::size_t o, const Configuration& tool, const ToObject& to_object, std::uint32_t at, Penalty& penalty) const {
     const InnerSpheres& object = objects_[o];
     if (tool_.tree.nodes.empty()) return;
     const BallTree::Node& node = tool_.tree.nodes[at];
-    const Eigen::Vector3d centre = turn * node.centre + shift;
+    const Eigen::Vector3d centre = to_object(node.centre);
     bool touches = false;
     object.tree.visit(
         [&](const Eigen::Vector3d& c, double r) { return !touches && (c - centre).squaredNorm() < (r + node.radius) * (r + node.radius); },
         [&](std::uint32_t) { touches = true; });
     if (!touches) return;
     if (node.left != 0) {
-      collide(o, tool, turn, shift, node.left, penalty);
-      collide(o, tool, turn, shift, node.left + 1, penalty);
+      collide(o, tool, to_object, node.left, penalty);
+      collide(o, tool, to_object, node.left + 1, penalty);
       return;
     }
     for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
       const std::uint32_t i = tool_.tree.order[k];
-      const Eigen::Vector3d ball = turn * tool_.centre[i] + shift;
+      const Eigen::Vector3d ball = to_object(tool_.centre[i]);
       const double a = tool_.radius[i];
       object.tree.visit([&](const Eigen::Vector3d& c, double r) { return (c - ball).squaredNorm() < (r + a) * (r + a); },
                         [&](std::uint32_t j) { addPair(object.centre[j], object.radius[j], ball, a, o, tool, penalty); });
@@ -110,13 +95,9 @@ class VolumeRenderer final : public Renderer {
     penalty.add(place - tool.position, normal, stiffness * lens.volume, normal, stiffness * lens.slope);
   }
 
-  runtime::Coupling coupling_;
   Eigen::Vector3d reference_point_;
   InnerSpheres tool_;
   std::vector<InnerSpheres> objects_;
-  std::vector<Configuration> poses_;
-  Configuration graphic_;
-  bool is_started_ = false;
 };
 
 }  // namespace
