@@ -9,6 +9,7 @@
 
 #include "json_element.h"
 #include "json_layout.h"
+#include "spheretree/core/tissue.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::formats {
@@ -149,11 +150,9 @@ SceneItem readItem(const JsonElement& e) {
   return item;
 }
 
-WorkRegion readRegion(const JsonElement& e) {
-  e.onlyKeys({"name", "sphere", "box", "tolerance_mm"});
+/// Of its "sphere" or "box".
+WorkRegion readShape(const JsonElement& e) {
   WorkRegion region;
-  if (e.has("name")) region.name = shortText(e.at("name"));
-  region.tolerance_mm = above0(e.at("tolerance_mm"), kMaxSceneLength);
   if (e.has("sphere") == e.has("box")) e.fail(e.has("box") ? "has both \"sphere\" and \"box\"" : "has neither \"sphere\" nor \"box\"");
   if (e.has("sphere")) {
     const JsonElement sphere = e.at("sphere");
@@ -169,6 +168,38 @@ WorkRegion readRegion(const JsonElement& e) {
     if (!(region.low_mm.array() < region.high_mm.array()).all()) box.fail("has a low_mm that is not below its high_mm on every axis");
   }
   return region;
+}
+
+WorkRegion readRegion(const JsonElement& e) {
+  e.onlyKeys({"name", "sphere", "box", "tolerance_mm"});
+  WorkRegion region = readShape(e);
+  if (e.has("name")) region.name = shortText(e.at("name"));
+  region.tolerance_mm = above0(e.at("tolerance_mm"), kMaxSceneLength);
+  return region;
+}
+
+SoftSettings readSoft(const JsonElement& e) {
+  e.onlyKeys({"young_kpa", "poisson", "density_kg_m3", "share", "tetrahedra", "fixed"});
+  SoftSettings soft;
+  soft.young_kpa = e.at("young_kpa").number();
+  if (e.has("poisson")) soft.poisson = e.at("poisson").number();
+  if (e.has("density_kg_m3")) soft.density_kg_m3 = e.at("density_kg_m3").number();
+  if (const std::string fault = findFault(TissueMaterial{soft.young_kpa, soft.poisson, soft.density_kg_m3}); !fault.empty())
+    e.fail("is out of range: " + fault);
+  if (e.has("share")) soft.share = within(e.at("share"), 0.05, 0.5);
+  if (e.has("tetrahedra")) soft.tetrahedra = static_cast<int>(e.at("tetrahedra").whole(50'000, 100));
+  const JsonElement fixed = e.at("fixed");
+  if (fixed.size() < 1 || fixed.size() > kMaxSceneObjects) fixed.fail("has no region: say what holds the tissue");
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    const JsonElement region = fixed.item(i);
+    region.onlyKeys({"sphere", "box", "inside"});
+    FixedRegion& held = soft.fixed.emplace_back();
+    if (region.has("inside"))
+      held.inside = shortText(region.at("inside"));
+    else
+      held.region = readShape(region);
+  }
+  return soft;
 }
 
 void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
@@ -263,6 +294,20 @@ void refuseTwins(const JsonElement& root, const SceneFile& scene) {
   }
 }
 
+void refuseUnknownHolders(const JsonElement& root, const SceneFile& scene) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (!scene.objects[i].soft) continue;
+    for (std::size_t k = 0; k < scene.objects[i].soft->fixed.size(); ++k) {
+      const std::string& name = scene.objects[i].soft->fixed[k].inside;
+      if (name.empty()) continue;
+      const auto other = std::find_if(scene.objects.begin(), scene.objects.end(), [&](const SceneItem& o) { return o.name == name; });
+      const JsonElement region = root.at("objects").item(i).at("soft").at("fixed").item(k).at("inside");
+      if (other == scene.objects.end()) region.fail("is " + inQuotes(name) + ", which is the name of no object");
+      if (other->soft) region.fail("is " + inQuotes(name) + ", which is soft itself; a rigid object holds tissue");
+    }
+  }
+}
+
 OrderedJson toJson(const Vector3d& v) { return OrderedJson::array({v.x(), v.y(), v.z()}); }
 
 void addSettings(OrderedJson& out, const TreeSettings& s) {
@@ -304,14 +349,32 @@ OrderedJson toJson(const SceneBody& body) {
   return out;
 }
 
-OrderedJson toJson(const WorkRegion& region) {
+OrderedJson shapeJson(const WorkRegion& region) {
   OrderedJson out = OrderedJson::object();
-  if (!region.name.empty()) out["name"] = region.name;
   if (region.shape == WorkRegion::Shape::Sphere)
     out["sphere"] = {{"centre_mm", toJson(region.centre_mm)}, {"radius_mm", region.radius_mm}};
   else
     out["box"] = {{"low_mm", toJson(region.low_mm)}, {"high_mm", toJson(region.high_mm)}};
+  return out;
+}
+
+OrderedJson toJson(const WorkRegion& region) {
+  OrderedJson out = OrderedJson::object();
+  if (!region.name.empty()) out["name"] = region.name;
+  out.update(shapeJson(region));
   out["tolerance_mm"] = region.tolerance_mm;
+  return out;
+}
+
+OrderedJson toJson(const SoftSettings& soft) {
+  OrderedJson out{{"young_kpa", soft.young_kpa},
+                  {"poisson", soft.poisson},
+                  {"density_kg_m3", soft.density_kg_m3},
+                  {"share", soft.share},
+                  {"tetrahedra", soft.tetrahedra}};
+  out["fixed"] = OrderedJson::array();
+  for (const FixedRegion& region : soft.fixed)
+    out["fixed"].push_back(region.inside.empty() ? shapeJson(region.region) : OrderedJson{{"inside", region.inside}});
   return out;
 }
 
@@ -380,14 +443,19 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   for (std::size_t i = 0; i < count; ++i) {
     const JsonElement object = objects.item(i);
     object.onlyKeys({"name", "mesh", "tree", "unit", "part", "position_mm", "quaternion_wxyz", "body", "friction", "stiffness_n_per_mm",
-                     SPHERETREE_TREE_SETTINGS});
+                     "soft", SPHERETREE_TREE_SETTINGS});
     SceneItem item = readItem(object);
+    if (object.has("soft")) {
+      if (object.has("tree")) object.at("soft").fail("is for a mesh that a tree is built from; a soft tree (.soft) has it in it");
+      item.soft = readSoft(object.at("soft"));
+    }
     if (object.has("position_mm")) item.pose.position = vector(object.at("position_mm"));
     if (object.has("quaternion_wxyz")) item.pose.orientation = unitQuaternion(object.at("quaternion_wxyz"));
     readContact(object, scene, item);
     scene.objects.push_back(std::move(item));
   }
   refuseTwins(root, scene);
+  refuseUnknownHolders(root, scene);
 
   if (root.has("work")) {
     const JsonElement work = root.at("work");
@@ -433,6 +501,7 @@ std::string sceneText(const SceneFile& scene) {
     item["position_mm"] = toJson(object.pose.position);
     item["quaternion_wxyz"] = OrderedJson::array({q.w(), q.x(), q.y(), q.z()});
     addSettings(item, object.settings);
+    if (object.soft) item["soft"] = toJson(*object.soft);
     out["objects"].push_back(std::move(item));
   }
   if (!scene.work.empty()) {

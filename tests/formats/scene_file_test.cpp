@@ -30,7 +30,11 @@ constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
   {"name": "tooth_11", "mesh": "mouth.obj", "part": "tooth 11", "position_mm": [1, 0, -2.5], "quaternion_wxyz": [0, 1, 0, 0],
    "tolerance_mm": 0.2, "quality": "best", "repair": "off", "branching": 4, "seed": 18446744073709551615,
    "skin_mm": 0.02, "crease_angle_deg": 40, "body": "jaw", "friction": 0.2, "stiffness_n_per_mm": 3},
-  {"name": "tongue", "tree": "trees/tongue.stree"}],
+  {"name": "tongue", "tree": "trees/tongue.stree"},
+  {"name": "cheek", "mesh": "cheek.obj",
+   "soft": {"young_kpa": 30, "poisson": 0.4, "density_kg_m3": 1100, "share": 0.25, "tetrahedra": 900,
+            "fixed": [{"sphere": {"centre_mm": [1, 2, 4], "radius_mm": 4}}, {"box": {"low_mm": [-1, -1, -1], "high_mm": [1, 2, 4]}},
+                      {"inside": "tooth_11"}]}}],
  "work": [{"name": "pocket", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 5}, "tolerance_mm": 0.05},
           {"box": {"low_mm": [0, 0, 0], "high_mm": [1, 1, 1]}, "tolerance_mm": 0.01}],
  "reach": {"radius_mm": 0.25, "tolerance_mm": 1}})";
@@ -53,7 +57,18 @@ TEST(SceneFile, ReadsEveryField) {
   EXPECT_EQ(s.tool.mesh, "probe.obj");
   EXPECT_EQ(s.tool.reference_point_mm, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(s.tool.settings.tolerance_mm, 0.05);
-  ASSERT_EQ(s.objects.size(), 2u);
+  ASSERT_EQ(s.objects.size(), 3u);
+  ASSERT_TRUE(s.objects[2].soft);
+  const SoftSettings& soft = *s.objects[2].soft;
+  EXPECT_EQ(soft.young_kpa, 30);
+  EXPECT_EQ(soft.poisson, 0.4);
+  EXPECT_EQ(soft.density_kg_m3, 1100);
+  EXPECT_EQ(soft.share, 0.25);
+  EXPECT_EQ(soft.tetrahedra, 900);
+  ASSERT_EQ(soft.fixed.size(), 3u);
+  EXPECT_EQ(soft.fixed[0].region.radius_mm, 4);
+  EXPECT_EQ(soft.fixed[1].region.high_mm, Eigen::Vector3d(1, 2, 4));
+  EXPECT_EQ(soft.fixed[2].inside, "tooth_11");
   const SceneItem& tooth = s.objects[0];
   EXPECT_EQ(tooth.part, "tooth 11");
   EXPECT_EQ(tooth.pose.position, Eigen::Vector3d(1, 0, -2.5));
@@ -109,6 +124,7 @@ TEST(SceneFile, SurvivesARoundTrip) {
   const nlohmann::json before = nlohmann::json::parse(kFull), after = nlohmann::json::parse(sceneText(parseScene(kFull, "a")));
   for (const char* key : {"unit", "defaults", "coupling", "limits", "tool", "work", "reach"}) EXPECT_EQ(before[key], after[key]) << key;
   EXPECT_EQ(before["objects"][0], after["objects"][0]);
+  EXPECT_EQ(before["objects"][2]["soft"], after["objects"][2]["soft"]);
   // Rotations of any kind, as they were normalised once, come back bit for bit.
   test::Random random(5);
   SceneFile scene = parseScene(kFull, "a");
@@ -162,7 +178,14 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
       {"18446744073709551615", "-1", "objects[0].seed is not a whole number"},
       {"\"radius_mm\": 5", "\"radius_mm\": -5", "work[0].sphere.radius_mm is -5, not above 0"},
       {"\"low_mm\": [0, 0, 0]", "\"low_mm\": [0, 1, 0]", "work[1].box has a low_mm that is not below its high_mm"},
-      {"\"box\"", "\"cube\"", "work[1] has the unknown key \"cube\""},
+      {"{\"box\": {\"low_mm\": [0,", "{\"cube\": {\"low_mm\": [0,", "work[1] has the unknown key \"cube\""},
+      {"\"young_kpa\": 30", "\"young_kpa\": 0.03", "objects[2].soft is out of range: Young's modulus"},
+      {"\"young_kpa\": 30, ", "", "objects[2].soft has no \"young_kpa\""},
+      {"\"share\": 0.25", "\"share\": 1", "objects[2].soft.share is 1, not within 0.05 .. 0.5"},
+      {"\"inside\"", "\"within\"", "objects[2].soft.fixed[2] has the unknown key \"within\""},
+      {"\"inside\": \"tooth_11\"", "\"inside\": \"jaw\"", "objects[2].soft.fixed[2].inside is \"jaw\", which is the name of no object"},
+      {"\"inside\": \"tooth_11\"", "\"inside\": \"cheek\"", "objects[2].soft.fixed[2].inside is \"cheek\", which is soft itself"},
+      {"\"mesh\": \"cheek.obj\"", "\"tree\": \"cheek.stree\"", "objects[2].soft is for a mesh"},
       {"\"radius_mm\": 0.25, ", "", "reach has no \"radius_mm\""}};
   for (const auto& [from, to, message] : cases) {
     const std::string said = sceneRefusal(replaced(kFull, from, to));
@@ -227,7 +250,7 @@ TEST(SceneFile, TakesPathsFromItsOwnFolder) {
 TEST(SceneFile, ReadsAFile) {
   const test::ScratchFolder folder;
   writeWhole(folder.path() / "a.scene.json", std::string_view(kFull));
-  EXPECT_EQ(readScene(folder.path() / "a.scene.json").objects.size(), 2u);
+  EXPECT_EQ(readScene(folder.path() / "a.scene.json").objects.size(), 3u);
   EXPECT_THROW((void)readScene(folder.path() / "b.scene.json"), FileError);
 }
 

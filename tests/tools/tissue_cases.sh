@@ -38,3 +38,35 @@ case_soften_refuses() {
   says "libtet1.5-dev" err
   is_empty work
 }
+
+case_soften_batch() {
+  write_torus torus.obj 24
+  write_tetrahedron tool.obj
+  cat >scene.json <<'S'
+{"schema": "spheretree.scene/1", "tool": {"name": "probe", "mesh": "tool.obj", "levels": 2},
+ "defaults": {"quality": "quick", "levels": 3},
+ "objects": [{"name": "bone", "mesh": "tool.obj", "position_mm": [0, 0, -6], "levels": 2},
+             {"name": "ring", "mesh": "torus.obj",
+              "soft": {"young_kpa": 15, "tetrahedra": 800, "fixed": [{"inside": "bone"}, {"box": {"low_mm": [-20, -20, -9], "high_mm": [20, 20, -1]}}]}}]}
+S
+  expect 0 batch scene.json -o made -q
+  expect 0 evaluate torus.obj made/ring.soft --states 5 --samples 1000
+  says "squeeze" out
+  grep -q '"tree": "ring.soft"' made/scene.json || fail "the scene does not name the soft tree"
+  [ ! -e made/ring.stree ] || fail "two trees of one object"
+  cp made/ring.soft first.soft
+  expect 0 batch scene.json -o made -q
+  cmp first.soft made/ring.soft || fail "from the cache it has other bytes"
+  for f in made/cache/*.soft; do head -c 1000 "$f" >cut && mv cut "$f"; done
+  expect 0 batch scene.json -o made -q
+  cmp first.soft made/ring.soft || fail "a damaged cache gives other bytes"
+  grep -q "soft: .* tetrahedra" made/report.json || fail "the report does not mention the tissue"
+  expect 0 report made -o page.html
+  grep -q "tetrahedra" page.html || fail "the page does not mention the tissue"
+  sed 's/"low_mm": \[-20, -20, -9\]/"low_mm": [19, 19, -9]/; s/{"inside": "bone"}, //' scene.json >loose.json
+  expect 6 batch loose.json -o loose -q
+  grep -q "float away" loose/report.json || fail "the report does not say why"
+  sed 's/"young_kpa": 15/"young_kpa": 0.015/' scene.json >wrong.json
+  expect 4 batch wrong.json -o wrong -q
+  says "MPa" err
+}

@@ -12,6 +12,7 @@
 #include "json_text.h"
 #include "pipeline/batch/budget_search.h"
 #include "pipeline/batch/reference_point.h"
+#include "pipeline/batch/soften_items.h"
 #include "pipeline/batch/speed_rows.h"
 #include "program_end.h"
 #include "run_files.h"
@@ -76,7 +77,8 @@ formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings
     if (!compiled.mesh.empty() && !compiled.mesh.is_absolute())
       compiled.mesh = std::filesystem::proximate(formats::scenePath(task.path, compiled.mesh), settings.folder);
     compiled.settings = {};
-    compiled.tree = compiled.name + ".stree";
+    compiled.soft.reset();
+    compiled.tree = item.treeName();
     if (item.is_tool)
       out.tool = std::move(compiled);
     else
@@ -103,7 +105,7 @@ ObjectResult resultOf(BatchItem& item) {
   if (!item.hasTree()) return out;
   out.saved = savedLeaves(item);
   out.seconds = item.result.seconds;
-  out.tree = item.source->name + ".stree";
+  out.tree = item.treeName();
   out.figures = std::move(item.result.figures);
   return out;
 }
@@ -116,7 +118,7 @@ void writeResults(const BatchSettings& settings, const Task& task, const std::ve
   formats::WholeFiles trees;
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].hasTree()) continue;
-    const std::vector<std::byte> bytes = encodeSphereTree(items[i].result.tree);
+    const std::vector<std::byte> bytes = items[i].soft.empty() ? encodeSphereTree(items[i].result.tree) : items[i].soft;
     result.objects[i].bytes = bytes.size();
     trees.add(settings.folder / result.objects[i].tree, bytes);
     progress.advance(static_cast<double>(i + 1) / static_cast<double>(items.size()));
@@ -149,7 +151,7 @@ void declareOutputs(const BatchSettings& settings, const Task& task, const std::
   files.willWrite(task.draft.ball);
   for (const char* name : {"scene.json", "report.json"}) files.willWrite(settings.folder / name);
   for (const BatchItem& item : items)
-    if (item.status != ItemStatus::Failed) files.willWrite(settings.folder / (item.source->name + ".stree"));
+    if (item.status != ItemStatus::Failed) files.willWrite(settings.folder / item.treeName());
 }
 
 }  // namespace
@@ -192,6 +194,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
   const auto built = Clock::now();
   context.tell_finished = false;
   if (settings.speed) result.speed = speedRows(source, items, paths, context);
+  if (settings.shard.count == 1 && !settings.dry_run) softenItems(items, cache, progress);
   for (BatchItem& item : items) result.objects.push_back(resultOf(item));
   const auto between = [](Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double>(b - a).count(); };
   const auto ended = Clock::now();

@@ -53,6 +53,7 @@ void load(BatchItem& item, const formats::SceneFile& scene, const std::filesyste
   job.part = source.part;
   job.repair = settings.repair.value_or("auto");
   job.settings = buildSettings(settings);
+  if (source.soft && job.settings.builder == builder::BuilderKind::Cover) job.settings.soft_share = source.soft->share;
   job.pose = source.pose;
   job.triangles = trianglesOf(job.file->mesh.mesh, job.part, job.file->components);  // says which parts there are
 }

@@ -23,8 +23,11 @@ struct BatchItem {
   TreeJob job;
   std::string key;  // "": it came as a tree
   ItemStatus status = ItemStatus::Waiting;
-  std::string error;  // why it failed
-  TreeResult result;  // once it is built or cached
+  std::string error;            // why it failed
+  TreeResult result;            // once it is built or cached
+  std::vector<std::byte> soft;  // of the .soft file, of soft tissue
+  /// Of its file in the folder of the batch.
+  std::string treeName() const { return source->name + (source->soft ? ".soft" : ".stree"); }
   bool hasTree() const { return status == ItemStatus::Built || status == ItemStatus::Cached; }
 };
 

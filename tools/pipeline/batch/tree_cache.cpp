@@ -6,6 +6,7 @@
 #include "json_text.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/core/tissue_codec.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
@@ -50,6 +51,24 @@ void TreeCache::store(const std::string& key, const TreeResult& result) const {
                   {"seconds", result.seconds},
                   {"record", toJson(result.figures)}};
   formats::writeWhole(folder_ / (key + ".json"), tool::jsonText(json, 1) + "\n", formats::FileRole::Working);
+}
+
+std::vector<std::byte> TreeCache::findSoft(const std::string& key) const {
+  const std::filesystem::path file = folder_ / (key + ".soft");
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return {};
+  try {
+    std::vector<std::byte> bytes = formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working);
+    SphereTree tree;
+    Tissue tissue;
+    if (decodeSoftTree(bytes, tree, tissue) == LoadStatus::Ok && !tissue.empty()) return bytes;
+  } catch (const formats::FileError&) {  // then it is softened again
+  }
+  return {};
+}
+
+void TreeCache::storeSoft(const std::string& key, const std::vector<std::byte>& bytes) const {
+  formats::writeWhole(folder_ / (key + ".soft"), bytes, formats::FileRole::Working);
 }
 
 }  // namespace spheretree::pipeline

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pipeline/batch/tree_job.h"
 
@@ -23,6 +24,10 @@ class TreeCache {
   void prepare() const;
   /// @throws formats::FileError
   void store(const std::string& key, const TreeResult& result) const;
+  /// Bytes of a soft tree (core's tissue_codec.h) under DIR/KEY.soft, checked; empty if there are none.
+  std::vector<std::byte> findSoft(const std::string& key) const;
+  /// @throws formats::FileError
+  void storeSoft(const std::string& key, const std::vector<std::byte>& bytes) const;
 
  private:
   std::filesystem::path folder_;

@@ -35,6 +35,8 @@ mesh or tree  one is needed: a path from the folder of the scene file, or an abs
 unit          of this mesh, glTF included
 part          a part of the mesh by its name, or #N as `spheretree check --list-parts` counts them; default all of it
 position_mm, quaternion_wxyz                          objects only: from the frame of the mesh to the world
+soft          objects only: soft tissue, {"young_kpa": 15, "poisson": 0.45, "density_kg_m3": 1040, "share": 0.5,
+              "tetrahedra": 3000, "fixed": [{"sphere": {...}}, {"box": {...}}, {"inside": "jaw"}]}; fixed: what holds it
 builder, quality, repair, levels, branching, tolerance_mm, seed        as the options of `spheretree build`
 
 Mesh files to a scene: spheretree scene --help

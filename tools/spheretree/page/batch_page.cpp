@@ -9,6 +9,7 @@
 #include "page/report_page.h"
 #include "page/scene_view.h"
 #include "pipeline/batch/batch_result.h"
+#include "pipeline/batch/soften_items.h"
 #include "pipeline/evaluation_json.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -181,6 +182,16 @@ Json levelsOf(const pipeline::TreeFigures& figures) {
   return out;
 }
 
+/// What the notes say of soft tissue; empty without any.
+std::string tissueList(const BatchResult& result) {
+  std::string items;
+  for (const ObjectResult& o : result.objects)
+    for (const std::string& note : o.figures.notes)
+      if (o.hasTree() && note.starts_with(pipeline::kSoftNote))
+        items += "<li>" + escaped(o.name) + ": " + escaped(note.substr(std::string_view(pipeline::kSoftNote).size())) + "</li>";
+  return items.empty() ? "" : "<ul>" + items + "</ul>";
+}
+
 }  // namespace
 
 Report batchReport(const fs::path& folder, const std::optional<fs::path>& recording_file, std::size_t most_bytes,
@@ -227,6 +238,7 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
     page.addSection("view", "In 3D", view);
     page.addSection("objects", "Objects", objectTable(result, index));
     if (const std::string repairs = repairTable(result); !repairs.empty()) page.addSection("repairs", "Repaired meshes", repairs);
+    if (const std::string tissue = tissueList(result); !tissue.empty()) page.addSection("tissue", "Soft tissue", tissue);
     if (const std::string drawn = charts(result); !drawn.empty()) page.addSection("charts", "Size against accuracy", drawn);
     if (recording)
       page.addSection("run", "The recorded run",

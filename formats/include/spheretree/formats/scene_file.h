@@ -37,6 +37,32 @@ struct TreeSettings {
 /// `own` where it says something, else `defaults`.
 TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& defaults);
 
+/// A region of the world in which its own tolerance holds.
+struct WorkRegion {
+  enum class Shape { Sphere, Box };
+  std::string name;  // may be empty
+  Shape shape = Shape::Sphere;
+  Eigen::Vector3d centre_mm{0, 0, 0};                 // of a sphere
+  double radius_mm = 0;                               // of a sphere, > 0
+  Eigen::Vector3d low_mm{0, 0, 0}, high_mm{0, 0, 0};  // of a box, low < high
+  double tolerance_mm = 0;                            // > 0
+};
+
+/// What holds soft tissue in place: a region of the world, or the leaves of another object.
+struct FixedRegion {
+  WorkRegion region;   // without name and tolerance
+  std::string inside;  // name of an object; then there is no region
+};
+
+/// Of an object that is soft tissue; docs/tissue.md
+struct SoftSettings {
+  double young_kpa = 0;                         // 0.1 .. 100000
+  double poisson = 0.45, density_kg_m3 = 1040;  // 0 .. 0.495, 100 .. 5000
+  double share = 0.5;                           // of the radius of leaves, as `spheretree build --soft`; 0.05 .. 0.5
+  int tetrahedra = 3000;                        // about; 100 .. 50000
+  std::vector<FixedRegion> fixed;               // one or more
+};
+
 /// The tool or an object: a mesh to build a tree from, or a tree, which may name the mesh that it was built from, to be
 /// shown.
 struct SceneItem {
@@ -51,6 +77,7 @@ struct SceneItem {
   std::string body;                             // of an object: name of the body that carries it; "": the world
   double friction = 0;                          // Coulomb's coefficient, 0 .. 2
   double stiffness_n_per_mm = 0;                // of an object: > 0; 0: it is rigid
+  std::optional<SoftSettings> soft;             // of an object with a mesh
 };
 
 /// A turn about an axis of the world, by an angle over time: linear between the rows, held before the first and after
@@ -72,17 +99,6 @@ struct SceneBody {
 
 /// The displacement at `t` [s] of what turns about the hinge.
 Configuration hingePose(const Hinge& hinge, double t);
-
-/// A region of the world in which its own tolerance holds.
-struct WorkRegion {
-  enum class Shape { Sphere, Box };
-  std::string name;  // may be empty
-  Shape shape = Shape::Sphere;
-  Eigen::Vector3d centre_mm{0, 0, 0};                 // of a sphere
-  double radius_mm = 0;                               // of a sphere, > 0
-  Eigen::Vector3d low_mm{0, 0, 0}, high_mm{0, 0, 0};  // of a box, low < high
-  double tolerance_mm = 0;                            // > 0
-};
 
 /// Surfaces that a ball of this radius cannot touch, as it moves from outside the scene's box through free space, need
 /// no more accuracy than `tolerance_mm`.
