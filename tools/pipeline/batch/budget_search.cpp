@@ -102,7 +102,10 @@ class BudgetSearch {
       TreeJob& job = round.items[waiting_[k]].job;
       builder::BuildSettings& settings = job.settings;
       limitLeaves(settings, leaves[k]);
-      if (search) settings.quality = Quality::Quick;
+      if (search) {
+        settings.quality = Quality::Quick;
+        settings.skin = settings.skin && budget_.is_time;  // only the time of a step depends on it
+      }
       if (job.work && settings.tolerance_mm > 0) job.scale = scale_;
     }
     buildItems(round.items, context_, "budget, " + std::string(search ? "search " : "trees ") + std::to_string(number + 1));

@@ -109,6 +109,7 @@ std::string hashOfMesh(const ComparedMesh& compared) { return toHex(builder::mes
 Job jobOf(const ComparedMesh& compared, const Method& method, const ComparisonSettings& settings) {
   Job job{&compared, settings.build, {}, {}, {}, false};
   job.settings.builder = method.builder;
+  job.settings.skin = false;  // leaves are compared, and nothing is touched
   job.settings.quality = method.quality;
   job.id = compared.name + "." + idOf(method);
   job.key = {{"generator", kGenerator}, {"mesh", hashOfMesh(compared)}, {"settings", toHex(builder::settingsHash(job.settings))}};
@@ -172,6 +173,7 @@ Sensitivity sensitivityOf(const ComparedMesh& compared, const Method& method, co
   tried.seed = settings.build.seed;
   builder::BuildSettings build = settings.build;
   build.builder = method.builder;
+  build.skin = false;
   build.quality = method.quality;
   const fs::path file = fileOf(settings.folder, compared.name + "." + idOf(method) + ".stability");
   const Json key{{"generator", kGenerator},
