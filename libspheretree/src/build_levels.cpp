@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "cover/build_cover.h"
 #include "published/build_by_regions.h"
 #include "published/reduce_burst.h"
 #include "published/reduce_expand.h"
@@ -41,7 +40,7 @@ Method methodOf(BuilderKind kind) {
 
 }  // namespace
 
-LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
+LevelBalls LevelBuilder::build(const BuildSettings& settings, Progress& progress) {
   PublishedSettings published;
   published.levels = settings.levels;
   published.branching = settings.branching;
@@ -51,9 +50,9 @@ LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, con
   std::vector<Method> methods;
   switch (settings.builder) {
     case BuilderKind::Cover:
-      return buildCover(mesh, field, settings, progress);
+      return cover_.build(settings, progress);
     case BuilderKind::Octree:
-      return buildOctree(mesh, field, published, progress);
+      return buildOctree(mesh_, field_, published, progress);
     case BuilderKind::Combined: {
       const std::vector<BuilderKind> usual{BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst};
       for (const BuilderKind member : settings.combine.empty() ? usual : settings.combine) methods.push_back(methodOf(member));
@@ -62,7 +61,7 @@ LevelBalls buildLevels(const TriangleMesh& mesh, const DistanceField& field, con
     default:
       methods.push_back(methodOf(settings.builder));
   }
-  return buildByRegions(mesh, field, methods, published, progress);
+  return buildByRegions(mesh_, field_, methods, published, progress);
 }
 
 }  // namespace spheretree::builder

@@ -71,9 +71,10 @@ CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettin
   // distance bound of the simplification, and reach out of it by at most h and twice the bound: its distance from their
   // centres may be less by the bound, too.
   const double tolerance = std::max(0.0, settings.tolerance_mm - 2 * search.distance_bound_mm) / search.pose.scale;
+  LevelBuilder builder(search.mesh, search.field);
   return searchLevels(settings, tolerance, [&](const BuildSettings& tried, std::size_t max_levels) {
     progress.stage("balls");
-    LevelBalls levels = inFrameOfMesh(buildLevels(search.mesh, search.field, tried, progress), search.pose);
+    LevelBalls levels = inFrameOfMesh(builder.build(tried, progress), search.pose);
     if (levels.balls.size() > max_levels) levels.balls.resize(max_levels);
     clock.finish("balls");
     progress.stage("certify");

@@ -11,15 +11,17 @@ namespace spheretree::builder {
 namespace {
 
 constexpr int kMaxAttempts = 4;         // builds for a smaller tolerance, where certification pushes spheres beyond it
-constexpr double kUndershoot = 0.99;    // each of them aims this share below what the last overshoot asks for
+constexpr double kUndershoot = 0.997;   // the first of them aims this share below what the overshoot asks for, the others farther each time
 constexpr std::size_t kSmallTree = 21;  // nodes: 1 + 4 + 16; trees this small are searched exhaustively
-constexpr double kOutOfReach = 1.05;    // times the tolerance: a full tree this far out is not followed by one with fewer leaves
+constexpr std::size_t kNearlySmall = 2;  // times as many nodes: where a search needs more, no tree that small is tried
+constexpr double kOutOfReach = 1.05;     // times the tolerance: a full tree this far out is not followed by one with fewer leaves
 
 // Levels are built for the tolerance over this factor, since certification makes spheres grow to close the gaps that a
 // search leaves.
 double certificationAllowance(const BuildSettings& settings) {
   if (settings.builder == BuilderKind::Octree) return 1;  // leaves no gaps
-  if (settings.builder == BuilderKind::Cover) return 1.02;
+  if (settings.builder == BuilderKind::Cover)
+    return settings.quality == Quality::Best ? 1.008 : settings.quality == Quality::Quick ? 1.018 : 1.013;
   return settings.quality == Quality::Best ? 1.015 : 1.045;
 }
 
@@ -29,23 +31,23 @@ class LevelSearch {
       : settings_(settings), search_tolerance_(search_tolerance), build_(build) {}
 
   CertifiedLevels run() {
-    const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // an octree joins its cells instead
-    if (tries_full) tryFull(2);
-    if (isKept(best_)) {
-      offer(full(1, kMinBranching));
-      return std::move(best_);
-    }
     double aim = search_tolerance_ / certificationAllowance(settings_);
     best_ = forTolerance(aim);
     // If the levels kept the tolerance before certification, certification has pushed them beyond it: aim lower by as
     // much.
+    double undershoot = 1;
     for (int attempt = 0; attempt < kMaxAttempts && best_.uncertified_overhang <= settings_.tolerance_mm && !isKept(best_); ++attempt) {
-      aim *= kUndershoot * settings_.tolerance_mm / best_.overhang_bound;
+      undershoot *= kUndershoot;
+      aim *= undershoot * settings_.tolerance_mm / best_.overhang_bound;
       best_ = forTolerance(aim);
     }
+    const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // an octree joins its cells instead
+    if (!tries_full || best_.count() > kNearlySmall * kSmallTree) return std::move(best_);
     // Certification may also add less than the allowance, and one leaf more is a large share of a small tree.
     if (aim < search_tolerance_ && isKept(best_) && best_.count() <= kSmallTree) offer(forTolerance(search_tolerance_));
-    if (tries_full && settings_.levels > 2) tryFull(3);
+    tryFull(2);
+    if (settings_.levels > 2) tryFull(3);
+    if (isKept(best_)) offer(full(1, kMinBranching));
     return std::move(best_);
   }
 

@@ -20,7 +20,7 @@ LevelBalls build(BuilderKind kind, const std::vector<BuilderKind>& combine = {})
   settings.levels = 3;
   settings.branching = 4;
   Progress progress;
-  return buildLevels(mesh, field, settings, progress);
+  return LevelBuilder(mesh, field).build(settings, progress);
 }
 
 bool areEqual(const LevelBalls& a, const LevelBalls& b) {

@@ -2,10 +2,9 @@
 #include "cover/build_cover.h"
 
 #include <algorithm>
-#include <functional>
+#include <cmath>
 #include <numeric>
 
-#include "cover/optimise_cover.h"
 #include "geometry/surface_samples.h"
 #include "medial/shrinking_balls.h"
 #include "medial/voronoi_balls.h"
@@ -14,6 +13,9 @@
 namespace spheretree::builder {
 
 namespace {
+
+constexpr double kRounded = 1 - 1e-12;  // times a tolerance: radii are rounded, and keep it even so
+constexpr int kMostGuesses = 4;         // of the number of leaves for a tolerance; each is about twice as near as the last
 
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
@@ -27,6 +29,7 @@ struct Effort {
   double search_step;
   int search_failures;
   double gap_tolerance;
+  std::uint64_t removal_work;
 };
 
 Effort effortOf(Quality quality) {
@@ -43,7 +46,8 @@ Effort effortOf(Quality quality) {
               .search_work = 8'000'000,
               .search_step = 0.06,
               .search_failures = 4,
-              .gap_tolerance = 0.03};
+              .gap_tolerance = 0.03,
+              .removal_work = 15'000};
     case Quality::Standard:
       return {.samples_a_sphere = 24,
               .least_samples = 1000,
@@ -56,7 +60,8 @@ Effort effortOf(Quality quality) {
               .search_work = 60'000'000,
               .search_step = 0.04,
               .search_failures = 5,
-              .gap_tolerance = 0.02};
+              .gap_tolerance = 0.02,
+              .removal_work = 50'000};
     case Quality::Best:
       return {.samples_a_sphere = 24,
               .least_samples = 1000,
@@ -69,7 +74,8 @@ Effort effortOf(Quality quality) {
               .search_work = 400'000'000,
               .search_step = 0.03,
               .search_failures = 12,
-              .gap_tolerance = 0.01};
+              .gap_tolerance = 0.01,
+              .removal_work = 300'000};
   }
   return {};
 }
@@ -83,15 +89,15 @@ std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
   return few;
 }
 
-// Voronoi vertices and shrinking balls of one sampling of the surface, fine enough for `spheres`.
-// Balls for tissue lie between the surface and a sheet near the medial axis, where no Voronoi vertex is.
-std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t spheres, const Effort& effort,
-                             const BuildSettings& settings, Progress& progress) {
+// Voronoi vertices and shrinking balls of one sampling of the surface, of `count` points.
+std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, const Effort& effort,
+                             std::uint64_t seed, bool is_soft, Progress& progress) {
   SampleSettings sampling;
-  sampling.count = std::max(effort.medial_samples, 3 * spheres);
-  sampling.seed = settings.seed;
+  sampling.count = count;
+  sampling.seed = seed;
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
-  if (settings.soft_share > 0) return shrinkingBalls(samples, field);
+  // Balls for tissue lie between the surface and a sheet near the medial axis, where no Voronoi vertex is.
+  if (is_soft) return shrinkingBalls(samples, field);
   std::vector<Eigen::Vector3d> points;
   for (const SurfaceSample& s : samples) points.push_back(s.point);
   progress.check();
@@ -104,9 +110,104 @@ std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& fiel
   return pool;
 }
 
-/// The levels above `leaves`, each by `cover` with as many balls as it may have; `full`: leaves of a full tree.
-LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, const std::function<Cover(std::size_t)>& cover,
-                       Progress& progress) {
+}  // namespace
+
+LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress) {
+  if (settings.quality != quality_ || settings.seed != seed_ || (settings.soft_share > 0) != is_soft_ || pool_.empty()) {
+    quality_ = settings.quality;
+    seed_ = settings.seed;
+    is_soft_ = settings.soft_share > 0;
+    pool_samples_ = 0;
+    covers_.clear();
+    leaves_.reset();
+  }
+  std::size_t full = 1;
+  for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
+  const std::size_t budget = settings.most_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.most_leaves)) : full;
+  if (settings.tolerance_mm > 0) return levelsAbove(coverWithin(settings.tolerance_mm, budget, progress), full, settings, progress);
+  fitPool(budget, progress);
+  return levelsAbove(cover(budget, progress), full, settings, progress);
+}
+
+// A pool that is fine enough for `spheres`, and the effort that goes with them.
+void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
+  const Effort effort = effortOf(quality_);
+  const std::size_t samples = std::max(effort.medial_samples, 3 * spheres);
+  if (samples > pool_samples_) {
+    progress.stage("medial axis");
+    pool_ = medialPool(mesh_, field_, samples, effort, seed_, is_soft_, progress);
+    pool_samples_ = samples;
+    covers_.clear();
+    if (pool_.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
+  }
+  progress.stage("cover");
+  if (spheres != fitted_) covers_.clear();
+  fitted_ = spheres;
+}
+
+// The search that `spheres` balls start, chosen from the pool.
+CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) const {
+  const Effort effort = effortOf(quality_);
+  SampleSettings sampling;
+  sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
+  sampling.seed = seed_ + 1;
+  ChoiceSettings choice;
+  choice.spheres = spheres;
+  choice.swap_work = effort.swap_work / fitted_ * std::max(spheres, fitted_ / 10 + 1);
+  choice.gap_rounds = effort.gap_rounds;
+  choice.gap_tolerance = effort.gap_tolerance;
+  choice.seed = seed_ + spheres;
+  // Memory grows with the candidates; in very deep trees eight a sphere do.
+  const std::size_t candidates =
+      std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
+  SearchSettings search;
+  search.moves = 10 + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
+  search.step = effort.search_step;
+  search.work = effort.search_work;
+  search.failures = effort.search_failures;
+  search.gap_tolerance = effort.gap_tolerance;
+  search.removal_work = effort.removal_work;
+  return {mesh_, field_, chooseBalls(mesh_, field_, sampleSurface(mesh_, sampling), thinned(pool_, candidates), choice, progress), search,
+          progress};
+}
+
+// The tightest cover of so many spheres.
+const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
+  if (const auto known = covers_.find(spheres); known != covers_.end()) return known->second;
+  CoverSearch search = startSearch(spheres, progress);
+  search.lower(0, progress);
+  search.close(progress);
+  return covers_[spheres] = search.cover();
+}
+
+// About how many leaves a stand-off needs, by greedy covers of a few samples: it falls as a power of their number.
+std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress) {
+  auto guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
+  for (int round = 0, last = 0; round < kMostGuesses && last != static_cast<int>(guess); ++round) {
+    last = static_cast<int>(guess);
+    fitPool(guess, progress);
+    SampleSettings sampling;
+    sampling.count = std::max<std::size_t>(10 * guess, 500);
+    sampling.seed = seed_ + 1;
+    const double rough = roughStandOff(field_, sampleSurface(mesh_, sampling), pool_, guess, progress);
+    guess = static_cast<std::size_t>(std::clamp(static_cast<double>(guess) * rough / stand_off, 1.0, static_cast<double>(max_leaves)));
+  }
+  return guess;
+}
+
+// The fewest leaves found, from those of the last tolerance or, where it was another, from a number that is guessed.
+Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progress& progress) {
+  if (!leaves_) {
+    const std::size_t guess = guessLeaves(stand_off, max_leaves, progress);
+    fitPool(guess, progress);
+    leaves_.emplace(startSearch(guess, progress));
+  }
+  leaves_->fit(kRounded * stand_off, max_leaves, progress);
+  return leaves_->cover();
+}
+
+/// The levels above `leaves`, each with as many balls as it may have; `full`: leaves of a full tree.
+LevelBalls CoverBuilder::levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, Progress& progress) {
   // With a tolerance, no more spheres above than the leaves need as parents.
   std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
   for (std::size_t level = 1; level < counts.size(); ++level)
@@ -120,7 +221,7 @@ LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& sett
   for (std::size_t level = counts.size() - 1; level-- > 0;) {
     done += counts[level + 1];
     progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time goes by the spheres
-    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()));
+    covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()), progress);
   }
   LevelBalls levels;
   for (std::size_t level = 0; level < covers.size(); ++level) {
@@ -129,74 +230,6 @@ LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& sett
     levels.balls.push_back(covers[level].balls);
   }
   return levels;
-}
-
-}  // namespace
-
-LevelBalls buildCover(const TriangleMesh& mesh, const DistanceField& field, const BuildSettings& settings, Progress& progress) {
-  const Effort effort = effortOf(settings.quality);
-  std::size_t full = 1;
-  for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
-  const std::size_t budget = settings.most_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.most_leaves)) : full;
-
-  // With a tolerance, one level after the other: a tree deeper than it needs would cost eight times as much to find
-  // out.
-  std::size_t low = 0, high = settings.tolerance_mm > 0 ? std::min(budget, static_cast<std::size_t>(settings.branching)) : budget;
-  std::size_t fitted = 0;  // number of spheres that the pool and the effort are made for
-  std::vector<Ball> pool;
-  const auto fitPool = [&] {
-    progress.stage("medial axis");
-    fitted = high;
-    pool = medialPool(mesh, field, fitted, effort, settings, progress);
-    if (pool.empty()) throw BuildError("no ball fits inside the mesh: it is too thin for double precision, or inside out");
-    progress.stage("cover");
-  };
-
-  const auto cover = [&](std::size_t spheres) {
-    CoverSettings cover_settings;
-    cover_settings.spheres = spheres;
-    cover_settings.swap_work = effort.swap_work / fitted * std::max(spheres, fitted / 10 + 1);
-    cover_settings.gap_rounds = effort.gap_rounds;
-    cover_settings.lowering.moves = 10 + static_cast<int>(effort.search_moves * static_cast<double>(spheres));
-    cover_settings.lowering.step = effort.search_step;
-    cover_settings.lowering.work = effort.search_work;
-    cover_settings.lowering.failures = effort.search_failures;
-    cover_settings.lowering.gap_tolerance = effort.gap_tolerance;
-    cover_settings.lowering.closes = true;
-    cover_settings.seed = settings.seed + spheres;
-    SampleSettings sampling;
-    sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
-    sampling.seed = settings.seed + 1;
-    // Memory grows with the candidates; in very deep trees eight a sphere do.
-    const std::size_t candidates =
-        std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
-    return optimiseCover(mesh, field, sampleSurface(mesh, sampling), thinned(pool, candidates), cover_settings, progress);
-  };
-
-  fitPool();
-  Cover leaves = cover(high);
-  while (leaves.stand_off > settings.tolerance_mm && high < budget) {  // low is too few, high suffices or is all there is
-    low = high;
-    high = std::min(budget, high * static_cast<std::size_t>(settings.branching));
-    fitPool();
-    leaves = cover(high);
-  }
-  if (settings.tolerance_mm > 0 && leaves.stand_off < settings.tolerance_mm) {
-    // The stand-off falls about as 1/n: start there, then close in on the fewest.
-    for (int step = 0; step < 12 && high - low > std::max<std::size_t>(1, high / 100); ++step) {
-      const double guess = static_cast<double>(high) * leaves.stand_off / settings.tolerance_mm;
-      std::size_t middle = low + (high - low) / 2;
-      if (step % 2 == 0) middle = std::clamp<std::size_t>(static_cast<std::size_t>(guess), low + 1, high - 1);
-      Cover fewer = cover(middle);
-      if (fewer.stand_off <= settings.tolerance_mm) {
-        high = middle;
-        leaves = std::move(fewer);
-      } else {
-        low = middle;
-      }
-    }
-  }
-  return levelsAbove(std::move(leaves), full, settings, cover, progress);
 }
 
 }  // namespace spheretree::builder

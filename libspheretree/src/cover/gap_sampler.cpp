@@ -32,17 +32,17 @@ GapSampler::GapSampler(const TriangleMesh& mesh, const DistanceField& field, std
   triangles_ = BoxTree(boxes, 4);
 }
 
-std::vector<Vector3d> GapSampler::find(std::span<const Ball> balls, double h, double tolerance, std::span<const Ball> was,
-                                       std::span<const std::uint32_t> moved, Progress& progress) {
+std::vector<Vector3d> GapSampler::find(std::span<const Ball> balls, double h, double tolerance, const std::vector<Ball>* left,
+                                       Progress& progress) {
   std::vector<std::uint32_t> near;
-  if (was.empty()) {
+  if (!left) {
     near = all_;
   } else {
     std::vector<char> marked(all_.size(), 0);
     for (const std::uint32_t t : open_) marked[t] = 1;
-    for (const std::uint32_t b : moved) {
-      const double held = was[b].radius + (1 + tolerance) * h;
-      triangles_.searchWithin(was[b].centre, held * held, [&](std::size_t first, std::size_t count) {
+    for (const Ball& b : *left) {
+      const double held = b.radius + (1 + tolerance) * h;
+      triangles_.searchWithin(b.centre, held * held, [&](std::size_t first, std::size_t count) {
         for (std::size_t slot = first; slot < first + count; ++slot) marked[triangles_.order()[slot]] = 1;
       });
     }

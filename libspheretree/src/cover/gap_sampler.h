@@ -23,10 +23,10 @@ class GapSampler {
   GapSampler(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, double spacing);
 
   /// Uncovered points of the mesh where the balls, each grown by `h`, leave holes deeper than `tolerance` times `h`;
-  /// none if there are none. `was`: the balls at the last call with the same `h`, after which only balls of `moved`
-  /// moved: what is open now was held by one of those, or open then. Empty: look everywhere.
-  std::vector<Eigen::Vector3d> find(std::span<const Ball> balls, double h, double tolerance, std::span<const Ball> was,
-                                    std::span<const std::uint32_t> moved, Progress& progress);
+  /// none if there are none. `left`: the balls that have moved or gone since the last call with the same `h`, as they
+  /// were then: what is open now was held by one of those, or open then. Null: look everywhere.
+  std::vector<Eigen::Vector3d> find(std::span<const Ball> balls, double h, double tolerance, const std::vector<Ball>* left,
+                                    Progress& progress);
 
   std::size_t triangles() const { return all_.size(); }  // that find looks at, at most
   std::size_t lookedAt() const { return looked_at_; }    // of them, at the last call

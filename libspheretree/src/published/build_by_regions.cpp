@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "cover/lower_stand_off.h"
+#include "cover/cover_search.h"
 #include "geometry/box_tree.h"
 #include "geometry/smallest_ball.h"
 #include "medial/adaptive_medial_axis.h"
@@ -239,17 +239,17 @@ class TopDownBuilder {
     // What the budget has left starts as copies, which the search is free to send wherever a ball is missed.
     if (!isGoodEnough(balls))
       for (std::size_t i = 0; inscribed.size() < most; ++i) inscribed.push_back(inscribed[i]);
-    StandOffSettings lowering;
+    SearchSettings lowering;
     lowering.step = effort_.search_step;
     lowering.moves = 10 + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
     lowering.work = effort_.search_work * (balls.size() + kFewBalls);
     lowering.failures = effort_.search_failures;
     lowering.gap_tolerance = effort_.gap_tolerance;
-    lowering.enough = settings_.tolerance_mm;
-    lowering.seed = settings_.seed;
-    const double stand_off = lowerStandOff(mesh_, field_, points, inscribed, lowering, progress_);
-    balls.resize(inscribed.size());
-    for (std::size_t i = 0; i < balls.size(); ++i) balls[i] = {inscribed[i].centre, inscribed[i].radius, inscribed[i].radius + stand_off};
+    ChosenBalls start{.balls = std::move(inscribed), .samples = std::move(points), .seed = settings_.seed};
+    CoverSearch search(mesh_, field_, std::move(start), lowering, progress_);
+    search.lower(settings_.tolerance_mm, progress_);
+    balls.clear();
+    for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius, b.radius + search.standOff()});
   }
 
   // Few for few balls: the evenly spread ones thinned, and those at corners and on sharp edges.

@@ -24,7 +24,8 @@ BuildSettings quick(int levels, int branching) {
 
 LevelBalls build(const TriangleMesh& mesh, const BuildSettings& settings) {
   Progress progress;
-  return buildCover(mesh, DistanceField(mesh), settings, progress);
+  const DistanceField field(mesh);
+  return CoverBuilder(mesh, field).build(settings, progress);
 }
 
 // The stand-off that all balls of a level share.
@@ -111,12 +112,12 @@ TEST(BuildCover, TellsItsStagesAndStopsInEach) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 16, 8);
   const DistanceField field(mesh);
   Stages all;
-  buildCover(mesh, field, quick(2, 4), all);
+  CoverBuilder(mesh, field).build(quick(2, 4), all);
   EXPECT_EQ(all.names, (std::vector<std::string>{"medial axis", "cover"}));
   for (const std::string& name : all.names) {
     Stages stopped;
     stopped.stop_at = name;
-    EXPECT_THROW(buildCover(mesh, field, quick(2, 4), stopped), Cancelled) << name;
+    EXPECT_THROW(CoverBuilder(mesh, field).build(quick(2, 4), stopped), Cancelled) << name;
   }
 }
 

@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "cover/optimise_cover.h"
+#include "cover/choose_balls.h"
 #include "medial/shrinking_balls.h"
+#include "support/found_cover.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -125,15 +126,9 @@ TEST(ExactCover, TheSearchIsNearTheOptimum) {
     std::vector<Ball> pool = shrinkingBalls(sampleSurface(mesh, sampling), field);
     for (const std::size_t n : {2, 3, 4}) {
       const double exact = exactStandOff(points, pool, n);
-      CoverSettings settings;
-      settings.spheres = n;
-      settings.lowering.moves = 0;
-      settings.refits = 0;
       Progress progress;
-      const double discrete = optimiseCover(mesh, field, samples, pool, settings, progress).stand_off;
-      settings = {};
-      settings.spheres = n;
-      const double whole = optimiseCover(mesh, field, samples, pool, settings, progress).stand_off;
+      const double discrete = test::foundCover(mesh, samples, pool, {.spheres = n, .refits = 0}, {.moves = 0}, progress).stand_off;
+      const double whole = test::foundCover(mesh, samples, pool, {.spheres = n}, {}, progress).stand_off;
       std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n,
                   pool.size(), points.size(), exact, discrete / exact, whole / exact);
       // The search covers the surface between the samples as well, the optimum the samples alone.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cover/lower_stand_off.h"
+#include "cover/cover_search.h"
 
 #include <gtest/gtest.h>
 
@@ -23,11 +23,20 @@ struct Lowered {
   double stand_off;
 };
 
-Lowered lowering(const TriangleMesh& mesh, std::vector<Ball> balls, std::vector<Vector3d> points, const StandOffSettings& settings) {
+CoverSearch searchFrom(const TriangleMesh& mesh, const DistanceField& field, std::vector<Ball> balls, std::vector<Vector3d> points,
+                       const SearchSettings& settings, std::uint64_t seed = 1) {
   Progress progress;
-  Lowered result{std::move(balls), std::move(points), 0};
-  result.stand_off = lowerStandOff(mesh, DistanceField(mesh), result.points, result.balls, settings, progress);
-  return result;
+  return CoverSearch(mesh, field, {.balls = std::move(balls), .samples = std::move(points), .seed = seed}, settings, progress);
+}
+
+Lowered lowering(const TriangleMesh& mesh, std::vector<Ball> balls, std::vector<Vector3d> points, const SearchSettings& settings,
+                 std::uint64_t seed = 1, bool closes = false) {
+  Progress progress;
+  const DistanceField field(mesh);
+  CoverSearch search = searchFrom(mesh, field, std::move(balls), std::move(points), settings, seed);
+  search.lower(0, progress);
+  if (closes) search.close(progress);
+  return {search.balls(), search.points(), search.standOff()};
 }
 
 std::vector<Ball> grown(std::vector<Ball> balls, double by) {
@@ -46,8 +55,8 @@ std::vector<Ball> randomInside(const TriangleMesh& mesh, std::size_t count, std:
   return balls;
 }
 
-StandOffSettings quick() {
-  StandOffSettings settings;
+SearchSettings quick() {
+  SearchSettings settings;
   settings.moves = 300;
   settings.work = 4'000'000;
   return settings;
@@ -55,7 +64,7 @@ StandOffSettings quick() {
 
 // One ball about a cube: sqrt(3)/2 - 1/2. Two about a bar of two cubes: the same, for each ball has four corners of an
 // end.
-TEST(LowerStandOff, FindsTheKnownOptimum) {
+TEST(CoverSearch, FindsTheKnownOptimum) {
   const double optimum = 0.5 * (std::sqrt(3.0) - 1);
   const TriangleMesh cube = test::boxMesh({0, 0, 0}, {1, 1, 1}), bar = test::boxMesh({0, 0, 0}, {2, 1, 1});
   const Lowered one = lowering(cube, {{{0.3, 0.6, 0.45}, 0.3}}, test::densePoints(cube, 20, 1), quick());
@@ -65,7 +74,7 @@ TEST(LowerStandOff, FindsTheKnownOptimum) {
   EXPECT_LE(two.stand_off, 1.015 * optimum);
 }
 
-TEST(LowerStandOff, LowersTheStandOffOfARandomCover) {
+TEST(CoverSearch, LowersTheStandOffOfARandomCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Vector3d> points = test::densePoints(mesh, 2, 1);
   for (const std::size_t n : {6, 30}) {
@@ -75,7 +84,7 @@ TEST(LowerStandOff, LowersTheStandOffOfARandomCover) {
   }
 }
 
-TEST(LowerStandOff, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
+TEST(CoverSearch, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   // Only the corners of the mesh as samples: the search must find what they miss.
   const std::vector<Vector3d> points = mesh.positions;
@@ -94,7 +103,7 @@ TEST(LowerStandOff, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
 // A sheet far thinner than its balls are wide, flat and rolled to a third of a tube. A ball of its middle covers a
 // disc: n discs of area 1.2092 A / n each, hexagons about, would cover a plane. A straight step of a ball leaves the
 // sheet.
-TEST(LowerStandOff, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
+TEST(CoverSearch, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   TriangleMesh flat = test::boxMesh({-10, -10, 0}, {10, 10, 0.02});
   for (int round = 0; round < 4; ++round) flat = test::quartered(flat);
   TriangleMesh bent = flat;
@@ -120,7 +129,7 @@ TEST(LowerStandOff, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
 
 // Eight small bodies far apart and eight balls, all in the first: each body must get its own, though the first goal is
 // far larger than a body.
-TEST(LowerStandOff, SmallBodiesGetBallsFromAfar) {
+TEST(CoverSearch, SmallBodiesGetBallsFromAfar) {
   TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
     const TriangleMesh one = test::sphereMesh(0.3, 1);
@@ -135,12 +144,12 @@ TEST(LowerStandOff, SmallBodiesGetBallsFromAfar) {
 
 // Of a finely cut torus few samples say little: its corners are farther out than its facets by as much as the balls
 // need. A first goal out of reach must not take the work that the way down needs.
-TEST(LowerStandOff, FewSamplesOfAFineMeshStillLeadToATightCover) {
+TEST(CoverSearch, FewSamplesOfAFineMeshStillLeadToATightCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 192, 96);
   const DistanceField field(mesh);
   std::vector<Ball> start;
   for (std::size_t i = 0; i < mesh.positions.size(); i += 97) start.push_back(touchingBall(field, mesh.positions[i]));
-  StandOffSettings settings = quick();
+  SearchSettings settings = quick();
   settings.work = 4'000'000;
   std::vector<Vector3d> few;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 20)
@@ -148,17 +157,16 @@ TEST(LowerStandOff, FewSamplesOfAFineMeshStillLeadToATightCover) {
   EXPECT_LT(lowering(mesh, start, few, settings).stand_off, 1.5 * lowering(mesh, start, mesh.positions, settings).stand_off);
 }
 
-TEST(LowerStandOff, ClosingHalvesTheHolesForHardlyMore) {
+TEST(CoverSearch, ClosingHalvesTheHolesForHardlyMore) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Vector3d> dense = test::densePoints(mesh, 80, 3);
   double grown_open = 0, grown_closed = 0;
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     const std::vector<Ball> start = randomInside(mesh, 60, seed);
-    StandOffSettings settings = quick();
+    SearchSettings settings = quick();
     settings.gap_tolerance = 0.05;
     const Lowered open = lowering(mesh, start, mesh.positions, settings);
-    settings.closes = true;
-    const Lowered closed = lowering(mesh, start, mesh.positions, settings);
+    const Lowered closed = lowering(mesh, start, mesh.positions, settings, 1, true);
     const double closed_gap = test::largestGap(dense, grown(closed.balls, closed.stand_off));
     EXPECT_LE(closed_gap, 1.01 * 0.5 * settings.gap_tolerance * closed.stand_off);
     grown_closed += closed.stand_off + closed_gap;
@@ -168,9 +176,9 @@ TEST(LowerStandOff, ClosingHalvesTheHolesForHardlyMore) {
   EXPECT_LT(grown_closed, 1.02 * grown_open);
 }
 
-TEST(LowerStandOff, WithoutMovesTheCoverStillHolds) {
+TEST(CoverSearch, WithoutMovesTheCoverStillHolds) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
-  StandOffSettings none = quick();
+  SearchSettings none = quick();
   none.moves = 0;
   none.failures = 0;
   const Lowered result = lowering(mesh, randomInside(mesh, 20, 4), mesh.positions, none);
@@ -178,14 +186,12 @@ TEST(LowerStandOff, WithoutMovesTheCoverStillHolds) {
             1.01 * quick().gap_tolerance * result.stand_off);
 }
 
-TEST(LowerStandOff, SameSeedSameBallsOtherSeedOthers) {
+TEST(CoverSearch, SameSeedSameBallsOtherSeedOthers) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Ball> start = randomInside(mesh, 20, 4);
   const std::vector<Vector3d> points = test::densePoints(mesh, 1, 1);
-  StandOffSettings settings = quick();
-  const Lowered one = lowering(mesh, start, points, settings), two = lowering(mesh, start, points, settings);
-  settings.seed = 2;
-  const Lowered other = lowering(mesh, start, points, settings);
+  const Lowered one = lowering(mesh, start, points, quick()), two = lowering(mesh, start, points, quick());
+  const Lowered other = lowering(mesh, start, points, quick(), 2);
   EXPECT_EQ(one.stand_off, two.stand_off);
   EXPECT_EQ(one.points, two.points);
   for (std::size_t i = 0; i < start.size(); ++i) EXPECT_EQ(one.balls[i].centre, two.balls[i].centre);
@@ -193,13 +199,66 @@ TEST(LowerStandOff, SameSeedSameBallsOtherSeedOthers) {
                           [](const Ball& a, const Ball& b) { return a.centre == b.centre; }));
 }
 
-TEST(LowerStandOff, StopsWhenCancelled) {
+TEST(CoverSearch, StopsWhenCancelled) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   Progress progress;
   progress.cancel();
-  std::vector<Ball> balls = randomInside(mesh, 20, 4);
-  std::vector<Vector3d> points = mesh.positions;
-  EXPECT_THROW(lowerStandOff(mesh, DistanceField(mesh), points, balls, quick(), progress), Cancelled);
+  const DistanceField field(mesh);
+  EXPECT_THROW(CoverSearch(mesh, field, {.balls = randomInside(mesh, 20, 4), .samples = mesh.positions}, quick(), progress), Cancelled);
+}
+
+TEST(CoverSearch, FitKeepsTheStandOffWithFewerBallsThanTheSearchForTheStandOffOfANumber) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const DistanceField field(mesh);
+  const std::vector<Vector3d> points = test::densePoints(mesh, 2, 1), dense = test::densePoints(mesh, 60, 3);
+  Progress progress;
+  std::size_t before = 0, after = 0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const std::vector<Ball> start = randomInside(mesh, 60, seed);
+    const double wanted = lowering(mesh, start, points, quick(), seed, true).stand_off;
+    CoverSearch search = searchFrom(mesh, field, start, points, quick(), seed);
+    ASSERT_TRUE(search.fit(wanted, 1000, progress));
+    EXPECT_LE(search.standOff(), wanted);
+    EXPECT_LE(test::largestGap(dense, grown(search.balls(), wanted)), 1.01 * 0.5 * quick().gap_tolerance * wanted);
+    before += start.size();
+    after += search.balls().size();
+  }
+  EXPECT_LT(after, before);
+}
+
+// From many to few and back to many, in one search.
+TEST(CoverSearch, FitContinuesFromTheCoverThatItEndedWith) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const DistanceField field(mesh);
+  const std::vector<Vector3d> points = test::densePoints(mesh, 2, 1), dense = test::densePoints(mesh, 60, 3);
+  Progress progress;
+  CoverSearch search = searchFrom(mesh, field, randomInside(mesh, 40, 1), points, quick());
+  search.lower(0, progress);
+  const double middle = search.standOff();
+  std::vector<std::size_t> counts;
+  for (const double wanted : {middle, 2 * middle, 0.7 * middle, middle}) {
+    ASSERT_TRUE(search.fit(wanted, 1000, progress));
+    EXPECT_LE(search.standOff(), wanted);
+    EXPECT_LE(test::largestGap(dense, grown(search.balls(), search.standOff())), 1.01 * 0.5 * quick().gap_tolerance * wanted);
+    for (const Ball& b : search.balls()) EXPECT_NEAR(b.radius, test::bruteDistance(mesh, b.centre), 1e-12);
+    counts.push_back(search.balls().size());
+  }
+  EXPECT_LT(counts[1], 0.7 * static_cast<double>(counts[0]));
+  EXPECT_GT(counts[2], counts[0]);
+  EXPECT_LE(static_cast<double>(counts[3]), 1.1 * static_cast<double>(counts[0]));
+}
+
+TEST(CoverSearch, FitSaysWhereTheNumberOfBallsDoesNotSuffice) {
+  const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
+  const DistanceField field(mesh);
+  Progress progress;
+  CoverSearch search = searchFrom(mesh, field, randomInside(mesh, 10, 1), test::densePoints(mesh, 2, 1), quick());
+  const double before = search.standOff();
+  EXPECT_FALSE(search.fit(0.01 * before, 20, progress));
+  EXPECT_EQ(search.balls().size(), 20u);
+  EXPECT_LT(search.standOff(), before);
+  EXPECT_LE(test::largestGap(test::densePoints(mesh, 60, 3), grown(search.balls(), search.standOff())),
+            1.01 * quick().gap_tolerance * search.standOff());
 }
 
 }  // namespace

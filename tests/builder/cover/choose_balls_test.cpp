@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cover/optimise_cover.h"
+#include "cover/choose_balls.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,7 @@
 
 #include "medial/shrinking_balls.h"
 #include "support/dense_points.h"
+#include "support/found_cover.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -20,20 +21,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-CoverSettings quick(std::size_t spheres) {
-  CoverSettings settings;
+const SearchSettings kQuickSearch{.moves = 200, .work = 5'000'000};
+
+ChoiceSettings quick(std::size_t spheres) {
+  ChoiceSettings settings;
   settings.spheres = spheres;
   settings.swap_work = 5'000'000;
-  settings.lowering.moves = 200;
-  settings.lowering.work = 5'000'000;
   return settings;
 }
 
-Cover optimise(const TriangleMesh& mesh, std::span<const Ball> pool, const CoverSettings& settings, std::size_t samples = 1000) {
+Cover coverBy(const TriangleMesh& mesh, std::span<const Ball> pool, const ChoiceSettings& settings, std::size_t samples = 1000,
+              const SearchSettings& search = kQuickSearch) {
   Progress progress;
   SampleSettings sampling;
   sampling.count = samples;
-  return optimiseCover(mesh, DistanceField(mesh), sampleSurface(mesh, sampling), pool, settings, progress);
+  return test::foundCover(mesh, sampleSurface(mesh, sampling), pool, settings, search, progress);
 }
 
 std::vector<Ball> touchingBalls(const TriangleMesh& mesh, std::size_t count) {
@@ -56,7 +58,7 @@ double bestSubset(const TriangleMesh& mesh, std::span<const Ball> pool, int choo
   return best;
 }
 
-TEST(OptimiseCover, IsNoWorseThanTheBestSubsetOfThePool) {
+TEST(ChooseBalls, IsNoWorseThanTheBestSubsetOfThePool) {
   test::Random random(1);
   for (int trial = 0; trial < 6; ++trial) {
     const TriangleMesh mesh = trial % 2 ? test::boxMesh({0, 0, 0}, {6, 2, 1.5}) : test::torusMesh(3, 1.2, 16, 8);
@@ -68,16 +70,16 @@ TEST(OptimiseCover, IsNoWorseThanTheBestSubsetOfThePool) {
       if (clearance > 0.3) pool.push_back({c, clearance});
     }
     const int choose = 2 + trial % 3 / 2;
-    const Cover cover = optimise(mesh, pool, quick(static_cast<std::size_t>(choose)));
+    const Cover cover = coverBy(mesh, pool, quick(static_cast<std::size_t>(choose)));
     EXPECT_LE(cover.stand_off, bestSubset(mesh, pool, choose) * 1.001) << "trial " << trial;
   }
 }
 
-TEST(OptimiseCover, BallsStandOffAlikeAndCoverTheMesh) {
+TEST(ChooseBalls, BallsStandOffAlikeAndCoverTheMesh) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const DistanceField field(mesh);
   for (const std::size_t n : {1, 5, 40}) {
-    const Cover cover = optimise(mesh, touchingBalls(mesh, 500), quick(n));
+    const Cover cover = coverBy(mesh, touchingBalls(mesh, 500), quick(n));
     ASSERT_EQ(cover.balls.size(), n);
     for (const Ball& b : cover.balls) {
       EXPECT_LT(field.signedDistance(b.centre), 0);
@@ -89,20 +91,20 @@ TEST(OptimiseCover, BallsStandOffAlikeAndCoverTheMesh) {
 
 // N discs that cover the plane have at least 1.2092 times its area; those of balls of radius 1/2 + h about the middle
 // plane of a slab of thickness 1 have the area pi (h + h^2). The rim costs a little more.
-TEST(OptimiseCover, SlabComesNearTheHexagonalCovering) {
+TEST(ChooseBalls, SlabComesNearTheHexagonalCovering) {
   const double side = 16;
   const TriangleMesh slab = test::boxMesh({0, 0, 0}, {side, side, 1});
   const std::size_t n = 100;
   const double k = 1.2091995761561452 * side * side / (std::numbers::pi * static_cast<double>(n));
   const double formula = 0.5 * (std::sqrt(1 + 4 * k) - 1);
-  const Cover cover = optimise(slab, touchingBalls(slab, 2000), quick(n), 4000);
+  const Cover cover = coverBy(slab, touchingBalls(slab, 2000), quick(n), 4000);
   EXPECT_LT(cover.stand_off, 1.3 * formula);
   EXPECT_GT(cover.stand_off, 0.9 * formula);
 }
 
 // The edges of a long rod with eight flat sides stand farther off from balls about its axis than its sides, and few
 // samples lie near them: what covers the samples covers the rod only at a larger stand-off.
-TEST(OptimiseCover, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
+TEST(ChooseBalls, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
   constexpr std::uint32_t kSides = 8;
   TriangleMesh rod;
   for (const double z : {0.0, 50.0}) {
@@ -120,52 +122,53 @@ TEST(OptimiseCover, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
   const std::vector<Ball> pool = touchingBalls(rod, 2000);
   double without = 0, with = 0;
   for (const std::uint64_t seed : {1, 2}) {
-    CoverSettings settings = quick(120);
+    ChoiceSettings settings = quick(120);
     settings.seed = seed;
-    settings.lowering.failures = 0;  // the choice alone, and what it takes to make it cover the mesh
+    SearchSettings none = kQuickSearch;
+    none.failures = 0;  // the choice alone, and what it takes to make it cover the mesh
     settings.gap_rounds = 0;
-    without += optimise(rod, pool, settings, 2000).stand_off;
+    without += coverBy(rod, pool, settings, 2000, none).stand_off;
     settings.gap_rounds = 4;
-    with += optimise(rod, pool, settings, 2000).stand_off;
+    with += coverBy(rod, pool, settings, 2000, none).stand_off;
   }
   EXPECT_LT(with, 0.9 * without);
 }
 
-TEST(OptimiseCover, MoreSpheresNeedLessStandOff) {
+TEST(ChooseBalls, MoreSpheresNeedLessStandOff) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Ball> pool = touchingBalls(mesh, 500);
   double last = std::numeric_limits<double>::infinity();
   for (const std::size_t n : {1, 4, 16, 64}) {
-    const double h = optimise(mesh, pool, quick(n)).stand_off;
+    const double h = coverBy(mesh, pool, quick(n)).stand_off;
     EXPECT_LT(h, 0.8 * last) << n;
     last = h;
   }
 }
 
-TEST(OptimiseCover, SameSeedSameBalls) {
+TEST(ChooseBalls, SameSeedSameBalls) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Ball> pool = touchingBalls(mesh, 300);
-  const Cover one = optimise(mesh, pool, quick(12)), two = optimise(mesh, pool, quick(12));
+  const Cover one = coverBy(mesh, pool, quick(12)), two = coverBy(mesh, pool, quick(12));
   EXPECT_EQ(one.stand_off, two.stand_off);
   ASSERT_EQ(one.balls.size(), two.balls.size());
   for (std::size_t i = 0; i < one.balls.size(); ++i) EXPECT_EQ(one.balls[i].centre, two.balls[i].centre);
 }
 
-TEST(OptimiseCover, RefusesNothingToWorkWith) {
+TEST(ChooseBalls, RefusesNothingToWorkWith) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
   const DistanceField field(mesh);
   Progress progress;
   const std::vector<Ball> pool{{{0.5, 0.5, 0.5}, 0.5}};
-  EXPECT_THROW(optimiseCover(mesh, field, {}, pool, quick(2), progress), std::invalid_argument);
-  EXPECT_THROW(optimiseCover(mesh, field, sampleSurface(mesh, {100, 0.5, 1}), {}, quick(2), progress), std::invalid_argument);
+  EXPECT_THROW(chooseBalls(mesh, field, {}, pool, quick(2), progress), std::invalid_argument);
+  EXPECT_THROW(chooseBalls(mesh, field, sampleSurface(mesh, {100, 0.5, 1}), {}, quick(2), progress), std::invalid_argument);
 }
 
-TEST(OptimiseCover, StopsWhenCancelled) {
+TEST(ChooseBalls, StopsWhenCancelled) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 1});
   Progress progress;
   progress.cancel();
   const std::vector<Ball> pool{{{0.5, 0.5, 0.5}, 0.5}};
-  EXPECT_THROW(optimiseCover(mesh, DistanceField(mesh), sampleSurface(mesh, {100, 0.5, 1}), pool, quick(2), progress), Cancelled);
+  EXPECT_THROW(chooseBalls(mesh, DistanceField(mesh), sampleSurface(mesh, {100, 0.5, 1}), pool, quick(2), progress), Cancelled);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cover/optimise_cover.h"
+#include "cover/choose_balls.h"
 
 #include <tbb/parallel_for.h>
 
@@ -228,6 +228,24 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
   }
 }
 
+// A first stand-off from a thinned problem, so that the full table is not larger than it needs to be.
+struct RoughCover {
+  double stand_off;
+  std::size_t spheres;  // used
+};
+RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> points, std::span<const Ball> candidates, std::size_t n,
+                       const Progress& progress) {
+  const std::size_t few = std::max<std::size_t>(10 * n, 500);
+  const SampleIndex samples(everyNth<Vector3d>(points, few));
+  const std::vector<Ball> some = everyNth<Ball>(candidates, few);
+  // The stand-off falls about as 1/n. Too high a start costs memory: every candidate would reach every sample.
+  const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
+  for (double low = 0, high = start;; low = high, high *= 2) {
+    const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
+    if (!greedy.chosen.empty()) return {greedy.stand_off, greedy.chosen.size()};
+  }
+}
+
 // Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h`
 // is high.
 void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
@@ -246,36 +264,23 @@ void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, d
 
 }  // namespace
 
-Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given, std::span<const Ball> pool,
-                    const CoverSettings& settings, Progress& progress) {
-  if (given.empty()) throw std::invalid_argument("optimise cover: no samples");
-  if (pool.empty()) throw std::invalid_argument("optimise cover: no candidates");
+ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> given,
+                        std::span<const Ball> pool, const ChoiceSettings& settings, Progress& progress) {
+  if (given.empty()) throw std::invalid_argument("choose balls: no samples");
+  if (pool.empty()) throw std::invalid_argument("choose balls: no candidates");
   const std::size_t n = std::max<std::size_t>(settings.spheres, 1);
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : given) points.push_back(s.point);
   std::vector<Ball> candidates(pool.begin(), pool.end());
 
-  // A first stand-off from a thinned problem, so that the full table is not larger than it needs to be.
-  double h = 0, fewer = 1;
-  {
-    const std::size_t few = std::max<std::size_t>(10 * n, 500);
-    const SampleIndex samples(everyNth<Vector3d>(points, few));
-    const std::vector<Ball> some = everyNth<Ball>(candidates, few);
-    // The stand-off falls about as 1/n. Too high a start costs memory: every candidate would reach every sample.
-    const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
-    for (double low = 0, high = start; h == 0; low = high, high *= 2) {
-      const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
-      if (greedy.chosen.empty()) continue;
-      fewer = static_cast<double>(greedy.chosen.size()) / static_cast<double>(n);
-      h = greedy.stand_off;
-    }
-  }
+  const auto [rough, used] = roughGreedy(field, points, candidates, n, progress);
+  double h = rough;
   for (const SurfaceSample& s : given)
     if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
   // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a
   // fraction.
-  h *= std::min(1.0, kAbove * fewer);
+  h *= std::min(1.0, kAbove * (static_cast<double>(used) / static_cast<double>(n)));
   std::mt19937_64 random(settings.seed);
   const SampleIndex uniform(points);
   SampleIndex samples(points);
@@ -293,29 +298,33 @@ Cover optimiseCover(const TriangleMesh& mesh, const DistanceField& field, std::s
 
   searchSwaps(samples, candidates, h, n, settings.swap_work, random(), balls, progress);
   double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
-  StandOffSettings lowering = settings.lowering;
+  double start = ChosenBalls().start;
   if (top_ups > 0 && settings.gap_rounds > 0) {
     // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many
     // balls go where: a squeeze that finds it out has to pass balls along the whole rod.
     GapSampler gaps(mesh, field, n, kGapSpacing);
     for (int round = 0; round < settings.gap_rounds; ++round) {
-      const std::vector<Vector3d> missed = gaps.find(balls, stand_off, lowering.gap_tolerance, {}, {}, progress);
+      const std::vector<Vector3d> missed = gaps.find(balls, stand_off, settings.gap_tolerance, nullptr, progress);
       if (missed.empty()) break;
       points.insert(points.end(), missed.begin(), missed.end());
       samples = SampleIndex(points);
       searchSwaps(samples, candidates, kRoom * stand_off, n, settings.swap_work, random(), balls, progress);
       stand_off = refitAll(field, samples, balls, kRoom * stand_off, settings.refits, progress);
     }
-    lowering.start = kKnown;
+    start = kKnown;
   }
 
   // Spheres left over start as copies, which the next step is free to send wherever one is missed most.
   for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
-  lowering.seed = random();
-  Cover cover;
-  cover.stand_off = lowerStandOff(mesh, field, points, balls, lowering, progress);
-  for (const Ball& b : balls) cover.balls.push_back({b.centre, b.radius + cover.stand_off});
-  return cover;
+  return {std::move(balls), std::move(points), start, random()};
+}
+
+double roughStandOff(const DistanceField& field, std::span<const SurfaceSample> samples, std::span<const Ball> pool, std::size_t spheres,
+                     const Progress& progress) {
+  std::vector<Vector3d> points;
+  for (const SurfaceSample& s : samples) points.push_back(s.point);
+  const RoughCover rough = roughGreedy(field, points, pool, std::max<std::size_t>(spheres, 1), progress);
+  return rough.stand_off * static_cast<double>(rough.spheres) / static_cast<double>(std::max<std::size_t>(spheres, 1));
 }
 
 }  // namespace spheretree::builder

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The discrete part of our own builder: for at most N balls, the least stand-off h such that balls of radius d(c) + h
+// cover samples of the surface, d the distance to the mesh. This is the additively weighted k-centre problem. What
+// follows, cover_search.h, moves the centres. Steps and papers: docs/algorithms/cover/choose_balls.md
+#pragma once
+
+#include <span>
+
+#include "base/ball.h"
+#include "cover/cover_search.h"
+#include "geometry/distance_field.h"
+#include "geometry/surface_samples.h"
+#include "spheretree/builder/progress.h"
+
+namespace spheretree::builder {
+
+struct ChoiceSettings {
+  std::size_t spheres = 512;              // N, >= 1
+  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: their time, on any mesh
+  int refits = 3;                         // passes of assigning samples to balls and refitting them; >= 0
+  int gap_rounds = 3;           // of swaps with samples where the mesh was open, on objects that uniform samples do not suit; >= 0
+  double gap_tolerance = 0.02;  // holes shallower than this share of the stand-off get no samples; > 0
+  std::uint64_t seed = 1;
+};
+
+/// Chooses N balls and refits them to their samples. `samples`: points on `mesh`; `pool`: inscribed balls (radius
+/// d(c)), the candidates. Deterministic for any number of threads.
+/// @throws std::invalid_argument for no samples or no candidates.
+ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> samples,
+                        std::span<const Ball> pool, const ChoiceSettings& settings, Progress& progress);
+
+/// About the stand-off of a greedy cover by `spheres` balls of the pool [mm]; on few of the samples and candidates.
+double roughStandOff(const DistanceField& field, std::span<const SurfaceSample> samples, std::span<const Ball> pool, std::size_t spheres,
+                     const Progress& progress);
+
+}  // namespace spheretree::builder

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cover/cover_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: where refits are dear, one goal out of reach would take it all
+constexpr std::uint64_t kTriangleWork =
+    4;                           // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
+constexpr double kRise = 0.05;   // by what share the first goal rises if it cannot be reached, at first
+constexpr double kClosed = 0.5;  // share of the gap tolerance to which holes are closed in the end
+constexpr std::array<double, 2> kRooms{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
+
+}  // namespace
+
+CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, ChosenBalls start, const SearchSettings& settings,
+                         Progress& progress)
+    : settings_(settings),
+      points_(std::move(start.samples)),
+      sampler_(mesh, field, start.balls.size(), settings.gap_spacing),
+      state_(field, points_, std::move(start.balls), std::mt19937_64(start.seed)()) {
+  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved
+  // by then, and faster every time. From too high the way down is short; work spent in vain at the first goals would be
+  // missed there.
+  double goal = start.start * state_.standOff(0.01 * field.diagonal()), rise = kRise;
+  for (state_.setGoal(goal); !settle(goal, settings_.gap_tolerance, work() + attempt(), progress); state_.setGoal(goal))
+    goal *= 1 + rise, rise *= 1.5;
+  keep(goal);
+  max_work_ = std::max(settings_.work, work() + settings_.work / 2);
+}
+
+Cover CoverSearch::cover() const {
+  Cover cover{best_, stand_off_};
+  for (Ball& b : cover.balls) b.radius += stand_off_;
+  return cover;
+}
+
+void CoverSearch::lower(double enough, Progress& progress) {
+  double step = settings_.step;
+  for (int failures = 0; failures < settings_.failures && work() < max_work_ && stand_off_ > enough;) {
+    const double goal = stand_off_ * (1 - step);
+    const std::uint64_t max_work = std::min(max_work_, work() + attempt());
+    state_.setGoal(goal);
+    if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) {
+      keep(goal);
+      step = std::min(step * 1.3, 2 * settings_.step);
+    } else {
+      ++failures;
+      step *= 0.5;  // from where the balls are now: most of them have come nearer to the next goal
+    }
+  }
+}
+
+bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) {
+  // An aim that is put right shares the work of the last; another stand-off has its own.
+  if (std::abs(wanted - fitted_to_) > settings_.step * wanted) removal_work_ = 0;
+  fitted_to_ = wanted;
+  // A larger stand-off is kept at once. What is known of holes since may ask for a few moves.
+  if (stand_off_ <= wanted) change(best_.size(), wanted, progress);
+  if (stand_off_ > wanted) addBalls(wanted, max_balls, progress);
+  if (stand_off_ > wanted) {
+    fitted_to_ = 0;
+    max_work_ = work() + settings_.work;
+    lower(0, progress);
+    close(progress);
+    return false;
+  }
+  const std::uint64_t all = settings_.removal_work * best_.size() + kLeastAttempts * kTriangleWork * sampler_.triangles();
+  const std::uint64_t begun = work();
+  removeBalls(begun + std::max(all - std::min(all, removal_work_), all / kLeastAttempts), progress);
+  removal_work_ += work() - begun;
+  return true;
+}
+
+void CoverSearch::close(Progress& progress) {
+  // What is left of a hole, certification closes by growth beyond the stand-off. Moves close half of it for less.
+  state_.setBalls(best_);
+  const double h = stand_off_;
+  for (const double room : kRooms) {
+    const double goal = h * (1 + room * settings_.gap_tolerance);
+    const std::uint64_t max_work = work() + attempt();
+    state_.setGoal(goal);
+    if (!coverAll(max_work, progress) || !settle(goal, kClosed * settings_.gap_tolerance, max_work, progress)) continue;
+    keep(goal);
+    return;
+  }
+}
+
+bool CoverSearch::coverAll(std::uint64_t max_work, Progress& progress) {
+  return state_.coverAll(settings_.moves, max_work - std::min(max_work, looked_at_), progress);
+}
+
+// Covers at the goal what the mesh has between the samples too, but for holes as deep as a share of it, by sampling
+// what was missed. False if it cannot.
+bool CoverSearch::settle(double goal, double tolerance, std::uint64_t max_work, Progress& progress) {
+  for (;;) {
+    const std::vector<Ball> left = state_.takeLeft();
+    const bool is_known = looked_for_ == std::pair(goal, tolerance);
+    const std::vector<Vector3d> missed = sampler_.find(state_.balls(), goal, tolerance, is_known ? &left : nullptr, progress);
+    looked_for_ = {goal, tolerance};
+    looked_at_ += kTriangleWork * sampler_.lookedAt();
+    if (missed.empty()) return true;
+    points_.insert(points_.end(), missed.begin(), missed.end());
+    for (const Vector3d& p : missed) state_.append(p);
+    if (state_.isCovered()) return true;  // what is missed still is rounding
+    if (!coverAll(max_work, progress)) return false;
+  }
+}
+
+// The best cover with another number of balls, at the goal; it becomes the best if it can be mended there.
+bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
+  const std::uint64_t max_work = work() + attempt();
+  state_.setBalls(best_);
+  state_.setGoal(goal);
+  while (state_.balls().size() > balls) state_.removeBall();
+  while (state_.balls().size() < balls) state_.addBall();
+  if (!coverAll(max_work, progress) || !settle(goal, toleranceAt(goal), max_work, progress)) return false;
+  keep(goal);
+  return true;
+}
+
+// Until the stand-off is kept: as many as the stand-off asks for, which is about 1/n, and more if that fails.
+void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progress) {
+  const auto limit = static_cast<double>(max_balls);
+  double needed = std::ceil(static_cast<double>(best_.size()) * stand_off_ / wanted);
+  while (best_.size() < max_balls) {
+    needed = std::min(std::max(needed, static_cast<double>(best_.size() + 1)), limit);
+    if (change(static_cast<std::size_t>(needed), wanted, progress)) return;
+    if (needed == limit) break;
+    needed = std::ceil((1 + kRise) * needed);
+  }
+  if (best_.size() < max_balls) change(max_balls, stand_off_, progress);
+}
+
+// As long as the others can keep the stand-off: some at once, fewer after a failure.
+void CoverSearch::removeBalls(std::uint64_t max_work, Progress& progress) {
+  double share = settings_.step;
+  for (int failures = 0; best_.size() > 1 && failures < settings_.failures && work() < max_work;) {
+    const auto removed = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(best_.size())));
+    if (change(best_.size() - removed, stand_off_, progress)) {
+      failures = 0;
+    } else {
+      share *= 0.5;
+      failures += removed == 1;
+    }
+  }
+}
+
+std::uint64_t CoverSearch::attempt() const { return settings_.work / kLeastAttempts + kTriangleWork * sampler_.triangles(); }
+
+double CoverSearch::toleranceAt(double goal) const { return (goal <= fitted_to_ ? kClosed : 1) * settings_.gap_tolerance; }
+
+void CoverSearch::keep(double goal) {
+  best_ = state_.balls();
+  stand_off_ = goal;
+}
+
+}  // namespace spheretree::builder

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cover/cover_state.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "medial/refit_ball.h"
+#include "medial/shrinking_balls.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kAsked = 6;  // balls asked to take a point
+constexpr int kDropRounds = 8;     // in which a ball gives points up for a new one
+constexpr int kRefitSteps = 14;
+constexpr std::uint64_t kTabu = 8;  // moves for which a ball that gave something up is asked last, at most
+constexpr double kDepth = 0.5;      // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
+
+}  // namespace
+
+CoverState::CoverState(const DistanceField& field, std::span<const Vector3d> samples, std::vector<Ball> balls, std::uint64_t seed)
+    : field_(field), samples_(samples), state_(samples_.size()), random_(seed) {
+  setBalls(balls);
+}
+
+void CoverState::setBalls(std::span<const Ball> balls) {
+  while (balls_.size() > balls.size()) {
+    left_.push_back(cells_.back().seen);
+    balls_.pop_back();
+    cells_.pop_back();
+  }
+  for (std::size_t b = 0; b < balls_.size(); ++b) moveBall(b, balls[b]);
+  for (std::size_t b = balls_.size(); b < balls.size(); ++b) {
+    balls_.push_back(balls[b]);
+    cells_.push_back({.seen = balls[b]});
+  }
+}
+
+std::vector<Ball> CoverState::takeLeft() {
+  std::vector<Ball> left = std::exchange(left_, {});
+  for (std::size_t b = 0; b < balls_.size(); ++b) {
+    if (cells_[b].has_moved) left.push_back(cells_[b].seen);
+    cells_[b].has_moved = false;
+    cells_[b].seen = balls_[b];
+  }
+  return left;
+}
+
+void CoverState::append(const Vector3d& p) {
+  const auto s = static_cast<std::uint32_t>(samples_.size());
+  samples_.append(p);
+  state_.emplace_back();
+  open_.grow();
+  open_.insert(s);
+  for (std::uint32_t b = 0; b < balls_.size(); ++b) {
+    const double far = balls_[b].radius + std::max(goal_, cells_[b].near_to), d2 = (p - balls_[b].centre).squaredNorm();
+    if (!(d2 <= far * far)) continue;
+    const double gap = std::sqrt(d2) - balls_[b].radius;
+    if (gap <= cells_[b].near_to) cells_[b].near.push_back({s, gap});
+    if (gap <= goal_) take(b, s);
+  }
+}
+
+double CoverState::standOff(double guess) const {
+  std::vector<double> least(samples_.size(), kInfinity);
+  for (const Ball& b : balls_)
+    samples_.within(b.centre, b.radius + guess,
+                    [&](std::uint32_t s, double distance) { least[s] = std::min(least[s], distance - b.radius); });
+  double most = 0;
+  for (std::size_t s = 0; s < least.size(); ++s) {
+    if (least[s] == kInfinity)
+      for (const Ball& b : balls_) least[s] = std::min(least[s], (samples_[s] - b.centre).norm() - b.radius);
+    most = std::max(most, least[s]);
+  }
+  return most;
+}
+
+void CoverState::setGoal(double goal) {
+  goal_ = goal;
+  for (Sample& sample : state_) sample.count = sample.owner = 0;
+  for (Cell& cell : cells_) cell.own = 0, cell.tabu = 0;
+  move_ = 0;
+  open_.reset(samples_.size());
+  for (std::uint32_t s = 0; s < samples_.size(); ++s) open_.insert(s);
+  for (std::uint32_t b = 0; b < balls_.size(); ++b) cover(b);
+}
+
+bool CoverState::coverAll(int max_moves, std::uint64_t max_work, const Progress& progress) {
+  for (int i = 0; !isCovered(); ++i) {
+    if (i == max_moves || work_ > max_work) return false;
+    if (++move_ % 64 == 0) progress.check();
+    place(open_.anyOf(random_()));
+  }
+  return true;
+}
+
+void CoverState::removeBall() {
+  const auto last = static_cast<std::uint32_t>(balls_.size() - 1);
+  const std::uint32_t b = std::min(leastMissed(), last);
+  uncover(b);
+  left_.push_back(cells_[b].seen);
+  if (b != last) {  // the last gets its number
+    uncover(last);
+    balls_[b] = balls_[last];
+    cells_[b] = std::move(cells_[last]);
+    cells_[b].own = 0;
+  }
+  balls_.pop_back();
+  cells_.pop_back();
+  if (b != last) cover(b);
+}
+
+void CoverState::addBall() {
+  const auto b = static_cast<std::uint32_t>(balls_.size());
+  std::uint32_t most = 0;
+  for (std::uint32_t k = 1; k < b; ++k)
+    if (cells_[k].own > cells_[most].own) most = k;
+  balls_.push_back(open_.empty() ? balls_[most] : ballFor(samples_[open_.anyOf(random_())]));
+  cells_.push_back({.seen = balls_[b]});
+  cover(b);
+}
+
+void CoverState::moveBall(std::size_t b, const Ball& to) {
+  balls_[b] = to;
+  cells_[b].near_to = -kInfinity;
+  cells_[b].has_moved = true;
+}
+
+void CoverState::cover(std::uint32_t b) {
+  Cell& cell = cells_[b];
+  if (!(cell.near_to >= goal_)) {
+    cell.near.clear();
+    samples_.within(balls_[b].centre, balls_[b].radius + goal_, [&](std::uint32_t s, double distance) {
+      cell.near.push_back({s, distance - balls_[b].radius});
+    });
+    cell.near_to = goal_;
+  }
+  cell.covered.clear();
+  for (const auto& [s, gap] : cell.near)
+    if (gap <= goal_) take(b, s);
+}
+
+void CoverState::take(std::uint32_t b, std::uint32_t s) {
+  cells_[b].covered.push_back(s);
+  Sample& sample = state_[s];
+  if (sample.count == 0) open_.erase(s), cells_[b].own += sample.weight;
+  if (sample.count == 1) cells_[sample.owner].own -= sample.weight;
+  ++sample.count;
+  sample.owner ^= b;
+}
+
+void CoverState::uncover(std::uint32_t b) {
+  for (const std::uint32_t s : cells_[b].covered) {
+    Sample& sample = state_[s];
+    --sample.count;
+    sample.owner ^= b;
+    if (sample.count == 0) open_.insert(s), cells_[b].own -= sample.weight;
+    if (sample.count == 1) cells_[sample.owner].own += sample.weight;
+  }
+}
+
+// Has a ball take sample `s`: the one that has to give up least.
+void CoverState::place(std::uint32_t s) {
+  const Vector3d p = samples_[s];
+  std::array<std::pair<double, std::uint32_t>, kAsked> nearest;  // least gap at p first
+  std::size_t count = 0;
+  for (std::uint32_t b = 0; b < balls_.size(); ++b) {
+    const double far = balls_[b].radius + (count == kAsked ? nearest[kAsked - 1].first : kInfinity);
+    const double d2 = (balls_[b].centre - p).squaredNorm();
+    if (count == kAsked && !(d2 < far * far)) continue;
+    std::size_t i = count < kAsked ? count++ : kAsked - 1;
+    const double gap = std::sqrt(d2) - balls_[b].radius;
+    for (; i > 0 && nearest[i - 1].first > gap; --i) nearest[i] = nearest[i - 1];
+    nearest[i] = {gap, b};
+  }
+  double least_cost = kInfinity;
+  std::uint32_t chosen = kNone;
+  Ball to;
+  for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // those that gave something up lately are asked last
+    if (i == count && chosen != kNone) break;
+    const std::uint32_t b = nearest[i % count].second;
+    if ((cells_[b].tabu > move_) != (i >= count)) continue;
+    Ball trial = balls_[b];
+    const double cost = costToTake(b, s, least_cost, trial);
+    if (cost < least_cost) least_cost = cost, chosen = b, to = trial;
+  }
+  if (least_cost > 0) {
+    // Or the ball that is missed least, wherever it is, comes here.
+    const std::uint32_t idle = leastMissed();
+    if (idle != kNone && cells_[idle].own < least_cost) {
+      const Ball below = ballFor(p);
+      if ((below.centre - p).norm() - below.radius <= goal_) least_cost = cells_[idle].own, chosen = idle, to = below;
+    }
+  }
+  if (least_cost > 0) {
+    for (const std::uint32_t q : open_) ++state_[q].weight;
+    if (chosen == kNone) return;  // its weight will make it dearer to lose
+    cells_[chosen].tabu = move_ + 1 + random_() % kTabu;
+  }
+  uncover(chosen);
+  moveBall(chosen, to);
+  cover(chosen);
+}
+
+// The ball with the least weight of samples that it alone covers; tabu ones are none. kNone if all are.
+std::uint32_t CoverState::leastMissed() const {
+  std::uint32_t idle = kNone;
+  for (std::uint32_t b = 0; b < balls_.size(); ++b)
+    if (cells_[b].tabu <= move_ && (idle == kNone || cells_[b].own < cells_[idle].own)) idle = b;
+  return idle;
+}
+
+// A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no
+// farther from it than kDepth. Where the solid ends before, the one that touches as far beside it on its triangle; on
+// a sheet, the point.
+Ball CoverState::ballFor(const Vector3d& p) const {
+  const NearestPoint here = field_.nearest(p);
+  const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
+  if (below.radius > 0) return below;
+  const auto [a, b, c] = field_.corners(here.triangle);
+  const Vector3d to_middle = (a + b + c) / 3 - p;
+  const double beside = std::min(1.0, kDepth * goal_ / std::max(to_middle.norm(), std::numeric_limits<double>::min()));
+  const Ball aside = shrinkingBall(field_, p + beside * to_middle, field_.normal(here.triangle));
+  return aside.radius > 0 ? aside : Ball{here.point, 0};
+}
+
+// A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest
+// takes its place, unless it stands off more from patch_ and the goal. Its stand-off.
+double CoverState::comeInside(Ball& trial, double stand_off) const {
+  const Ball inner = touchingBall(field_, trial.centre);
+  if (!(inner.radius > 0)) return stand_off;
+  double reach = 0;
+  for (const Vector3d& p : patch_) reach = std::max(reach, (p - inner.centre).norm());
+  if (reach - inner.radius > std::max(stand_off, goal_)) return stand_off;
+  trial = inner;
+  return reach - inner.radius;
+}
+
+// Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes.
+// Infinite if it cannot, or once the cost is known to be `enough`.
+double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial) {
+  patch_.clear();
+  patch_samples_.clear();
+  for (const std::uint32_t q : cells_[b].covered)
+    if (state_[q].count == 1) patch_.push_back(samples_[q]), patch_samples_.push_back(q);
+  patch_.push_back(samples_[s]);
+  patch_samples_.push_back(s);
+  double cost = 0;
+  for (int round = 0;; ++round) {
+    const double width = std::sqrt(goal_ * (2 * std::max(trial.radius, 0.0) + goal_));
+    const Refit refit = refitBall(field_, patch_, trial.centre, trial.radius, 0.2 * width, kRefitSteps, goal_);
+    trial = {refit.centre, refit.clearance};
+    work_ += refit.work;
+    const double stand_off = trial.radius > 0 ? refit.stand_off : comeInside(trial, refit.stand_off);
+    if (stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // none leaves the solid
+    if (round == kDropRounds || patch_.size() == 1) return kInfinity;
+    // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
+    double most = 0;
+    for (std::size_t k = 0; k + 1 < patch_.size(); ++k) most = std::max(most, (patch_[k] - trial.centre).norm());
+    const double limit = std::min(trial.radius + 0.5 * (stand_off + goal_), most) * (1 - 1e-12);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < patch_.size(); ++k) {
+      if (k + 1 < patch_.size() && (patch_[k] - trial.centre).norm() >= limit) {
+        cost += state_[patch_samples_[k]].weight;
+        continue;
+      }
+      patch_[kept] = patch_[k];
+      patch_samples_[kept++] = patch_samples_[k];
+    }
+    patch_.resize(kept);
+    patch_samples_.resize(kept);
+    if (cost >= enough) return kInfinity;
+  }
+}
+
+}  // namespace spheretree::builder

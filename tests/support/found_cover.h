@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The whole search for a cover of so many balls, as the builder `cover` makes it.
+#pragma once
+
+#include "cover/choose_balls.h"
+#include "cover/cover_search.h"
+
+namespace spheretree::test {
+
+inline builder::Cover foundCover(const TriangleMesh& mesh, std::span<const builder::SurfaceSample> samples,
+                                 std::span<const builder::Ball> pool, const builder::ChoiceSettings& choice,
+                                 const builder::SearchSettings& settings, builder::Progress& progress) {
+  const builder::DistanceField field(mesh);
+  builder::CoverSearch search(mesh, field, builder::chooseBalls(mesh, field, samples, pool, choice, progress), settings, progress);
+  search.lower(0, progress);
+  return search.cover();
+}
+
+}  // namespace spheretree::test
