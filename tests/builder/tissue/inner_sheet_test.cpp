@@ -16,7 +16,7 @@ TEST(InnerSheet, LiesAtTwiceTheShareOfTheDepthOfASphere) {
   const TriangleMesh mesh = test::sphereMesh(5, 4);
   const DistanceField field(mesh);
   for (const double share : {0.1, 0.3}) {
-    const TriangleMesh sheet = innerSheet(mesh, field, share, 100, 100);
+    const TriangleMesh sheet = innerSheet(mesh, field, share, 0.1, 100);
     ASSERT_EQ(sheet.triangles.size(), mesh.triangles.size());
     for (const Vector3d& p : sheet.positions) EXPECT_NEAR(p.norm(), 5 * (1 - 2 * share), 0.15) << share;
   }
