@@ -195,7 +195,7 @@ DeviceState PhantomDevice::measured() noexcept {
   api_->hdGetIntegerv(kHdCurrentButtons, &buttons);
   if (has_switch_) api_->hdGetBooleanv(kHdCurrentSafetySwitch, &held);
   if (has_temperature_) api_->hdGetDoublev(kHdMotorTemperature, temperatures);
-  state.tool = poseOf(transform);
+  state.handle = poseOf(transform);
   state.buttons = static_cast<std::uint32_t>(buttons);
   // A device without a safety switch says 0 for ever: only a switch that was once on can be let go.
   switch_seen_ = switch_seen_ || held != 0;

@@ -13,7 +13,7 @@ ReplayDevice::ReplayDevice(std::vector<Configuration> poses) : poses_(std::move(
 bool ReplayDevice::advance() noexcept {
   if (next_ == poses_.size()) return false;
   DeviceState state;
-  state.tool = poses_[next_++];
+  state.handle = poses_[next_++];
   tick(state);
   return true;
 }

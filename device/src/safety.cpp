@@ -84,10 +84,10 @@ Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcep
   const double fresh = freshness(rendered, elapsed);
   Wrench out;
   if (mayRender(state, elapsed)) {
-    const Wrench wanted = clamped(valid_, state.tool.orientation, true);
+    const Wrench wanted = clamped(valid_, state.handle.orientation, true);
     if (guardPassed(wanted)) {
       moveGain(fresh, wanted.force.norm());
-      out = clamped(slewed({gain_ * wanted.force, gain_ * wanted.torque}), state.tool.orientation, false);
+      out = clamped(slewed({gain_ * wanted.force, gain_ * wanted.torque}), state.handle.orientation, false);
     }
   }
   sent_ = out;
@@ -105,18 +105,18 @@ bool Safety::mayRender(const DeviceState& state, double elapsed) noexcept {
     events_ |= kReleased;
     restart();
   }
-  if (!spheretree::isFinite(state.tool)) {
+  if (!spheretree::isFinite(state.handle)) {
     events_ |= kBadPose;
     has_position_ = false;
     restart();
   } else {
-    const double path = has_position_ ? (state.tool.position - last_position_).norm() : 0;
+    const double path = has_position_ ? (state.handle.position - last_position_).norm() : 0;
     speed_ = path / elapsed;
     if (speed_ * kServoPeriod > settings_.pose_jump) {
       events_ |= kBadPose;
       restart();
     }
-    last_position_ = state.tool.position;
+    last_position_ = state.handle.position;
     has_position_ = true;
   }
   return (events_ & (kDeviceFailed | kEmergencyStop | kForcesOff | kReleased | kBadPose)) == 0;

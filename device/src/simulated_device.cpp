@@ -117,11 +117,11 @@ bool SimulatedDevice::advance() noexcept {
 
 DeviceState SimulatedDevice::measured() const noexcept {
   DeviceState state;
-  for (int k = 0; k < 3; ++k) state.tool.position[k] = quantised(motor_.position[k], settings_.position_step);
+  for (int k = 0; k < 3; ++k) state.handle.position[k] = quantised(motor_.position[k], settings_.position_step);
   // Counts of a rotation from home: unlike gimbal angles they have no singular pose, and the same resolution.
   Eigen::Vector3d turn = rotationVector(home_.conjugate() * orientation_);
   for (int k = 0; k < 3; ++k) turn[k] = quantised(turn[k], settings_.angle_step[k]);
-  state.tool.orientation = (home_ * rotationOf(turn)).normalized();
+  state.handle.orientation = (home_ * rotationOf(turn)).normalized();
   state.temperature = heat_.maxCoeff();
   return state;
 }

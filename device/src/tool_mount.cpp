@@ -2,16 +2,13 @@
 #include "spheretree/device/tool_mount.h"
 
 namespace spheretree::device {
-namespace {
-
-Configuration composed(const Configuration& outer, const Configuration& inner) noexcept {
-  return {outer.position + outer.orientation * inner.position, (outer.orientation * inner.orientation).normalized()};
-}
-
-}  // namespace
 
 Configuration toolInWorld(const ToolMount& mount, const Configuration& handle) noexcept {
   return composed(mount.device_in_world, composed(handle, mount.reference_in_handle));
+}
+
+Configuration handleOf(const ToolMount& mount, const Configuration& tool) noexcept {
+  return composed(inverse(mount.device_in_world), composed(tool, inverse(mount.reference_in_handle)));
 }
 
 Wrench wrenchOnHandle(const ToolMount& mount, const Configuration& handle, const Wrench& wrench) noexcept {

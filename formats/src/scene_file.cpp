@@ -85,6 +85,14 @@ Quaternion unitQuaternion(const JsonElement& e) {
   return std::abs(length - 1) <= 1e-15 ? q : Quaternion(q.normalized());
 }
 
+/// What `e` says of one, else the identity.
+Configuration readPose(const JsonElement& e) {
+  Configuration pose;
+  if (e.has("position_mm")) pose.position = vector(e.at("position_mm"));
+  if (e.has("quaternion_wxyz")) pose.orientation = unitQuaternion(e.at("quaternion_wxyz"));
+  return pose;
+}
+
 std::string fileSafeName(const JsonElement& e) {
   const std::string name = e.text();
   const auto plain = [](char c) {
@@ -310,6 +318,12 @@ void refuseUnknownHolders(const JsonElement& root, const SceneFile& scene) {
 
 OrderedJson toJson(const Vector3d& v) { return OrderedJson::array({v.x(), v.y(), v.z()}); }
 
+void addPose(OrderedJson& out, const Configuration& pose) {
+  const Quaternion& q = pose.orientation;
+  out["position_mm"] = toJson(pose.position);
+  out["quaternion_wxyz"] = OrderedJson::array({q.w(), q.x(), q.y(), q.z()});
+}
+
 void addSettings(OrderedJson& out, const TreeSettings& s) {
   if (s.builder) out["builder"] = *s.builder;
   if (s.quality) out["quality"] = *s.quality;
@@ -394,7 +408,7 @@ TreeSettings mergedSettings(const TreeSettings& own, const TreeSettings& default
   return s;
 }
 
-Configuration hingePose(const Hinge& hinge, double t) {
+double hingeAngle(const Hinge& hinge, double t) {
   const std::vector<Hinge::Angle>& rows = hinge.angles;
   const auto after = std::upper_bound(rows.begin(), rows.end(), t, [](double time, const Hinge::Angle& row) { return time < row.t_s; });
   double degree = after == rows.begin() ? rows.front().degree : std::prev(after)->degree;
@@ -402,6 +416,10 @@ Configuration hingePose(const Hinge& hinge, double t) {
     const Hinge::Angle& before = *std::prev(after);
     degree += (after->degree - before.degree) * (t - before.t_s) / (after->t_s - before.t_s);
   }
+  return degree;
+}
+
+Configuration hingePose(const Hinge& hinge, double degree) {
   const Quaternion turn = rotationOf(hinge.axis * (degree * 3.14159265358979323846 / 180));
   return {hinge.point_mm - turn * hinge.point_mm, turn};
 }
@@ -416,7 +434,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   const JsonElement root(parsed, "", source);
   if (const JsonElement schema = root.at("schema"); schema.text() != kSceneSchema)
     schema.fail(std::string("is not \"") + kSceneSchema + "\"");
-  root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "bodies", "objects", "work", "reach"});
+  root.onlyKeys({"schema", "unit", "defaults", "coupling", "limits", "tool", "bodies", "objects", "work", "reach", "device"});
 
   SceneFile scene;
   if (root.has("unit")) scene.unit = oneOf(root.at("unit"), kUnits);
@@ -427,14 +445,20 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   readCouplingAndLimits(root, scene);
 
   const JsonElement tool = root.at("tool");
-  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "friction", SPHERETREE_TREE_SETTINGS});
+  tool.onlyKeys({"name", "mesh", "tree", "unit", "part", "reference_point_mm", "reference_point", "position_mm", "quaternion_wxyz",
+                 "friction", SPHERETREE_TREE_SETTINGS});
   scene.tool = readItem(tool);
+  scene.tool.pose = readPose(tool);
   if (tool.has("reference_point")) {
     if (tool.has("reference_point_mm")) tool.fail("has both \"reference_point\" and \"reference_point_mm\"");
     scene.tool.reference_point = oneOf(tool.at("reference_point"), kReferencePoints);
   }
   if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
 
+  if (root.has("device")) {
+    root.at("device").onlyKeys({"position_mm", "quaternion_wxyz"});
+    scene.device = readPose(root.at("device"));
+  }
   readBodies(root, scene);
   const JsonElement objects = root.at("objects");
   const std::size_t count = objects.size();
@@ -449,8 +473,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
       if (object.has("tree")) object.at("soft").fail("is for a mesh that a tree is built from; a soft tree (.soft) has it in it");
       item.soft = readSoft(object.at("soft"));
     }
-    if (object.has("position_mm")) item.pose.position = vector(object.at("position_mm"));
-    if (object.has("quaternion_wxyz")) item.pose.orientation = unitQuaternion(object.at("quaternion_wxyz"));
+    item.pose = readPose(object);
     readContact(object, scene, item);
     scene.objects.push_back(std::move(item));
   }
@@ -489,7 +512,12 @@ std::string sceneText(const SceneFile& scene) {
     out["tool"]["reference_point_mm"] = toJson(scene.tool.reference_point_mm);
   else
     out["tool"]["reference_point"] = scene.tool.reference_point;
+  if (!isIdentity(scene.tool.pose)) addPose(out["tool"], scene.tool.pose);
   addSettings(out["tool"], scene.tool.settings);
+  if (!isIdentity(scene.device)) {
+    out["device"] = OrderedJson::object();
+    addPose(out["device"], scene.device);
+  }
   if (!scene.bodies.empty()) {
     out["bodies"] = OrderedJson::array();
     for (const SceneBody& body : scene.bodies) out["bodies"].push_back(toJson(body));
@@ -497,9 +525,7 @@ std::string sceneText(const SceneFile& scene) {
   out["objects"] = OrderedJson::array();
   for (const SceneItem& object : scene.objects) {
     OrderedJson item = toJson(object);
-    const Quaternion& q = object.pose.orientation;
-    item["position_mm"] = toJson(object.pose.position);
-    item["quaternion_wxyz"] = OrderedJson::array({q.w(), q.x(), q.y(), q.z()});
+    addPose(item, object.pose);
     addSettings(item, object.settings);
     if (object.soft) item["soft"] = toJson(*object.soft);
     out["objects"].push_back(std::move(item));

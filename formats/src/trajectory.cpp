@@ -21,8 +21,8 @@ namespace {
 constexpr std::array<std::string_view, 8> kColumns{"t_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
 constexpr std::array<std::string_view, 8> kRecordedColumns{"t_s", "hx_mm", "hy_mm", "hz_mm", "hqw", "hqx", "hqy", "hqz"};
 constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
-constexpr double kStep = 1e-3, kStepTolerance = 1e-6;  // [s]
-constexpr double kFarthest = 1e7;                      // [mm]; as the runtime's
+constexpr double kStep = 1e-3, kStepTolerance = 1e-6, kLongestGap = 0.1;  // [s]
+constexpr double kFarthest = 1e7;                                         // [mm]; as the runtime's
 constexpr double kUnitTolerance = 1e-3;
 
 std::string shown(double value) {
@@ -41,14 +41,15 @@ class TrajectoryReader {
  public:
   TrajectoryReader(std::string_view text, const std::string& name) : lines_(std::span<const char>(text.data(), text.size())), name_(name) {}
 
-  std::vector<Configuration> read() {
+  Trajectory read() {
     std::string_view line;
     if (!lines_.next(line)) fail("the file is empty: begin with the line " + std::string(kHeader));
     readHeader(line);
     while (lines_.next(line))
       if (!trimmed(line).empty()) readRow(line);
     if (poses_.empty()) fail("no row after the header: give one for each servo step of 1 ms");
-    return std::move(poses_);
+    if (is_every_step_) return {std::move(poses_), kStep};
+    return {resampled(), longest_gap_};
   }
 
  private:
@@ -107,10 +108,33 @@ class TrajectoryReader {
   }
 
   void checkTime(double time) {
-    if (poses_.empty()) first_time_ = time;
-    const double due = first_time_ + static_cast<double>(poses_.size()) * kStep;
-    if (std::abs(time - due) > kStepTolerance)
-      fail("t_s is " + shown(time) + ", the servo step is at " + shown(due) + ": one row for each millisecond, none left out");
+    const double first = times_.empty() ? time : times_.front(), last = times_.empty() ? time - kStep : times_.back();
+    if (!(time > last)) fail("t_s is " + shown(time) + ", not after the " + shown(last) + " of the row before");
+    if (time - last > kLongestGap + kStepTolerance)
+      fail("t_s is " + shown(time) + ", " + shown(time - last) + " s after the row before: give at least one row in 0.1 s");
+    if (std::abs(time - (first + static_cast<double>(times_.size()) * kStep)) > kStepTolerance) is_every_step_ = false;
+    if (!times_.empty()) longest_gap_ = std::max(longest_gap_, time - last);
+    times_.push_back(time);
+  }
+
+  /// The poses at each millisecond after the first row, between the rows that come before and after.
+  std::vector<Configuration> resampled() const {
+    std::vector<Configuration> out;
+    std::size_t after = 0;
+    for (std::size_t n = 0;; ++n) {
+      const double time = times_.front() + static_cast<double>(n) * kStep;
+      while (after < times_.size() && times_[after] < time - kStepTolerance) ++after;
+      if (after == times_.size()) return out;
+      const Configuration& to = poses_[after];
+      if (after == 0 || times_[after] - time < kStepTolerance) {
+        out.push_back(to);
+        continue;
+      }
+      const Configuration& from = poses_[after - 1];
+      const double share = (time - times_[after - 1]) / (times_[after] - times_[after - 1]);
+      const Displacement way = displacementBetween(from, to);
+      out.push_back(moved(from, {share * way.translation, share * way.rotation}));
+    }
   }
 
   Lines lines_;
@@ -119,18 +143,20 @@ class TrajectoryReader {
   std::array<std::size_t, 8> wanted_{};
   std::array<std::string_view, 8> names_{};
   std::vector<std::string_view> fields_;
-  double first_time_ = 0;
+  std::vector<double> times_;
+  double longest_gap_ = 0;
+  bool is_every_step_ = true;
   std::vector<Configuration> poses_;
 };
 
 }  // namespace
 
-std::vector<Configuration> parseTrajectory(std::string_view text, const std::string& name) {
+Trajectory parseTrajectory(std::string_view text, const std::string& name) {
   const std::span<const char> checked = asText(std::span<const char>(text.data(), text.size()), name);
   return TrajectoryReader({checked.data(), checked.size()}, name).read();
 }
 
-std::vector<Configuration> readTrajectory(const std::filesystem::path& path) {
+Trajectory readTrajectory(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = readFile(path);
   return parseTrajectory({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
 }

@@ -93,11 +93,11 @@ TEST_F(PhantomDevice_, ReadsThePoseOfAMatrixThatIsSlightlyOff) {
   renderer.wrench = {};
   device.start(renderer, safety, Clock::Real);
   fake().step(1);  // the hand starts where its path does
-  EXPECT_LT((renderer.last.tool.position - Eigen::Vector3d(10, -5, 3)).norm(), 1e-12);
-  EXPECT_LT(rotationVector(renderer.last.tool.orientation * rotationOf({0.3, -0.5, 0.4}).conjugate()).norm(), 1e-9);
-  EXPECT_NEAR(renderer.last.tool.orientation.norm(), 1, 1e-15);
+  EXPECT_LT((renderer.last.handle.position - Eigen::Vector3d(10, -5, 3)).norm(), 1e-12);
+  EXPECT_LT(rotationVector(renderer.last.handle.orientation * rotationOf({0.3, -0.5, 0.4}).conjugate()).norm(), 1e-9);
+  EXPECT_NEAR(renderer.last.handle.orientation.norm(), 1, 1e-15);
   fake().step(1000);
-  EXPECT_GT(renderer.last.tool.position.x(), 25);
+  EXPECT_GT(renderer.last.handle.position.x(), 25);
 }
 
 TEST_F(PhantomDevice_, SendsWhatWasRendered) {

@@ -16,7 +16,7 @@ struct Wall final : device::Renderer {
   double stiffness = 1;        // [N/mm, N mm/rad]
   std::vector<double> answer;  // force or torque of each step [N, N mm]
   device::Rendered render(const device::DeviceState& state) noexcept override {
-    const double depth = angular ? -rotationVector(state.tool.orientation).x() : -state.tool.position.z();
+    const double depth = angular ? -rotationVector(state.handle.orientation).x() : -state.handle.position.z();
     const double push = std::max(0.0, stiffness * depth);
     answer.push_back(push);
     return angular ? device::Rendered{{{0, 0, 0}, {push, 0, 0}}, 0, false} : device::Rendered{{{0, 0, push}, {0, 0, 0}}, 0, false};

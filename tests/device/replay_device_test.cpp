@@ -28,8 +28,8 @@ TEST(ReplayDevice, GivesEveryPoseOnceAndEnds) {
     EXPECT_EQ(device.status().ticks, 5u);
     ASSERT_EQ(renderer.seen.size(), 5u);
     for (std::size_t n = 0; n < 5; ++n) {
-      EXPECT_EQ(renderer.seen[n].tool.position, poses[n].position);
-      EXPECT_EQ(renderer.seen[n].tool.orientation.coeffs(), poses[n].orientation.coeffs());
+      EXPECT_EQ(renderer.seen[n].handle.position, poses[n].position);
+      EXPECT_EQ(renderer.seen[n].handle.orientation.coeffs(), poses[n].orientation.coeffs());
       EXPECT_EQ(renderer.seen[n].tick, n);
       EXPECT_DOUBLE_EQ(renderer.seen[n].time, static_cast<double>(n) * 1e-3);
     }
@@ -62,8 +62,8 @@ TEST(ReplayDevice, PassesOnWhatIsNoPose) {
   while (device.step()) {
   }
   ASSERT_EQ(renderer.seen.size(), 4u);
-  EXPECT_TRUE(std::isnan(renderer.seen[1].tool.position.x()));
-  EXPECT_EQ(renderer.seen[2].tool.orientation.w(), 3);
+  EXPECT_TRUE(std::isnan(renderer.seen[1].handle.position.x()));
+  EXPECT_EQ(renderer.seen[2].handle.orientation.w(), 3);
 }
 
 TEST(ReplayDevice, EndsByItselfOnTheRealClock) {

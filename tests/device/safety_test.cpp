@@ -62,7 +62,7 @@ TEST(Safety, TorqueIsLimitedAboutEachAxisOfTheHandle) {
   for (int n = 0; n < 100; ++n) rig.step();
   EXPECT_NEAR(rig.sent.torque.z(), 48, 1e-9);
   EXPECT_TRUE(rig.on(kTorqueClamped));
-  rig.state.tool.orientation = rotationOf({M_PI / 2, 0, 0});  // now about the handle's y
+  rig.state.handle.orientation = rotationOf({M_PI / 2, 0, 0});  // now about the handle's y
   for (int n = 0; n < 100; ++n) rig.step();
   EXPECT_NEAR(rig.sent.torque.z(), 188, 1e-9);
 }
@@ -232,7 +232,7 @@ TEST(Safety, FastAndStrongFades) {
   rig.settle(4);
   double last = rig.force();
   for (int n = 0; n < 60; ++n) {
-    rig.state.tool.position.x() += 1.5;  // 1.5 m/s
+    rig.state.handle.position.x() += 1.5;  // 1.5 m/s
     rig.step();
     ASSERT_TRUE(rig.on(kTooFast));
     ASSERT_LE(rig.force(), last);
@@ -242,14 +242,14 @@ TEST(Safety, FastAndStrongFades) {
   Rig slow;
   slow.settle(4);
   for (int n = 0; n < 60; ++n) {
-    slow.state.tool.position.x() += 0.9;
+    slow.state.handle.position.x() += 0.9;
     slow.step();
   }
   EXPECT_NEAR(slow.force(), 4, 1e-12);
   Rig weak;
   weak.settle(0.9);
   for (int n = 0; n < 60; ++n) {
-    weak.state.tool.position.x() += 1.5;
+    weak.state.handle.position.x() += 1.5;
     weak.step();
   }
   EXPECT_NEAR(weak.force(), 0.9, 1e-12);
@@ -313,7 +313,7 @@ TEST(Safety, ADeviceFaultIsZeroForTheRestOfTheRun) {
 TEST(Safety, ACalibrationJumpBeginsAnew) {
   Rig rig;
   rig.settle(2);
-  rig.state.tool.position.y() += 20;
+  rig.state.handle.position.y() += 20;
   rig.ask(20);
   rig.step();
   EXPECT_TRUE(rig.isZero());
@@ -321,7 +321,7 @@ TEST(Safety, ACalibrationJumpBeginsAnew) {
   rig.step();
   EXPECT_TRUE(rig.on(kStartGuard));
   rig.settle(2);
-  rig.state.tool.orientation.w() = kNan;
+  rig.state.handle.orientation.w() = kNan;
   rig.step();
   EXPECT_TRUE(rig.isZero());
 }
@@ -371,8 +371,8 @@ TEST(Safety, NoInputSendsMoreThanTheLimits) {
     if (n / 500 % 2 == 0) rig.rendered.wrench = {0.001 * rig.rendered.wrench.force, 0.001 * rig.rendered.wrench.torque};
     rig.rendered.model_age = wild && random.below(20) == 0 ? hostile(0.3) : random.between(0, 0.03);
     rig.rendered.failed = random.below(200) == 0;
-    rig.state.tool.position = wild ? Eigen::Vector3d(number(1e8), number(1e8), number(1e8)) : random.inCube(0.7);
-    rig.state.tool.orientation = {number(1), number(1), number(1), number(1)};
+    rig.state.handle.position = wild ? Eigen::Vector3d(number(1e8), number(1e8), number(1e8)) : random.inCube(0.7);
+    rig.state.handle.orientation = {number(1), number(1), number(1), number(1)};
     rig.state.buttons = random.below(1000) == 0 ? 1 : 0;
     rig.state.temperature = heat = random.below(1000) == 0 ? hostile(1) : heat;
     if (random.below(50) == 0) rig.safety.rearm();
@@ -382,7 +382,7 @@ TEST(Safety, NoInputSendsMoreThanTheLimits) {
     ASSERT_LE(rig.force(), rig.settings.max_force * (1 + 1e-12)) << n;
     if (!rig.isZero()) {
       ++moved;
-      const Eigen::Vector3d torque = rig.state.tool.orientation.normalized().conjugate() * rig.sent.torque;
+      const Eigen::Vector3d torque = rig.state.handle.orientation.normalized().conjugate() * rig.sent.torque;
       for (int k = 0; k < 3; ++k) ASSERT_LE(std::abs(torque[k]), rig.settings.max_torque[k] * (1 + 1e-12)) << n;
     }
   }

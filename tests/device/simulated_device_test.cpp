@@ -134,10 +134,10 @@ TEST(SimulatedDevice, EncodersReadWholeSteps) {
   run(device, law, 1000);
   std::set<long> counts;
   for (const DeviceState& state : law.seen) {
-    const double count = state.tool.position.x() / 0.02;
+    const double count = state.handle.position.x() / 0.02;
     ASSERT_NEAR(count, std::round(count), 1e-9);
     counts.insert(std::lround(count));
-    const Eigen::Vector3d turn = rotationVector(state.tool.orientation);
+    const Eigen::Vector3d turn = rotationVector(state.handle.orientation);
     ASSERT_NEAR(turn.z() / 1.4e-4, std::round(turn.z() / 1.4e-4), 1e-6);
   }
   EXPECT_GT(counts.size(), 100u);
@@ -187,7 +187,7 @@ TEST(SimulatedDevice, TheHandTurnsItThroughAnyAngle) {
   run(device, law, 1000);  // 720 degrees
   EXPECT_LT(rotationVector(device.truePose().orientation).norm(), 0.05);
   for (std::size_t n = 1; n < law.seen.size(); ++n)
-    ASSERT_LT(displacementBetween(law.seen[n - 1].tool, law.seen[n].tool).rotation.norm(), 0.03) << n;
+    ASSERT_LT(displacementBetween(law.seen[n - 1].handle, law.seen[n].handle).rotation.norm(), 0.03) << n;
 }
 
 TEST(SimulatedDevice, TheStructureSwingsAtItsMode) {
@@ -204,7 +204,7 @@ TEST(SimulatedDevice, TheStructureSwingsAtItsMode) {
     for (int n = 0; n < 500; ++n) {
       const double handle = device.truePose().position.x();
       device.step();
-      const double apart = handle - law.seen.back().tool.position.x();  // the encoder is on the motor's side
+      const double apart = handle - law.seen.back().handle.position.x();  // the encoder is on the motor's side
       if (n > 1 && last < 0 && apart >= 0) {
         const double at = n - apart / (apart - last);
         if (crossings++ == 0) first_at = at;
@@ -244,7 +244,7 @@ TEST(SimulatedDevice, JitterAndLostStepsAreTheSameEveryTime) {
     }
     EXPECT_EQ(device.status().phase, Phase::Ended);
     std::vector<std::uint64_t> bits;
-    for (const DeviceState& state : law.seen) bits.push_back(std::bit_cast<std::uint64_t>(state.tool.position.x()));
+    for (const DeviceState& state : law.seen) bits.push_back(std::bit_cast<std::uint64_t>(state.handle.position.x()));
     return bits;
   };
   const auto one = path(1);
@@ -290,13 +290,13 @@ TEST(SimulatedDevice, TheSampledSpringBecomesUnstableAtItsLimit) {
         SimulatedDevice device(s);
         Law law;
         law.wrench = [stiffness](const DeviceState& state) {
-          return Wrench{{state.tick < 5 ? 50.0 : -stiffness * state.tool.position.x(), 0, 0}, {0, 0, 0}};
+          return Wrench{{state.tick < 5 ? 50.0 : -stiffness * state.handle.position.x(), 0, 0}, {0, 0, 0}};
         };
         run(device, law, 4000);
         double early = 0, late = 0;
         for (std::size_t n = 0; n < 1000; ++n) {
-          early = std::max(early, std::abs(law.seen[n + 500].tool.position.x()));
-          late = std::max(late, std::abs(law.seen[n + 3000].tool.position.x()));
+          early = std::max(early, std::abs(law.seen[n + 500].handle.position.x()));
+          late = std::max(late, std::abs(law.seen[n + 3000].handle.position.x()));
         }
         return late > early;
       };

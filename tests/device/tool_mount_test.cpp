@@ -36,5 +36,16 @@ TEST(ToolMount, NoPowerIsLostBetweenHandleAndTool) {
   }
 }
 
+TEST(ToolMount, TheHandleOfAToolIsTheOneThatHoldsIt) {
+  spheretree::test::Random random(6);
+  for (int n = 0; n < 1000; ++n) {
+    const ToolMount mount{{random.inCube(300), rotationOf(random.inCube(3))}, {random.inCube(100), rotationOf(random.inCube(3))}};
+    const Configuration tool{random.inCube(300), rotationOf(random.inCube(3))};
+    const Displacement off = displacementBetween(tool, toolInWorld(mount, handleOf(mount, tool)));
+    ASSERT_LT(off.translation.norm(), 1e-11);
+    ASSERT_LT(off.rotation.norm(), 1e-7);  // a rotation vector of less is 0 but for rounding
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::device

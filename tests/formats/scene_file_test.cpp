@@ -141,6 +141,20 @@ TEST(SceneFile, MakesAQuaternionAUnit) {
   EXPECT_EQ(s.objects[0].pose.orientation.w(), s.objects[0].pose.orientation.x());
 }
 
+TEST(SceneFile, KeepsHowTheToolIsHeldAndWhereTheDeviceStands) {
+  EXPECT_EQ(sceneText(parseScene(kLeast, "a")).find("device"), std::string::npos);
+  std::string text = kLeast;
+  text.insert(text.find("\"tool\": {") + 9, "\"position_mm\": [0, 0, -60], \"quaternion_wxyz\": [0, 0, 1, 0], ");
+  text.insert(1, "\"device\": {\"position_mm\": [5, -40, 7]}, ");
+  const SceneFile once = parseScene(text, "a"), again = parseScene(sceneText(once), "b");
+  for (const SceneFile& s : {once, again}) {
+    EXPECT_EQ(s.tool.pose.position, Eigen::Vector3d(0, 0, -60));
+    EXPECT_EQ(s.tool.pose.orientation.y(), 1);
+    EXPECT_EQ(s.device.position, Eigen::Vector3d(5, -40, 7));
+    EXPECT_EQ(s.device.orientation.w(), 1);
+  }
+}
+
 TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
   const std::vector<std::array<std::string, 3>> cases{
       {"spheretree.scene/1", "spheretree.scene/2", "schema is not \"spheretree.scene/1\""},
@@ -157,7 +171,8 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
       {"[100, 90, 48]", "[100, 0, 48]", "limits.torque_n_mm[1] is 0, not above 0"},
       {"[1, 2, 3]", "[1, 2, 1e7]", "tool.reference_point_mm[2] is beyond 1000000"},
       {"\"tolerance_mm\": 0.05", "\"tolerance_mm\": 0", "tool.tolerance_mm is 0, not above 0"},
-      {"\"reference_point_mm\"", "\"position_mm\"", "tool has the unknown key \"position_mm\""},
+      {"\"reference_point_mm\"", "\"origin_mm\"", "tool has the unknown key \"origin_mm\""},
+      {"\"tool\": {", "\"device\": {\"name\": \"d\"}, \"tool\": {", "device has the unknown key \"name\""},
       {"\"probe\"", "\"../probe\"", "tool.name is \"../probe\", not safe as a file name"},
       {"\"probe\"", "\"\"", "tool.name is \"\", not safe as a file name"},
       {"\"probe\"", "\".probe\"", "not safe as a file name"},
@@ -257,7 +272,7 @@ TEST(SceneFile, ReadsAFile) {
 TEST(SceneFile, AHingeTurnsAboutItsAxis) {
   const Hinge hinge{{0, 60, 20}, {0, 0, 1}, {{0, 0}, {1, 20}, {3, -10}}};
   for (const auto& [t, degree] : {std::pair(-1.0, 0.0), {0.5, 10.0}, {1.0, 20.0}, {2.0, 5.0}, {9.0, -10.0}}) {
-    const Configuration pose = hingePose(hinge, t);
+    const Configuration pose = hingePose(hinge, hingeAngle(hinge, t));
     EXPECT_NEAR(rotationVector(pose.orientation).z(), degree * M_PI / 180, 1e-12) << t;
     EXPECT_LT((pose.orientation * hinge.point_mm + pose.position - hinge.point_mm).norm(), 1e-12);  // the axis stays
   }

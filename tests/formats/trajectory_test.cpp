@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <string>
 
 #include "spheretree/formats/errors.h"
@@ -26,7 +27,7 @@ std::string messageOf(const std::string& text) {
 }
 
 TEST(Trajectory, ReadsPosesInOrder) {
-  const auto poses = parseTrajectory(kHeader + "5,1,2,3,1,0,0,0\r\n5.001,-1e-3,0,+4,0,0.6,0,0.8\n\n", "in.csv");
+  const auto poses = parseTrajectory(kHeader + "5,1,2,3,1,0,0,0\r\n5.001,-1e-3,0,+4,0,0.6,0,0.8\n\n", "in.csv").poses;
   ASSERT_EQ(poses.size(), 2u);
   EXPECT_EQ(poses[0].position, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(poses[1].position, Eigen::Vector3d(-1e-3, 0, 4));
@@ -35,7 +36,7 @@ TEST(Trajectory, ReadsPosesInOrder) {
 }
 
 TEST(Trajectory, NormalisesWhatIsNearlyUnit) {
-  const auto poses = parseTrajectory(kHeader + "0,0,0,0,0.7071,0.7071,0,0\n", "in.csv");
+  const auto poses = parseTrajectory(kHeader + "0,0,0,0,0.7071,0.7071,0,0\n", "in.csv").poses;
   EXPECT_NEAR(poses[0].orientation.norm(), 1, 1e-15);
 }
 
@@ -52,7 +53,7 @@ TEST(Trajectory, RecordingReplaysToTheBit) {
     text += ",7,nan\n";
     sent.push_back(q);
   }
-  const auto poses = parseTrajectory(text, "in.csv");
+  const auto poses = parseTrajectory(text, "in.csv").poses;
   ASSERT_EQ(poses.size(), sent.size());
   for (std::size_t n = 0; n < poses.size(); ++n) {
     ASSERT_EQ(poses[n].position, sent[n].position) << n;
@@ -80,11 +81,34 @@ TEST(Trajectory, RefusesWithLineAndColumn) {
       {kHeader + "0,0,0,0,,0,0,0\n", "column 5 (qw) is \"\""},
       {kHeader + "0,0,0,0,1,1,0,0\n", "has length 1.414"},
       {kHeader + "0,0,0,0,0,0,0,0\n", "has length 0"},
-      {kHeader + row + "0.002,0,0,0,1,0,0,0\n", "line 3: t_s is 0.002, the servo step is at 0.001"},
-      {kHeader + row + "0,0,0,0,1,0,0,0\n", "line 3: t_s is 0"},
+      {kHeader + row + "0.2,0,0,0,1,0,0,0\n", "line 3: t_s is 0.2, 0.2 s after the row before"},
+      {kHeader + row + "0,0,0,0,1,0,0,0\n", "line 3: t_s is 0, not after the 0"},
+      {kHeader + row + "-1,0,0,0,1,0,0,0\n", "line 3: t_s is -1, not after the 0"},
   };
   for (const auto& [text, expected] : cases)
     EXPECT_NE(messageOf(text).find(expected), std::string::npos) << text << "gave: " << messageOf(text);
+}
+
+/// A circle turned by its angle: straight lines between its rows are off by at most r (1 - cos(step / 2)).
+TEST(Trajectory, OtherRatesAreInterpolated) {
+  for (const double rate : {20., 60., 100., 143., 2000.}) {
+    std::string text = kHeader;
+    const auto rows = static_cast<int>(rate);
+    for (int n = 0; n <= rows; ++n) {
+      const double a = n / rate;
+      text += shortest(n / rate) + "," + shortest(10 * std::cos(a)) + "," + shortest(10 * std::sin(a)) + ",0," + shortest(std::cos(a / 2)) +
+              ",0,0," + shortest(std::sin(a / 2)) + "\n";
+    }
+    const Trajectory read = parseTrajectory(text, "in.csv");
+    EXPECT_NEAR(read.longest_gap, 1 / rate, 1e-9);
+    ASSERT_EQ(read.poses.size(), 1001u) << rate;
+    for (int n = 0; n <= 1000; ++n) {
+      const Configuration& pose = read.poses[static_cast<std::size_t>(n)];
+      const double a = n / 1000.0;
+      EXPECT_LE((pose.position - Eigen::Vector3d(10 * std::cos(a), 10 * std::sin(a), 0)).norm(), 10 * (1 - std::cos(0.5 / rate)) + 1e-5);
+      EXPECT_NEAR(rotationVector(pose.orientation).z(), a, 2e-6 + 1e-6 * a);
+    }
+  }
 }
 
 TEST(Trajectory, MissingFileIsAFileError) { EXPECT_THROW(readTrajectory("/nowhere/in.csv"), FileError); }

@@ -88,7 +88,7 @@ double largestForce(ServoLoop& loop, const std::vector<Configuration>& poses) {
   device::DeviceState state;
   double most = 0;
   for (const Configuration& pose : poses) {
-    state.tool = pose;
+    state.handle = pose;
     most = std::max(most, loop.render(state).wrench.force.norm());
   }
   return most;
@@ -103,9 +103,13 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
   EXPECT_EQ(bodyNumber(file, "hand"), 2u);
   EXPECT_EQ(bodyNumber(file, ""), 0u);
   const BodyPaths paths(file, folder.path() / "a.scene.json");
-  EXPECT_EQ(paths.at(2, 0).position.x(), 1);
-  EXPECT_EQ(paths.at(2, 7).position.x(), 2);  // the last is held
-  EXPECT_NEAR(rotationVector(paths.at(1, 0.5).orientation).x(), std::numbers::pi / 4, 1e-12);
+  EXPECT_EQ(paths.at(2, 0, {}).position.x(), 1);
+  EXPECT_EQ(paths.at(2, 7, {}).position.x(), 2);  // the last is held
+  EXPECT_NEAR(rotationVector(paths.at(1, 0.5, paths.anglesAt(0.5)).orientation).x(), std::numbers::pi / 4, 1e-12);
+  ASSERT_EQ(paths.hinged().size(), 1u);
+  EXPECT_EQ(paths.hinged()[0].name, "jaw");
+  EXPECT_EQ(paths.hinged()[0].highest, 90);
+  EXPECT_NEAR(rotationVector(paths.posesAt(0, {30})[0].orientation).x(), std::numbers::pi / 6, 1e-12) << "steered";
   // In the loop: the plate comes up with the hand's file and pushes the ball.
   runtime::SceneDescription d;
   d.tool = test::oneBallTree(5);
@@ -120,7 +124,7 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
   options.bodies = &rise;
   ServoLoop loop(scene, nullptr, options);
   device::DeviceState state;
-  state.tool = {{0, 0, 8}, {1, 0, 0, 0}};
+  state.handle = {{0, 0, 8}, {1, 0, 0, 0}};
   double force = 0;
   EXPECT_EQ(test::allocationsIn([&] {
               for (int n = 0; n < 501; ++n) force = loop.render(state).wrench.force.z();
@@ -130,6 +134,51 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
   const double on_a_leaf = 1000 * std::tan(0.5 * std::numbers::pi / 180) + 7 - 8;
   EXPECT_LE(force, on_a_leaf + 0.01);
   EXPECT_GE(force, on_a_leaf - 0.5);
+}
+
+TEST(ServoLoop, AHandleFarFromTheToolFeelsTheSameTool) {
+  const runtime::Scene scene = ballOnPlate();
+  ServoLoop::Options options;
+  ServoLoop held_by_itself(scene, nullptr, options);
+  options.mount = device::ToolMount{{{30, -10, 5}, rotationOf({0.4, 1, -2})}, {{0, 8, -100}, rotationOf({1, 2, 0.5})}};
+  ServoLoop held_by_a_handle(scene, nullptr, options);
+  double most = 0;
+  for (const Configuration& tool : pathOverPlate(400)) {
+    device::DeviceState at_tool, at_handle;
+    at_tool.handle = tool;
+    at_handle.handle = device::handleOf(*options.mount, tool);
+    const Wrench wrench = held_by_itself.render(at_tool).wrench, felt = held_by_a_handle.render(at_handle).wrench,
+                 expected = device::wrenchOnHandle(*options.mount, at_handle.handle, wrench);
+    ASSERT_LT((felt.force - expected.force).norm(), 1e-6);
+    ASSERT_LT((felt.torque - expected.torque).norm(), 1e-4);
+    most = std::max(most, wrench.force.norm());
+  }
+  EXPECT_GT(most, 0.1) << "it touched";
+}
+
+TEST(ServoLoop, AHingeGoesWhereTheViewWishesAtTheSpeedOfAJaw) {
+  formats::SceneFile file;
+  file.bodies.push_back({"jaw", {}, formats::Hinge{{0, 0, 500}, {1, 0, 0}, {{0, 0}, {1, 10}}}});  // 10 degrees a second
+  const BodyPaths paths(file, {});
+  const runtime::Scene scene = ballOnPlate();
+  ServoLoop::Options options;
+  options.bodies = &paths;
+  view::LiveStreams live;
+  ServoLoop loop(scene, nullptr, options, &live);
+  device::DeviceState state;
+  state.handle.position = {0, 0, 100};
+  const auto angleAfter = [&](int steps) {
+    for (int n = 0; n < steps; ++n) loop.render(state);
+    EXPECT_TRUE(live.state.refresh());
+    return live.state.front().step.hinges[0];
+  };
+  EXPECT_NEAR(angleAfter(101), 1, 1e-12) << "as the scene says";
+  live.hinges.degree[0].store(-5);
+  EXPECT_NEAR(angleAfter(50), 1 - 50 * 0.06, 1e-9) << "60 degrees a second";
+  EXPECT_EQ(angleAfter(100), -5);
+  live.hinges.degree[0].store(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_NEAR(angleAfter(10), -5 + 10 * 0.06, 1e-9) << "back, no faster";
+  EXPECT_NEAR(angleAfter(240), 5, 1e-12) << "on its path again, at 0.5 s";
 }
 
 TEST(ServoLoop, AllocatesNothing) {
@@ -153,7 +202,7 @@ TEST(ServoLoop, AllocatesNothingInTheMouth) {
   if (!folder) GTEST_SKIP() << "SPHERETREE_MOUTH names no folder";
   builder::Progress progress;
   const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", runtime::ContactSurface::Leaves, progress);
-  const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv");
+  const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv").poses;
   ServoLoop loop(scene, nullptr, {});
   double force = 0;
   EXPECT_EQ(test::allocationsIn([&] { force = largestForce(loop, poses); }), 0);
@@ -170,7 +219,7 @@ TEST(ServoLoop, ShowsEveryStep) {
   device::DeviceState state;
   EXPECT_FALSE(live.state.refresh());
   for (std::size_t n = 0; n < poses.size(); ++n) {
-    state.tool = poses[n];
+    state.handle = poses[n];
     EXPECT_EQ(test::allocationsIn([&] { loop.render(state); }), 0);
     const runtime::StepResult expected = runtime::step(scene, poses[n], runtime::Mode::Constrained, workspace);
     ASSERT_TRUE(live.state.refresh());
@@ -213,7 +262,7 @@ TEST(ServoLoop, RecordsFromAnyStepOn) {
   replay.stop();
   const std::vector<Configuration> poses = pathOverPlate(3000);
   for (const std::filesystem::path& file : files) {
-    const std::vector<Configuration> recorded = formats::readTrajectory(file);  // refuses a row that is left out or stands twice
+    const std::vector<Configuration> recorded = formats::readTrajectory(file).poses;  // refuses a row that is left out or stands twice
     ASSERT_GE(recorded.size(), 100u);
     const auto first = std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.position == recorded[0].position; });
     ASSERT_NE(first, poses.end());
@@ -228,9 +277,10 @@ TEST(Recording, ReplaysToTheSameBytes) {
   const auto poses = pathOverPlate(1500);
   const std::string first = recordReplay(scene, poses, folder.path() / "a.csv");
   EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1501);
-  EXPECT_EQ(first.substr(0, first.find('\n') + 1),
-            std::string(recordingHeader()).replace(recordingHeader().size() - 1, 1, ",scene,settings\n"));
-  const auto again = formats::readTrajectory(folder.path() / "a.csv");
+  EXPECT_EQ(
+      first.substr(0, first.find('\n') + 1),
+      std::string(recordingHeader()).replace(recordingHeader().size() - 1, 1, ",scene,settings,touched,friction_n,slip_mm_s,hinges_deg\n"));
+  const auto again = formats::readTrajectory(folder.path() / "a.csv").poses;
   ASSERT_EQ(again.size(), poses.size());
   EXPECT_EQ(withoutTimes(recordReplay(scene, again, folder.path() / "b.csv")), withoutTimes(first));
 }
@@ -248,9 +298,12 @@ TEST(Recording, IsNotThereUntilItIsWhole) {
 TEST(Recording, NamesItsSceneInItsFirstRow) {
   const test::ScratchFolder folder;
   const std::string scene = "a b/\"c\",100%\n.json", settings = "mode=paper contact=leaves";
-  RecordingWriter recording(folder.path() / "run.csv", {scene, settings});
+  RecordingWriter recording(folder.path() / "run.csv", {scene, settings, {"tooth_11", "tooth_12"}, 2});
   RecordedStep row;
   recording.push(row);
+  row.touched = 1;
+  row.friction = 0.25;
+  row.hinges = {12.5, -3};
   row.tick = 1;
   row.time = 0.001;
   recording.push(row);
@@ -261,11 +314,11 @@ TEST(Recording, NamesItsSceneInItsFirstRow) {
   const auto columns = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
   EXPECT_EQ(columns(first), columns(header));
   EXPECT_EQ(columns(second), columns(header));
-  const std::size_t last = first.rfind(','), before = first.rfind(',', last - 1);
-  EXPECT_EQ(decodedField(first.substr(before + 1, last - before - 1)), scene);
-  EXPECT_EQ(decodedField(first.substr(last + 1)), settings);
-  EXPECT_TRUE(second.ends_with(",0,,"));
-  EXPECT_EQ(formats::readTrajectory(folder.path() / "run.csv").size(), 2u);
+  EXPECT_TRUE(first.ends_with(",0," + encodedField(scene) + "," + encodedField(settings) + ",,0,0,0;0")) << "nothing was touched";
+  EXPECT_EQ(decodedField(encodedField(scene)), scene);
+  EXPECT_EQ(decodedField(encodedField(settings)), settings);
+  EXPECT_TRUE(second.ends_with(",0,,,tooth_12,0.25,0,12.5;-3"));
+  EXPECT_EQ(formats::readTrajectory(folder.path() / "run.csv").poses.size(), 2u);
 }
 
 TEST(Recording, FieldsComeBackAsTheyWere) {
@@ -369,7 +422,7 @@ TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   EXPECT_EQ(document["scenarios"].size(), 5u);
   for (const auto& scenario : document["scenarios"])
     for (const auto& [mode, name] : scenario["recordings"].items())
-      EXPECT_FALSE(formats::readTrajectory(folder.path() / name.get<std::string>()).empty()) << mode;
+      EXPECT_FALSE(formats::readTrajectory(folder.path() / name.get<std::string>()).poses.empty()) << mode;
 }
 
 }  // namespace

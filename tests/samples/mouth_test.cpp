@@ -101,10 +101,10 @@ TEST(Mouth, IsTheSameInEveryFile) {
   for (const formats::SceneItem& object : scene.objects) lower += object.body == "mandible";
   EXPECT_EQ(lower, 16);
   ASSERT_TRUE(scene.bodies.at(0).hinge);
-  EXPECT_EQ(formats::hingePose(*scene.bodies[0].hinge, 2.5).position, Eigen::Vector3d(0, 0, 0));  // it rests
+  EXPECT_EQ(formats::hingeAngle(*scene.bodies[0].hinge, 2.5), 0);  // it rests
   // Where it opens, the lower incisors go down and back.
   const formats::SceneFile opening = formats::parseScene(mouthSceneText(mouth(), MouthMotion::Opening), "opening.scene.json");
-  const Configuration open = formats::hingePose(*opening.bodies.at(0).hinge, 2.5);
+  const Configuration open = formats::hingePose(*opening.bodies.at(0).hinge, formats::hingeAngle(*opening.bodies[0].hinge, 2.5));
   const Eigen::Vector3d incisor = mouth().teeth[14].centre, way = open.orientation * incisor + open.position - incisor;
   EXPECT_LT(way.z(), -5);
   const formats::SceneFile hands = formats::parseScene(mouthSceneText(mouth(), MouthMotion::TwoHands), "two_hands.scene.json");
@@ -113,8 +113,8 @@ TEST(Mouth, IsTheSameInEveryFile) {
 
 TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
   const Path pocket = probePocket(mouth()), inspection = inspectTeeth(mouth());
-  EXPECT_EQ(formats::parseTrajectory(trajectoryText(pocket), "pocket.csv").size(), pocket.size());
-  EXPECT_EQ(formats::parseTrajectory(trajectoryText(inspection), "inspection.csv").size(), inspection.size());
+  EXPECT_EQ(formats::parseTrajectory(trajectoryText(pocket), "pocket.csv").poses.size(), pocket.size());
+  EXPECT_EQ(formats::parseTrajectory(trajectoryText(inspection), "inspection.csv").poses.size(), inspection.size());
   for (const Path& path : {pocket, inspection})
     for (std::size_t i = 1; i < path.size(); ++i) {
       const Displacement step = displacementBetween(path[i - 1], path[i]);

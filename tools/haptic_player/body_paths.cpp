@@ -11,24 +11,45 @@ namespace spheretree::player {
 BodyPaths::BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path) {
   for (const formats::SceneBody& body : scene.bodies) {
     Path path;
-    if (body.hinge)
+    if (!body.hinge) {
+      path.poses = formats::readTrajectory(formats::scenePath(scene_path, body.pose_csv)).poses;
+    } else {
       path.hinge = *body.hinge;
-    else
-      path.poses = formats::readTrajectory(formats::scenePath(scene_path, body.pose_csv));
+      if (hinged_.size() < kMostHinges) {
+        path.number = hinged_.size();
+        const auto [low, high] = std::minmax_element(path.hinge.angles.begin(), path.hinge.angles.end(),
+                                                     [](const auto& a, const auto& b) { return a.degree < b.degree; });
+        hinged_.push_back({body.name, low->degree, high->degree});
+      }
+    }
     bodies_.push_back(std::move(path));
   }
 }
 
-Configuration BodyPaths::at(std::size_t body, double t) const noexcept {
+HingeAngles BodyPaths::anglesAt(double t) const noexcept {
+  HingeAngles angles{};
+  for (const Path& path : bodies_)
+    if (path.number < kMostHinges) angles[path.number] = formats::hingeAngle(path.hinge, t);
+  return angles;
+}
+
+Configuration BodyPaths::at(std::size_t body, double t, const HingeAngles& angles) const noexcept {
   const Path& path = bodies_[body - 1];
-  if (path.poses.empty()) return formats::hingePose(path.hinge, t);
+  if (path.poses.empty())
+    return formats::hingePose(path.hinge, path.number < kMostHinges ? angles[path.number] : formats::hingeAngle(path.hinge, t));
   const double last = static_cast<double>(path.poses.size() - 1);
   return path.poses[static_cast<std::size_t>(std::clamp(std::round(1000 * t), 0.0, last))];
 }
 
-void BodyPaths::moveTo(double t, runtime::Workspace& workspace) const noexcept {
+void BodyPaths::moveTo(double t, const HingeAngles& angles, runtime::Workspace& workspace) const noexcept {
   for (std::size_t body = 1; body <= bodies_.size(); ++body)
-    runtime::moveBody(static_cast<std::uint32_t>(body), at(body, t), workspace);  // one that carries nothing is not known there
+    runtime::moveBody(static_cast<std::uint32_t>(body), at(body, t, angles), workspace);  // one that carries nothing is not known there
+}
+
+std::vector<Configuration> BodyPaths::posesAt(double t, const HingeAngles& angles) const {
+  std::vector<Configuration> poses;
+  for (std::size_t body = 1; body <= bodies_.size(); ++body) poses.push_back(at(body, t, angles));
+  return poses;
 }
 
 BodyPaths readBodyPaths(const std::filesystem::path& scene) {

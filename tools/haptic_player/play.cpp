@@ -26,6 +26,7 @@
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"
 #include "spheretree/device/replay_device.h"
+#include "spheretree/device/tool_mount.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/scene_file.h"
@@ -93,10 +94,20 @@ device::IntendedPath sampledPath(std::vector<Configuration> poses) {
   };
 }
 
+/// How the scene has the tool on the handle and the device in the world; absent where it says neither, and for poses
+/// that are those of the tool already.
+std::optional<device::ToolMount> mountOf(const PlaySettings& settings) {
+  if (settings.scene.empty() || settings.device == DeviceKind::Replay) return std::nullopt;
+  const formats::SceneFile scene = formats::readScene(settings.scene);
+  if (isIdentity(scene.device) && isIdentity(scene.tool.pose)) return std::nullopt;
+  return device::ToolMount{scene.device, scene.tool.pose};
+}
+
 /// What needs no hardware.
-std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene, PlayObserver* observer) {
+std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene,
+                                          const std::optional<device::ToolMount>& mount, PlayObserver* observer) {
   std::vector<Configuration> poses;
-  if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory);
+  if (!settings.trajectory.empty()) poses = formats::readTrajectory(settings.trajectory).poses;
   if (settings.device == DeviceKind::Replay) return std::make_unique<device::ReplayDevice>(std::move(poses));
   device::SimulatedSettings simulated;
   simulated.hand = *device::findHand(settings.hand);
@@ -104,6 +115,7 @@ std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const ru
   if (observer && !settings.seconds) simulated.duration = std::numeric_limits<double>::infinity();
   simulated.path = poses.empty() ? tourOf(scene, simulated.duration) : sampledPath(std::move(poses));
   if (observer) simulated.path = observer->handPath(std::move(simulated.path));
+  if (mount) simulated.path = [mount = *mount, tool = std::move(simulated.path)](double t) { return device::handleOf(mount, tool(t)); };
   return std::make_unique<device::SimulatedDevice>(simulated);
 }
 
@@ -160,9 +172,16 @@ const char* endName(PlayEnd end) {
 }  // namespace
 
 RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording) {
-  RunIdentity identity{kSampleScene, std::string("mode=") + modeName(settings.mode) +
-                                         " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves")};
+  RunIdentity identity{kSampleScene,
+                       std::string("mode=") + modeName(settings.mode) +
+                           " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves"),
+                       {"molar"}};
   if (settings.scene.empty()) return identity;
+  identity.objects.clear();
+  const formats::SceneFile scene = formats::readScene(settings.scene);
+  for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
+  for (const formats::SceneBody& body : scene.bodies) identity.hinges += body.hinge ? 1 : 0;
+  identity.hinges = std::min(identity.hinges, kMostHinges);
   identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
   if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
   return identity;
@@ -234,12 +253,14 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   description.contact = settings.contact;
   const runtime::Scene scene = compiledScene(description, settings.scene);
   if (observer) observer->onScene(description);
-  if (!device) device = openInput(settings, scene, observer);
+  const std::optional<device::ToolMount> mount = mountOf(settings);
+  if (!device) device = openInput(settings, scene, mount, observer);
   std::unique_ptr<RecordingWriter> recording;
   if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
   const BodyPaths bodies = readBodyPaths(settings.scene);
   ServoLoop::Options options;
   options.bodies = &bodies;
+  options.mount = mount;
   options.mode = settings.mode;
   options.wait = !real;
   options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own

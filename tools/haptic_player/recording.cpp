@@ -72,7 +72,7 @@ std::string decodedField(std::string_view field) {
 RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity identity, std::size_t capacity)
     : ring_(capacity), path_(path), identity_(std::move(identity)), file_(path) {
   std::string header(recordingHeader());
-  header.insert(header.size() - 1, ",scene,settings");
+  header.insert(header.size() - 1, ",scene,settings,touched,friction_n,slip_mm_s,hinges_deg");
   file_.append(header);
   thread_ = std::thread([this] { drain(); });
 }
@@ -84,6 +84,25 @@ void RecordingWriter::pushWaiting(const RecordedStep& row) noexcept {
   push(row);
 }
 
+void RecordingWriter::appendFullRow(std::string& text, const RecordedStep& row) {
+  appendRow(text, row);
+  text.back() = ',';
+  if (!identity_written_) text += encodedField(identity_.scene);
+  text += ',';
+  if (!identity_written_) text += encodedField(identity_.settings);
+  text += ',';
+  if (row.touched < identity_.objects.size()) text += encodedField(identity_.objects[row.touched]);
+  text += ',';
+  appendNumber(text, row.friction);
+  appendNumber(text, row.slip);
+  for (std::size_t k = 0; k < identity_.hinges; ++k) {
+    appendNumber(text, row.hinges[k]);
+    text.back() = ';';
+  }
+  if (identity_.hinges > 0) text.pop_back();
+  text += '\n';
+}
+
 void RecordingWriter::drain() {
   try {
     std::string text;
@@ -91,9 +110,7 @@ void RecordingWriter::drain() {
       const bool last = stop_.load(std::memory_order_acquire);  // before the look at the ring: rows pushed before stop are in it
       text.clear();
       const std::size_t rows = ring_.drain([&](const RecordedStep& row) {
-        appendRow(text, row);
-        text.insert(text.size() - 1, identity_written_ ? "," : "," + encodedField(identity_.scene));
-        text.insert(text.size() - 1, identity_written_ ? "," : "," + encodedField(identity_.settings));
+        appendFullRow(text, row);
         identity_written_ = true;
       });
       if (rows > 0) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "spheretree/formats/file_io.h"
 #include "streams/recorded_step.h"
@@ -19,12 +20,15 @@ namespace spheretree::player {
 
 /// What a recording belongs to. It stands in the first row, so that a replay finds its scene.
 struct RunIdentity {
-  std::string scene;     // path of the scene file from the folder of the recording, or kSampleScene; empty: not said
-  std::string settings;  // what else the steps depend on, as "mode=constrained contact=skin"
+  std::string scene;                      // path of the scene file from the folder of the recording, or kSampleScene; empty: not said
+  std::string settings;                   // what else the steps depend on, as "mode=constrained contact=skin"
+  std::vector<std::string> objects = {};  // names, for the column touched
+  std::size_t hinges = 0;                 // how many angles the column hinges_deg has
 };
 inline constexpr const char* kSampleScene = "sample";  // the built-in one
 
-/// The header line of the numbers, with its end of line. RecordingWriter adds the columns scene and settings.
+/// The header line of the numbers, with its end of line. RecordingWriter adds the columns scene, settings, touched,
+/// friction_n, slip_mm_s and hinges_deg.
 std::string_view recordingHeader();
 
 /// Appends one line. Numbers are the shortest decimals that read back as the same double: same run, same bytes.
@@ -57,6 +61,7 @@ class RecordingWriter {
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  void appendFullRow(std::string& text, const RecordedStep& row);
   void drain();
   void stop() noexcept;
 

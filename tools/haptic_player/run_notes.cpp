@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/scene_file.h"
 #include "spheretree/formats/sphere_tree_file.h"
+#include "spheretree/formats/trajectory.h"
 
 namespace spheretree::player {
 namespace {
@@ -50,6 +51,9 @@ std::vector<std::string> notesOn(const PlaySettings& settings, std::uint64_t ste
   }
   if (!is_tour && settings.device == DeviceKind::Replay && settings.seconds && seconds + 5e-4 < *settings.seconds)
     notes.push_back("The trajectory ended after " + inSeconds(seconds) + " of the " + inSeconds(*settings.seconds) + " asked for.");
+  const double gap = settings.trajectory.empty() ? 0 : formats::readTrajectory(settings.trajectory).longest_gap;
+  if (gap > 1.001e-3)
+    notes.push_back("The rows of the trajectory are up to " + inSeconds(gap) + " apart; the poses between them are interpolated.");
   if (largest_force_n == 0 && steps > 0) {
     std::string note = "The tool touched nothing.";
     const double distance = scene ? referenceDistance(*scene, settings.scene) : 0;

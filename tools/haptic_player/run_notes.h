@@ -11,7 +11,7 @@
 namespace spheretree::player {
 
 /// Whole sentences: a tool that touched nothing, objects that the simulated hand did not come to, a trajectory that
-/// ended early.
+/// ended early or is coarse.
 /// `steps`, `largest_force_n`: of the run, which came to its end. @throws formats::FileError, formats::FormatError
 std::vector<std::string> notesOn(const PlaySettings& settings, std::uint64_t steps, double largest_force_n);
 

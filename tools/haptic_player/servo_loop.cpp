@@ -5,7 +5,10 @@
 #include <sched.h>
 #include <time.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <thread>
 
 namespace spheretree::player {
@@ -24,10 +27,16 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   runtime::StageTimes times;
   const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
-  if (options_.bodies) options_.bodies->moveTo(static_cast<double>(ticks_) / 1000, workspace_);
-  const runtime::StepResult result = runtime::step(scene_, state.tool, options_.mode, workspace_, &times);
+  const Configuration tool = options_.mount ? device::toolInWorld(*options_.mount, state.handle) : state.handle;
+  if (options_.bodies) {
+    const double time = static_cast<double>(ticks_) / 1000;
+    steerHinges(options_.bodies->anglesAt(time));
+    options_.bodies->moveTo(time, hinges_, workspace_);
+  }
+  const runtime::StepResult result = runtime::step(scene_, tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-  const RecordedStep row = recordedStep(ticks_++, state.tool, result, times, total_us);
+  RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
+  row.hinges = hinges_;
   statistics_.add(row, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
   time_.store(total_us, std::memory_order_relaxed);
@@ -36,7 +45,19 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   if (recording && !options_.wait) recording->push(row);
   if (live_) publish(row);
   ended_.fetch_add(1);
-  return {result.wrench, 0, (result.faults & runtime::kBadInput) != 0};
+  const Wrench on_hand = options_.mount ? device::wrenchOnHandle(*options_.mount, state.handle, result.wrench) : result.wrench;
+  return {on_hand, 0, (result.faults & runtime::kBadInput) != 0};
+}
+
+void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
+  constexpr double kFastest = 0.06;  // [degree a step]: a slider that jumps opens a jaw at 60 degrees a second
+  for (std::size_t k = 0; k < kMostHinges; ++k) {
+    const double wish = live_ ? live_->hinges.degree[k].load(std::memory_order_relaxed) : std::numeric_limits<double>::quiet_NaN();
+    const bool is_wished = !std::isnan(wish);
+    const double goal = is_wished ? wish : path[k];
+    is_steered_[k] = is_wished || (is_steered_[k] && hinges_[k] != goal);  // and then back to its path
+    hinges_[k] = is_steered_[k] ? std::clamp(goal, hinges_[k] - kFastest, hinges_[k] + kFastest) : goal;
+  }
 }
 
 bool ServoLoop::record(RecordingWriter* recording) noexcept {
@@ -58,7 +79,8 @@ void ServoLoop::publish(const RecordedStep& row) noexcept {
 }
 
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept {
-  return {contact.point.cast<float>(), contact.normal.cast<float>(), static_cast<float>(contact.force), contact.object};
+  return {contact.point.cast<float>(), contact.normal.cast<float>(), static_cast<float>(contact.force), contact.friction.cast<float>(),
+          contact.object};
 }
 
 double threadTime() noexcept {
@@ -68,8 +90,14 @@ double threadTime() noexcept {
 }
 
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
-                          const runtime::StageTimes& times, double total_us) noexcept {
+                          const runtime::StageTimes& times, double total_us, std::span<const runtime::Contact> contacts) noexcept {
   const auto us = [](std::uint64_t ns) { return static_cast<double>(ns) / 1000; };
+  Eigen::Vector3d friction = Eigen::Vector3d::Zero();
+  const runtime::Contact* strongest = nullptr;
+  for (const runtime::Contact& contact : contacts) {
+    friction += contact.friction;
+    if (!strongest || contact.force > strongest->force) strongest = &contact;
+  }
   return {tick,
           static_cast<double>(tick) / 1000,
           haptic,
@@ -84,7 +112,11 @@ RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const
           us(times.rows),
           us(times.qp),
           total_us,
-          result.penetration};
+          result.penetration,
+          strongest ? strongest->object : kUntouched,
+          friction.norm(),
+          strongest ? strongest->slip.norm() : 0,
+          {}};
 }
 
 }  // namespace spheretree::player

@@ -2,12 +2,16 @@
 // One servo step of the player: pose in, wrench out, one row for the record and for the statistics.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <optional>
+#include <span>
 
 #include "body_paths.h"
 #include "recording.h"
 #include "run_statistics.h"
 #include "spheretree/device/device.h"
+#include "spheretree/device/tool_mount.h"
 #include "spheretree/runtime/step.h"
 #include "streams/live_streams.h"
 
@@ -17,9 +21,10 @@ class ServoLoop final : public device::Renderer {
  public:
   struct Options {
     runtime::Mode mode = runtime::Mode::Constrained;
-    bool wait = false;                  // a full ring of the recording holds up the loop instead of losing rows
-    const BodyPaths* bodies = nullptr;  // where bodies are at each tick; must outlive the loop
-    bool real_time_thread = false;      // the first step asks for a real-time priority for its thread
+    bool wait = false;                       // a full ring of the recording holds up the loop instead of losing rows
+    const BodyPaths* bodies = nullptr;       // where bodies are at each tick; must outlive the loop
+    std::optional<device::ToolMount> mount;  // absent: the device gives the pose of the tool, in the world
+    bool real_time_thread = false;           // the first step asks for a real-time priority for its thread
   };
   /// `scene`, `recording` and `live` (both may be null) must outlive it.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);
@@ -41,6 +46,8 @@ class ServoLoop final : public device::Renderer {
 
  private:
   void publish(const RecordedStep& row) noexcept;
+  /// Towards what the view wishes, at a speed that a jaw has; else as the scene says.
+  void steerHinges(const HingeAngles& path) noexcept;
 
   const runtime::Scene& scene_;
   std::atomic<RecordingWriter*> recording_;
@@ -49,6 +56,8 @@ class ServoLoop final : public device::Renderer {
   runtime::Workspace workspace_;
   RunStatistics statistics_;
   std::uint64_t ticks_ = 0;
+  HingeAngles hinges_{};
+  std::array<bool, kMostHinges> is_steered_{};
   std::atomic<std::uint64_t> begun_{0}, ended_{0};  // steps
   std::atomic<double> force_{0}, time_{0};
   std::atomic<int> priority_error_{-1};
@@ -60,8 +69,8 @@ double threadTime() noexcept;
 /// As a view shows it.
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept;
 
-/// The row of a step.
+/// The row of a step. What it says of contacts comes from them.
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
-                          const runtime::StageTimes& times, double total_us) noexcept;
+                          const runtime::StageTimes& times, double total_us, std::span<const runtime::Contact> contacts) noexcept;
 
 }  // namespace spheretree::player

@@ -151,7 +151,7 @@ class Fake final : public sim::Renderer {
   }
   /// The torque whose parts along the three joint axes are `joints`: solved here, where the device projects.
   Eigen::Vector3d cartesian(const Eigen::Vector3d& joints) const {
-    const Eigen::Matrix3d base = (state_.tool.orientation * gimbalRotation().conjugate()).toRotationMatrix();
+    const Eigen::Matrix3d base = (state_.handle.orientation * gimbalRotation().conjugate()).toRotationMatrix();
     const Eigen::Vector3d a = gimbalAngles();
     const Eigen::Matrix3d yaw = Eigen::AngleAxisd(a[0], Eigen::Vector3d::UnitY()).toRotationMatrix();
     const Eigen::Matrix3d pitch = Eigen::AngleAxisd(a[1], Eigen::Vector3d::UnitX()).toRotationMatrix();
@@ -163,7 +163,7 @@ class Fake final : public sim::Renderer {
   }
   /// Joint angles of a handle on a base that never turns.
   Eigen::Vector3d gimbalAngles() const {
-    const Eigen::Matrix3d r = state_.tool.orientation.toRotationMatrix();
+    const Eigen::Matrix3d r = state_.handle.orientation.toRotationMatrix();
     return {std::atan2(r(0, 2), r(2, 2)), -std::asin(std::clamp(r(1, 2), -1.0, 1.0)), std::atan2(r(1, 0), r(1, 1))};
   }
   Quaternion gimbalRotation() const {
@@ -346,11 +346,11 @@ void hdGetDoublev(std::uint32_t what, double* out) {
     *out = kContinuousForce;
   else if (what == 0x2052) {
     if (!f.inFrame("hdGetDoublev")) return;
-    const Eigen::Matrix3d r = f.state_.tool.orientation.toRotationMatrix();
+    const Eigen::Matrix3d r = f.state_.handle.orientation.toRotationMatrix();
     for (int column = 0; column < 3; ++column) {
       for (int row = 0; row < 3; ++row) out[4 * column + row] = r(row, column) * (1 + f.settings_.matrix_error * (column - 1));
       out[4 * column + 3] = 0;
-      out[12 + column] = f.state_.tool.position[column];
+      out[12 + column] = f.state_.handle.position[column];
     }
     out[15] = 1;
   } else if (what == 0x2605) {

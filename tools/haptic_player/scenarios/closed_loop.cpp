@@ -13,7 +13,7 @@ namespace {
 class LoopRenderer final : public device::Renderer {
  public:
   explicit LoopRenderer(Rig& rig) : rig_(rig) {}
-  device::Rendered render(const device::DeviceState& state) noexcept override { return {rig_.to(state.tool).wrench, 0, false}; }
+  device::Rendered render(const device::DeviceState& state) noexcept override { return {rig_.to(state.handle).wrench, 0, false}; }
 
  private:
   Rig& rig_;

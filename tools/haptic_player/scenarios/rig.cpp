@@ -65,7 +65,7 @@ runtime::StepResult Rig::to(const Configuration& haptic) {
   const double total = threadTime() - start;
   times_.add(total);
   work_.push_back(result.work);
-  last_ = recordedStep(tick_++, haptic, result, times, total);
+  last_ = recordedStep(tick_++, haptic, result, times, total, {});
   double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));

@@ -81,8 +81,8 @@ Outcome startInContact(Bench& bench, Mode mode) {
     device::DeviceState state;
     state.tick = tick;
     state.time = static_cast<double>(tick++) / 1000;
-    state.tool = {{0, 0, z}, kUpright};
-    const Wrench sent = safety.limit(state, {rig.to(state.tool).wrench, 0, false});
+    state.handle = {{0, 0, z}, kUpright};
+    const Wrench sent = safety.limit(state, {rig.to(state.handle).wrench, 0, false});
     largest_step = std::max(largest_step, (sent.force - last.force).norm());
     last = sent;
     return sent.force.norm();
@@ -121,9 +121,9 @@ Outcome overrun(Bench& bench, Mode mode) {
       device::DeviceState state;
       state.tick = static_cast<std::uint64_t>(n);
       state.time = n / 1000.0;
-      state.tool = {{0, 0, std::max(4.0, 8 - 0.005 * n)}, kUpright};
+      state.handle = {{0, 0, std::max(4.0, 8 - 0.005 * n)}, kUpright};
       fresh = n < 4000 || n >= 4000 + pause;
-      if (fresh) model = rig.to(state.tool).wrench, age = 0;
+      if (fresh) model = rig.to(state.handle).wrench, age = 0;
       if (!fresh) age += 0.001;
       const Wrench sent = safety.limit(state, {model, age, false});
       if (n >= 4000 + pause) resume_step = std::max(resume_step, sent.force.norm() - last.force.norm());
@@ -159,7 +159,7 @@ Outcome saturation(Bench& bench, Mode mode) {
     device::DeviceState state;
     state.tick = tick;
     state.time = static_cast<double>(tick++) / 1000;
-    state.tool = row.haptic;
+    state.handle = row.haptic;
     const Wrench sent = safety.limit(state, {row.wrench, 0, false});
     force = std::max(force, sent.force.norm());
     const Eigen::Vector3d in_handle = row.haptic.orientation.conjugate() * sent.torque;

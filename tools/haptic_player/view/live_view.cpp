@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -21,6 +22,12 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
   state.title = path.empty()                      ? "built-in scene"
                 : path.filename() == "scene.json" ? path.parent_path().filename().string() + "/scene.json"
                                                   : path.filename().string();
+  bodies_ = readBodyPaths(path);
+  for (const BodyPaths::HingedBody& body : bodies_.hinged()) {
+    constexpr double kLeastRange = 20;  // [degree]: what rests on its path can be turned all the same
+    const double middle = (body.lowest + body.highest) / 2, half = std::max(kLeastRange, body.highest - body.lowest) / 2;
+    state.hinges.push_back({body.name, std::min(body.lowest, middle - half), std::max(body.highest, middle + half), 0, {}});
+  }
   view::Pane pane;
   pane.stage = &stage_;
   pane.notes = std::move(notes);
@@ -39,6 +46,11 @@ void RunShown::update() {
   }
   shown.has_state = streams.state.refresh() || shown.has_state;
   shown.state = streams.state.front();
+  shown.carriers = bodies_.posesAt(shown.state.step.time, shown.state.step.hinges);
+  for (std::size_t k = 0; k < state.hinges.size(); ++k) {
+    state.hinges[k].now = shown.state.step.hinges[k];
+    streams.hinges.degree[k].store(state.hinges[k].wish.value_or(std::numeric_limits<double>::quiet_NaN()), std::memory_order_relaxed);
+  }
   const std::uint64_t tick = shown.state.step.tick;
   if (tick >= times_due_) {  // sorting takes a while: four times a second is enough
     times_ = view::stepTimes(view::lastOf(shown.samples, 10));

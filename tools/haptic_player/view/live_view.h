@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "body_paths.h"
 #include "hand/hand_filter.h"
 #include "hand/space_mouse.h"
 #include "panel/viewer.h"
@@ -25,13 +26,14 @@ class RunShown {
 
   /// The stage, its name, and notes on what cannot be shown.
   void setScene(const runtime::SceneDescription& scene, const std::filesystem::path& path);
-  /// Takes over what the loop has published since.
+  /// Takes over what the loop has published since, and hands it what the panels wish of hinges.
   void update();
   const view::Stage& stage() const { return stage_; }
   view::Pane& pane() { return state.panes[0]; }
 
  private:
   view::Stage stage_;
+  BodyPaths bodies_;
   view::History history_;
   std::uint32_t faults_so_far_ = 0;
   view::StepTimes times_;

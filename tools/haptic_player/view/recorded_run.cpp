@@ -42,6 +42,7 @@ class RunReader {
     penetration_ = placeOf("penetration_mm");
     scene_ = placeOf("scene");
     settings_ = placeOf("settings");
+    hinges_ = placeOf("hinges_deg");
     while (!text_.empty()) readRow(nextLine());
     if (out_.steps.empty()) fail("is the last: no step was recorded");
     return std::move(out_);
@@ -76,6 +77,18 @@ class RunReader {
     return {{v(0), v(1), v(2)}, {v(3), v(4), v(5), v(6)}};
   }
 
+  HingeAngles angles(std::string_view field) const {
+    HingeAngles out{};
+    for (std::size_t k = 0; k < kMostHinges && !field.empty(); ++k) {
+      const std::size_t end = std::min(field.find(';'), field.size());
+      const auto [stop, error] = std::from_chars(field.data(), field.data() + end, out[k]);
+      if (error != std::errc() || stop != field.data() + end || !(std::abs(out[k]) <= 360))
+        fail("has in column hinges_deg '" + std::string(field.substr(0, 40)) + "', which are no angles");
+      field.remove_prefix(std::min(end + 1, field.size()));
+    }
+    return out;
+  }
+
   void readRow(std::string_view line) {
     splitFields(line, fields_);
     if (fields_.size() != heads_.size())
@@ -97,6 +110,7 @@ class RunReader {
     step.rows_us = real(28);
     step.qp_us = real(29);
     step.total_us = real(30);
+    if (hinges_ < heads_.size()) step.hinges = angles(fields_[hinges_]);
     if (penetration_ < heads_.size()) step.penetration = number<double>(penetration_);
     for (const Configuration& tool : {step.haptic, step.graphic})
       if (!(std::abs(tool.orientation.norm() - 1) < 1e-3)) fail("has a quaternion that is not of length 1");
@@ -110,7 +124,7 @@ class RunReader {
 
   std::string_view text_;
   std::string name_;
-  std::size_t line_ = 0, penetration_ = 0, scene_ = 0, settings_ = 0;
+  std::size_t line_ = 0, penetration_ = 0, scene_ = 0, settings_ = 0, hinges_ = 0;
   std::vector<std::string_view> heads_, fields_;
   std::array<std::size_t, kColumns.size()> at_{};
   RecordedRun out_;
@@ -164,13 +178,14 @@ view::LiveState ShownRun::at(std::size_t step) const {
   return out;
 }
 
-ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode) {
+ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode, const BodyPaths& bodies) {
   ShownRun out;
   out.steps = std::move(steps);
   runtime::Workspace workspace(scene);
   std::size_t differ = 0;
   out.contact_begin.push_back(0);
   for (const RecordedStep& step : out.steps) {
+    bodies.moveTo(step.time, step.hinges, workspace);
     // A recording may begin in the middle of a run.
     if (out.contact_begin.size() == 1) runtime::resetTo(step.graphic, workspace);
     if (isSame(step, runtime::step(scene, step.haptic, mode, workspace))) {

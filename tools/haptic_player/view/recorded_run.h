@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "body_paths.h"
 #include "model/stage.h"
 #include "recording.h"
 #include "spheretree/runtime/scene.h"
@@ -21,7 +22,7 @@ struct RecordedRun {
 };
 
 /// Columns by their names in the first line, in any order; those that are unknown are ignored, and penetration_mm,
-/// scene and settings may lack.
+/// scene, settings and hinges_deg may lack.
 /// @throws formats::FileError, formats::FormatError with line and column
 RecordedRun readRun(const std::filesystem::path& path);
 
@@ -44,6 +45,6 @@ struct ShownRun {
 
 /// Contacts are not recorded: the steps are computed again from the recorded poses, which gives the same to the bit.
 /// Where it does not, the scene has changed since, and `note` says so.
-ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode);
+ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode, const BodyPaths& bodies);
 
 }  // namespace spheretree::player

@@ -31,7 +31,8 @@ ReplayedRun replayedRun(const std::filesystem::path& recording, const std::files
   out.skin_contact = description.contact == runtime::ContactSurface::Skin;
   out.title = recording.filename().string();
   out.stage = std::make_unique<view::Stage>(stageOf(description, path, out.notes));
-  out.run = shownRun(std::move(run.steps), compiled, mode);
+  out.bodies = readBodyPaths(path);
+  out.run = shownRun(std::move(run.steps), compiled, mode, out.bodies);
   if (!out.run.note.empty()) out.notes.push_back(out.run.note);
   return out;
 }
@@ -65,6 +66,7 @@ void Replay::update() {
     view::Pane& pane = state.panes[k];
     const std::size_t step = std::min(playback.step(), run.steps.size() - 1);
     pane.state = run.at(step);
+    pane.carriers = runs_[k].bodies.posesAt(pane.state.step.time, pane.state.step.hinges);
     const std::span<const view::PlotSample> samples(samples_[k]);
     pane.figures = figuresOf(run.steps[step], view::stepTimes(view::lastOf(samples.first(step + 1), 2)));
     pane.figures.insert(pane.figures.end(), runs_[k].results.begin(), runs_[k].results.end());

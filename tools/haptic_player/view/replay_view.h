@@ -21,6 +21,7 @@ struct ReplayedRun {
   std::string title;
   std::unique_ptr<view::Stage> stage;
   ShownRun run;
+  BodyPaths bodies;
   bool skin_contact = true;               // what contact was computed with
   std::vector<view::FigureLine> results;  // of the whole run
   std::vector<std::string> notes;

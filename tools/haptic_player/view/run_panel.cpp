@@ -63,6 +63,8 @@ std::vector<view::FigureLine> figuresOf(const RecordedStep& step, const view::St
           {"torque", text("%.1f N mm", step.wrench.torque.norm())},
           {"pressed in", text("%.3f mm", pressed)},
           {"penetration", text("%.1f um", 1000 * step.penetration), (step.faults & runtime::kPenetrating) != 0},
+          {"friction", text("%.2f N", step.friction)},
+          {"slip", text("%.1f mm/s", step.slip)},
           {"step time", text("%.0f", times.median) + " / " + text("%.0f", times.p99) + " / " + text("%.0f us", times.longest),
            times.longest > 1000},
           {"pairs, rows, active", grouped(step.pairs) + ", " + grouped(step.rows) + ", " + grouped(step.active)}};

@@ -37,7 +37,7 @@ ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
   d.reference_point = outcome.reference_point;
   for (const PlacedBody& object : outcome.objects) d.objects.push_back({object.body->tree, object.pose});
   d.step_limits = runtime::defaultLimits(d.objects.size());
-  ShownRun run = shownRun(outcome.recording, compiledScene(d, "scenario"), mode);
+  ShownRun run = shownRun(outcome.recording, compiledScene(d, "scenario"), mode, {});
   run.note.clear();
   return run;
 }

@@ -55,7 +55,7 @@ view::Stage stageOf(const runtime::SceneDescription& scene, const std::filesyste
   stage.tool = add(scene.tool, 0);
   stage.reference_point = scene.reference_point;
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    stage.objects.push_back({add(*scene.objects[i].tree, i + 1), scene.objects[i].pose});
+    stage.objects.push_back({add(*scene.objects[i].tree, i + 1), scene.objects[i].pose, scene.objects[i].body});
   stage.force_limit = scene.wrench_limits.force;
   stage.torque_limit = scene.wrench_limits.torque;
   return stage;

@@ -240,8 +240,9 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
       if (!look.shows(i) || body.worst.empty()) continue;
       const auto& spot = body.worst[std::min(static_cast<std::size_t>(std::max(look.level, 0)), body.worst.size() - 1)];
       if (!spot) continue;
-      const Vector3d tip = object.pose.position + object.pose.orientation * spot->position;
-      const Vector3d away = object.pose.orientation * spot->direction;
+      const Configuration pose = state.poseOf(object);
+      const Vector3d tip = pose.position + pose.orientation * spot->position;
+      const Vector3d away = pose.orientation * spot->direction;
       addArrow(out, tip + 60 * unit(tip) * away, -58 * unit(tip) * away, 3 * unit(tip), pass.theme.bad);
     }
   if (!state.has_tool) return out;
@@ -256,6 +257,9 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
       addDisc(out, lifted, normal, 8 * px, colour);
       addRing(out, lifted, normal, 8 * px, 9.5 * px, pass.theme.text);
       if (share > 0) addRod(out, lifted, lifted + 42 * share * px * normal, 1.4 * px, colour);
+      const Vector3d friction = contact.friction.cast<double>();
+      const double rub = arrowShare(friction.norm());
+      if (rub > 0) addArrow(out, lifted, 42 * rub * px * friction.normalized(), 1.4 * px, pass.theme.warning);
     }
   const Vector3d stretch = state.haptic.position - at;
   if (look.spring && stretch.norm() > 2 * px)
@@ -327,7 +331,7 @@ void SceneDrawer::draw(const Camera& camera, const Look& look, const ShownState&
     if (!look.shows(i)) continue;
     const PlacedObject& object = stage_.objects[i];
     const bool many = stage_.objects.size() > 1;
-    drawBody(pass, object.body, object.pose, look.objects, stage_.bodies[object.body].colour, !many);
+    drawBody(pass, object.body, state.poseOf(object), look.objects, stage_.bodies[object.body].colour, !many);
   }
   pass.cut_now = {};
   if (state.has_tool && stage_.tool) {

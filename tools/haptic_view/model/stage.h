@@ -56,7 +56,8 @@ struct Body {
 
 struct PlacedObject {
   std::size_t body = 0;
-  Configuration pose;  // of the body's frame in the world
+  Configuration pose;         // of the body's frame in the world, where its carrier stands at the identity
+  std::uint32_t carrier = 0;  // what moves it: n is the nth of ShownState::carriers, 0 the world
 };
 
 struct Stage {

@@ -161,6 +161,21 @@ void drawObjects(ViewerState& state, const Theme& theme) {
   ImGui::EndChild();
 }
 
+void drawHinges(ViewerState& state, const Theme& theme) {
+  if (state.hinges.empty()) return;
+  heading("Bodies", theme);
+  for (HingeControl& hinge : state.hinges) {
+    auto degree = static_cast<float>(hinge.wish.value_or(hinge.now));
+    ImGui::PushID(hinge.name.c_str());
+    ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.5f);
+    if (ImGui::SliderFloat(hinge.name.c_str(), &degree, static_cast<float>(hinge.lowest), static_cast<float>(hinge.highest), "%.1f deg",
+                           ImGuiSliderFlags_AlwaysClamp))
+      hinge.wish = static_cast<double>(degree);
+    if (hinge.wish && ImGui::SmallButton("as the scene says")) hinge.wish.reset();
+    ImGui::PopID();
+  }
+}
+
 void drawSide(ViewerState& state, const Viewport& place, const Theme& theme) {
   if (beginPlace("side", place)) {
     ImGui::TextUnformatted(state.title.c_str());
@@ -180,6 +195,7 @@ void drawSide(ViewerState& state, const Viewport& place, const Theme& theme) {
       drawLamps(pane, theme);
       ImGui::PopID();
     }
+    drawHinges(state, theme);
     drawLook(state, theme);
     drawObjects(state, theme);
   }

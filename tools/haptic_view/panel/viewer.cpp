@@ -16,6 +16,7 @@ ShownState shownState(const Pane& pane) {
   out.graphic = pane.state.step.graphic;
   out.wrench = pane.state.step.wrench;
   out.contacts = {pane.state.contacts.data(), pane.state.contact_count};
+  out.carriers = pane.carriers;
   return out;
 }
 

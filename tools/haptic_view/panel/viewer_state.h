@@ -36,10 +36,19 @@ struct Pane {
   std::string title;
   bool has_state = false;
   LiveState state;
+  std::vector<Configuration> carriers;  // where what moves is
   std::span<const PlotSample> samples;  // in order; of a replay all of the run
   std::vector<FigureLine> figures;
   std::vector<Lamp> lamps;
   std::vector<std::string> notes;
+};
+
+/// A body that turns about a hinge and can be steered.
+struct HingeControl {
+  std::string name;
+  double lowest = 0, highest = 0;  // [degree]
+  double now = 0;
+  std::optional<double> wish;  // empty: it goes as the scene says
 };
 
 struct ViewerState {
@@ -56,6 +65,7 @@ struct ViewerState {
   std::string message;  // for a moment, at the lower edge
   // What is driven.
   HandInput* hand = nullptr;  // null: nobody holds the tool by this window
+  std::vector<HingeControl> hinges;
   HandSource hand_source = HandSource::Mouse;
   Playback* playback = nullptr;  // null: no replay
   // What was asked for since the last frame.

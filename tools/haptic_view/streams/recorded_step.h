@@ -3,11 +3,18 @@
 // us.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "spheretree/core/rigid.h"
 
 namespace spheretree::player {
+
+inline constexpr std::size_t kMostHinges = 8;         // that can be steered and recorded; of more the scene's own path is kept
+using HingeAngles = std::array<double, kMostHinges>;  // [degree]
+
+inline constexpr std::uint32_t kUntouched = ~std::uint32_t{0};
 
 struct RecordedStep {
   std::uint64_t tick = 0;
@@ -17,7 +24,11 @@ struct RecordedStep {
   Wrench wrench;          // on the hand about the reference point, before the device's own limits
   std::uint32_t pairs = 0, rows = 0, active = 0, qp_iterations = 0, faults = 0;
   double find_us = 0, rows_us = 0, qp_us = 0, total_us = 0;
-  double penetration = 0;  // of the graphic tool's leaves, as the runtime says [mm]
+  double penetration = 0;              // of the graphic tool's leaves, as the runtime says [mm]
+  std::uint32_t touched = kUntouched;  // object of the contact with the largest force
+  double friction = 0;                 // all of it: length of its sum over the contacts [N]
+  double slip = 0;                     // of the contact with the largest force: how fast it rubs [mm/s]
+  HingeAngles hinges{};                // of the bodies with a hinge, in the order of the scene
 };
 
 }  // namespace spheretree::player

@@ -95,7 +95,7 @@ double microsecondsNow() {
 
 ToolPaths readToolPaths(const std::vector<std::filesystem::path>& files) {
   ToolPaths paths;
-  for (const std::filesystem::path& file : files) paths.recorded.push_back(formats::readTrajectory(file));
+  for (const std::filesystem::path& file : files) paths.recorded.push_back(formats::readTrajectory(file).poses);
   return paths;
 }
 

@@ -48,7 +48,7 @@ struct DeviceError : std::runtime_error {
 class Renderer {
  public:
   /// Must return well within kServoPeriod; no allocation, lock or I/O. The wrench acts on the hand, about
-  /// state.tool.position, device axes.
+  /// state.handle.position, device axes.
   virtual Rendered render(const DeviceState& state) noexcept = 0;
 
  protected:

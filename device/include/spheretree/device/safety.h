@@ -16,7 +16,7 @@ inline constexpr double kServoPeriod = 1e-3;  // [s]
 struct DeviceState {
   std::uint64_t tick = 0;     // counts from 0 at start
   double time = 0;            // since start [s]
-  Configuration tool;         // of the handle: where the wrench acts, and orientation of the handle; device frame
+  Configuration handle;       // where the wrench acts, and how the handle is turned; device frame
   std::uint32_t buttons = 0;  // bit n: button n is held
   bool released = false;      // no hand holds it (safety switch), or the device took its forces off for a moment
   double temperature = 0;     // of the hottest motor, 0..1; 0 where the device does not say
@@ -25,7 +25,7 @@ struct DeviceState {
 
 /// What a renderer answers.
 struct Rendered {
-  Wrench wrench;         // on the hand, about DeviceState::tool.position, device axes [N, N mm]
+  Wrench wrench;         // on the hand, about DeviceState::handle.position, device axes [N, N mm]
   double model_age = 0;  // since the contacts behind it were computed [s]; 0 if they are of this step
   bool failed = false;   // no valid answer: the wrench is not to be used
 };

@@ -14,6 +14,9 @@ struct ToolMount {
 /// The haptic tool in the world, of a handle in the device frame.
 Configuration toolInWorld(const ToolMount& mount, const Configuration& handle) noexcept;
 
+/// The handle in the device frame, of a haptic tool in the world: the inverse of toolInWorld().
+Configuration handleOf(const ToolMount& mount, const Configuration& tool) noexcept;
+
 /// What the device must render at the handle, so that the tool feels `wrench`: world axes, about the reference point of
 /// the tool. The force at a point away from the handle is a torque there.
 Wrench wrenchOnHandle(const ToolMount& mount, const Configuration& handle, const Wrench& wrench) noexcept;

@@ -66,11 +66,11 @@ struct SoftSettings {
 /// The tool or an object: a mesh to build a tree from, or a tree, which may name the mesh that it was built from, to be
 /// shown.
 struct SceneItem {
-  std::string name;                             // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
-  std::filesystem::path mesh, tree;             // one or both are set; as written: relative to the folder of the scene file, or absolute
-  std::string unit;                             // of the mesh file, glTF included: mm, cm, m, in; "": that of the scene (glTF: m)
-  std::string part;                             // of the mesh file: a name, or #N, its component N; "": all of it
-  Configuration pose;                           // of the mesh frame in the world; of the tool: unused, it is where the hand is
+  std::string name;                  // unique but for case; safe as a file name: A-Z a-z 0-9 _ - . (not first), at most 64
+  std::filesystem::path mesh, tree;  // one or both are set; as written: relative to the folder of the scene file, or absolute
+  std::string unit;                  // of the mesh file, glTF included: mm, cm, m, in; "": that of the scene (glTF: m)
+  std::string part;                  // of the mesh file: a name, or #N, its component N; "": all of it
+  Configuration pose;  // of the mesh frame in the world; of the tool: its reference point, with the axes of its mesh, from the handle
   Eigen::Vector3d reference_point_mm{0, 0, 0};  // of the tool, in its mesh frame; of an object: unused
   std::string reference_point;                  // of the tool: "tip" or "centre", to be found from its shape; "": reference_point_mm
   TreeSettings settings;                        // its own, not merged
@@ -97,8 +97,11 @@ struct SceneBody {
   std::optional<Hinge> hinge;      // or this
 };
 
-/// The displacement at `t` [s] of what turns about the hinge.
-Configuration hingePose(const Hinge& hinge, double t);
+/// The angle at `t` [s], in degrees.
+double hingeAngle(const Hinge& hinge, double t);
+
+/// The displacement of what is turned about the hinge by an angle.
+Configuration hingePose(const Hinge& hinge, double degree);
 
 /// Surfaces that a ball of this radius cannot touch, as it moves from outside the scene's box through free space, need
 /// no more accuracy than `tolerance_mm`.
@@ -121,6 +124,7 @@ struct SceneFile {
   std::vector<WorkRegion> work;
   std::optional<Reach> reach;
   std::vector<SceneBody> bodies;
+  Configuration device;  // its frame (+x right, +y up, +z to the user) in the world
 };
 
 /// Where `path` of a scene file leads: relative to the folder that `scene_path` is in.

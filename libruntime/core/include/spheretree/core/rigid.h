@@ -64,6 +64,22 @@ inline Displacement displacementBetween(const Configuration& from, const Configu
   return {to.position - from.position, rotationVector(to.orientation * from.orientation.conjugate())};
 }
 
+/// `inner`, a frame seen from `outer`, as it is seen from where `outer` is seen from.
+inline Configuration composed(const Configuration& outer, const Configuration& inner) {
+  return {outer.position + outer.orientation * inner.position, (outer.orientation * inner.orientation).normalized()};
+}
+
+/// composed(q, inverse(q)) is the identity up to rounding.
+inline Configuration inverse(const Configuration& q) {
+  const Quaternion back = q.orientation.conjugate();
+  return {back * -q.position, back};
+}
+
+/// To the bit.
+inline bool isIdentity(const Configuration& q) {
+  return q.position == Eigen::Vector3d::Zero() && q.orientation.coeffs() == Quaternion(1, 0, 0, 0).coeffs();
+}
+
 /// True if all numbers are finite and the quaternion is not null.
 inline bool isFinite(const Configuration& q) {
   return q.position.allFinite() && q.orientation.coeffs().allFinite() && q.orientation.squaredNorm() > 1e-12;
