@@ -58,7 +58,7 @@ int GlbWriter::addPoints(const std::vector<Eigen::Vector3d>& points, double scal
   return accessor;
 }
 
-int GlbWriter::add(const Part& part) {
+int GlbWriter::addMesh(const Part& part) {
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.attributes["POSITION"] = addPoints(part.positions, kMetre);
@@ -81,9 +81,17 @@ int GlbWriter::add(const Part& part) {
   mesh.name = part.name;
   mesh.primitives.push_back(std::move(primitive));
   model_.meshes.push_back(std::move(mesh));
+  return static_cast<int>(model_.meshes.size()) - 1;
+}
+
+int GlbWriter::add(const Part& part) { return addInstance(part.name, addMesh(part), 1, Eigen::Vector3d::Zero()); }
+
+int GlbWriter::addInstance(const std::string& name, int mesh, double scale, const Eigen::Vector3d& origin) {
   tinygltf::Node node;
-  node.name = part.name;
-  node.mesh = static_cast<int>(model_.meshes.size()) - 1;
+  node.name = name;
+  node.mesh = mesh;
+  if (scale != 1) node.scale = {scale, scale, scale};
+  if (!origin.isZero(0)) node.translation = {origin[0] * kMetre, origin[1] * kMetre, origin[2] * kMetre};
   model_.nodes.push_back(std::move(node));
   return static_cast<int>(model_.nodes.size()) - 1;
 }

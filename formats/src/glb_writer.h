@@ -30,6 +30,11 @@ class GlbWriter {
   };
   /// Returns the index of its node.
   int add(const Part& part);
+  /// Returns the index of its mesh, which no node shows yet.
+  int addMesh(const Part& part);
+  /// A node that shows a mesh, `scale` times as large and moved by `origin` [mm]; returns its index. Nodes that share a
+  /// mesh cost next to nothing.
+  int addInstance(const std::string& name, int mesh, double scale, const Eigen::Vector3d& origin);
   /// A node above others, `origin` in mm; returns its index.
   int addNode(const std::string& name, std::vector<int> children, const std::array<double, 3>& origin);
   /// The first is the one that is shown.

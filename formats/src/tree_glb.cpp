@@ -44,29 +44,27 @@ Icosphere makeIcosphere(int subdivisions) {
   return s;
 }
 
-/// The spheres of one level set.
-GlbWriter::Part partOf(const SphereTree& tree, int level, SphereKind kind) {
+/// The spheres of one level set: instances of one icosphere of radius 1 m. Returns the node above them.
+int addLevel(GlbWriter& glb, const SphereTree& tree, int level, SphereKind kind) {
   constexpr std::array<std::array<double, 3>, kMaxLevels> kColours{
       {{0.60, 0.60, 0.60}, {0.85, 0.37, 0.10}, {0.90, 0.67, 0.12}, {0.20, 0.60, 0.35}, {0.15, 0.45, 0.75}, {0.50, 0.30, 0.65}}};
   const std::vector<std::uint32_t> nodes = levelSet(tree, level);
-  const Icosphere shape = makeIcosphere(nodes.size() <= 64 ? 3 : nodes.size() <= 1024 ? 2 : 1);
-  GlbWriter::Part mesh{.name = "level_" + std::to_string(level),
+  const Icosphere shape = makeIcosphere(nodes.size() <= 1024 ? 3 : 2);
+  const std::string name = "level_" + std::to_string(level);
+  GlbWriter::Part ball{.name = name,
                        .colour = kColours[static_cast<std::size_t>(level)],
                        .is_double_sided = false,
                        .positions = {},
-                       .normals = {},
-                       .triangles = {}};
+                       .normals = shape.points,
+                       .triangles = shape.triangles};
+  for (const Eigen::Vector3d& p : shape.points) ball.positions.push_back(p / kMetre);
+  const int mesh = glb.addMesh(ball);
+  std::vector<int> spheres;
   for (const std::uint32_t node : nodes) {
     const Sphere& s = sphereOf(tree, node, kind);
-    const Eigen::Vector3d centre(double{s.x}, double{s.y}, double{s.z});
-    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-    for (const Eigen::Vector3d& n : shape.points) {
-      mesh.positions.push_back(centre + double{s.radius} * n);
-      mesh.normals.push_back(n);
-    }
-    for (const auto& [a, b, c] : shape.triangles) mesh.triangles.push_back({base + a, base + b, base + c});
+    spheres.push_back(glb.addInstance("sphere_" + std::to_string(node), mesh, double{s.radius} * kMetre, {s.x, s.y, s.z}));
   }
-  return mesh;
+  return glb.addNode(name, std::move(spheres), {});
 }
 
 /// The patches of a skin: each of its sides in four, which makes 15 points and 16 triangles.
@@ -108,7 +106,7 @@ std::vector<std::byte> encodeGlb(const SphereTree& tree, SphereKind kind, std::o
   std::vector<int> levels;  // nodes
   const int last = tree.levelCount() - 1;
   for (int k = 0; k <= last; ++k)
-    if (!level || k == *level) levels.push_back(glb.add(partOf(tree, k, kind)));
+    if (!level || k == *level) levels.push_back(addLevel(glb, tree, k, kind));
   std::vector<int> shown{levels.back()};
   if (!tree.skin.empty() && level.value_or(last) == last) shown.push_back(glb.add(partOf(tree.skin)));
   const auto addScene = [&](const std::string& name, const std::vector<int>& nodes) {

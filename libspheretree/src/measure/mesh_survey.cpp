@@ -23,9 +23,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSeam = 1e-4, kTiny = 0.01;             // of the diagonal
-constexpr double kShortOfEdge = 0.1;                     // a gap is a seam only below this share of the border edges at it
-constexpr double kSmallSolid = 0.5, kLargeSolid = 2000;  // diagonals of what one feels with a probe [mm]
+constexpr double kSeam = 1e-4, kTiny = 0.01;           // of the diagonal
+constexpr double kShortOfEdge = 0.1;                   // a gap is a seam only below this share of the border edges at it
+constexpr double kSmallSolid = 3, kLargeSolid = 2000;  // diagonals of what one feels with a probe [mm]
 constexpr std::size_t kInnerBalls = 4000;
 
 struct BorderEdge {
@@ -221,7 +221,7 @@ std::string unitHint(double diagonal) {
   std::string fitting;
   const std::pair<const char*, double> units[] = {{"cm", 10}, {"in", 25.4}, {"m", 1000}};
   for (const auto& [unit, mm] : units)
-    if (diagonal * mm >= 5 && diagonal * mm <= 500) {
+    if (diagonal * mm >= 5 && diagonal * mm <= kLargeSolid) {
       std::snprintf(text, sizeof text, "%s--unit %s makes it %.3g mm", fitting.empty() ? "" : ", ", unit, diagonal * mm);
       fitting += text;
     }

@@ -124,6 +124,8 @@ TEST(MeshSurvey, TinyPartsAndUnlikelyUnits) {
 
   EXPECT_EQ(survey(big).unit_hint, "");
   EXPECT_NE(survey(test::boxMesh({0, 0, 0}, {0.02, 0.01, 0.01})).unit_hint.find("--unit m makes it 24.5 mm"), std::string::npos);
+  EXPECT_NE(survey(test::boxMesh({0, 0, 0}, {1, 0.5, 0.3})).unit_hint.find("--unit m makes it 1.16e+03 mm"), std::string::npos)
+      << "a link of a robot, in metres";
   EXPECT_NE(survey(test::boxMesh({0, 0, 0}, {20000, 1e4, 1e4})).unit_hint.find("very large"), std::string::npos);
 }
 
