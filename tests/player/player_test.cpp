@@ -401,6 +401,18 @@ TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {
   EXPECT_FALSE(holds(outcome));
 }
 
+TEST(Stability, FrictionAndBodiesThatMoveHold) {
+  builder::Progress progress;
+  BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
+  Bench bench{bodies, {0.01}, progress};
+  for (const Scenario* scenario : selectScenarios("F23,F24,F25,F26,F27,F28")) {
+    const ScenarioResult result = runScenario(*scenario, bench, std::array{Mode::Paper, Mode::Constrained}, {});
+    EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Paper, Mode::Constrained});
+    const bool is_without_friction = scenario->alias == "crush" || scenario->alias == "chatter" || scenario->alias == "body_jump";
+    if (is_without_friction) EXPECT_FALSE(holds(result.outcomes.at(Mode::Paper))) << scenario->id << " is there to fail";
+  }
+}
+
 // SPHERETREE_LONG=1 runs a hundredth of the repetitions instead of a thousandth.
 TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   const test::ScratchFolder folder;

@@ -42,8 +42,10 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
   description.tool = tool.tree;
   description.reference_point = options.reference_point;
   description.coupling = options.coupling;
+  carried_.resize(objects_.size(), Eigen::Vector3d::Zero());
   for (const PlacedBody& object : objects_) {
-    description.objects.push_back({object.body->tree, object.pose});
+    const auto body = static_cast<std::uint32_t>(options.moving ? description.objects.size() + 1 : 0);
+    description.objects.push_back({object.body->tree, object.pose, body, options.friction});
   }
   description.contact = surfaceOf(mode, objects_, options.contact);
   std::string fault;
@@ -65,7 +67,8 @@ runtime::StepResult Rig::to(const Configuration& haptic) {
   const double total = threadTime() - start;
   times_.add(total);
   work_.push_back(result.work);
-  last_ = recordedStep(tick_++, haptic, result, times, total, {});
+  last_ =
+      recordedStep(tick_++, haptic, result, times, total, renderer_ ? std::span<const runtime::Contact>() : runtime::contacts(*workspace_));
   double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
     if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
@@ -96,6 +99,15 @@ void Rig::restart() {
 void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
   objects_[object].pose.position += way;
   runtime::moveObject(object, objects_[object].pose, *workspace_);
+  if (renderer_) renderer_->moveObject(object, objects_[object].pose);
+  leaves_.moveObject(object, way);
+  if (meshes_) meshes_->moveObject(object, way);
+}
+
+void Rig::carryObject(std::size_t object, const Eigen::Vector3d& way) {
+  objects_[object].pose.position += way;
+  carried_[object] += way;
+  runtime::moveBody(static_cast<std::uint32_t>(object + 1), {carried_[object], kUpright}, *workspace_);
   if (renderer_) renderer_->moveObject(object, objects_[object].pose);
   leaves_.moveObject(object, way);
   if (meshes_) meshes_->moveObject(object, way);

@@ -62,6 +62,8 @@ class Rig {
     double mesh_spacing = 0;  // > 0: the meshes are compared too, at every 10th step in contact [mm]
     bool keep_rows = true;
     runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // of bodies that do not say leaves themselves
+    double friction = 0;                                              // of all objects
+    bool moving = false;                                              // each object has a body of its own: carryObject()
   };
   Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options);
   Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode) : Rig(tool, std::move(objects), mode, Options{}) {}
@@ -72,7 +74,10 @@ class Rig {
   runtime::StepResult moveTo(const Eigen::Vector3d& position, double speed);
   /// Forgets the contact; the next step starts at its pose.
   void restart();
+  /// At once, as an object that is put elsewhere.
   void moveObject(std::size_t object, const Eigen::Vector3d& way);
+  /// During the next step; needs Options::moving.
+  void carryObject(std::size_t object, const Eigen::Vector3d& way);
 
   /// Of all steps, or as many as fit: the first 200,000.
   const std::vector<RecordedStep>& rows() const { return rows_; }
@@ -94,6 +99,7 @@ class Rig {
  private:
   const Body& tool_;
   std::vector<PlacedBody> objects_;
+  std::vector<Eigen::Vector3d> carried_;  // (object) from where it was at the start
   Mode mode_;
   Options options_;
   runtime::Scene scene_;
@@ -136,6 +142,7 @@ std::vector<Scenario> popThroughScenarios();  // thin objects
 std::vector<Scenario> numericScenarios();     // rotations, rows, units
 std::vector<Scenario> builderScenarios();     // hard meshes, leaves
 std::vector<Scenario> deviceScenarios();      // moving objects, safety
+std::vector<Scenario> rubbingScenarios();     // friction, bodies that move
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 
 /// For notes: three digits, or as many as asked for.
