@@ -319,3 +319,41 @@ def test_options_that_do_not_fit_are_refused(robots, program, tmp_path):
         assert refused.returncode == 2 and says in refused.stderr, (words, refused.stderr)
     refused = run(program, "robot", urdf, "-o", urdf.parent, "-q", "--budget", "20", "--quality", "quick")
     assert refused.returncode == 2 and "sample_arm6.urdf" in refused.stderr  # the output would replace the input
+
+
+def test_python_gives_the_spheres_of_the_program(covered, tmp_path):
+    name, urdf, out = covered
+    arm = spheretree.robot(urdf, budget=90)
+    assert arm.name == name and list(arm.links) == [link for link in LINKS[name] if link in arm.links]
+    for link, spheres in curobo_spheres(out, name).items():
+        found = arm.links[link]
+        assert found.centres.dtype == np.float32 and not found.centres.flags.writeable
+        np.testing.assert_array_equal(np.column_stack([found.centres, found.radii]), spheres.astype(np.float32))
+        assert 0 < found.overhang_bound < 0.2 and found.name == link
+    assert {reason for _, _, reason in arm.pairs} <= {"adjacent", "always", "never"} and arm.pairs
+    names = arm.write(tmp_path / "made")
+    assert sorted(names) == sorted(str(path.relative_to(out)) for path in out.rglob("*") if path.is_file())
+    for file in names:
+        if not file.endswith(".urdf"):  # which names meshes from where it lies
+            assert (tmp_path / "made" / file).read_bytes() == (out / file).read_bytes(), file
+    first = next(iter(arm.links.values())).radii
+    del arm
+    assert first.sum() > 0  # views keep it alive
+
+
+def test_python_refuses_what_the_program_refuses(robots, tmp_path):
+    urdf = robots / "sample_arm6/sample_arm6.urdf"
+    for words, says in [({"budget": 3}, "less than one"), ({"links": {"none": 3}}, "names no link"), ({"budget": 9, "tolerance": 3.0}, "tolerance"),
+                        ({"links": {"link_1": 0}}, "1 to 4096"), ({"tolerance": float("nan")}, "above 0")]:
+        with pytest.raises(spheretree.UsageError, match=says):
+            spheretree.robot(urdf, **words)
+    with pytest.raises(spheretree.FileError, match="none.urdf"):
+        spheretree.robot(tmp_path / "none.urdf")
+    arm = spheretree.robot(urdf, budget=12, quality="quick")
+    with pytest.raises(spheretree.UsageError, match="sample_arm6.urdf"):
+        arm.write(urdf.parent)  # it would replace the URDF that it was made from
+
+    def stop(stage, fraction):
+        raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        spheretree.robot(urdf, budget=60, progress=stop)

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes and steps: forces against closed forms, poses in every form."""
+import json
+
 import numpy as np
 import pytest
 from conftest import box, ellipsoid
@@ -107,3 +109,22 @@ def test_scenes_that_cannot_be_are_refused(ball, plate, tmp_path):
         spheretree.Renderer(spheretree.Scene(ball, [plate]), mode="free")
     with pytest.raises(spheretree.FileError):
         spheretree.Scene.load(tmp_path / "none.json")
+
+
+def test_a_scene_file_keeps_friction_and_bodies(ball, plate, tmp_path):
+    ball.save(tmp_path / "ball.stree")
+    plate.save(tmp_path / "plate.stree")
+    (tmp_path / "scene.json").write_text(json.dumps({
+        "schema": "spheretree.scene/1", "tool": {"name": "ball", "tree": "ball.stree"}, "coupling": {"translation_n_per_mm": 1, "rotation_n_mm_per_rad": 1000},
+        "bodies": [{"name": "lift", "hinge": {"point_mm": [0, 0, 0], "axis": [1, 0, 0], "angle_deg": [[0, 0]]}}],
+        "objects": [{"name": "plate", "tree": "plate.stree", "body": "lift", "friction": 0.3}]}))
+    renderer = spheretree.Renderer(spheretree.Scene.load(tmp_path / "scene.json"))
+    pressed(renderer, 1, ball)
+    for x in np.linspace(0, 3, 300):  # dragged: mu N against it
+        step = renderer.step([x, 0, -lowest(ball) - 1])
+    assert sum(c.friction for c in step.contacts) == pytest.approx([-0.3 * step.force[2], 0, 0], rel=0.02, abs=1e-3)
+    assert max(np.linalg.norm(c.slip) for c in step.contacts) == pytest.approx(10, rel=0.05)
+    renderer.move_body(1, [0, 0, 0.5])  # it lifts the ball
+    assert renderer.step([3, 0, -lowest(ball) - 1]).force[2] == pytest.approx(1.5, abs=0.03)
+    with pytest.raises(ValueError, match="body 2"):
+        renderer.move_body(2, [0, 0, 0])

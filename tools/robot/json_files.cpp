@@ -8,6 +8,8 @@
 #include "robot/robot_files.h"
 #include "robot/yaml_text.h"
 
+#include "spheretree/formats/file_io.h"
+
 namespace spheretree::robot {
 namespace {
 
@@ -115,6 +117,18 @@ std::vector<std::string> robotFiles(const CoveredRobot& c, const std::filesystem
     out.push_back(morphitJson(c.robot, link));
   }
   return out;
+}
+
+void makeRobotFolders(const std::filesystem::path& folder) {
+  for (const std::filesystem::path& place : {folder, folder / "foam", folder / "morphit"}) formats::makeFolder(place);
+}
+
+std::vector<std::filesystem::path> writeRobotFiles(const CoveredRobot& covered, const std::filesystem::path& folder) {
+  const std::vector<std::filesystem::path> names = robotFileNames(covered.robot);
+  const std::vector<std::string> contents = robotFiles(covered, folder);
+  makeRobotFolders(folder);
+  for (std::size_t i = 0; i < names.size(); ++i) formats::writeWhole(folder / names[i], contents[i]);
+  return names;
 }
 
 }  // namespace spheretree::robot

@@ -330,6 +330,13 @@ class RobotCoverer {
 
 }  // namespace
 
+std::size_t usualBudget(const Robot& robot) {
+  constexpr std::size_t kSpheresEach = 8;  // of each collision element on average
+  std::size_t elements = 0;
+  for (const Link& link : robot.links) elements += link.collisions.size();
+  return kSpheresEach * std::max<std::size_t>(1, elements);
+}
+
 std::size_t RobotCover::sphereCount() const {
   std::size_t count = 0;
   for (const LinkCover& link : links) count += link.spheres().size();

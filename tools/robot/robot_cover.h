@@ -60,6 +60,9 @@ struct RobotCover {
   std::size_t sphereCount() const;
 };
 
+/// The budget where nothing else is asked for: 8 spheres for each collision element.
+std::size_t usualBudget(const Robot& robot);
+
 /// Same robot and settings (threads aside): same spheres.
 /// @throws tool::UsageError for settings that do not fit the robot (a budget below one sphere for each element, a
 /// pattern or a clip that names no link with collision elements); formats::FileError, formats::FormatError for meshes;

@@ -45,4 +45,11 @@ std::string mjcf(const CoveredRobot& covered);
 std::vector<std::filesystem::path> robotFileNames(const Robot& robot);
 std::vector<std::string> robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
 
+/// Makes the folders that they lie in, `folder` among them. @throws formats::FileError
+void makeRobotFolders(const std::filesystem::path& folder);
+
+/// Writes them there, and returns their names. @throws formats::FileError,
+/// formats::FormatError for what cannot be merged; then nothing is written.
+std::vector<std::filesystem::path> writeRobotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
+
 }  // namespace spheretree::robot

@@ -10,5 +10,6 @@ void bindCheck(pybind11::module_& module);
 void bindBuild(pybind11::module_& module);
 void bindEvaluate(pybind11::module_& module);
 void bindBatch(pybind11::module_& module);
+void bindRobot(pybind11::module_& module);
 
 }  // namespace spheretree::python

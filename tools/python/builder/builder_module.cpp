@@ -21,4 +21,5 @@ PYBIND11_MODULE(_builder, module) {
   spheretree::python::bindBuild(module);
   spheretree::python::bindEvaluate(module);
   spheretree::python::bindBatch(module);
+  spheretree::python::bindRobot(module);
 }

@@ -81,6 +81,11 @@ class Renderer {
                             std::to_string(scene_->objectCount()) +
                             " objects, counted from 0, and a pose must be finite and within 1e7 mm.");
   }
+  void moveBody(std::uint32_t body, const py::handle& pose) {
+    if (!runtime::moveBody(body, poseFrom(pose), workspace_))
+      throw py::value_error("body " + std::to_string(body) + " cannot be moved: bodies count from 1 in the order of the scene file, one " +
+                            "that carries nothing is not known, and a pose must be finite and within 1e7 mm.");
+  }
   void reset(const py::object& pose) {
     if (pose.is_none())
       runtime::reset(workspace_);
@@ -136,7 +141,12 @@ void bindStep(py::module_& module) {
           "point", [](const Contact& c) { return arrayOf(c.point); }, "Shape (3,): world [mm].")
       .def_property_readonly(
           "normal", [](const Contact& c) { return arrayOf(c.normal); }, "Shape (3,): from object to tool, unit length, world axes.")
-      .def_readonly("force", &Contact::force, "Along the normal, on the tool [N].");
+      .def_readonly("force", &Contact::force, "Along the normal, on the tool [N].")
+      .def_property_readonly(
+          "friction", [](const Contact& c) { return arrayOf(c.friction); }, "Shape (3,): across the normal, on the tool, world axes [N].")
+      .def_property_readonly(
+          "slip", [](const Contact& c) { return arrayOf(c.slip); },
+          "Shape (3,): velocity of the tool's point across the object, world axes [mm/s].");
   py::class_<PythonStep>(module, "Step", "What one servo step found.")
       .def_property_readonly(
           "graphic_tool", [](const PythonStep& s) { return arrayOf(s.result.graphic); },
@@ -158,7 +168,7 @@ void bindStep(py::module_& module) {
           "faults", [](const PythonStep& s) { return s.result.faults; }, "Bits of spheretree.Fault; 0 is fine.")
       .def_property_readonly(
           "pairs", [](const PythonStep& s) { return s.result.pairs; }, "Pairs of leaves of the last search.")
-      .def_readonly("contacts", &PythonStep::contacts, "Contacts that hold the graphic tool, at most 6; their forces balance the spring.");
+      .def_readonly("contacts", &PythonStep::contacts, "Contacts that hold the graphic tool, at most 16; their forces balance the spring.");
 }
 
 }  // namespace
@@ -182,6 +192,11 @@ the tool rests, the wrench decays, and `faults` says so.
 Raises ValueError for another shape.)")
       .def("move_object", &Renderer::moveObject, py::arg("object"), py::arg("pose"),
            "Puts an object elsewhere for the steps to come; the tool is not taken along. Raises ValueError.")
+      .def("move_body", &Renderer::moveBody, py::arg("body"), py::arg("pose"),
+           R"(Takes a body, such as a jaw, to a place during the next step: it pushes the tool ahead and never passes through.
+
+body: 1 for the first of the scene file. pose: displacement of its objects from where the scene has them at the start,
+shapes as of step() [mm]. Raises ValueError.)")
       .def("reset", &Renderer::reset, py::arg("pose") = py::none(),
            "Forgets the last step. The graphic tool starts at `pose`, which should be free, or at the next pose of the hand.");
   py::object int_flag = py::module_::import("enum").attr("IntFlag");

@@ -28,8 +28,14 @@ runtime::SceneDescription describeScene(const std::filesystem::path& path) {
   runtime::SceneDescription d;
   d.tool = *tree(file.tool);
   d.reference_point = file.tool.reference_point_mm;
-  for (const formats::SceneItem& object : file.objects) d.objects.push_back({tree(object), object.pose});
-  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad};
+  d.tool_friction = file.tool.friction;
+  for (const formats::SceneItem& object : file.objects) {
+    std::uint32_t body = 0;  // as the runtime counts them: the world is 0
+    for (std::size_t i = 0; i < file.bodies.size(); ++i)
+      if (file.bodies[i].name == object.body) body = static_cast<std::uint32_t>(i + 1);
+    d.objects.push_back({tree(object), object.pose, body, object.friction, object.stiffness_n_per_mm});
+  }
+  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad};
   d.wrench_limits = {file.force_n, file.torque_n_mm};
   d.step_limits = runtime::defaultLimits(d.objects.size());
   return d;

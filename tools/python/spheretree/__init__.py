@@ -14,11 +14,11 @@ from ._core import (Contact, Fault, FileError, FormatError, Mesh, Renderer, Scen
 __all__ = ["Contact", "Fault", "FileError", "FormatError", "Mesh", "Renderer", "Scene", "SphereTree", "Step", "read"]
 
 try:
-    from ._builder import (BuildError, Component, Coverage, CoverLimits, Defect, Evaluation, LevelEvaluation, MeshReport, MeshWarning,
-                           Overhang, Place, RepairedMesh, RepairStep, UsageError, batch, build, check, evaluate, repair)
+    from ._builder import (BuildError, Component, Coverage, CoverLimits, Defect, Evaluation, LevelEvaluation, LinkSpheres, MeshReport,
+                           MeshWarning, Overhang, Place, RepairedMesh, RepairStep, RobotSpheres, UsageError, batch, build, check, evaluate, repair, robot)
 
-    __all__ += ["BuildError", "Component", "Coverage", "CoverLimits", "Defect", "Evaluation", "LevelEvaluation", "MeshReport", "MeshWarning",
-                "Overhang", "Place", "RepairedMesh", "RepairStep", "UsageError", "batch", "build", "check", "evaluate", "repair"]
+    __all__ += ["BuildError", "Component", "Coverage", "CoverLimits", "Defect", "Evaluation", "LevelEvaluation", "LinkSpheres",
+                "MeshReport", "MeshWarning", "Overhang", "Place", "RepairedMesh", "RepairStep", "RobotSpheres", "UsageError", "batch", "build", "check", "evaluate", "repair", "robot"]
 except ModuleNotFoundError as error:  # installed without the builder
     if error.name != __name__ + "._builder":
         raise

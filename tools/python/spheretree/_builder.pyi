@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Types of the extension module spheretree._builder. Lengths in mm; shapes stand in the docstrings.
 from os import PathLike
-from typing import Any, Callable, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -190,3 +190,44 @@ def batch(
     threads: int = ...,
     progress: Optional[Progress] = ...,
 ) -> Dict[str, Any]: ...
+
+class LinkSpheres:
+    @property
+    def name(self) -> str: ...
+    @property
+    def centres(self) -> NDArray[np.float32]: ...
+    @property
+    def radii(self) -> NDArray[np.float32]: ...
+    @property
+    def overhang_bound(self) -> float: ...
+    @property
+    def notes(self) -> List[str]: ...
+
+class RobotSpheres:
+    @property
+    def name(self) -> str: ...
+    @property
+    def links(self) -> Dict[str, LinkSpheres]: ...
+    @property
+    def pairs(self) -> List[Tuple[str, str, str]]: ...
+    def write(
+        self,
+        folder: Union[str, PathLike[str]],
+        *,
+        srdf: Union[str, PathLike[str], None] = ...,
+        merge: Union[str, PathLike[str], None] = ...,
+    ) -> List[str]: ...
+
+def robot(
+    urdf: Union[str, PathLike[str]],
+    *,
+    tolerance: Optional[float] = ...,
+    budget: Optional[int] = ...,
+    links: Mapping[str, int] = ...,
+    packages: Sequence[Union[str, PathLike[str]]] = ...,
+    quality: str = ...,
+    repair: str = ...,
+    seed: int = ...,
+    threads: int = ...,
+    progress: Optional[Progress] = ...,
+) -> RobotSpheres: ...

@@ -22,8 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kSpheresEach = 8;  // of each collision element on average, where nothing else is asked for
-
 struct RobotOptions {
   fs::path urdf, folder, srdf, merge;
   std::vector<fs::path> packages;
@@ -91,9 +89,7 @@ robot::CoverSettings settingsOf(const RobotOptions& options, const robot::Robot&
   settings.repair = pipeline::repairKind(options.repair);
   settings.budget = options.budget;
   if (settings.tolerance_mm > 0 || settings.budget > 0) return settings;
-  std::size_t elements = 0;
-  for (const robot::Link& link : robot.links) elements += link.collisions.size();
-  settings.budget = kSpheresEach * std::max<std::size_t>(1, elements);
+  settings.budget = robot::usualBudget(robot);
   return settings;
 }
 
@@ -105,18 +101,14 @@ int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progres
   progress.stage("read");
   const robot::Robot robot = robot::readUrdf(options.urdf, {options.packages});
   const robot::CoverSettings settings = settingsOf(options, robot);
-  formats::makeFolder(options.folder);
-  for (const char* inner : {"foam", "morphit"}) formats::makeFolder(options.folder / inner);
-  const std::vector<fs::path> names = robot::robotFileNames(robot);
-  for (const fs::path& name : names) files.willWrite(options.folder / name);
+  robot::makeRobotFolders(options.folder);
+  for (const fs::path& name : robot::robotFileNames(robot)) files.willWrite(options.folder / name);
 
   const robot::RobotCover cover = robot::coverRobot(robot, settings, progress);
   const std::vector<robot::IgnoredPair> pairs = robot::findIgnoredPairs(robot, cover, {}, progress);
   progress.stage("write");
-  const robot::CoveredRobot covered{robot, cover, pairs, options.srdf, options.merge};
-  const std::vector<std::string> contents = robotFiles(covered, options.folder);
   progress.check();
-  for (std::size_t i = 0; i < names.size(); ++i) formats::writeWhole(options.folder / names[i], contents[i]);
+  robot::writeRobotFiles({robot, cover, pairs, options.srdf, options.merge}, options.folder);
 
   bool is_met = true;
   for (const robot::LinkCover& link : cover.links) {

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bindings.h"
+#include "core/arrays.h"
+#include "interruptible.h"
+#include "pipeline/builder_names.h"
+#include "pipeline/sound_mesh.h"
+#include "program_end.h"
+#include "robot/ignored_pairs.h"
+#include "robot/robot_cover.h"
+#include "robot/robot_files.h"
+#include "run_files.h"
+#include "spheretree/formats/file_io.h"
+
+namespace spheretree::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a run of `spheretree robot` knows at its end.
+struct PythonRobot {
+  robot::Robot robot;
+  robot::RobotCover cover;
+  std::vector<robot::IgnoredPair> pairs;
+};
+
+/// The arrays keep the robot alive, and with it its links.
+struct PythonLink {
+  const PythonRobot* owner;
+  std::size_t index;
+  const robot::LinkCover& cover() const { return owner->cover.links[index]; }
+  const std::string& name() const { return owner->robot.links[cover().link].name; }
+};
+
+const char* reasonName(robot::PairReason reason) {
+  return reason == robot::PairReason::Adjacent ? "adjacent" : reason == robot::PairReason::Always ? "always" : "never";
+}
+
+std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<double> tolerance, std::optional<std::size_t> budget,
+                                          const std::map<std::string, std::size_t>& links, const std::vector<fs::path>& packages,
+                                          const std::string& quality, const std::string& repair, std::uint64_t seed, int threads,
+                                          const py::object& progress) {
+  if (tolerance && budget) throw tool::UsageError("tolerance and budget do not go together: give one of them.");
+  if (tolerance && !(*tolerance > 0 && *tolerance <= 1e6)) throw tool::UsageError("tolerance must be above 0 and at most 10^6 mm.");
+  if (budget && !(*budget >= 1 && *budget <= 100'000)) throw tool::UsageError("budget must be 1 to 100000 spheres.");
+  if (quality != "quick" && quality != "standard" && quality != "best")
+    throw py::value_error("quality must be quick, standard or best, not " + quality + ".");
+  if (repair != "auto" && repair != "off" && repair != "wrap")
+    throw py::value_error("repair must be auto, off or wrap, not " + repair + ".");
+  robot::CoverSettings settings;
+  for (const auto& [pattern, spheres] : links) {
+    if (spheres < 1 || spheres > 4096) throw tool::UsageError("links: " + pattern + " must have 1 to 4096 spheres.");
+    settings.counts.push_back({pattern, spheres});
+  }
+  settings.tolerance_mm = tolerance.value_or(0);
+  settings.budget = budget.value_or(0);
+  settings.quality = pipeline::byName(pipeline::kQualities, quality);
+  settings.repair = pipeline::repairKind(repair);
+  settings.seed = seed;
+  settings.threads = threads;
+  auto out = std::make_unique<PythonRobot>();
+  runInterruptibly(progress, [&](builder::Progress& p) {
+    p.stage("read");
+    out->robot = robot::readUrdf(urdf, {packages});
+    if (!tolerance && !budget) settings.budget = robot::usualBudget(out->robot);
+    out->cover = robot::coverRobot(out->robot, settings, p);
+    out->pairs = robot::findIgnoredPairs(out->robot, out->cover, {}, p);
+  });
+  return out;
+}
+
+std::vector<std::string> write(const PythonRobot& self, const fs::path& folder, const std::optional<fs::path>& srdf,
+                               const std::optional<fs::path>& merge) {
+  const tool::RunFiles files;
+  robot::makeRobotFolders(folder);
+  for (const fs::path& input : {self.robot.path, srdf.value_or(""), merge.value_or("")})
+    if (!input.empty()) files.willRead(input);
+  for (const fs::path& name : robot::robotFileNames(self.robot)) files.willWrite(folder / name);
+  std::vector<std::string> names;
+  for (const fs::path& name : robot::writeRobotFiles({self.robot, self.cover, self.pairs, srdf.value_or(""), merge.value_or("")}, folder))
+    names.push_back(name.string());
+  return names;
+}
+
+}  // namespace
+
+void bindRobot(py::module_& module) {
+  py::class_<PythonLink>(module, "LinkSpheres", "The spheres of one link, in its frame.")
+      .def_property_readonly("name", &PythonLink::name, "As the URDF has it.")
+      .def_property_readonly(
+          "centres",
+          [](const py::object& self) {
+            const auto& spheres = self.cast<const PythonLink&>().cover().spheres();
+            return viewOf(&spheres.data()->x, {static_cast<py::ssize_t>(spheres.size()), 3}, {sizeof(Sphere), sizeof(float)}, self);
+          },
+          "Shape (n, 3), float32 [m]; a view.")
+      .def_property_readonly(
+          "radii",
+          [](const py::object& self) {
+            const auto& spheres = self.cast<const PythonLink&>().cover().spheres();
+            return viewOf(&spheres.data()->radius, {static_cast<py::ssize_t>(spheres.size())}, {sizeof(Sphere)}, self);
+          },
+          "Shape (n,), float32 [m]; a view.")
+      .def_property_readonly(
+          "overhang_bound", [](const PythonLink& link) { return link.cover().overhangBound() / 1000; },
+          "Proven: no sphere reaches farther out of its collision element [m].")
+      .def_property_readonly(
+          "notes", [](const PythonLink& link) { return link.cover().notes; }, "Repairs and missed tolerances, in sentences.");
+  py::class_<PythonRobot>(module, "RobotSpheres", "Spheres that cover every collision shape of a robot, proven.")
+      .def_property_readonly(
+          "name", [](const PythonRobot& self) { return self.robot.name; }, "As the URDF has it.")
+      .def_property_readonly(
+          "links",
+          [](const py::object& self) {
+            const auto& owner = self.cast<const PythonRobot&>();
+            py::dict links;
+            for (std::size_t i = 0; i < owner.cover.links.size(); ++i) {
+              const PythonLink link{&owner, i};
+              py::object item = py::cast(link);
+              py::detail::keep_alive_impl(item, self);
+              links[py::str(link.name())] = item;
+            }
+            return links;
+          },
+          "LinkSpheres of every link with collision shapes, by name, in the order of the URDF.")
+      .def_property_readonly(
+          "pairs",
+          [](const PythonRobot& self) {
+            py::list pairs;
+            for (const robot::IgnoredPair& pair : self.pairs)
+              pairs.append(py::make_tuple(self.robot.links[pair.a].name, self.robot.links[pair.b].name, reasonName(pair.reason)));
+            return pairs;
+          },
+          "Pairs of links that need no check against each other: (link, link, \"adjacent\", \"always\" or \"never\"), proven.")
+      .def("write", &write, py::arg("folder"), py::kw_only(), py::arg("srdf") = py::none(), py::arg("merge") = py::none(),
+           R"(Writes the spheres in the formats of planners and simulators (docs/robots.md) into a folder, made if it is missing.
+
+srdf: an SRDF whose groups, states and pairs are kept. merge: an XRDF or a configuration of cuRobo whose other keys are kept.
+Returns the names of the files, relative to the folder. Raises FileError, FormatError, UsageError.)");
+  module.def("robot", &coveredRobot, py::arg("urdf"), py::kw_only(), py::arg("tolerance") = py::none(), py::arg("budget") = py::none(),
+             py::arg("links") = std::map<std::string, std::size_t>(), py::arg("packages") = std::vector<fs::path>(),
+             py::arg("quality") = "standard", py::arg("repair") = "auto", py::arg("seed") = 1, py::arg("threads") = 0,
+             py::arg("progress") = py::none(),
+             R"(Covers the collision shapes of a URDF with spheres; the same as `spheretree robot`.
+
+urdf: path of a URDF with xacro expanded. tolerance [mm]: fewest spheres that reach out no farther; or budget: spheres
+of all links together; by default 8 for each collision element. links: {"hand": 1, "arm*": 5}, for links of their own.
+packages: folders in which package:// is looked for. quality: quick, standard or best. repair: auto, off or wrap.
+seed, threads, progress: as of build(). Returns RobotSpheres.
+Raises FileError, FormatError, UsageError, BuildError, KeyboardInterrupt.)");
+}
+
+}  // namespace spheretree::python
