@@ -29,7 +29,7 @@ struct Effort {
   double search_step;
   int search_failures;
   double gap_tolerance;
-  std::uint64_t removal_work;
+  double removal_moves;  // a sphere
 };
 
 Effort effortOf(Quality quality) {
@@ -47,7 +47,7 @@ Effort effortOf(Quality quality) {
               .search_step = 0.06,
               .search_failures = 4,
               .gap_tolerance = 0.03,
-              .removal_work = 15'000};
+              .removal_moves = 8};
     case Quality::Standard:
       return {.samples_a_sphere = 24,
               .least_samples = 1000,
@@ -61,7 +61,7 @@ Effort effortOf(Quality quality) {
               .search_step = 0.04,
               .search_failures = 5,
               .gap_tolerance = 0.02,
-              .removal_work = 50'000};
+              .removal_moves = 25};
     case Quality::Best:
       return {.samples_a_sphere = 24,
               .least_samples = 1000,
@@ -75,7 +75,7 @@ Effort effortOf(Quality quality) {
               .search_step = 0.03,
               .search_failures = 12,
               .gap_tolerance = 0.01,
-              .removal_work = 300'000};
+              .removal_moves = 150};
   }
   return {};
 }
@@ -166,7 +166,7 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) c
   search.work = effort.search_work;
   search.failures = effort.search_failures;
   search.gap_tolerance = effort.gap_tolerance;
-  search.removal_work = effort.removal_work;
+  search.removal_moves = effort.removal_moves;
   return {mesh_, field_, chooseBalls(mesh_, field_, sampleSurface(mesh_, sampling), thinned(pool_, candidates), choice, progress), search,
           progress};
 }

@@ -60,8 +60,8 @@ void CoverSearch::lower(double enough, Progress& progress) {
 }
 
 bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) {
-  // An aim that is put right shares the work of the last; another stand-off has its own.
-  if (std::abs(wanted - fitted_to_) > settings_.step * wanted) removal_work_ = 0;
+  // An aim that is put right shares the moves of the last; another stand-off has its own.
+  if (std::abs(wanted - fitted_to_) > settings_.step * wanted) removal_moves_ = 0;
   fitted_to_ = wanted;
   // A larger stand-off is kept at once. What is known of holes since may ask for a few moves.
   if (stand_off_ <= wanted) change(best_.size(), wanted, progress);
@@ -73,10 +73,7 @@ bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) 
     close(progress);
     return false;
   }
-  const std::uint64_t all = settings_.removal_work * best_.size() + kLeastAttempts * kTriangleWork * sampler_.triangles();
-  const std::uint64_t begun = work();
-  removeBalls(begun + std::max(all - std::min(all, removal_work_), all / kLeastAttempts), progress);
-  removal_work_ += work() - begun;
+  removeBalls(progress);
   return true;
 }
 
@@ -140,18 +137,25 @@ void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progr
   if (best_.size() < max_balls) change(max_balls, stand_off_, progress);
 }
 
-// As long as the others can keep the stand-off: some at once, fewer after a failure.
-void CoverSearch::removeBalls(std::uint64_t max_work, Progress& progress) {
+// As long as the others can keep the stand-off: some at once, fewer after a failure. Before the first failure removals
+// are cheap, and how many there are depends on where the search began: the moves are counted from there on.
+void CoverSearch::removeBalls(Progress& progress) {
+  const auto all = static_cast<std::uint64_t>(settings_.removal_moves * static_cast<double>(best_.size()));
+  const std::uint64_t max_moves = std::max(all - std::min(all, removal_moves_), all / kLeastAttempts);
+  const std::uint64_t max_work = work() + settings_.work;
   double share = settings_.step;
-  for (int failures = 0; best_.size() > 1 && failures < settings_.failures && work() < max_work;) {
+  std::uint64_t begun = state_.moves();
+  for (int failures = 0; best_.size() > 1 && failures < settings_.failures && work() < max_work && state_.moves() - begun < max_moves;) {
     const auto removed = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(best_.size())));
     if (change(best_.size() - removed, stand_off_, progress)) {
       failures = 0;
+      if (share == settings_.step) begun = state_.moves();
     } else {
       share *= 0.5;
       failures += removed == 1;
     }
   }
+  removal_moves_ += state_.moves() - begun;
 }
 
 std::uint64_t CoverSearch::attempt() const { return settings_.work / kLeastAttempts + kTriangleWork * sampler_.triangles(); }

@@ -33,10 +33,10 @@ struct SearchSettings {
   double step = 0.02;  // each goal of lower() is this share below the last, at first, and fit() removes this share of the balls; (0, 0.5)
   int moves = 1000;    // balls moved before a goal is given up, counted anew whenever all samples are covered; >= 0
   std::uint64_t work = 100'000'000;  // triangles and points looked at before lower() ends: bounds its time on any mesh
-  int failures = 4;  // goals that lower() gives up, each halves the step; single balls in a row that fit() cannot remove; >= 0
-  std::uint64_t removal_work = 50'000;  // triangles and points, for each ball, that fit() looks at to make do with fewer balls
-  double gap_spacing = 0.03;            // new samples are this far apart, as a share of the width of a patch; > 0
-  double gap_tolerance = 0.02;          // holes shallower than this share of the stand-off may be left to the certificate; > 0
+  int failures = 4;             // goals that lower() gives up, each halves the step; single balls in a row that fit() cannot remove; >= 0
+  double removal_moves = 25;    // for each ball, moves that fit() makes for removals after the first that fails; >= 0
+  double gap_spacing = 0.03;    // new samples are this far apart, as a share of the width of a patch; > 0
+  double gap_tolerance = 0.02;  // holes shallower than this share of the stand-off may be left to the certificate; > 0
 };
 
 /// Sequential but for the search for gaps; the same calls give the same balls for any number of threads.
@@ -66,7 +66,7 @@ class CoverSearch {
   bool settle(double goal, double tolerance, std::uint64_t max_work, Progress& progress);
   bool change(std::size_t balls, double goal, Progress& progress);
   void addBalls(double wanted, std::size_t max_balls, Progress& progress);
-  void removeBalls(std::uint64_t max_work, Progress& progress);
+  void removeBalls(Progress& progress);
   std::uint64_t work() const { return looked_at_ + state_.work(); }
   std::uint64_t attempt() const;
   double toleranceAt(double goal) const;
@@ -78,7 +78,7 @@ class CoverSearch {
   CoverState state_;
   std::uint64_t looked_at_ = 0;                // triangles searched for gaps, in units of work
   std::uint64_t max_work_ = 0;                 // of lower()
-  std::uint64_t removal_work_ = 0;             // spent on removals for this stand-off
+  std::uint64_t removal_moves_ = 0;            // made so far for this stand-off
   std::pair<double, double> looked_for_ = {};  // goal and tolerance of the last search for gaps
   double fitted_to_ = 0;                       // the stand-off of fit() [mm]
   std::vector<Ball> best_;

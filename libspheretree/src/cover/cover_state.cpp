@@ -94,6 +94,7 @@ void CoverState::setGoal(double goal) {
 bool CoverState::coverAll(int max_moves, std::uint64_t max_work, const Progress& progress) {
   for (int i = 0; !isCovered(); ++i) {
     if (i == max_moves || work_ > max_work) return false;
+    ++moves_;
     if (++move_ % 64 == 0) progress.check();
     place(open_.anyOf(random_()));
   }

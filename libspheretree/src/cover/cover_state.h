@@ -24,7 +24,8 @@ class CoverState {
   CoverState(const DistanceField& field, std::span<const Eigen::Vector3d> samples, std::vector<Ball> balls, std::uint64_t seed);
 
   const std::vector<Ball>& balls() const { return balls_; }
-  std::uint64_t work() const { return work_; }  // triangles and points that refits have looked at
+  std::uint64_t work() const { return work_; }    // triangles and points that refits have looked at
+  std::uint64_t moves() const { return moves_; }  // balls moved by coverAll()
   bool isCovered() const { return open_.empty(); }
 
   /// Other balls, in place of all.
@@ -79,6 +80,7 @@ class CoverState {
 
   const DistanceField& field_;
   std::uint64_t work_ = 0;
+  std::uint64_t moves_ = 0;
   SampleIndex samples_;
   std::vector<Sample> state_;  // of the samples
   std::vector<Ball> balls_;    // radius d(c)
