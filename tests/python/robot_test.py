@@ -29,7 +29,7 @@ def covered(request, robots, program, tmp_path_factory):
     """Name, URDF, folder of the results."""
     name, out = request.param, tmp_path_factory.mktemp("covered")
     urdf = robots / name / f"{name}.urdf"
-    subprocess.run([program, "robot", urdf, "-o", out, "--budget", "90", "-q"], check=True, capture_output=True)
+    subprocess.run([program, "robot", urdf, "-o", out, "--budget", "90", "--quality", "quick", "-q"], check=True, capture_output=True)
     return name, urdf, out
 
 
@@ -323,7 +323,7 @@ def test_options_that_do_not_fit_are_refused(robots, program, tmp_path):
 
 def test_python_gives_the_spheres_of_the_program(covered, tmp_path):
     name, urdf, out = covered
-    arm = spheretree.robot(urdf, budget=90)
+    arm = spheretree.robot(urdf, budget=90, quality="quick")
     assert arm.name == name and list(arm.links) == [link for link in LINKS[name] if link in arm.links]
     for link, spheres in curobo_spheres(out, name).items():
         found = arm.links[link]
