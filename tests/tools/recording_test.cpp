@@ -51,6 +51,20 @@ TEST(Recording, PenetrationIsReadWhereItWasRecorded) {
   EXPECT_NE(complaint(header + row + ",deep\n").find("column penetration_mm: 'deep'"), std::string::npos);
 }
 
+TEST(Recording, SaysWhatWasTouchedAndForHowLong) {
+  std::string text = kHeader;
+  text.insert(text.size() - 1, ",touched");
+  const char* const names[] = {"", "tooth_11", "tooth_11", "", "tooth%2012", "tooth_11"};
+  for (int n = 0; n < 6; ++n)
+    text +=
+        std::to_string(n) + ",0.00" + std::to_string(n) + ",1,2,3,1,0,0,0,1,2,3,1,0,0,0,0,0,0,0,0,0,1,1,1,1,0,1,1,1,1," + names[n] + "\n";
+  const Recording r = readRecording(written(text));
+  ASSERT_EQ(r.touched.size(), 2u);
+  EXPECT_EQ(r.touched[0], (std::pair<std::string, std::size_t>("tooth_11", 3)));
+  EXPECT_EQ(r.touched[1].first, "tooth 12");
+  EXPECT_NEAR(recordingFigures(r).at("touched")[0].at("seconds").get<double>(), 0.003, 1e-6);
+}
+
 TEST(Recording, AHandThatBeginsElsewhereGivesNoEnergy) {
   Recording r = still(3);
   r.wrench.assign(3, {1, 0, 0, 0, 0, 0});

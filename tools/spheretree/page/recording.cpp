@@ -87,6 +87,14 @@ std::string decoded(std::string_view field) {
   return text;
 }
 
+void countTouch(Recording& recording, const std::string& name) {
+  const auto found = std::find_if(recording.touched.begin(), recording.touched.end(), [&](const auto& row) { return row.first == name; });
+  if (found == recording.touched.end())
+    recording.touched.emplace_back(name, 1);
+  else
+    ++found->second;
+}
+
 }  // namespace
 
 Recording readRecording(const std::filesystem::path& path) {
@@ -113,7 +121,7 @@ Recording readRecording(const std::filesystem::path& path) {
   const auto placeOf = [&](const char* head) {
     return static_cast<std::size_t>(std::find(heads.begin(), heads.end(), head) - heads.begin());
   };
-  const std::size_t depth = placeOf("penetration_mm"), scene = placeOf("scene");
+  const std::size_t depth = placeOf("penetration_mm"), scene = placeOf("scene"), touched = placeOf("touched");
   Recording out;
   while (!text.empty()) {
     const std::vector<std::string_view> fields = fieldsOf(nextLine());
@@ -133,6 +141,7 @@ Recording readRecording(const std::filesystem::path& path) {
     for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = number(at[c]);
     if (depth < heads.size()) out.penetration.push_back(static_cast<float>(number(depth)));
     if (scene < heads.size() && out.scene.empty()) out.scene = decoded(fields[scene]);  // it stands in the first row
+    if (touched < heads.size() && !fields[touched].empty()) countTouch(out, decoded(fields[touched]));
     const auto f = [&](std::size_t c) { return static_cast<float>(v[c]); };
     if (!out.time.empty() && !(f(0) >= out.time.back())) refuse("column t_s: the time runs backwards");
     out.time.push_back(f(0));
@@ -216,8 +225,11 @@ Json recordingFigures(const Recording& r) {
     if (i > 0) step = std::max<double>(step, std::hypot(w[0] - r.wrench[i - 1][0], w[1] - r.wrench[i - 1][1], w[2] - r.wrench[i - 1][2]));
     faulty += r.faults[i] != 0;
   }
+  Json touched = Json::array();
+  for (const auto& [name, steps] : r.touched) touched.push_back({{"name", name}, {"seconds", static_cast<double>(steps) / rateOf(r)}});
   return {{"steps", r.steps()},
           {"seconds", r.time.back() - r.time.front()},
+          {"touched", touched},
           {"largest_force_n", *std::max_element(force.begin(), force.end())},
           {"largest_torque_n_mm", torque},
           {"largest_force_step_n", step},

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "page/chart.h"
@@ -24,11 +25,13 @@ struct Recording {
   std::vector<std::uint32_t> faults;
   std::vector<float> penetration;  // of leaf spheres [mm]; empty where it was not recorded
   std::string scene;               // path of its scene file from the folder of the recording, or "sample"; empty where it is not said
+  /// Objects in the order of first touch, and in how many steps each was the one that was pressed most.
+  std::vector<std::pair<std::string, std::size_t>> touched;
   std::size_t steps() const { return time.size(); }
 };
 
-/// Columns by their names in the first line, in any order; others are ignored. penetration_mm, which the stability
-/// scenarios write, may lack.
+/// Columns by their names in the first line, in any order; others are ignored. penetration_mm, scene and touched may
+/// lack.
 /// @throws formats::FileError, formats::FormatError with line and column.
 Recording readRecording(const std::filesystem::path& path);
 
@@ -57,8 +60,8 @@ Spectrum spectrumOf(const std::vector<float>& values, double rate);
 /// Length of the force at each step [N].
 std::vector<float> forceLength(const Recording& recording);
 
-/// Steps, seconds, largest force, torque, change of force within a step, distance between hand and tool, energy, times,
-/// faults.
+/// Steps, seconds, objects touched, largest force, torque, change of force within a step, distance between hand and
+/// tool, energy, times, faults.
 Json recordingFigures(const Recording& recording);
 
 /// Charts of one run, HTML.

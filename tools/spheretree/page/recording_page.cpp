@@ -174,12 +174,24 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
 std::string runVerdict(const Json& figures) {
   const double given = -figures.at("energy_mj").at("smallest").get<double>();
   const std::size_t faults = figures.at("steps_with_faults").get<std::size_t>();
-  std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s of touch with forces up to <b>" +
+  double touched = 0;
+  for (const Json& row : figures.at("touched")) touched += row.at("seconds").get<double>();
+  const std::string in_touch = touched > 0 ? ", " + shortNumber(touched) + " s of them in touch" : "";
+  std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s" + in_touch + ", with forces up to <b>" +
                     shortNumber(figures.at("largest_force_n").get<double>()) + " N</b>. ";
   out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand: it was not passive at every moment. "
                       : "The renderer never gave energy: it was passive. ";
   out += faults == 0 ? "No step had a fault." : "<span class=\"bad\">" + std::to_string(faults) + " steps had a fault.</span>";
   return out + "</p>";
+}
+
+/// Nothing where the recording does not say.
+std::string touchedTable(const Json& figures) {
+  HtmlTable table{
+      "What was touched, in the order of the first touch: how long it was the object that was pressed most", {"Object", "Time [s]"}, {}};
+  for (const Json& row : figures.at("touched"))
+    table.rows.push_back({escaped(row.at("name").get<std::string>()), shortNumber(row.at("seconds").get<double>())});
+  return table.rows.empty() ? "" : table.html();
 }
 
 std::string recordingBoxes(const Json& f) {
@@ -189,7 +201,8 @@ std::string recordingBoxes(const Json& f) {
                       {"Hand beyond the tool", shortNumber(f.at("largest_hand_to_tool_mm").get<double>()) + " mm"},
                       {"Least energy", shortNumber(f.at("energy_mj").at("smallest").get<double>()) + " mJ"},
                       {"Step time, 99th percentile", shortNumber(f.at("total_us").at("p99").get<double>()) + " \u00b5s"},
-                      {"Steps with faults", std::to_string(f.at("steps_with_faults").get<std::size_t>())}});
+                      {"Steps with faults", std::to_string(f.at("steps_with_faults").get<std::size_t>())}}) +
+         touchedTable(f);
 }
 
 Report recordingReport(const fs::path& file, const std::optional<fs::path>& scene_file, std::size_t most_bytes,
