@@ -11,7 +11,7 @@ out=${out:-out/demo}
 tools/setup.sh
 echo "== Building the program (build/release; a few minutes the first time)"
 cmake --preset release -DSPHERETREE_TESTS=OFF >/dev/null
-cmake --build --preset release --target spheretree haptic-player make_samples
+cmake --build --preset release --target spheretree make_samples
 spheretree=build/release/tools/spheretree/spheretree
 
 echo "== Making the sample meshes"
@@ -34,7 +34,8 @@ echo "  .png  mesh and levels      .report.json  settings, figures of every leve
 echo "  .glb  every level as a mesh, for a glTF viewer"
 
 echo
-echo "== A mouth of 33 objects"
+echo "== A mouth of 33 objects, and the program that plays it"
+cmake --build --preset release --target haptic-player
 mouth=$out/mouth
 build/release/samples/make_samples/make_samples --mouth "$mouth"
 "$spheretree" batch "$mouth/mouth.scene.json" -o "$mouth/trees"
