@@ -14,6 +14,7 @@
 #include "mistyped.h"
 #include "page/chart.h"
 #include "pipeline/builder_names.h"
+#include "pipeline/missed_tolerance.h"
 #include "run_files.h"
 #include "terminal.h"
 
@@ -44,8 +45,12 @@ std::size_t reportFaults(const BatchResult& result) {
     if (!object.hasTree() || object.figures.tolerance_met.value_or(true)) continue;
     if (result.budget) continue;  // that is what the budget costs; the report says it
     ++missed;
-    say("spheretree: " + object.name + ": the tolerance of " + shortNumber(*object.figures.tolerance_mm) +
-        " mm is not met; the best result was written. Allow more levels or a larger tolerance_mm.");
+    const pipeline::TreeFigures& figures = object.figures;
+    // With regions of work, the largest overhang is elsewhere as a rule, where more is allowed.
+    const std::string missed =
+        figures.isGraded() ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met; the best result was written."
+                           : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
+    say("spheretree: " + object.name + ": " + missed + " Allow more levels or a larger tolerance_mm.");
   }
   return missed;
 }

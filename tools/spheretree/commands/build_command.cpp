@@ -15,9 +15,9 @@
 #include "json_text.h"
 #include "measure/evaluate_skin.h"
 #include "mistyped.h"
-#include "page/chart.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/evaluation_json.h"
+#include "pipeline/missed_tolerance.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"
 #include "run_files.h"
@@ -194,9 +194,10 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   if (!isDash(options.output) && !isDash(options.report)) printSummary(options, result);
   if (options.settings.tolerance_mm > 0 && !result.statistics.tolerance_met) {
     const std::string more = leavesBind(options.settings) ? "--leaves" : "--levels";
+    const auto& leaves = result.statistics.levels.back();
     return explain(kProgram, kExitTargetMissed,
-                   "the tolerance of " + shortNumber(options.settings.tolerance_mm) +
-                       " mm is not met; the best result was written. Allow more " + more + " or a larger --tolerance.");
+                   pipeline::missedTolerance(options.settings.tolerance_mm, leaves.overhang_bound_mm, leaves.spheres) + " Allow more " +
+                       more + " or a larger --tolerance.");
   }
   return kExitOk;
 }
