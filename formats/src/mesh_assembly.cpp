@@ -2,6 +2,7 @@
 #include "mesh_assembly.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -181,7 +182,8 @@ MeshFile MeshAssembly::finish(std::string format) {
 
   file.mesh.positions = std::move(positions_);
   file.mesh.triangles = std::move(triangles_);
-  const std::size_t unused = weldEqualVertices(file.mesh);
+  file.vertex_of_file = weldEqualVertices(file.mesh);
+  const auto unused = static_cast<std::size_t>(std::count(file.vertex_of_file.begin(), file.vertex_of_file.end(), kNoVertex));
   if (part_names_.size() > 1 || !part_names_[0].empty()) {
     file.mesh.part = std::move(part_);
     file.mesh.part_names = std::move(part_names_);

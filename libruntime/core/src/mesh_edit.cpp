@@ -2,17 +2,14 @@
 #include "spheretree/core/mesh_edit.h"
 
 #include <bit>
-#include <limits>
 
 namespace spheretree {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-/// One index for each position: that of the first vertex exactly there. Entries of `used` that are false stay kNone.
+/// One index for each position: that of the first vertex exactly there; kNoVertex where `used` is false.
 std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& positions, const std::vector<bool>& used) {
   const std::size_t slots = std::bit_ceil(positions.size() * 2 + 1);
-  std::vector<std::uint32_t> table(slots, kNone), first(positions.size(), kNone);
+  std::vector<std::uint32_t> table(slots, kNoVertex), first(positions.size(), kNoVertex);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!used[i]) continue;
     std::uint64_t hash = 0x9e3779b97f4a7c15u;
@@ -22,8 +19,8 @@ std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& posit
     }
     hash = (hash ^ (hash >> 32)) * 0x94d049bb133111ebu;
     std::size_t slot = (hash ^ (hash >> 31)) & (slots - 1);
-    while (table[slot] != kNone && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == kNone) table[slot] = static_cast<std::uint32_t>(i);
+    while (table[slot] != kNoVertex && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
+    if (table[slot] == kNoVertex) table[slot] = static_cast<std::uint32_t>(i);
     first[i] = table[slot];
   }
   return first;
@@ -47,16 +44,15 @@ void dropUnusedVertices(TriangleMesh& mesh) {
     for (std::uint32_t& v : triangle) v = index[v];
 }
 
-std::size_t weldEqualVertices(TriangleMesh& mesh) {
+std::vector<std::uint32_t> weldEqualVertices(TriangleMesh& mesh) {
   std::vector<bool> used(mesh.positions.size());
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t) used[v] = true;
   std::vector<std::uint32_t> index = firstAtEach(mesh.positions, used);
-  std::size_t kept = 0, unused = 0;
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < index.size(); ++i) {
-    if (index[i] == kNone) {
-      ++unused;
-    } else if (index[i] == i) {
+    if (index[i] == kNoVertex) continue;
+    if (index[i] == i) {
       index[i] = static_cast<std::uint32_t>(kept);
       mesh.positions[kept++] = mesh.positions[i];
     } else {
@@ -66,7 +62,7 @@ std::size_t weldEqualVertices(TriangleMesh& mesh) {
   mesh.positions.resize(kept);
   for (Triangle& t : mesh.triangles)
     for (std::uint32_t& v : t) v = index[v];
-  return unused;
+  return index;
 }
 
 TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more) {

@@ -5,19 +5,23 @@
 // one vertex, vertices that no triangle uses are left out, polygons are cut into triangles. Order is that of the file.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "spheretree/core/mesh_edit.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::formats {
 
 struct MeshFile {
-  TriangleMesh mesh;               // [mm]; at least one triangle, every coordinate finite
-  double unit_mm = 1;              // one unit of the file [mm]
-  std::string format;              // "OBJ", "STL (ASCII)", "STL (binary)", "PLY (ASCII)", ..., "glTF", "GLB"
+  TriangleMesh mesh;  // [mm]; at least one triangle, every coordinate finite
+  std::vector<std::uint32_t>
+      vertex_of_file;  // vertex of `mesh` for each vertex in the order of the file; kNoVertex (core/mesh_edit.h): no face uses it
+  double unit_mm = 1;  // one unit of the file [mm]
+  std::string format;  // "OBJ", "STL (ASCII)", "STL (binary)", "PLY (ASCII)", ..., "glTF", "GLB"
   std::vector<std::string> notes;  // what a user may want to know: what was ignored, cut or doubtful; plain sentences
 };
 
