@@ -95,7 +95,62 @@ class PlyReader {
                                                             : "PLY (big endian)");
   }
 
+  PlyColumn column(const std::string& property) {
+    readHeader();
+    const bool is_colour = property == "colour" || property == "color";
+    const std::vector<std::string> names =
+        is_colour ? std::vector<std::string>{"red", "green", "blue"} : std::vector<std::string>{property};
+    std::string known;
+    for (const char* place : {"vertex", "face"}) {
+      const Element* element = findOne(place);
+      if (!element || (is_colour && element->name == "vertex" && !hasAll(*element, names))) continue;
+      for (const Property& p : element->properties)
+        if (!p.count_type) known += (known.empty() ? "" : ", ") + p.name;
+      if (hasAll(*element, names)) return columnOf(*element, names);
+    }
+    assembly_.refuse("has no property " + inQuotes(property) + " with one number for each vertex or face; it has " +
+                     (known.empty() ? "none" : known) + ". Name one of these.");
+  }
+
  private:
+  static bool hasAll(const Element& element, const std::vector<std::string>& names) {
+    return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+      return std::any_of(element.properties.begin(), element.properties.end(),
+                         [&](const Property& p) { return p.name == name && !p.count_type; });
+    });
+  }
+
+  /// Several names: the bytes of one number, the first the highest.
+  PlyColumn columnOf(const Element& wanted, const std::vector<std::string>& names) {
+    PlyColumn out;
+    out.is_of_faces = wanted.name == "face";
+    for (const Element& element : elements_) {
+      if (&element != &wanted) {
+        skip(element);
+        continue;
+      }
+      checkRoom(element);
+      for (std::uint64_t row = 0; row < element.count; ++row) {
+        beginRow(element, row);
+        double value = 0;
+        for (const Property& property : element.properties) {
+          const auto place = std::find(names.begin(), names.end(), property.name);
+          if (place == names.end() || property.count_type) {
+            skipProperty(property);
+            continue;
+          }
+          double weight = 1;
+          for (auto later = place + 1; later != names.end(); ++later) weight *= 256;
+          value += weight * takeNumber(property.type);
+        }
+        endRow();
+        out.values.push_back(value);
+      }
+      break;
+    }
+    return out;
+  }
+
   // --- header ---
 
   std::string_view headerLine() {
@@ -376,6 +431,10 @@ class PlyReader {
 
 MeshFile readPly(std::span<const char> bytes, const std::string& name, double unit_mm) {
   return PlyReader(asText(bytes, name), name, unit_mm).read();
+}
+
+PlyColumn readPlyColumn(std::span<const char> bytes, const std::string& name, const std::string& property) {
+  return PlyReader(asText(bytes, name), name, 1).column(property);
 }
 
 }  // namespace spheretree::formats

@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "spheretree/formats/mesh_file.h"
 
@@ -12,5 +13,15 @@ namespace spheretree::formats {
 /// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
 /// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
 MeshFile readPly(std::span<const char> bytes, const std::string& name, double unit_mm = 1.0);
+
+/// One number for each vertex or face, in the order of the file.
+struct PlyColumn {
+  bool is_of_faces = false;
+  std::vector<double> values;
+};
+
+/// The scalar property of this name, of the vertices if they have it, else of the faces; "colour": 65536 red + 256
+/// green + blue. @throws FormatError as readPly(), and if there is no such property; the message lists those there are.
+PlyColumn readPlyColumn(std::span<const char> bytes, const std::string& name, const std::string& property);
 
 }  // namespace spheretree::formats
