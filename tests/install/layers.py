@@ -31,6 +31,7 @@ WINGS = {
     "mesh": ["geometry"],
     "medial": ["geometry"],
     "repair": ["mesh"],
+    "split": ["repair"],
     "measure": ["mesh"],
     "skin": ["mesh"],
     "certify": ["medial"],
@@ -38,7 +39,7 @@ WINGS = {
     "tree": ["certify"],
     "cover": ["tree"],
     "published": ["cover"],
-    "top": ["published", "mesh", "measure", "skin", "tissue"],
+    "top": ["published", "mesh", "measure", "skin", "split", "tissue"],
 }
 FORBIDDEN_IN_RUNTIME = re.compile(r"<(iostream|fstream|sstream|filesystem|regex|locale|thread|mutex)>")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

@@ -14,20 +14,20 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 
-Point pointOf(const TriangleMesh& mesh, std::uint32_t vertex) {
-  const Eigen::Vector3d& p = mesh.positions[vertex];
+Point pointOf(const std::vector<Eigen::Vector3d>& positions, std::uint32_t vertex) {
+  const Eigen::Vector3d& p = positions[vertex];
   return {p.x(), p.y(), p.z()};
 }
 
-/// Whether two triangles that are not flat meet anywhere but in shared corners and edges.
-bool cross(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
-  const Triangle &a = mesh.triangles[t], &b = mesh.triangles[u];
+}  // namespace
+
+bool doCross(const std::vector<Eigen::Vector3d>& positions, const Triangle& a, const Triangle& b) {
   std::array<int, 3> shared_a{}, shared_b{};
   int shared = 0;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
       if (a[i] == b[j]) shared_a[i] = shared_b[j] = 1, ++shared;
-  const auto point = [&](const Triangle& triangle, std::size_t k) { return pointOf(mesh, triangle[k % 3]); };
+  const auto point = [&](const Triangle& triangle, std::size_t k) { return pointOf(positions, triangle[k % 3]); };
   if (shared == 3) return false;  // a duplicate
   if (shared == 2) {
     // They meet elsewhere only if they are folded flat onto each other.
@@ -46,12 +46,12 @@ bool cross(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
          CGAL::do_intersect(tb, Kernel::Segment_3(point(a, i + 1), point(a, i + 2)));
 }
 
-}  // namespace
-
-bool isFlat(const TriangleMesh& mesh, std::size_t triangle) {
-  const auto [a, b, c] = mesh.triangles[triangle];
-  return a == b || b == c || c == a || CGAL::collinear(pointOf(mesh, a), pointOf(mesh, b), pointOf(mesh, c));
+bool isFlat(const std::vector<Eigen::Vector3d>& positions, const Triangle& triangle) {
+  const auto [a, b, c] = triangle;
+  return a == b || b == c || c == a || CGAL::collinear(pointOf(positions, a), pointOf(positions, b), pointOf(positions, c));
 }
+
+bool isFlat(const TriangleMesh& mesh, std::size_t triangle) { return isFlat(mesh.positions, mesh.triangles[triangle]); }
 
 CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most) {
   using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
@@ -60,13 +60,13 @@ CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t mo
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (isFlat(mesh, t)) continue;
     const auto [a, b, c] = mesh.triangles[t];
-    boxes.emplace_back(pointOf(mesh, a).bbox() + pointOf(mesh, b).bbox() + pointOf(mesh, c).bbox(), t);
+    boxes.emplace_back(pointOf(mesh.positions, a).bbox() + pointOf(mesh.positions, b).bbox() + pointOf(mesh.positions, c).bbox(), t);
   }
   struct Enough {};
   CrossingTriangles found;
   try {
     CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-      if (!cross(mesh, a.info(), b.info())) return;
+      if (!doCross(mesh.positions, mesh.triangles[a.info()], mesh.triangles[b.info()])) return;
       if (found.pairs.size() == most) throw Enough{};
       found.pairs.push_back(std::minmax(a.info(), b.info()));
     });

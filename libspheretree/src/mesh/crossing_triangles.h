@@ -23,7 +23,11 @@ struct CrossingTriangles {
 /// Cost: O(n log n) plus one test for each pair of triangles whose boxes meet.
 CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most);
 
+/// The test of one pair; neither is flat.
+bool doCross(const std::vector<Eigen::Vector3d>& positions, const Triangle& a, const Triangle& b);
+
 /// Whether a triangle has repeated corners, or corners exactly in line.
 bool isFlat(const TriangleMesh& mesh, std::size_t triangle);
+bool isFlat(const std::vector<Eigen::Vector3d>& positions, const Triangle& triangle);
 
 }  // namespace spheretree::builder

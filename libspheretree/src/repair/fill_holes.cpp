@@ -2,11 +2,14 @@
 #include "repair/fill_holes.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/refine.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
 #include <CGAL/utility.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <map>
 
 namespace spheretree::builder {
@@ -17,10 +20,11 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// Simple loops that run against the triangles: what the triangles that fill them run along. In the boundary of
-/// triangles as many edges enter a vertex as leave it, so that a walk ends where it began; where it comes by a vertex
-/// twice, a loop is cut off.
-std::vector<std::vector<std::uint32_t>> findLoops(const TriangleMesh& mesh) {
+}  // namespace
+
+/// In the boundary of triangles as many edges enter a vertex as leave it, so that a walk ends where it began; where it
+/// comes by a vertex twice, a loop is cut off.
+std::vector<std::vector<std::uint32_t>> findHoleLoops(const TriangleMesh& mesh) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // used from the end
   for (const OpenEdge& e : findOpenEdges(mesh))
     for (int i = 0; i < e.times; ++i) next[e.to].push_back(e.from);
@@ -52,7 +56,7 @@ std::vector<std::vector<std::uint32_t>> findLoops(const TriangleMesh& mesh) {
   return loops;
 }
 
-std::vector<Triangle> spanned(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop) {
+std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop) {
   std::vector<Triangle> result;
   if (loop.size() == 3) return {{loop[0], loop[1], loop[2]}};
   std::vector<Kernel::Point_3> points;
@@ -73,12 +77,45 @@ std::vector<Triangle> spanned(const TriangleMesh& mesh, const std::vector<std::u
   return result;
 }
 
-}  // namespace
+void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density) {
+  using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+  Surface surface;
+  std::map<std::uint32_t, Surface::Vertex_index> own;
+  std::vector<std::uint32_t> vertex;  // of the mesh, for each of the surface
+  for (const Triangle& t : span) {
+    std::array<Surface::Vertex_index, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [entry, is_new] = own.try_emplace(t[k]);
+      if (is_new) {
+        const Eigen::Vector3d& p = mesh.positions[t[k]];
+        entry->second = surface.add_vertex({p.x(), p.y(), p.z()});
+        vertex.push_back(t[k]);
+      }
+      corners[k] = entry->second;
+    }
+    if (surface.add_face(corners[0], corners[1], corners[2]) == Surface::null_face()) return;
+  }
+  const std::vector<Surface::Face_index> faces(surface.faces().begin(), surface.faces().end());
+  CGAL::Polygon_mesh_processing::refine(surface, faces, CGAL::Emptyset_iterator(), CGAL::Emptyset_iterator(),
+                                        CGAL::parameters::density_control_factor(density));
+  for (std::size_t v = vertex.size(); v < surface.number_of_vertices(); ++v) {
+    const Kernel::Point_3& p = surface.point(Surface::Vertex_index(static_cast<std::uint32_t>(v)));
+    vertex.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
+    mesh.positions.emplace_back(p.x(), p.y(), p.z());
+  }
+  span.clear();
+  for (const Surface::Face_index f : surface.faces()) {
+    Triangle t;
+    std::size_t k = 0;
+    for (const Surface::Vertex_index v : CGAL::vertices_around_face(surface.halfedge(f), surface)) t[k++] = vertex[v];
+    span.push_back(t);
+  }
+}
 
 std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t most_edges) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<FilledHole> holes;
-  for (const std::vector<std::uint32_t>& loop : findLoops(mesh)) {
+  for (const std::vector<std::uint32_t>& loop : findHoleLoops(mesh)) {
     FilledHole hole;
     hole.edges = loop.size();
     Eigen::AlignedBox3d box;
@@ -91,7 +128,7 @@ std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t most_edges) {
     }
     hole.across = box.diagonal().norm();
     std::vector<Triangle> filling;
-    if (loop.size() <= most_edges) filling = spanned(mesh, loop);
+    if (loop.size() <= most_edges) filling = spanLoop(mesh, loop);
     if (filling.empty()) {
       const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
       mesh.positions.push_back(middle);

@@ -9,6 +9,17 @@
 
 namespace spheretree::builder {
 
+/// Simple loops of open edges, each against the direction of the triangles: as the triangles that fill it run.
+std::vector<std::vector<std::uint32_t>> findHoleLoops(const TriangleMesh& mesh);
+
+/// The triangulation of least bending and area of a loop without further vertices, wound as the loop runs; empty if
+/// there is none. P. Liepa, as below. Cost: about O(n^1.5) for `n` vertices, O(n^3) where the loop is degenerate.
+std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop);
+
+/// Puts vertices into a span and flips its edges, so that triangles are about as large as the border's edges divided by
+/// `density`. The border stays; a span that is no manifold surface stays as it is. P. Liepa, section 4, as CGAL has it.
+void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density);
+
 struct FilledHole {
   std::size_t edges = 0;
   double length = 0;                     // of the border [mm]

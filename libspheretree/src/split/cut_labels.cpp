@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/cut_labels.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <queue>
+#include <utility>
+
+namespace spheretree::builder {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kRounds = 4;        // of smoothing
+constexpr double kBand = 4;       // width of the band where distances are known, in `smooth` and in mean edges at the border
+constexpr double kMargin = 0.15;  // share of an edge that a cut keeps from its ends: no slivers
+
+struct Known {
+  std::int32_t region;
+  double distance;  // signed [mm]
+};
+
+/// Distances of the vertices in the band, few for each, by region.
+using Distances = std::vector<std::vector<Known>>;
+
+double valueOf(const std::vector<Known>& known, std::int32_t region, double otherwise) {
+  for (const Known& k : known)
+    if (k.region == region) return k.distance;
+  return otherwise;
+}
+
+double distanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d way = b - a;
+  const double length2 = way.squaredNorm(), t = length2 > 0 ? std::clamp((p - a).dot(way) / length2, 0.0, 1.0) : 0;
+  return (p - a - t * way).norm();
+}
+
+class Cutter {
+ public:
+  Cutter(ScanSurface& surface, double smooth) : s_(surface), mesh_(surface.mesh), smooth_(smooth), before_(surface.vertex_region) {
+    findNeighbours();
+  }
+
+  void run() {
+    if (smooth_ > 0) {
+      findDistances();
+      for (int round = 0; round < kRounds; ++round) smoothDistances();
+      assign();
+    }
+    cut();
+  }
+
+ private:
+  void findNeighbours() {
+    std::vector<std::uint32_t> count(mesh_.positions.size() + 1, 0);
+    for (const Triangle& t : mesh_.triangles)
+      for (const std::uint32_t v : t) count[v + 1] += 2;
+    for (std::size_t v = 1; v < count.size(); ++v) count[v] += count[v - 1];
+    first_ = count;
+    neighbours_.resize(count.back());
+    normal_.assign(mesh_.positions.size(), Vector3d::Zero());
+    for (const Triangle& t : mesh_.triangles) {
+      const Vector3d n = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        normal_[t[k]] += n;
+        neighbours_[count[t[k]]++] = t[(k + 1) % 3];
+        neighbours_[count[t[k]]++] = t[(k + 2) % 3];
+      }
+    }
+  }
+
+  template <class Visit>
+  void forNeighbours(std::uint32_t v, Visit&& visit) const {  // an inner one twice: both times alike
+    for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) visit(neighbours_[i]);
+  }
+
+  /// Exact to the border within the triangles that it crosses, and along edges beyond.
+  void findDistances() {
+    double length = 0;
+    std::size_t edges = 0;
+    for (const Triangle& t : mesh_.triangles)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (before_[t[k]] != before_[t[(k + 1) % 3]]) {
+          length += (mesh_.positions[t[k]] - mesh_.positions[t[(k + 1) % 3]]).norm();
+          ++edges;
+        }
+    band_ = kBand * std::max(smooth_, edges > 0 ? length / static_cast<double>(edges) : 0);
+    std::vector<std::vector<std::pair<std::uint32_t, double>>> seeds(s_.region_label.size());  // of each region: vertex, distance
+    for (const Triangle& t : mesh_.triangles) {
+      if (before_[t[0]] == before_[t[1]] && before_[t[1]] == before_[t[2]]) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t region = before_[t[k]];
+        if (k > 0 && (region == before_[t[0]] || (k == 2 && region == before_[t[1]]))) continue;
+        std::array<Vector3d, 2> cut;
+        std::size_t cuts = 0;
+        for (std::size_t e = 0; e < 3; ++e)
+          if ((before_[t[e]] == region) != (before_[t[(e + 1) % 3]] == region))
+            cut[cuts++] = (mesh_.positions[t[e]] + mesh_.positions[t[(e + 1) % 3]]) / 2;
+        for (const std::uint32_t v : t)
+          seeds[static_cast<std::size_t>(region)].emplace_back(v, distanceToSegment(mesh_.positions[v], cut[0], cut[1]));
+      }
+    }
+    known_.assign(mesh_.positions.size(), {});
+    for (std::size_t r = 0; r < seeds.size(); ++r) spread(static_cast<std::int32_t>(r), seeds[r]);
+    fixed_ = known_;
+  }
+
+  void spread(std::int32_t region, const std::vector<std::pair<std::uint32_t, double>>& seeds) {
+    using Entry = std::pair<double, std::uint32_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    for (const auto& [v, d] : seeds) queue.emplace(d, v);
+    const auto isIn = [&](std::uint32_t v) { return before_[v] == region; };
+    while (!queue.empty()) {
+      const auto [d, v] = queue.top();
+      queue.pop();
+      if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions come one after the other
+      known_[v].push_back({region, isIn(v) ? d : -d});
+      forNeighbours(v, [&](std::uint32_t u) {
+        const double next = d + (mesh_.positions[u] - mesh_.positions[v]).norm();
+        if (isIn(u) == isIn(v) && next < band_) queue.emplace(next, u);
+      });
+    }
+  }
+
+  /// Value at `v` of the linear function of the tangent plane that fits best what `v` and its neighbours have.
+  double fitted(std::uint32_t v, std::int32_t region) const {
+    const Vector3d& p = mesh_.positions[v];
+    const Vector3d n = normal_[v].normalized();
+    int least = 0;
+    n.cwiseAbs().minCoeff(&least);
+    const Vector3d u = n.cross(Vector3d::Unit(least)).normalized(), w = n.cross(u);
+    Eigen::Matrix3d sums = Eigen::Matrix3d::Zero();
+    Vector3d right = Vector3d::Zero();
+    const auto add = [&](const Vector3d& q, double value) {
+      const Vector3d row(1, (q - p).dot(u), (q - p).dot(w));
+      sums += row * row.transpose();
+      right += value * row;
+    };
+    const double own = valueOf(known_[v], region, 0);
+    add(p, own), add(p, own);  // twice, as a neighbour comes
+    bool is_whole = true;
+    forNeighbours(v, [&](std::uint32_t q) {
+      const double far = before_[q] == region ? band_ : -band_, value = valueOf(known_[q], region, far);
+      is_whole = is_whole && value != far;
+      add(mesh_.positions[q], value);
+    });
+    if (!is_whole) return own;  // at the end of the band nothing is smoothed
+    const Eigen::LDLT<Eigen::Matrix3d> solver(sums);
+    const double value = solver.solve(right)[0];
+    return std::isfinite(value) && std::abs(value) < band_ ? value : own;
+  }
+
+  void smoothDistances() {
+    Distances next = known_;
+    for (std::uint32_t v = 0; v < known_.size(); ++v)
+      for (std::size_t k = 0; k < known_[v].size(); ++k) {
+        const double origin = fixed_[v][k].distance;
+        next[v][k].distance = std::clamp(fitted(v, known_[v][k].region), origin - smooth_, origin + smooth_);
+      }
+    known_ = std::move(next);
+  }
+
+  void assign() {
+    for (std::size_t v = 0; v < known_.size(); ++v) {
+      double best = valueOf(known_[v], before_[v], band_);
+      for (const Known& k : known_[v])
+        if (k.distance > best) {
+          best = k.distance;
+          s_.vertex_region[v] = k.region;
+        }
+    }
+    dropStrays();
+  }
+
+  /// Vertices that changed and do not hang on a vertex that was of their new region before go back.
+  void dropStrays() {
+    std::vector<char> holds(before_.size(), 0);
+    std::vector<std::uint32_t> stack;
+    for (std::uint32_t v = 0; v < before_.size(); ++v)
+      if (s_.vertex_region[v] == before_[v]) holds[v] = 1, stack.push_back(v);
+    while (!stack.empty()) {
+      const std::uint32_t v = stack.back();
+      stack.pop_back();
+      forNeighbours(v, [&](std::uint32_t u) {
+        if (holds[u] || s_.vertex_region[u] != s_.vertex_region[v]) return;
+        holds[u] = 1;
+        stack.push_back(u);
+      });
+    }
+    for (std::uint32_t v = 0; v < before_.size(); ++v)
+      if (!holds[v]) s_.vertex_region[v] = before_[v];
+  }
+
+  /// Share of the way from `u` to `v` where the regions of both are as likely.
+  double cutAt(std::uint32_t u, std::uint32_t v) const {
+    if (!(smooth_ > 0)) return 0.5;
+    const std::int32_t a = s_.vertex_region[u], b = s_.vertex_region[v];
+    const double at_u = valueOf(known_[u], a, band_) - valueOf(known_[u], b, -band_);
+    const double at_v = valueOf(known_[v], b, band_) - valueOf(known_[v], a, -band_);
+    const double sum = at_u + at_v;
+    return at_u >= 0 && at_v >= 0 && sum > 0 ? std::clamp(at_u / sum, kMargin, 1 - kMargin) : 0.5;
+  }
+
+  void cut() {
+    const EdgeFaces faces(mesh_);
+    const std::size_t old_triangles = mesh_.triangles.size();
+    std::vector<std::array<std::uint32_t, 3>> cut_of(old_triangles, {EdgeFaces::kNone, EdgeFaces::kNone, EdgeFaces::kNone});
+    for (std::uint32_t t = 0; t < old_triangles; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t u = mesh_.triangles[t][k], v = mesh_.triangles[t][(k + 1) % 3];
+        if (s_.vertex_region[u] == s_.vertex_region[v] || cut_of[t][k] != EdgeFaces::kNone) continue;
+        // From the lower vertex, so that both triangles would find the same point.
+        const std::uint32_t low = std::min(u, v), high = std::max(u, v);
+        const double share = cutAt(low, high);
+        cut_of[t][k] = add((1 - share) * mesh_.positions[low] + share * mesh_.positions[high]);
+        if (const std::uint32_t other = faces.face(v, u); other != EdgeFaces::kNone)
+          for (std::size_t j = 0; j < 3; ++j)
+            if (mesh_.triangles[other][j] == v) cut_of[other][j] = cut_of[t][k];
+      }
+    s_.region.assign(old_triangles, kGumRegion);
+    for (std::uint32_t t = 0; t < old_triangles; ++t) cutTriangle(t, cut_of[t]);
+  }
+
+  std::uint32_t add(const Vector3d& p) {
+    mesh_.positions.push_back(p);
+    return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
+  }
+
+  /// The first piece takes the place of the triangle; the others come last.
+  void put(std::uint32_t t, bool is_first, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t region) {
+    if (is_first) {
+      mesh_.triangles[t] = {a, b, c};
+      s_.region[t] = region;
+      return;
+    }
+    mesh_.triangles.push_back({a, b, c});
+    s_.region.push_back(region);
+    s_.is_invented.push_back(s_.is_invented[t]);
+  }
+
+  void cutTriangle(std::uint32_t t, const std::array<std::uint32_t, 3>& cuts) {
+    const Triangle old = mesh_.triangles[t];
+    const auto region = [&](std::size_t k) { return s_.vertex_region[old[k]]; };
+    const auto isCut = [&](std::size_t k) { return cuts[k] != EdgeFaces::kNone; };
+    if (!isCut(0) && !isCut(1) && !isCut(2)) {
+      s_.region[t] = region(0);
+      return;
+    }
+    if (isCut(0) && isCut(1) && isCut(2)) {
+      const std::uint32_t middle = add((mesh_.positions[cuts[0]] + mesh_.positions[cuts[1]] + mesh_.positions[cuts[2]]) / 3);
+      for (std::size_t k = 0; k < 3; ++k) {
+        put(t, k == 0, old[k], cuts[k], middle, region(k));
+        put(t, false, old[k], middle, cuts[(k + 2) % 3], region(k));
+      }
+      return;
+    }
+    std::size_t k = 0;  // the corner on its own
+    while (!(isCut(k) && isCut((k + 2) % 3))) ++k;
+    const std::uint32_t p = cuts[k], q = cuts[(k + 2) % 3], b = old[(k + 1) % 3], c = old[(k + 2) % 3];
+    put(t, true, old[k], p, q, region(k));
+    const double along = (mesh_.positions[p] - mesh_.positions[c]).squaredNorm(),
+                 across = (mesh_.positions[b] - mesh_.positions[q]).squaredNorm();
+    if (along < across) {
+      put(t, false, p, b, c, region((k + 1) % 3));
+      put(t, false, p, c, q, region((k + 1) % 3));
+    } else {
+      put(t, false, p, b, q, region((k + 1) % 3));
+      put(t, false, b, c, q, region((k + 1) % 3));
+    }
+  }
+
+  ScanSurface& s_;
+  TriangleMesh& mesh_;
+  double smooth_, band_ = 0;
+  std::vector<std::int32_t> before_;  // regions of the vertices as they came
+  std::vector<std::uint32_t> first_, neighbours_;
+  std::vector<Vector3d> normal_;
+  Distances known_, fixed_;
+};
+
+}  // namespace
+
+void cutLabels(ScanSurface& surface, double smooth) { Cutter(surface, smooth).run(); }
+
+}  // namespace spheretree::builder

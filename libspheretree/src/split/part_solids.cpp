@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/part_solids.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <tuple>
+
+#include "repair/fill_holes.h"
+#include "spheretree/core/mesh_edit.h"
+#include "split/crossing_search.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+using Line = std::vector<std::uint32_t>;  // vertices
+
+constexpr double kFlatArc = 2;  // mean edges of an arc that it must rise above the line between its ends for a window
+constexpr std::array kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
+constexpr double kCell = 3;                                       // mean edges of the scan: side of a cube of the search
+constexpr double kClear = 0.1;                                    // mean edges of its border by which a wall keeps clear of what it crossed
+constexpr double kWallDensity = 0.5;                              // of a wall that is moved, in triangles along the edge of its border
+constexpr int kMostMoves = 30;                                    // rounds of moving a wall
+constexpr double kStubTaper = 0.4;  // width of the end of a stub as a share of its beginning: about that of a root's tip
+
+/// A border edge of a region, as its triangles run, and the region on the other side.
+struct BorderEdge {
+  std::uint32_t from, to;
+  std::int32_t other;
+};
+
+class WallFinder {
+ public:
+  WallFinder(ScanSurface& surface, const WallSettings& settings)
+      : s_(surface), mesh_(surface.mesh), settings_(settings), faces_(surface.mesh), borders_at_(surface.mesh.positions.size(), 0) {}
+
+  PartSolids run() {
+    findNormals();
+    findSearch();
+    findBorders();
+    out_.rim_length.assign(s_.region_label.size(), 0);
+    for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region)
+      for (const std::vector<BorderEdge>& loop : loopsOf(region)) close(region, loop);
+    return std::move(out_);
+  }
+
+ private:
+  void findNormals() {
+    normal_.assign(mesh_.positions.size(), Vector3d::Zero());
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const Vector3d n = (mesh_.corner(t, 1) - mesh_.corner(t, 0)).cross(mesh_.corner(t, 2) - mesh_.corner(t, 0));
+      for (const std::uint32_t v : mesh_.triangles[t]) normal_[v] += n;
+    }
+    for (Vector3d& n : normal_) n = n.norm() > 0 ? Vector3d(n.normalized()) : settings_.up;
+  }
+
+  void findSearch() {
+    double length = 0;
+    std::size_t edges = 0;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      if (!s_.is_invented[t]) length += (mesh_.corner(t, 1) - mesh_.corner(t, 0)).norm(), ++edges;
+    search_ = std::make_unique<CrossingSearch>(mesh_.positions, kCell * (length > 0 ? length / static_cast<double>(edges) : 1));
+    for (const Triangle& t : mesh_.triangles) search_->add(t);
+    wall_of_.assign(mesh_.triangles.size(), -1);
+  }
+
+  /// Adds the walls that are not yet in the search.
+  void settleWalls() {
+    for (; settled_ < out_.walls.size(); ++settled_)
+      for (const Triangle& t : out_.walls[settled_].triangles) {
+        search_->add(t);
+        wall_of_.push_back(static_cast<std::int32_t>(settled_));
+      }
+  }
+
+  std::vector<Triangle> trianglesFrom(std::size_t first) const {
+    std::vector<Triangle> triangles;
+    for (std::size_t w = first; w < out_.walls.size(); ++w)
+      triangles.insert(triangles.end(), out_.walls[w].triangles.begin(), out_.walls[w].triangles.end());
+    return triangles;
+  }
+
+  /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If each does, the one that
+  /// crosses least is made finer and moved until nothing crosses, or as little as can be.
+  template <class Add>
+  void addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
+    settleWalls();
+    const std::size_t points = mesh_.positions.size(), walls = out_.walls.size();
+    std::size_t fewest = std::numeric_limits<std::size_t>::max(), best = 0;
+    const auto undo = [&] {
+      mesh_.positions.resize(points);
+      out_.walls.resize(walls);
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      add(i);
+      const std::size_t crossings = search_->against(trianglesFrom(walls)).size();
+      if (crossings == 0) return;
+      if (i > 0 && crossings < fewest) fewest = crossings, best = i;  // only a wall with a collar has vertices of its own
+      undo();
+    }
+    add(best);
+    for (std::size_t w = walls; w < out_.walls.size(); ++w) refineSpan(mesh_, out_.walls[w].triangles, kWallDensity);
+    const std::size_t left = moveApart(region, walls, points, edge);
+    if (left < fewest) return;
+    undo();
+    add(best);
+  }
+
+  /// Moves the vertices from `points` on until the walls from `first` on cross nothing: to the right side of what they
+  /// cross, and where they cross themselves to the middle of their neighbours. Returns how many pairs are left.
+  std::size_t moveApart(std::int32_t region, std::size_t first, std::size_t points, double edge) {
+    const std::vector<Triangle> walls = trianglesFrom(first);
+    const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
+    std::vector<std::vector<std::uint32_t>> neighbours(mesh_.positions.size() - points);
+    for (const Triangle& t : walls)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (t[k] >= points) {
+          neighbours[t[k] - points].push_back(t[(k + 1) % 3]);
+          neighbours[t[k] - points].push_back(t[(k + 2) % 3]);
+        }
+    std::vector<Vector3d> best_positions;
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (int round = 0; round < kMostMoves && fewest > 0; ++round) {
+      const auto pairs = search_->against(walls);
+      if (pairs.size() < fewest) {
+        fewest = pairs.size();
+        best_positions.assign(mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points), mesh_.positions.end());
+      }
+      std::vector<Vector3d> move(neighbours.size(), Vector3d::Zero());
+      std::vector<int> moves(neighbours.size(), 0);
+      const auto add = [&](std::uint32_t v, const Vector3d& way) { move[v - points] += way, ++moves[v - points]; };
+      for (const auto& [s, w] : pairs) {
+        if (s >= old_count) {  // both are new: to the middle of the neighbours
+          for (const std::uint32_t t : {s, w})
+            for (const std::uint32_t v : walls[t - old_count]) {
+              if (v < points) continue;
+              Vector3d middle = Vector3d::Zero();
+              for (const std::uint32_t u : neighbours[v - points])
+                middle += mesh_.positions[u] / static_cast<double>(neighbours[v - points].size());
+              add(v, (middle - mesh_.positions[v]) / 2);
+            }
+          continue;
+        }
+        const Vector3d out = outOf(region, s);
+        for (const std::uint32_t v : walls[w - old_count]) {
+          const double beyond = out.dot(mesh_.positions[v] - mesh_.positions[search_->triangles()[s][0]]) + kClear * edge;
+          if (v >= points && beyond > 0) add(v, -std::min(beyond, edge) * out);
+        }
+      }
+      for (std::size_t i = 0; i < move.size(); ++i)
+        if (moves[i] > 0) mesh_.positions[points + i] += move[i] / moves[i];
+    }
+    std::copy(best_positions.begin(), best_positions.end(), mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points));
+    return fewest;
+  }
+
+  /// Unit normal of a triangle in the search, away from the side where walls of `region` may be.
+  Vector3d outOf(std::int32_t region, std::uint32_t triangle) const {
+    const Triangle& t = search_->triangles()[triangle];
+    const Vector3d n = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]).normalized();
+    const std::int32_t wall = wall_of_[triangle];
+    if (wall < 0) return n;
+    const InnerWall& of = out_.walls[static_cast<std::size_t>(wall)];
+    return of.above == region ? n : Vector3d(-n);
+  }
+
+  void findBorders() {
+    edges_of_.resize(s_.region_label.size());
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3], other = faces_.face(b, a);
+        const std::int32_t beyond = other == EdgeFaces::kNone ? kGumRegion : s_.region[other];
+        if (beyond == s_.region[t]) continue;
+        edges_of_[static_cast<std::size_t>(s_.region[t])].push_back({a, b, beyond});
+        ++borders_at_[a];
+      }
+  }
+
+  /// The next border edge of the region round the end of `edge`, through its triangles.
+  std::pair<std::uint32_t, std::int32_t> next(std::int32_t region, const BorderEdge& edge) const {
+    std::uint32_t face = faces_.face(edge.from, edge.to);
+    for (;;) {
+      const Triangle& t = mesh_.triangles[face];
+      const std::size_t k = static_cast<std::size_t>(std::find(t.begin(), t.end(), edge.to) - t.begin());
+      const std::uint32_t to = t[(k + 1) % 3], beyond = faces_.face(to, edge.to);
+      if (beyond == EdgeFaces::kNone) return {to, kGumRegion};
+      if (s_.region[beyond] != region) return {to, s_.region[beyond]};
+      face = beyond;
+    }
+  }
+
+  std::vector<std::vector<BorderEdge>> loopsOf(std::int32_t region) const {
+    const std::vector<BorderEdge>& edges = edges_of_[static_cast<std::size_t>(region)];
+    std::map<std::pair<std::uint32_t, std::uint32_t>, char> is_used;
+    for (const BorderEdge& e : edges) is_used[{e.from, e.to}] = 0;
+    std::vector<std::vector<BorderEdge>> loops;
+    for (const BorderEdge& start : edges) {
+      if (is_used[{start.from, start.to}]) continue;
+      std::vector<BorderEdge> loop;
+      BorderEdge at = start;
+      while (!is_used[{at.from, at.to}]) {
+        is_used[{at.from, at.to}] = 1;
+        loop.push_back(at);
+        const auto [to, other] = next(region, at);
+        at = {at.to, to, other};
+      }
+      loops.push_back(std::move(loop));
+    }
+    return loops;
+  }
+
+  /// Ends of arcs: where the neighbour changes, or more than two borders meet.
+  bool isNode(const BorderEdge& before, const BorderEdge& after) const {
+    return before.other != after.other || borders_at_[after.from] != 2;
+  }
+
+  void close(std::int32_t region, std::vector<BorderEdge> loop) {
+    for (const BorderEdge& e : loop)
+      out_.rim_length[static_cast<std::size_t>(region)] += (mesh_.positions[e.to] - mesh_.positions[e.from]).norm();
+    const std::size_t n = loop.size();
+    std::size_t start = 0;
+    while (start < n && !isNode(loop[(start + n - 1) % n], loop[start])) ++start;
+    if (start == n && loop[0].other != kGumRegion) {  // one neighbour all round: their common window is all there is
+      if (loop[0].other > region) addCap(region, loop[0].other, reversed(verticesOf(loop)), std::vector<char>(n, 0));
+      return;
+    }
+    std::rotate(loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(start % n), loop.end());
+    Line rim;
+    std::vector<char> is_shared;  // of the rim: on a line between two teeth, or at its end
+    for (std::size_t i = 0; i < n;) {
+      Line arc{loop[i].from, loop[i].to};
+      const std::int32_t other = loop[i].other;
+      for (++i; i < n && !isNode(loop[i - 1], loop[i]); ++i) arc.push_back(loop[i].to);
+      const Line line = other == kGumRegion ? arc : lineUnder(region, other, arc);
+      rim.insert(rim.end(), line.begin(), line.end() - 1);
+      is_shared.resize(rim.size(), other != kGumRegion);
+    }
+    for (std::size_t i = rim.size(); i-- > 0;)  // the last vertex of a line is the first of what follows
+      if (is_shared[i] && !is_shared[(i + 1) % rim.size()]) is_shared[(i + 1) % rim.size()] = 1;
+    std::reverse(rim.begin(), rim.end());
+    std::reverse(is_shared.begin(), is_shared.end());
+    if (settings_.root_mm > 0)
+      addStub(region, rim);
+    else
+      addCap(region, kGumRegion, rim, is_shared);
+  }
+
+  static Line verticesOf(const std::vector<BorderEdge>& loop) {
+    Line line;
+    for (const BorderEdge& e : loop) line.push_back(e.from);
+    return line;
+  }
+  static Line reversed(Line line) {
+    std::reverse(line.begin(), line.end());
+    return line;
+  }
+
+  double height(std::uint32_t v) const { return mesh_.positions[v].dot(settings_.up); }
+
+  /// What stands for `arc` in the rim of the cap: the arc itself, or the line below its window, from the arc's first
+  /// vertex to its last. The region with the lower number makes it, the other one finds it.
+  Line lineUnder(std::int32_t region, std::int32_t other, const Line& arc) {
+    const auto known = line_of_.find({arc[1], arc[0]});
+    if (known != line_of_.end() && known->second.front() == arc.back() && known->second.back() == arc.front())
+      return reversed(known->second);
+    Line line = arc;
+    double length = 0, rise = 0;
+    for (std::size_t i = 1; i < arc.size(); ++i) length += (mesh_.positions[arc[i]] - mesh_.positions[arc[i - 1]]).norm();
+    const double edge = length / static_cast<double>(arc.size() - 1);
+    const Vector3d first = mesh_.positions[arc.front()], way = mesh_.positions[arc.back()] - first;
+    const auto share = [&](std::uint32_t v) {
+      return std::clamp((mesh_.positions[v] - first).dot(way) / std::max(way.squaredNorm(), 1e-12), 0.0, 1.0);
+    };
+    for (const std::uint32_t v : arc) rise = std::max(rise, (mesh_.positions[v] - first - share(v) * way).dot(settings_.up));
+    if (rise > kFlatArc * edge && arc.front() != arc.back()) {
+      const auto pieces = static_cast<std::size_t>(std::ceil(way.norm() / edge));
+      addBest(region, kCollars.size(), edge, [&](std::size_t attempt) {
+        const double depth = kCollars[attempt] * way.norm() / 2;
+        line = {arc.front()};
+        for (std::size_t i = 1; i < pieces; ++i) {
+          const double at = static_cast<double>(i) / static_cast<double>(pieces);
+          Vector3d p = first + at * way - 4 * at * (1 - at) * depth * settings_.up;
+          for (const std::uint32_t v : arc)  // never above the arc
+            if (std::abs(share(v) - at) * static_cast<double>(pieces) < 1)
+              p += std::min(0.0, height(v) - edge - p.dot(settings_.up)) * settings_.up;
+          line.push_back(static_cast<std::uint32_t>(mesh_.positions.size()));
+          mesh_.positions.push_back(p);
+        }
+        line.push_back(arc.back());
+        Line loop = reversed(arc);
+        std::vector<char> is_still(loop.size(), 0);
+        is_still.front() = is_still.back() = 1;
+        loop.insert(loop.end(), line.begin() + 1, line.end() - 1);
+        is_still.resize(loop.size(), 1);
+        addCollared(region, other, loop, is_still, depth / 2, edge);
+      });
+    }
+    for (std::size_t i = 1; i < arc.size(); ++i) line_of_[{arc[i - 1], arc[i]}] = line;
+    return line;
+  }
+
+  /// Spans `loop`, which runs as the triangles of the wall of `above` do.
+  void addWall(std::int32_t above, std::int32_t below, const Line& loop) {
+    if (loop.size() < 3) {
+      out_.walls.push_back({above, below, {}});
+      return;
+    }
+    std::vector<Triangle> triangles = spanLoop(mesh_, loop);
+    if (triangles.empty()) {
+      Vector3d middle = Vector3d::Zero();
+      for (const std::uint32_t v : loop) middle += mesh_.positions[v] / static_cast<double>(loop.size());
+      const auto hub = static_cast<std::uint32_t>(mesh_.positions.size());
+      mesh_.positions.push_back(middle);
+      for (std::size_t i = 0; i < loop.size(); ++i) triangles.push_back({loop[i], loop[(i + 1) % loop.size()], hub});
+    }
+    out_.walls.push_back({above, below, std::move(triangles)});
+  }
+
+  /// A cap that spans the rim lies above the scan where the rim runs beside the bottom of a groove, as the sulcus is,
+  /// and then crosses the crown. So a collar goes down from the rim first, no deeper than it takes.
+  void addCap(std::int32_t region, std::int32_t below, const Line& rim, const std::vector<char>& is_shared) {
+    double length = 0;
+    for (std::size_t i = 0; i < rim.size(); ++i) length += (mesh_.positions[rim[(i + 1) % rim.size()]] - mesh_.positions[rim[i]]).norm();
+    const double radius = length / (2 * M_PI), edge = length / static_cast<double>(rim.size());
+    addBest(region, kCollars.size(), edge, [&](std::size_t i) { addCollared(region, below, rim, is_shared, kCollars[i] * radius, edge); });
+  }
+
+  /// Inner end of a collar: the rim, smoothed over a length of about `depth`, moved into the solid.
+  std::vector<Vector3d> innerRing(const Line& rim, const std::vector<char>& is_shared, double depth, double edge) const {
+    const std::size_t n = rim.size();
+    std::vector<Vector3d> ring(n), move(n, -settings_.up);
+    for (std::size_t i = 0; i < n; ++i) ring[i] = mesh_.positions[rim[i]];
+    for (std::size_t i = 0; i < n; ++i)
+      if (rim[i] < normal_.size()) move[i] = -normal_[rim[i]];
+    const auto rounds = static_cast<std::size_t>(std::min(1000.0, std::pow(depth / edge, 2))) + 1;
+    for (std::vector<Vector3d>* values : {&ring, &move})
+      for (std::size_t round = 0; round < rounds; ++round) {
+        const std::vector<Vector3d> before = *values;
+        for (std::size_t i = 0; i < n; ++i)
+          if (!is_shared[i]) (*values)[i] = (before[(i + n - 1) % n] + 2 * before[i] + before[(i + 1) % n]) / 4;
+      }
+    for (std::size_t i = 0; i < n; ++i)
+      if (!is_shared[i]) ring[i] += depth * move[i].normalized();
+    return ring;
+  }
+
+  /// A collar of `depth` from the loop down, where it is not still, and what spans the rest.
+  void addCollared(std::int32_t above, std::int32_t below, const Line& loop, const std::vector<char>& is_still, double depth, double edge) {
+    if (!(depth > 0)) return addWall(above, below, loop);
+    const std::vector<Vector3d> ring = innerRing(loop, is_still, depth, edge);
+    Line inner;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      inner.push_back(is_still[i] ? loop[i] : static_cast<std::uint32_t>(mesh_.positions.size()));
+      if (!is_still[i]) mesh_.positions.push_back(ring[i]);
+    }
+    std::vector<Triangle> collar;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const std::size_t j = (i + 1) % loop.size();
+      if (inner[j] != loop[j]) collar.push_back({loop[i], loop[j], inner[j]});
+      if (inner[i] != loop[i]) collar.push_back({loop[i], inner[j], inner[i]});
+    }
+    out_.walls.push_back({above, below, std::move(collar)});
+    addWall(above, below, inner);
+  }
+
+  void addStub(std::int32_t region, const Line& rim) {
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t v : rim) middle += mesh_.positions[v] / static_cast<double>(rim.size());
+    const Vector3d end = middle - settings_.root_mm * settings_.up;
+    const auto first = static_cast<std::uint32_t>(mesh_.positions.size()), n = static_cast<std::uint32_t>(rim.size());
+    for (const std::uint32_t v : rim) {
+      const Vector3d arm = mesh_.positions[v] - middle;
+      mesh_.positions.push_back(end + kStubTaper * (arm - arm.dot(settings_.up) * settings_.up));
+    }
+    mesh_.positions.push_back(end);
+    std::vector<Triangle> triangles;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t j = (i + 1) % n;
+      triangles.push_back({rim[i], rim[j], first + j});
+      triangles.push_back({rim[i], first + j, first + i});
+      triangles.push_back({first + i, first + j, first + n});
+    }
+    out_.walls.push_back({region, kGumRegion, std::move(triangles)});
+  }
+
+  ScanSurface& s_;
+  TriangleMesh& mesh_;
+  const WallSettings& settings_;
+  EdgeFaces faces_;
+  std::vector<Vector3d> normal_;            // of the vertices of the surface
+  std::unique_ptr<CrossingSearch> search_;  // holds the surface, then the walls that are settled
+  std::vector<std::int32_t> wall_of_;       // of each triangle in it; -1: of the surface
+  std::size_t settled_ = 0;
+  std::vector<std::uint32_t> borders_at_;  // of each vertex: border edges that begin there
+  std::vector<std::vector<BorderEdge>> edges_of_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Line> line_of_;  // of each edge of an arc, as the first region runs
+  PartSolids out_;
+};
+
+}  // namespace
+
+PartSolids findWalls(ScanSurface& surface, const WallSettings& settings) { return WallFinder(surface, settings).run(); }
+
+TriangleMesh solidOf(const ScanSurface& surface, const PartSolids& solids, std::int32_t region, std::vector<char>& is_invented) {
+  TriangleMesh mesh;
+  mesh.positions = surface.mesh.positions;
+  is_invented.clear();
+  for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+    if (surface.region[t] != region) continue;
+    mesh.triangles.push_back(surface.mesh.triangles[t]);
+    is_invented.push_back(surface.is_invented[t]);
+  }
+  for (const InnerWall& wall : solids.walls) {
+    if (wall.above != region && wall.below != region) continue;
+    for (Triangle t : wall.triangles) {
+      if (wall.above != region) std::swap(t[1], t[2]);
+      mesh.triangles.push_back(t);
+      is_invented.push_back(1);
+    }
+  }
+  dropUnusedVertices(mesh);
+  return mesh;
+}
+
+}  // namespace spheretree::builder

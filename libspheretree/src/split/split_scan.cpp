@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/split_scan.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+#include "mesh/crossing_triangles.h"
+#include "mesh/mesh_edges.h"
+#include "repair/repair_soup.h"
+#include "spheretree/builder/build_settings.h"
+#include "spheretree/builder/repair_mesh.h"
+#include "spheretree/core/mesh_edit.h"
+#include "split/close_scan.h"
+#include "split/cut_labels.h"
+#include "split/label_pieces.h"
+#include "split/part_solids.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kStubMargin = 1;  // of gum below the stubs [mm]
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+double areaOf(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += triangleArea(mesh, t);
+  return area;
+}
+
+double volumeOf(const TriangleMesh& mesh) {  // divergence theorem, about a vertex
+  double sixfold = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d& o = mesh.positions[0];
+    sixfold += (mesh.corner(t, 0) - o).dot((mesh.corner(t, 1) - o).cross(mesh.corner(t, 2) - o));
+  }
+  return sixfold / 6;
+}
+
+class Splitter {
+ public:
+  Splitter(const SplitSettings& settings, Progress& progress) : settings_(settings), progress_(progress) {}
+
+  SplitScan run(const TriangleMesh& scan, std::span<const std::int32_t> labels) {
+    progress_.stage("labels");
+    prepare(scan, {labels.begin(), labels.end()});
+    const LabelPieces pieces = findLabelPieces(surface_.mesh, surface_.vertex_region, settings_.min_area_mm2);
+    if (pieces.region_label.size() < 2)
+      throw BuildError("no label other than gum (0) has " + number(settings_.min_area_mm2) + " mm2 or more: there is no tooth to cut out.");
+    if (pieces.islands > 0)
+      out_.notes.push_back(std::to_string(pieces.islands) + (pieces.islands == 1 ? " island" : " islands") + " of less than " +
+                           number(settings_.min_area_mm2) + " mm2 joined the neighbour around.");
+    surface_.vertex_region = pieces.region;
+    surface_.region_label = pieces.region_label;
+    progress_.check();
+    progress_.stage("cut");
+    const std::size_t crossed = dropCrossings(surface_);
+    if (crossed > 0)
+      out_.notes.push_back("The scan crosses itself: " + std::to_string(crossed) + " triangles that do were left out and filled.");
+    out_.holes = fillScanHoles(surface_);
+    for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
+      if (!surface_.is_invented[t]) kept_area_ += triangleArea(surface_.mesh, t);
+    out_.lost_area = std::max(0.0, out_.scan_area - kept_area_);
+    cutLabels(surface_, settings_.smooth_mm);
+    progress_.check();
+    progress_.stage("close");
+    addBase(surface_, out_.up, std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0));
+    const PartSolids solids = findWalls(surface_, {out_.up, settings_.root_mm});
+    progress_.check();
+    finishParts(pieces, solids);
+    countCrossings();
+    return std::move(out_);
+  }
+
+ private:
+  /// A manifold surface without debris; which way is up.
+  void prepare(const TriangleMesh& scan, std::vector<std::int32_t> labels) {
+    out_.scan_area = areaOf(scan);
+    RepairSoup soup{{scan.positions, scan.triangles, {}, {}}, std::vector<std::uint32_t>(scan.triangles.size())};
+    std::iota(soup.source.begin(), soup.source.end(), 0u);
+    dropFlat(soup);
+    dropDuplicates(soup);
+    alignWinding(soup);
+    stitchCracks(soup, scan.triangles.size());
+    dropFlat(soup);
+    dropDuplicates(soup);
+    dropFins(soup);
+    alignWinding(soup);
+    TriangleMesh& mesh = soup.mesh;
+    makeManifold(mesh);
+    dropDebris(mesh);
+    if (mesh.triangles.empty()) throw BuildError("the scan has no surface of " + number(settings_.min_area_mm2) + " mm2 or more.");
+    keepUsed(mesh, labels);
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      sum += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
+    out_.up = sum.norm() > 0 ? Vector3d(sum.normalized()) : Vector3d::UnitZ();
+    surface_.is_invented.assign(mesh.triangles.size(), 0);
+    surface_.vertex_region = std::move(labels);
+    surface_.mesh = std::move(mesh);
+  }
+
+  void dropDebris(TriangleMesh& mesh) {
+    Groups groups(mesh.positions.size());
+    for (const Triangle& t : mesh.triangles) groups.join(t[0], t[1]), groups.join(t[1], t[2]);
+    std::map<std::uint32_t, double> area;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area[groups.root(mesh.triangles[t][0])] += triangleArea(mesh, t);
+    const auto dropped = std::count_if(area.begin(), area.end(), [&](const auto& a) { return a.second < settings_.min_area_mm2; });
+    if (dropped == 0) return;
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return area.at(groups.root(t[0])) < settings_.min_area_mm2; });
+    out_.notes.push_back(std::to_string(dropped) + " loose pieces of less than " + number(settings_.min_area_mm2) + " mm2 were left out.");
+  }
+
+  static void keepUsed(TriangleMesh& mesh, std::vector<std::int32_t>& labels) {
+    std::vector<char> is_used(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+      for (const std::uint32_t v : t) is_used[v] = 1;
+    std::size_t kept = 0;
+    for (std::size_t v = 0; v < is_used.size(); ++v)
+      if (is_used[v]) labels[kept++] = labels[v];
+    labels.resize(kept);
+    dropUnusedVertices(mesh);
+  }
+
+  void finishParts(const LabelPieces& pieces, const PartSolids& solids) {
+    std::vector<std::int32_t> order;
+    for (std::int32_t region = 1; region < static_cast<std::int32_t>(pieces.region_label.size()); ++region) order.push_back(region);
+    order.push_back(kGumRegion);
+    double rims = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      progress_.check();
+      progress_.stage("mend");
+      progress_.advance(static_cast<double>(i) / static_cast<double>(order.size()));
+      const auto region = static_cast<std::size_t>(order[i]);
+      SplitPart part;
+      part.label = pieces.region_label[region];
+      part.piece = pieces.region_piece[region];
+      part.mesh = solidOf(surface_, solids, order[i], part.is_invented);
+      if (part.mesh.triangles.empty()) continue;
+      for (std::size_t t = 0; t < part.mesh.triangles.size(); ++t)
+        (part.is_invented[t] ? part.invented_area : part.scanned_area) += triangleArea(part.mesh, t);
+      part.rim_length = solids.rim_length[region];
+      rims += part.rim_length;
+      if (order[i] == kGumRegion) part.rim_length = rims;
+      mend(part);
+      out_.parts.push_back(std::move(part));
+    }
+  }
+
+  void mend(SplitPart& part) {
+    RepairedMesh repaired = repairMesh(part.mesh, RepairKind::Auto, progress_);
+    for (const RepairStep& step : repaired.steps) part.notes.push_back(step.text);
+    part.is_sound = repaired.isSound();
+    if (!repaired.steps.empty() && part.is_sound) {
+      part.mesh = std::move(repaired.mesh);
+      part.is_invented.clear();
+    } else if (!part.is_sound && !repaired.result.defects.empty() && !repaired.result.defects[0].first.empty()) {
+      part.fault = repaired.result.defects[0].first[0].point;
+      part.notes.push_back(repaired.result.summary());
+    }
+    part.mesh.part.clear();
+    part.mesh.part_names.clear();
+    part.volume = volumeOf(part.mesh);
+  }
+
+  /// Of all solids together, where vertices at one place are one: walls that two solids share do not cross.
+  void countCrossings() {
+    progress_.stage("crossings");
+    TriangleMesh all;
+    std::vector<std::uint32_t> part_of;
+    std::vector<Vector3d> points;
+    for (const SplitPart& part : out_.parts) points.insert(points.end(), part.mesh.positions.begin(), part.mesh.positions.end());
+    std::vector<std::uint32_t> order(points.size()), index(points.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto less = [&](std::uint32_t a, std::uint32_t b) {
+      return std::lexicographical_compare(points[a].data(), points[a].data() + 3, points[b].data(), points[b].data() + 3);
+    };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return less(a, b) || (!less(b, a) && a < b); });
+    for (std::size_t i = 0; i < order.size(); ++i)
+      index[order[i]] = i > 0 && !less(order[i - 1], order[i]) ? index[order[i - 1]] : order[i];
+    all.positions = points;
+    std::uint32_t first = 0;
+    for (std::uint32_t p = 0; p < out_.parts.size(); ++p) {
+      for (const Triangle& t : out_.parts[p].mesh.triangles) {
+        all.triangles.push_back({index[first + t[0]], index[first + t[1]], index[first + t[2]]});
+        part_of.push_back(p);
+      }
+      first += static_cast<std::uint32_t>(out_.parts[p].mesh.positions.size());
+    }
+    for (const auto& [a, b] : findCrossingTriangles(all, kMostSplitCrossings).pairs) {
+      if (part_of[a] == part_of[b]) continue;  // the checks of the part say so
+      ++out_.crossing_pairs;
+      for (const std::uint32_t t : {a, b}) {
+        SplitPart& part = out_.parts[part_of[t]];
+        if (part.crossing_pairs++ == 0) part.crossing = (all.corner(t, 0) + all.corner(t, 1) + all.corner(t, 2)) / 3;
+      }
+    }
+  }
+
+  const SplitSettings& settings_;
+  Progress& progress_;
+  ScanSurface surface_;
+  double kept_area_ = 0;
+  SplitScan out_;
+};
+
+}  // namespace
+
+SplitScan splitScan(const TriangleMesh& scan, std::span<const std::int32_t> label_of_vertex, const SplitSettings& settings,
+                    Progress& progress) {
+  if (label_of_vertex.size() != scan.positions.size()) throw std::invalid_argument("a scan needs one label for each of its vertices");
+  if (std::any_of(label_of_vertex.begin(), label_of_vertex.end(), [](std::int32_t label) { return label < 0; }))
+    throw std::invalid_argument("the label of a vertex is negative");
+  if (!(settings.smooth_mm >= 0 && settings.min_area_mm2 >= 0 && settings.base_mm > 0 && settings.root_mm >= 0))
+    throw std::invalid_argument("a length of the split is negative or no number");
+  return Splitter(settings, progress).run(scan, label_of_vertex);
+}
+
+}  // namespace spheretree::builder

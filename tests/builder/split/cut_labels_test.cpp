@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/cut_labels.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdlib>
+
+#include "scan.h"
+#include "split/label_pieces.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Error {
+  double mean = 0, most = 0;
+};
+
+ScanSurface cutScan(const samples::SampleScan& scan, double smooth) {
+  const LabelPieces pieces = findLabelPieces(scan.mesh, scan.labels, 4);
+  ScanSurface surface{scan.mesh, pieces.region, {}, std::vector<char>(scan.mesh.triangles.size(), 0), pieces.region_label};
+  cutLabels(surface, smooth);
+  return surface;
+}
+
+/// Of the middles of the edges between regions, the distance to the nearest margin of a tooth.
+Error marginError(const samples::SampleScan& scan, const ScanSurface& surface) {
+  const EdgeFaces faces(surface.mesh);
+  Error error;
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = surface.mesh.triangles[t][k], b = surface.mesh.triangles[t][(k + 1) % 3], other = faces.face(b, a);
+      if (other == EdgeFaces::kNone || surface.region[t] == 0 || surface.region[other] == surface.region[t]) continue;
+      const Vector3d p = (surface.mesh.positions[a] + surface.mesh.positions[b]) / 2;
+      double least = 1e9;
+      for (const auto& margin : scan.margins)
+        for (std::size_t i = 0; i < margin.size(); ++i) {
+          const Vector3d &q = margin[i], way = margin[(i + 1) % margin.size()] - q;
+          const double at = way.squaredNorm() > 0 ? std::clamp((p - q).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0;
+          least = std::min(least, (p - q - at * way).norm());
+        }
+      error.mean += least, error.most = std::max(error.most, least), ++count;
+    }
+  error.mean /= static_cast<double>(count);
+  return error;
+}
+
+double areaOf(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += triangleArea(mesh, t);
+  return area;
+}
+
+TEST(CutLabels, IsAtTheMarginAndSmoothWhereLabelsAreJagged) {
+  const samples::Mouth mouth = samples::makeMouth();
+  const double edge = std::getenv("SPHERETREE_LONG") ? 0.3 : 0.4;
+  samples::ScanSettings settings{.edge_mm = edge, .hidden_removed = false};
+  const samples::SampleScan exact = samples::makeScan(mouth, settings);
+  settings.jagged = true;
+  const samples::SampleScan rough = samples::makeScan(mouth, settings);
+  const Error whole = marginError(exact, cutScan(exact, 0.15)), jagged = marginError(rough, cutScan(rough, 0.15));
+  const Error raw = marginError(rough, cutScan(rough, 0));
+  std::printf("margin: exact %.3f %.3f, jagged %.3f %.3f, without smoothing %.3f %.3f mm (mean, largest)\n", whole.mean, whole.most,
+              jagged.mean, jagged.most, raw.mean, raw.most);
+  // The vertices on the margin are labelled as teeth, so that the middles of the edges lie half an edge beside it.
+  EXPECT_LT(whole.mean, 0.6 * edge);
+  EXPECT_LT(whole.most, edge);
+  EXPECT_LT(jagged.most, raw.most);
+  EXPECT_LT(jagged.mean, 0.3);
+}
+
+TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
+  const samples::SampleScan scan = samples::makeScan(samples::makeMouth(), {.edge_mm = 0.9, .hidden_removed = false});
+  const ScanSurface surface = cutScan(scan, 0.3);
+  EXPECT_NEAR(areaOf(surface.mesh), areaOf(scan.mesh), 1e-9 * areaOf(scan.mesh));
+  EXPECT_EQ(surface.region.size(), surface.mesh.triangles.size());
+  const auto borders = [](const TriangleMesh& mesh) {
+    const EdgeFaces faces(mesh);
+    std::size_t open = 0;
+    for (const Triangle& t : mesh.triangles)
+      for (std::size_t k = 0; k < 3; ++k) open += faces.face(t[(k + 1) % 3], t[k]) == EdgeFaces::kNone;
+    return open;
+  };
+  EXPECT_EQ(borders(surface.mesh), borders(scan.mesh));
+}
+
+/// A border that runs straight at an angle to the grid, with the values of a linear function at the vertices: after
+/// smoothing it is where it was.
+TEST(CutLabels, AStraightBorderMovesByNoMoreThanAllowed) {
+  for (const double smooth : {0.0, 0.1, 0.3}) {
+    ScanSurface surface;
+    constexpr std::uint32_t kSide = 60;
+    for (std::uint32_t j = 0; j <= kSide; ++j)
+      for (std::uint32_t i = 0; i <= kSide; ++i) {
+        surface.mesh.positions.emplace_back(0.3 * i, 0.3 * j, 0);
+        surface.vertex_region.push_back(0.3 * i + 0.11 * j > 12 ? 1 : 0);
+      }
+    for (std::uint32_t j = 0; j < kSide; ++j)
+      for (std::uint32_t i = 0; i < kSide; ++i) {
+        const std::uint32_t a = j * (kSide + 1) + i, b = a + 1, c = b + kSide + 1, d = c - 1;
+        surface.mesh.triangles.push_back({a, b, c});
+        surface.mesh.triangles.push_back({a, c, d});
+      }
+    surface.is_invented.assign(surface.mesh.triangles.size(), 0);
+    surface.region_label = {0, 11};
+    const std::size_t old_points = surface.mesh.positions.size();
+    cutLabels(surface, smooth);
+    double most = 0;
+    for (std::size_t v = old_points; v < surface.mesh.positions.size(); ++v) {
+      const Vector3d& p = surface.mesh.positions[v];
+      EXPECT_EQ(p.z(), 0);
+      most = std::max(most, std::abs(p.x() + 0.11 / 0.3 * p.y() - 12) / std::hypot(1, 0.11 / 0.3));
+    }
+    EXPECT_LT(most, 0.3 / 2 * std::sqrt(2) + smooth);
+  }
+}
+
+}  // namespace
+}  // namespace spheretree::builder
