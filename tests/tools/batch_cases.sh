@@ -55,6 +55,43 @@ case_scene() {
   [ -s ball_2.obj ] || fail "no second ball"
 }
 
+# split MAKE_SCANS
+case_split() {
+  "$1" scans edge=0.9 || fail "make_scans"
+  "$program" split scans/upper.obj scans/lower.obj --labels scans/upper.json scans/lower.json --opening 25 -o patient \
+    --marked marked.glb >out 2>err
+  code=$?
+  says "28 teeth, 2 gums; 0 refused" out
+  # Exit code 5 and findings go together.
+  if grep -q '"state": "crosses"' patient/split.json; then [ $code = 5 ] && says "finding: " err; else [ $code = 0 ]; fi ||
+    fail "exit code $code does not go with the findings"
+  for part in tooth_11 tooth_27 tooth_36 tooth_47 gum_upper gum_lower; do
+    [ -s patient/$part.ply ] || fail "no $part"
+    expect 0 check patient/$part.ply
+  done
+  says '"schema": "spheretree.split/1"' patient/split.json
+  [ -s marked.glb ] || fail "nothing marked"
+  expect 0 batch patient/mouth.scene.json -o trees --dry-run
+  says "31 to build" out
+  # One jaw, twice, is the same; labels in a PLY are the same as in a JSON file.
+  expect 0 split scans/upper.obj --labels scans/upper.json -o one --json
+  says '"jaw": "upper"' out
+  cmp one/tooth_16.ply patient/tooth_16.ply || fail "a tooth depends on the other jaw"
+  # What does not fit is refused, and nothing is written.
+  expect 4 split scans/lower.obj --labels scans/upper.json -o x
+  says "labels for" err
+  sed 's/"labels": \[0/"labels": [-1/;s/"labels": \[\([1-9]\)/"labels": [-\1/' scans/upper.json >bad.json
+  expect 4 split scans/upper.obj --labels bad.json -o x
+  says "labels\[0\]" err
+  expect 2 split scans/upper.obj -o x
+  expect 2 split scans/upper.obj --labels scans/upper.json --parts -o x
+  expect 2 split scans/upper.obj --labels scans/upper.json --opening 20 -o x
+  expect 4 split scans/upper.obj scans/upper.obj --labels scans/upper.json scans/upper.json -o x
+  says "both scans are of the upper jaw" err
+  expect 4 split scans/upper.obj --label-property label -o x
+  says "only PLY has properties" err
+}
+
 case_batch_meshes() {
   write_scene a.scene.json ""
   expect 0 batch pair.obj tool.obj -o out_m --quality quick --tolerance 1.5 --match 'left=1.25'

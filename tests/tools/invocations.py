@@ -31,7 +31,8 @@ def case(code, *words):
 
 def verbs():
     """Command lines that are wrong in themselves."""
-    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "robot", "scene", "soften"]
+    verbs_of = ["batch", "build", "check", "compare", "convert", "evaluate", "inspect", "repair", "report", "robot", "scene", "soften",
+                "split"]
     for verb in verbs_of:
         case(USAGE, verb)
         case(OK, verb, "--help")

@@ -54,7 +54,7 @@ write_torus() {
 
 case_help() {
   expect 0 --help
-  for verb in batch build check compare convert evaluate inspect repair report robot scene soften view; do
+  for verb in batch build check compare convert evaluate inspect repair report robot scene soften split view; do
     says "^  $verb" out
     "$program" $verb --help >help || fail "no help of $verb"
     says "Example:" help

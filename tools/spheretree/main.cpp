@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
     addRobotCommand(program);
     addSceneCommand(program);
     addSoftenCommand(program);
+    addSplitCommand(program);
     addViewCommand(program);
     return runProgram(program, argc, argv);
   });

@@ -39,6 +39,7 @@ void addReportCommand(Program& program);
 void addRobotCommand(Program& program);
 void addSceneCommand(Program& program);
 void addSoftenCommand(Program& program);
+void addSplitCommand(Program& program);
 void addViewCommand(Program& program);
 
 /// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scan with its labels, from files. Units: mm.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::pipeline {
+
+/// Where the labels of a scan are: exactly one of these.
+struct LabelSource {
+  std::filesystem::path file;  // JSON, as formats::readScanLabels() reads it
+  std::string property;        // of a PLY file: a scalar of the vertices or faces, or "colour"
+  bool parts = false;          // the parts of the mesh file, by their names
+  std::string numbering = "fdi";
+};
+
+struct ScanInput {
+  TriangleMesh mesh;
+  std::vector<std::int32_t> labels;  // of each vertex: FDI number, 0 for gum, or a number that is no tooth
+  std::string jaw;                   // "upper" or "lower", as the labels say; "" if they do not
+  std::vector<std::string> notes;    // whole sentences
+};
+
+/// @throws formats::FileError; formats::FormatError for labels that do not fit the mesh, with the place;
+/// tool::UsageError for a numbering that the labels cannot be in.
+ScanInput readScan(const std::filesystem::path& scan, const std::string& unit, const LabelSource& source);
+
+}  // namespace spheretree::pipeline

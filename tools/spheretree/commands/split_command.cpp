@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// spheretree split: labelled intraoral scans to closed teeth and gums, with a scene for batch.
+#include <memory>
+
+#include "commands/command.h"
+#include "commands/common_options.h"
+#include "json_text.h"
+#include "mistyped.h"
+#include "pipeline/split/split_job.h"
+#include "run_files.h"
+#include "terminal.h"
+
+namespace spheretree::tool {
+namespace {
+
+struct SplitOptions {
+  pipeline::SplitJobSettings job;
+  bool json = false;
+};
+
+int runSplitCommand(const SplitOptions& options, builder::Progress& progress) {
+  for (const std::filesystem::path& input : options.job.scans)
+    if (isDash(input)) throw UsageError("a scan is read twice, which standard input (-) cannot be. Save it as a file first.");
+  const pipeline::SplitJobResult result = pipeline::runSplit(options.job, progress);
+  for (const std::string& note : result.notes) say("spheretree: " + note);
+  if (options.json)
+    writeResult(jsonText(result.report, 1) + "\n");
+  else
+    printResult("%s: %s, %s; %zu refused, %zu cross a neighbour\nnext: spheretree batch %s -o DIR\n",
+                plainText(options.job.folder.string()).c_str(), counted(result.teeth, "tooth", "teeth").c_str(),
+                counted(result.gums, "gum").c_str(), result.refused, result.crossing,
+                plainText((options.job.folder / "mouth.scene.json").string()).c_str());
+  if (result.refused > 0) return kExitPartlyFailed;
+  return result.crossing > 0 ? kExitTargetMissed : kExitOk;
+}
+
+void addSources(CLI::App& app, pipeline::SplitJobSettings& job) {
+  app.add_option("SCAN", job.scans, "Labelled scan of one jaw, or of both: OBJ, PLY, STL, OFF, glTF or GLB")->required()->type_name("FILE");
+  app.add_option(
+         "--labels", job.labels,
+         "Labels as JSON in the form of Teeth3DS+, one file for each scan; default: none, then --label-property or --parts is needed")
+      ->type_name("FILE");
+  app.add_option("--label-property", job.source.property,
+                 "Scalar property of the vertices or faces of a PLY file, or colour, that holds the labels; default: none")
+      ->type_name("NAME");
+  app.add_flag("--parts", job.source.parts, "The parts of the file are the labels, with numbers of teeth in their names; default: not");
+  app.add_option("--numbering", job.source.numbering, "Numbers in the labels: fdi, universal or palmer; default fdi")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"fdi", "universal", "palmer"}));
+  app.add_option("--jaw", job.jaw, "Jaw of a single scan: upper, lower or auto; default auto: as the labels say")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"upper", "lower", "auto"}));
+  addUnit(app, job.unit);
+}
+
+}  // namespace
+
+void addSplitCommand(Program& program) {
+  const auto options = std::make_shared<SplitOptions>();
+  CLI::App* app = addVerb(program, "split", "Cut labelled intraoral scans into closed teeth and gums, with a scene for batch",
+                          "spheretree split upper.obj lower.obj --labels upper.json lower.json --opening 30 -o patient",
+                          [options](builder::Progress& progress) { return runSplitCommand(*options, progress); });
+  addSources(*app, options->job);
+  builder::SplitSettings& split = options->job.split;
+  app->add_option("-o,--output", options->job.folder, "Folder for NAME.ply, mouth.scene.json and split.json; made if it is missing")
+      ->required()
+      ->type_name("DIR");
+  app->add_option("--base", split.base_mm, "From the lowest point of a scan to the base of its gum in mm, above 0 to 100; default 4")
+      ->type_name("MM")
+      ->check(numberIn(1e-3, 100));
+  app->add_option("--root", split.root_mm, "Length of a conical stub under each crown in mm, 0 to 30; default 0: a cap")
+      ->type_name("MM")
+      ->check(numberIn(0, 30));
+  app->add_option("--smooth", split.smooth_mm, "How far the border of a label may move to become smooth, in mm, 0 to 10; default 0.15")
+      ->type_name("MM")
+      ->check(numberIn(0, 10));
+  app->add_option("--min-area", split.min_area_mm2, "Smaller pieces of a label join their neighbour, in mm2, 0 to 1000; default 4")
+      ->type_name("MM2")
+      ->check(numberIn(0, 1000));
+  app->add_option("--opening", options->job.opening_deg,
+                  "With two jaws: opens the mouth by turning the lower one in the scene, in degrees, 0 to 60; default: as scanned")
+      ->type_name("DEG")
+      ->check(numberIn(0, 60));
+  app->add_flag("--json", options->json, "Print split.json in place of a summary; default: not");
+  app->add_option("--marked", options->job.marked, "GLB of all parts with what was invented marked; default: none")->type_name("FILE");
+}
+
+}  // namespace spheretree::tool
