@@ -20,6 +20,7 @@ CONDITIONS = {
     "no-browser": lambda meshes: not (shutil.which("chromium") and shutil.which("chromedriver")),
     "no-display": lambda meshes: not (shutil.which("Xvfb") and shutil.which("xdotool")),
     "no-slurm": lambda meshes: not shutil.which("slurmctld"),
+    "no-snakemake": lambda meshes: not shutil.which("snakemake"),
     "no-parallel": lambda meshes: not shutil.which("parallel"),
     "no-mouth": lambda meshes: "SPHERETREE_MOUTH" not in os.environ,
 }

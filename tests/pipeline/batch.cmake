@@ -9,6 +9,11 @@ if(Python3_FOUND)
     $<TARGET_FILE:make_samples> $<TARGET_FILE:haptic-player> ${SPHERETREE_SHARED_DIR}/meshes ${CMAKE_CURRENT_BINARY_DIR}/dental_scene)
   set_tests_properties(pipeline.dental_scene PROPERTIES LABELS pipeline TIMEOUT 1800 SKIP_RETURN_CODE 77)
 endif()
+foreach(scheduler IN ITEMS slurm snakemake)
+  add_test(NAME pipeline.cohort_jobs.${scheduler} COMMAND bash ${CMAKE_CURRENT_LIST_DIR}/job_arrays.sh
+    ${scheduler} $<TARGET_FILE:spheretree> ${CMAKE_SOURCE_DIR}/docs/cohorts.md)
+  set_tests_properties(pipeline.cohort_jobs.${scheduler} PROPERTIES LABELS pipeline TIMEOUT 600 SKIP_RETURN_CODE 77)
+endforeach()
 foreach(scheduler IN ITEMS parallel slurm)
   add_test(NAME pipeline.job_arrays.${scheduler} COMMAND bash ${CMAKE_CURRENT_LIST_DIR}/job_arrays.sh
     ${scheduler} $<TARGET_FILE:spheretree> ${CMAKE_SOURCE_DIR}/docs/batch.md)

@@ -1,9 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# The lines of docs/batch.md for GNU parallel and for Slurm, run as they stand there: with a small scene in the place of
-# the mouth, and for Slurm on a cluster of one node (munged, slurmctld and slurmd of our own) that lives in a temporary
-# folder. The trees must be those of one run.
-# Usage: job_arrays.sh slurm|parallel PROGRAM DOCS/batch.md      Exit code 77, skipped, where the scheduler is not
+# The lines of docs/batch.md for GNU parallel and for Slurm, and those of docs/cohorts.md for Slurm and Snakemake, run
+# as they stand there: with small scenes in the place of mouths, and for Slurm on a cluster of one node (munged,
+# slurmctld and slurmd of our own) that lives in a temporary folder. The trees must be those of one run.
+# Usage: job_arrays.sh slurm|parallel|snakemake PROGRAM PAGE      Exit code 77, skipped, where the scheduler is not
 # installed.
 set -u
 kind=$1
@@ -83,6 +83,9 @@ case $kind in
   parallel)
     parallel --version 2>/dev/null | grep -q "GNU parallel" || skip "GNU parallel is not installed"
     ;;
+  snakemake)
+    command -v snakemake >/dev/null || skip "snakemake is not installed"
+    ;;
   slurm)
     for needed in munged slurmctld slurmd sbatch squeue sinfo; do
       PATH=$PATH:/usr/sbin:/sbin command -v $needed >/dev/null || skip "$needed is not installed"
@@ -92,8 +95,11 @@ case $kind in
     start_cluster
     ;;
 esac
-lines=$(lines_with "$([[ $kind == slurm ]] && echo sbatch || echo 'parallel -j')")
-[[ $lines == *--shard* ]] || fail "the page has no lines for $kind"
+word=$kind
+[[ $kind == slurm ]] && word=sbatch
+[[ $kind == parallel ]] && word="parallel -j"
+lines=$(lines_with "$word")
+[[ $lines == *shard* ]] || fail "the page has no lines for $kind"
 
 # A torus and scaled copies of it: small, and each another mesh.
 mkdir "$folder/work" "$folder/bin"
@@ -119,7 +125,17 @@ cat >mouth.scene.json <<END
 {"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 3},
  "tool": {"name": "tool", "mesh": "ring0.obj"}, "objects": [$objects]}
 END
-spheretree batch mouth.scene.json -o whole >../whole.log 2>&1 || fail "the run without shards"
+if [[ $page == *cohorts.md ]]; then
+  cp "$(dirname "$page")/Snakefile" .
+  for i in 1 2 3 4 5; do
+    mkdir P$i
+    sed "s|\"ring0|\"../ring0|; s|\"objects\": .*|\"objects\": [{\"name\": \"ring\", \"mesh\": \"../ring$i.obj\"}]}|" mouth.scene.json >P$i/mouth.scene.json
+    echo "{\"patient\": \"P$i\", \"scene\": \"P$i/mouth.scene.json\"}" >>list.jsonl
+  done
+  spheretree batch --cohort list.jsonl -o whole >../whole.log 2>&1 || fail "the run without shards"
+else
+  spheretree batch mouth.scene.json -o whole >../whole.log 2>&1 || fail "the run without shards"
+fi
 
 echo "$lines"
 bash -euc "$lines" >../lines.log 2>&1 || fail "a line of the page"
@@ -129,6 +145,13 @@ if [[ $kind == slurm ]]; then
     sleep 0.2
   done
   [[ -z $(squeue -h) ]] || fail "jobs do not end: $(squeue)"
+fi
+if [[ $page == *cohorts.md ]]; then
+  [[ -s cohort.html || -s trees/cohort.html ]] || fail "no page was written"
+  [[ $(cat trees/cohort.*-of-8.jsonl | wc -l) == 5 ]] || fail "not each patient has a line"
+  for file in whole/P*/*.stree whole/P*/scene.json; do cmp "$file" "trees/${file#*/}" || fail "${file#*/} differs"; done
+  echo "$kind: the same bytes as one run"
+  exit 0
 fi
 [[ -f mouth/report.json ]] || fail "no report was written"
 grep -q '"built": 0,' mouth/report.json || fail "the last run built what the shards should have built"

@@ -92,6 +92,50 @@ case_split() {
   says "only PLY has properties" err
 }
 
+case_cohort() {
+  write_scene mouth.scene.json ""
+  for i in 1 2 3 4 5; do
+    mkdir -p P$i
+    sed "s|\"levels\": 3|\"levels\": $((i % 3 + 2)), \"tolerance_mm\": $i|; s|\"\([a-z]*\).obj\"|\"../\1.obj\"|g" mouth.scene.json >P$i/s.scene.json
+    echo "{\"patient\": \"P$i\", \"scene\": \"P$i/s.scene.json\"}"
+  done >list.jsonl
+  expect 0 batch --cohort list.jsonl -o whole
+  says "5/5 P" out
+  for shard in 2 1 3; do expect 0 batch --cohort list.jsonl -o parts --shard $shard/3 --threads $shard; done
+  [ "$(cat parts/cohort.*-of-3.jsonl | wc -l)" -eq 5 ] || fail "not each patient is in one log"
+  for i in 1 2 3 4 5; do
+    for file in scene.json tool.stree left.stree right.stree; do
+      cmp whole/P$i/$file parts/P$i/$file || fail "P$i/$file differs between one run and three"
+    done
+  done
+  # Again: nothing is built.
+  expect 0 batch --cohort list.jsonl -o parts --shard 1/3
+  says ", 0 built, " out
+  # One bad patient does not stop the others, and is the first of the page.
+  echo '{"patient": "Q", "scene": "gone.scene.json"}' >>list.jsonl
+  expect 6 batch --cohort list.jsonl -o whole
+  says "Q: refused" out
+  says "6 patients" out
+  expect 0 report --cohort whole -o page.html --json
+  grep '"patient":' out >order
+  says '"patient": "Q"' order
+  head -1 order | grep -q '"Q"' || fail "the worst patient is not the first"
+  says "1 of 6 patients are not as asked for" page.html
+  # What does not go together, and lists that are wrong.
+  expect 2 batch --cohort list.jsonl mouth.scene.json -o x
+  expect 2 batch --cohort list.jsonl -o x --dry-run
+  expect 2 batch --cohort list.jsonl -o x --budget 100
+  expect 2 batch --cohort list.jsonl -o x --unit m
+  expect 2 batch -o x
+  echo '{"patient": "P1", "scene": "s"}' >>list.jsonl
+  expect 4 batch --cohort list.jsonl -o x
+  says "line 7: the patient \"P1\" is in line 1 already" err
+  expect 3 batch --cohort gone.jsonl -o x
+  [ ! -e x ] || fail "something was written"
+  expect 2 report --cohort whole -o y.html --scene mouth.scene.json
+  expect 3 report --cohort P1 -o y.html
+}
+
 case_batch_meshes() {
   write_scene a.scene.json ""
   expect 0 batch pair.obj tool.obj -o out_m --quality quick --tolerance 1.5 --match 'left=1.25'

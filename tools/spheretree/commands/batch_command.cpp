@@ -13,6 +13,7 @@
 #include "commands/draft_options.h"
 #include "mistyped.h"
 #include "page/chart.h"
+#include "pipeline/batch/cohort.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/missed_tolerance.h"
 #include "run_files.h"
@@ -133,7 +134,8 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
 }
 
 struct BatchOptions {
-  std::vector<std::filesystem::path> inputs;  // one scene, or mesh files
+  std::vector<std::filesystem::path> inputs;  // one scene, or mesh files; none with a cohort
+  std::filesystem::path cohort;               // list of patients
   pipeline::SceneDraftSettings draft;
   BatchSettings settings;
 };
@@ -158,7 +160,43 @@ BatchSettings settingsOf(const BatchOptions& options) {
   return settings;
 }
 
+pipeline::CohortSettings cohortOf(const BatchOptions& options) {
+  const BatchSettings& own = options.settings;
+  const pipeline::SceneDraftSettings& draft = options.draft;
+  if (!options.inputs.empty()) throw UsageError("--cohort names its scenes itself. Leave out " + options.inputs[0].string() + ".");
+  if (own.budget || own.speed || own.dry_run || !own.paths.empty())
+    throw UsageError("--budget, --chart, --trajectory and --dry-run are for one scene. Leave them out, or leave out --cohort.");
+  if (!draft.tool.empty() || !draft.matches.empty() || draft.reach_mm || !draft.unit.empty())
+    throw UsageError("--tool, --match, --reach and --unit are for mesh files; the scenes of a cohort say all that themselves.");
+  return {.list = options.cohort,
+          .folder = own.folder,
+          .cache = own.cache,
+          .shard = own.shard,
+          .threads = own.threads,
+          .overrides = own.overrides};
+}
+
+/// One line for each patient as it is done.
+void printPatient(const pipeline::PatientResult& patient, std::size_t done, std::size_t of) {
+  printResult("%zu/%zu %s: %s, %zu built, %zu unchanged, %zu failed, %zu leaves, %.1f s%s%s\n", done, of, patient.name.c_str(),
+              nameOf(patient.state), patient.built, patient.cached, patient.failed, patient.leaves, patient.seconds,
+              patient.error.empty() ? "" : "; ", plainText(patient.error).c_str());
+}
+
+int runCohortCommand(const BatchOptions& options, WorkProgress& progress) {
+  const pipeline::CohortSettings settings = cohortOf(options);
+  const std::vector<pipeline::PatientResult> patients = runCohort(settings, progress, printPatient);
+  const auto worst = std::max_element(patients.begin(), patients.end(), [](const auto& a, const auto& b) { return a.state < b.state; });
+  printResult("%s: %s in shard %zu of %zu\nnext: spheretree report --cohort %s -o PAGE.html\n", plainText(settings.folder.string()).c_str(),
+              counted(patients.size(), "patient").c_str(), settings.shard.index, settings.shard.count,
+              plainText(settings.folder.string()).c_str());
+  if (worst == patients.end() || worst->state == pipeline::PatientState::Ok) return kExitOk;
+  return worst->state == pipeline::PatientState::Missed ? kExitTargetMissed : kExitPartlyFailed;
+}
+
 int runBatchCommand(const BatchOptions& options, WorkProgress& progress) try {
+  if (!options.cohort.empty()) return runCohortCommand(options, progress);
+  if (options.inputs.empty()) throw UsageError("what is to be built is missing. Name a scene, mesh files, or a --cohort.");
   const BatchSettings settings = settingsOf(options);
   const BatchResult result = pipeline::runBatch(settings, progress);
   for (const std::string& note : result.notes) say("spheretree: " + note);
@@ -214,7 +252,10 @@ void addBatchCommand(Program& program) {
   app->add_option("SCENE|MESH", all->inputs,
                   "Scene to read (.scene.json); spheretree help scene says what it holds. Or mesh files, each of their parts an object, as "
                   "spheretree scene would write them")
-      ->required()
+      ->type_name("FILE");
+  app->add_option("--cohort", all->cohort,
+                  "In place of SCENE|MESH: many patients, one JSON line each, as {\"patient\": \"P001\", \"scene\": "
+                  "\"P001/mouth.scene.json\"}; results go to DIR/P001 and so on; default: none")
       ->type_name("FILE");
   app->add_option("-o,--output", options->folder, "Folder for NAME.stree, scene.json and report.json; made if it is missing")
       ->required()
@@ -222,7 +263,8 @@ void addBatchCommand(Program& program) {
   app->add_option("--cache", options->cache, "Folder of finished trees, by content; default DIR/cache")->type_name("DIR");
   app->add_option_function<std::string>(
          "--shard", [options](const std::string& text) { (void)parseShard(text, options->shard); },
-         "Build only the I-th of N shares, into the cache; default 1/1: all, and write the results")
+         "Build only the I-th of N shares, into the cache; of a cohort, whole patients with their results; default 1/1: all, and write "
+         "the results")
       ->type_name("I/N")
       ->check([](const std::string& text) {
         Shard ignored;

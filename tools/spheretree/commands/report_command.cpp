@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 struct ReportOptions {
   fs::path input, output, scene, recording;
+  bool cohort = false;
   bool json = false;
 };
 
@@ -28,6 +29,11 @@ constexpr std::size_t kMostComparisonBytes = 2'000'000, kMostBytes = 5'000'000;
 
 Report makeReport(const ReportOptions& options, builder::Progress& progress) {
   const fs::path& in = options.input;
+  if (options.cohort) {
+    if (!options.scene.empty() || !options.recording.empty())
+      throw UsageError("--scene and --recording do not go with --cohort. Leave them out.");
+    return cohortReport(in);
+  }
   const auto given = [](const fs::path& path) { return path.empty() ? std::optional<fs::path>() : std::optional<fs::path>(path); };
   std::error_code none;
   if (!fs::is_directory(in, none)) {
@@ -92,6 +98,8 @@ void addReportCommand(Program& program) {
       ->type_name("FILE");
   app->add_option("--recording", options->recording, "A recording in the scene of a batch, to replay it there; default: none")
       ->type_name("FILE");
+  app->add_flag("--cohort", options->cohort,
+                "INPUT is the folder of batch --cohort: a page of all patients, the worst first; default: not");
   app->add_flag("--json", options->json, "Print the figures of the page as JSON on stdout");
 }
 

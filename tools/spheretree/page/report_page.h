@@ -20,6 +20,9 @@ struct Report {
 Report batchReport(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& recording, std::size_t most_bytes,
                    builder::Progress& progress);
 
+/// Of a folder that spheretree batch --cohort wrote: its patients, the worst first.
+Report cohortReport(const std::filesystem::path& folder);
+
 /// Of a recording, with the compiled scene that it was made in, if it is given.
 Report recordingReport(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& scene, std::size_t most_bytes,
                        builder::Progress& progress);

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page of a cohort: the verdict, and its patients, the worst first.
+#include <algorithm>
+
+#include "page/chart.h"
+#include "page/report_page.h"
+#include "pipeline/batch/cohort.h"
+
+namespace spheretree::tool {
+namespace {
+
+using pipeline::PatientResult;
+using pipeline::PatientState;
+
+std::string stateCell(PatientState state) {
+  const char* mark = state == PatientState::Ok ? "good" : state == PatientState::Missed ? "warn" : "bad";
+  return "<span class=\"" + std::string(mark) + "\">" + nameOf(state) + "</span>";
+}
+
+std::string verdict(const std::vector<PatientResult>& patients) {
+  const auto with = [&](PatientState state) {
+    return static_cast<std::size_t>(std::count_if(patients.begin(), patients.end(), [&](const auto& p) { return p.state == state; }));
+  };
+  const std::size_t ok = with(PatientState::Ok);
+  if (ok == patients.size()) return "<p><span class=\"good\">All " + std::to_string(ok) + " patients are built</span> as asked for.</p>\n";
+  std::string out = "<p><span class=\"bad\">" + std::to_string(patients.size() - ok) + " of " + std::to_string(patients.size()) +
+                    " patients are not as asked for</span>: ";
+  for (const PatientState state : {PatientState::Refused, PatientState::Failed, PatientState::Missed})
+    out += std::to_string(with(state)) + " " + nameOf(state) + (state == PatientState::Missed ? ".</p>\n" : ", ");
+  return out;
+}
+
+}  // namespace
+
+Report cohortReport(const std::filesystem::path& folder) {
+  const std::vector<PatientResult> patients = pipeline::readCohortLogs(folder);
+  Report report;
+  HtmlTable table{"Patients, the worst first",
+                  {"patient", "state", "worst overhang / tolerance", "worst object", "built", "unchanged", "failed", "missed", "leaves",
+                   "seconds", "what went wrong"},
+                  {}};
+  Json rows = Json::array();
+  double seconds = 0;
+  std::size_t leaves = 0;
+  for (const PatientResult& p : patients) {
+    seconds += p.seconds, leaves += p.leaves;
+    rows.push_back(toJson(p));
+    table.rows.push_back({escaped(p.name), stateCell(p.state), p.worst_ratio ? shortNumber(*p.worst_ratio) : "\u2013",
+                          escaped(p.worst_object), std::to_string(p.built), std::to_string(p.cached), std::to_string(p.failed),
+                          std::to_string(p.missed), std::to_string(p.leaves), shortNumber(p.seconds), escaped(p.error)});
+  }
+  Page page("Cohort " + folder.filename().string(), verdict(patients));
+  page.addSection("patients", "Patients",
+                  figureBoxes({{"patients", std::to_string(patients.size())},
+                               {"leaves", std::to_string(leaves)},
+                               {"hours of work", shortNumber(seconds / 3600)}}) +
+                      table.html() +
+                      "<p class=\"note\">refused: the scene cannot be read; failed: some object has no tree; missed: some tolerance is not "
+                      "met. One patient: spheretree report FOLDER/PATIENT.</p>\n");
+  report.html = page.html({});
+  report.figures = {{"schema", "spheretree.cohort_report/1"}, {"patients", std::move(rows)}};
+  return report;
+}
+
+}  // namespace spheretree::tool
