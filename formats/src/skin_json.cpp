@@ -116,7 +116,7 @@ Skin readSkinJson(const JsonElement& element) {
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const JsonElement e = record(vertices, i, 5);
     SkinVertex& v = skin.vertices.emplace_back();
-    for (std::size_t axis = 0; axis < 3; ++axis) v.position[axis] = whole<std::uint16_t>(e.item(axis));
+    for (std::size_t axis = 0; axis < 3; ++axis) v.position[axis] = whole<std::uint32_t>(e.item(axis));
     v.normal = readNormal(e, 3);
   }
   for (std::size_t i = 0; i < edges.size(); ++i) {

@@ -299,6 +299,7 @@ TEST(SkinFindFault, FindsEachBrokenRule) {
       {"more vertices or edges", [](Skin& s) { s.edges.resize(65537); }},
       {"vertex 3 of the skin: its normal", [](Skin& s) { s.vertices[3].normal[0] = kLowest; }},
       {"vertex 3 of the skin: its normal", [](Skin& s) { s.vertices[3].normal[1] = kLowest; }},
+      {"vertex 3 of the skin: its position", [](Skin& s) { s.vertices[3].position[2] = kMaxSkinCoordinate + 1; }},
       {"edge 2 of the skin: its normal", [](Skin& s) { s.edges[2].normal[1] = kLowest; }},
       {"edge 2 of the skin: its flag", [](Skin& s) { s.edges[2].is_sharp = 2; }},
       {"edge 2 of the skin: its offset", [](Skin& s) { s.edges[2].offset[1] = -128; }},

@@ -80,7 +80,8 @@ def skin_of(data):
     inner, triangles, vertices, edges = struct.unpack_from("<4I", data, 32)
     spheres, at = records("4f", inner, data, 48)
     skin["triangles"], at = records("6H", triangles, data, at)
-    skin["vertices"], at = records("3H2h", vertices, data, at)
+    packed, at = records("Q2h", vertices, data, at)
+    skin["vertices"] = [[p & 0x1FFFFF, p >> 21 & 0x1FFFFF, p >> 42, u, v] for p, u, v in packed]
     skin["edges"], at = records("3bB2h", edges, data, at)
     assert len(data) == at + inner
     skin["inner"] = search_nodes(spheres, data[at:])

@@ -106,6 +106,8 @@ TEST(TreeJson, NamesWhatIsWrongInSearchAndSkin) {
       {replaced(good, "\"step_mm\":", "\"step_mm\":-1,\"was\":"), "step of positions"},
       {with("triangles", "[0,0,0]"), "skin.triangles[0] does not have 6 numbers"},
       {with("triangles", "[-1,0,0,0,0,0]"), "skin.triangles[0][0] is not a whole number from 0 to 65535"},
+      {with("vertices", "[0,-1,0,0,0]"), "skin.vertices[0][1] is not a whole number from 0 to 4294967295"},
+      {with("vertices", "[0,2097152,0,0,0]"), "vertex 0 of the skin: its position"},
       {with("vertices", "[0,0,0,0,32768]"), "skin.vertices[0][4] is not a whole number from -32768 to 32767"},
       {with("vertices", "[0,0,0,0,18446744073709551615]"), "skin.vertices[0][4] is not a whole number"},
       {with("edges", "[128,0,0,0,0,0]"), "skin.edges[0][0] is not a whole number from -128 to 127"},

@@ -120,14 +120,15 @@ inline Skin skinOf(const SmoothMesh& mesh) {
   Skin skin;
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : mesh.positions) box.extend(p);
-  skin.step = static_cast<float>(box.sizes().maxCoeff() / 65535 * (1 + 1e-6));
+  skin.step = static_cast<float>(box.sizes().maxCoeff() / kMaxSkinCoordinate * (1 + 1e-6));
   for (std::size_t axis = 0; axis < 3; ++axis) skin.low[axis] = static_cast<float>(box.min()[static_cast<Eigen::Index>(axis)]);
   skin.mesh_distance = 0.125f, skin.crease_angle = 0.5f;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     SkinVertex vertex{{}, packNormal(mesh.normals[v])};
     for (std::size_t axis = 0; axis < 3; ++axis)
-      vertex.position[axis] = static_cast<std::uint16_t>(std::clamp(
-          std::lround((mesh.positions[v][static_cast<Eigen::Index>(axis)] - double{skin.low[axis]}) / double{skin.step}), 0L, 65535L));
+      vertex.position[axis] = static_cast<std::uint32_t>(
+          std::clamp(std::lround((mesh.positions[v][static_cast<Eigen::Index>(axis)] - double{skin.low[axis]}) / double{skin.step}), 0L,
+                     long{kMaxSkinCoordinate}));
     skin.vertices.push_back(vertex);
   }
   struct Side {

@@ -44,7 +44,7 @@ class Taker {
   }
   template <class T>
   void takeArray(std::vector<T>& values, std::size_t count) {
-    values.resize(count);
+    values = std::vector<T>(count);
     if (count > 0) std::memcpy(static_cast<void*>(values.data()), rest_.data(), count * sizeof(T));
     rest_ = rest_.subspan(count * sizeof(T));
   }

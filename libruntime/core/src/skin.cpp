@@ -42,8 +42,12 @@ std::string findElementFault(const Skin& skin) {
   const auto bad = [](const PackedNormal& n) {
     return n[0] == std::numeric_limits<std::int16_t>::min() || n[1] == std::numeric_limits<std::int16_t>::min();
   };
-  for (std::size_t i = 0; i < skin.vertices.size(); ++i)
-    if (bad(skin.vertices[i].normal)) return faultOf("vertex", i, "its normal is out of range");
+  for (std::size_t i = 0; i < skin.vertices.size(); ++i) {
+    const SkinVertex& v = skin.vertices[i];
+    if (bad(v.normal)) return faultOf("vertex", i, "its normal is out of range");
+    if (std::max({v.position[0], v.position[1], v.position[2]}) > kMaxSkinCoordinate)
+      return faultOf("vertex", i, "its position is out of range");
+  }
   for (std::size_t i = 0; i < skin.edges.size(); ++i) {
     const SkinEdge& e = skin.edges[i];
     if (bad(e.normal)) return faultOf("edge", i, "its normal is out of range");
@@ -164,21 +168,49 @@ Vector3f unpackNormal(const PackedNormal& packed) {
   return n / std::sqrt(n.squaredNorm());
 }
 
-SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
+namespace {
+
+// The patch of a triangle whose vertices and edges have these nodes: of an edge its middle's offset from the chord's.
+template <class VertexNode, class EdgeNode>
+SkinPatch assemble(const Skin& skin, std::size_t triangle, const VertexNode& vertexNode, const EdgeNode& edgeNode) {
   const SkinTriangle& t = skin.triangles[triangle];
   SkinPatch patch;
   for (std::size_t k = 0; k < 3; ++k) {
-    const SkinVertex& v = skin.vertices[t.vertex[k]];
-    patch.position[k] = positionOf(skin, v);
-    patch.normal[k] = unpackNormal(v.normal);
+    const SkinNode& node = vertexNode(t.vertex[k]);
+    patch.position[k] = node.position;
+    patch.normal[k] = node.normal;
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    const SkinEdge& e = skin.edges[t.edge[k]];
-    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + offsetOf(skin, e);
-    patch.normal[3 + k] = unpackNormal(e.normal);
-    patch.is_sharp[k] = e.is_sharp != 0;
+    const SkinNode& node = edgeNode(t.edge[k]);
+    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + node.position;
+    patch.normal[3 + k] = node.normal;
+    patch.is_sharp[k] = skin.edges[t.edge[k]].is_sharp != 0;
   }
   return patch;
+}
+
+SkinNode nodeOf(const Skin& skin, const SkinVertex& v) { return {positionOf(skin, v), unpackNormal(v.normal)}; }
+SkinNode nodeOf(const Skin& skin, const SkinEdge& e) { return {offsetOf(skin, e), unpackNormal(e.normal)}; }
+
+}  // namespace
+
+SkinPatch patchOf(const Skin& skin, std::size_t triangle) {
+  return assemble(
+      skin, triangle, [&](std::size_t v) { return nodeOf(skin, skin.vertices[v]); },
+      [&](std::size_t e) { return nodeOf(skin, skin.edges[e]); });
+}
+
+SkinNodes::SkinNodes(const Skin& skin) : skin_(skin) {
+  vertices_.reserve(skin.vertices.size());
+  edges_.reserve(skin.edges.size());
+  for (const SkinVertex& v : skin.vertices) vertices_.push_back(nodeOf(skin, v));
+  for (const SkinEdge& e : skin.edges) edges_.push_back(nodeOf(skin, e));
+}
+
+SkinPatch SkinNodes::patchOf(std::size_t triangle) const {
+  return assemble(
+      skin_, triangle, [&](std::size_t v) -> const SkinNode& { return vertices_[v]; },
+      [&](std::size_t e) -> const SkinNode& { return edges_[e]; });
 }
 
 // Four units in the last place hold the roundings of the constant, the root and the two products.
@@ -213,12 +245,13 @@ Sphere enclose(const SkinPatch& patch) {
   offer(0.5f * (c + a));
   const Vector3f u = b - a, v = c - a, n = u.cross(v);
   if (n.squaredNorm() > 0) offer(a + (n.cross(u) * v.squaredNorm() + v.cross(n) * u.squaredNorm()) / (2 * n.squaredNorm()));
-  double radius = 0;
-  const auto hold = [&](const Vector3f& p) { radius = std::max(radius, (p - centre).cast<double>().norm()); };
+  double square = 0;
+  const auto hold = [&](const Vector3f& p) { square = std::max(square, (p - centre).cast<double>().squaredNorm()); };
   for (std::size_t k = 0; k < 3; ++k) {
     hold(patch.position[k]);
     hold(controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]));
   }
+  const double radius = std::sqrt(square);
   // (p - centre) is rounded once for each axis, the norm a few times in double, the result once: 4 units in the last
   // place hold it all.
   const double size = std::max({radius, static_cast<double>(centre.cwiseAbs().maxCoeff())});

@@ -216,7 +216,7 @@ LoadStatus readSearch(const Section& section, SphereTree& tree, std::string& fau
   return readCodes(section, taker.rest(), tree.search, fault);
 }
 
-// Skin: numbers and counts, then the arrays as they stand in memory.
+// Skin: numbers and counts, then the arrays, as they stand in memory but for the vertices.
 
 struct SkinRecord {
   std::array<float, 3> low;
@@ -224,6 +224,24 @@ struct SkinRecord {
   std::uint32_t inner, triangles, vertices, edges;
 };
 static_assert(sizeof(SkinRecord) == 48);
+
+struct VertexRecord {
+  std::array<std::uint32_t, 2> position;  // 64 bits, the lower half first: three coordinates of 21 bits, and a zero
+  PackedNormal normal;
+};
+static_assert(sizeof(VertexRecord) == 12);
+
+VertexRecord recordOf(const SkinVertex& v) {
+  const std::uint64_t bits = v.position[0] | std::uint64_t{v.position[1]} << 21 | std::uint64_t{v.position[2]} << 42;
+  return {{static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)}, v.normal};
+}
+
+// The bit that should be zero makes z too large for findFault().
+SkinVertex vertexOf(const VertexRecord& r) {
+  const std::uint64_t bits = r.position[0] | std::uint64_t{r.position[1]} << 32;
+  const auto lowest = [](std::uint64_t x) { return static_cast<std::uint32_t>(x) & kMaxSkinCoordinate; };
+  return {{lowest(bits), lowest(bits >> 21), static_cast<std::uint32_t>(bits >> 42)}, r.normal};
+}
 
 void writeSkin(const SphereTree& tree, Bytes& bytes) {
   const Skin& skin = tree.skin;
@@ -239,7 +257,7 @@ void writeSkin(const SphereTree& tree, Bytes& bytes) {
                         .edges = static_cast<std::uint32_t>(skin.edges.size())});
   putArray(bytes, skin.search.inner);
   putArray(bytes, skin.triangles);
-  putArray(bytes, skin.vertices);
+  for (const SkinVertex& v : skin.vertices) put(bytes, recordOf(v));
   putArray(bytes, skin.edges);
   putCodes(bytes, skin.search);
 }
@@ -249,8 +267,8 @@ LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault
   Taker taker(section.bytes);
   const auto record = taker.take<SkinRecord>();
   const std::uint64_t size = sizeof record + std::uint64_t{record.inner} * (sizeof(Sphere) + 1) +
-                             std::uint64_t{record.triangles} * sizeof(SkinTriangle) + std::uint64_t{record.vertices} * sizeof(SkinVertex) +
-                             std::uint64_t{record.edges} * sizeof(SkinEdge);
+                             std::uint64_t{record.triangles} * sizeof(SkinTriangle) +
+                             std::uint64_t{record.vertices} * sizeof(VertexRecord) + std::uint64_t{record.edges} * sizeof(SkinEdge);
   if (section.bytes.size() != size) return badSize(section, size, fault);
   if (record.triangles == 0) return badSection(section, ": the skin has no triangles", fault);
   Skin& skin = tree.skin;
@@ -258,7 +276,8 @@ LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault
   skin.tolerance = record.tolerance, skin.mesh_distance = record.mesh_distance, skin.crease_angle = record.crease_angle;
   taker.takeArray(skin.search.inner, record.inner);
   taker.takeArray(skin.triangles, record.triangles);
-  taker.takeArray(skin.vertices, record.vertices);
+  skin.vertices = std::vector<SkinVertex>(record.vertices);
+  for (SkinVertex& v : skin.vertices) v = vertexOf(taker.take<VertexRecord>());
   taker.takeArray(skin.edges, record.edges);
   return readCodes(section, taker.rest(), skin.search, fault);
 }

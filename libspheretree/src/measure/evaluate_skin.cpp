@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr double kOfStated = 0.25;   // of the distance that a skin states: bounds are no tighter
 constexpr double kLeastGap = 1e-7;   // of the diagonal, where it states none
 constexpr std::size_t kRecord = 48;  // bytes of a section SKIN besides its arrays
+constexpr std::size_t kVertex = 12;  // bytes of a vertex there
 
 double angleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -62,7 +63,7 @@ SkinEvaluation skinFigures(const Skin& skin) {
   out.edges = skin.edges.size();
   out.sharp_edges =
       static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(), [](const SkinEdge& e) { return e.is_sharp != 0; }));
-  out.bytes = kRecord + skin.triangles.size() * sizeof(SkinTriangle) + skin.vertices.size() * sizeof(SkinVertex) +
+  out.bytes = kRecord + skin.triangles.size() * sizeof(SkinTriangle) + skin.vertices.size() * kVertex +
               skin.edges.size() * sizeof(SkinEdge) + skin.search.inner.size() * (sizeof(Sphere) + 1);
   out.tolerance = static_cast<double>(skin.tolerance);
   out.mesh_distance = static_cast<double>(skin.mesh_distance);

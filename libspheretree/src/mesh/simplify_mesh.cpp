@@ -28,6 +28,8 @@ constexpr double kLeastShape = 0.05;     // twice the area over the square of th
 constexpr double kRoundShare = 0.1;      // of the collapses possible, cheapest first, that a round may try
 constexpr double kLeastProgress = 0.01;  // of the triangles, in a round: below it nothing more is to be had
 constexpr std::size_t kGrain = 4096;
+constexpr double kTightShare = 0.25;  // of what is allowed: looser bounds of a whole triangle are made tighter by projection,
+constexpr double kLooseness = 1.25;   // unless they are below this multiple of a distance that was found
 
 using Connectivity = OpenMesh::TriMesh_ArrayKernelT<>;
 using Vertex = OpenMesh::VertexHandle;
@@ -215,13 +217,15 @@ struct Corner {
 
 class PieceBound {
  public:
-  PieceBound(const DistanceField& field, double allowed, double enough) : field_(field), allowed_(allowed), enough_(enough) {}
+  /// A bound of a whole triangle that is not above `tight` is not made tighter.
+  PieceBound(const DistanceField& field, double allowed, double enough, double tight)
+      : field_(field), allowed_(allowed), enough_(enough), tight_(tight) {}
 
   /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if
   /// a point is farther than `enough`.
   double run(const std::array<Corner, 3>& triangle) {
     double bound = boundOf(triangle);
-    if (bound <= (enough_ < kInfinity ? kTightShare * allowed_ : allowed_)) return bound;
+    if (bound <= tight_) return bound;
     bound = 0;
     stack_.assign(1, triangle);
     if (enough_ < kInfinity) {
@@ -260,7 +264,6 @@ class PieceBound {
 
  private:
   static constexpr std::size_t kMostPieces = 1024;
-  static constexpr double kTightShare = 0.25;  // of what is allowed: looser bounds of a whole triangle are made tighter by projection
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
@@ -319,7 +322,7 @@ class PieceBound {
   }
 
   const DistanceField& field_;
-  double allowed_, enough_;
+  double allowed_, enough_, tight_;
   std::vector<std::array<Corner, 3>> stack_;
 };
 
@@ -330,7 +333,7 @@ TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progr
 }
 
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double enough) {
-  const PieceBound any(field, 0, enough);
+  const PieceBound any(field, 0, enough, 0);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
@@ -339,12 +342,14 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
   if (largest > enough) return kInfinity;
-  const double allowed = enough < kInfinity ? enough : std::max(1.25 * largest, 1e-6 * field.diagonal());
+  const double loose = std::max(kLooseness * largest, 1e-6 * field.diagonal());
+  const double allowed = enough < kInfinity ? enough : loose;
+  const double tight = enough < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
   std::atomic<bool> is_beyond = false;
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, enough);
+    PieceBound piece_bound(field, allowed, enough, tight);
     if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];

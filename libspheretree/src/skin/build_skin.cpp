@@ -34,7 +34,6 @@ constexpr double kDistanceShare = 0.1;
 constexpr std::array<double, 2> kErrorShares{0.6, 0.3};
 constexpr double kWorthIt = 0.8;          // of the triangles: with more than that left, those given are kept
 constexpr std::size_t kMaxNames = 65536;  // vertices and edges that 16 bits name
-constexpr double kMaxCoordinate = 65535;  // of a packed position
 constexpr double kMaxOffset = 127;        // of a packed offset
 constexpr double kSwing = 4.0 / 3;        // the largest move of a patch, as a multiple of its largest offset
 constexpr int kCountTries = 8;            // each with four fifths of the triangles of the one before, if there are more elements than names
@@ -142,7 +141,7 @@ class Packer {
     for (const Triangle& t : mesh.triangles)
       for (const std::uint32_t v : t) box.extend(mesh.positions[v] - origin);
     for (Eigen::Index axis = 0; axis < 3; ++axis) skin_.low[static_cast<std::size_t>(axis)] = static_cast<float>(box.min()[axis]);
-    skin_.step = roundUp(box.sizes().maxCoeff() / kMaxCoordinate);
+    skin_.step = roundUp(box.sizes().maxCoeff() / kMaxSkinCoordinate);
     position_.resize(mesh.positions.size());
     place_.resize(mesh.positions.size());
     for (const Triangle& t : mesh.triangles)
@@ -222,7 +221,7 @@ class Packer {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<Eigen::Index>(axis);
       const double steps = std::round((p[i] - static_cast<double>(skin_.low[axis])) / static_cast<double>(skin_.step));
-      position_[v][axis] = static_cast<std::uint16_t>(std::clamp(steps, 0.0, kMaxCoordinate));
+      position_[v][axis] = static_cast<std::uint32_t>(std::clamp(steps, 0.0, double{kMaxSkinCoordinate}));
       const float place = skin_.low[axis] + skin_.step * static_cast<float>(position_[v][axis]);  // as patchOf() computes it
       place_[v][i] = static_cast<double>(place);
     }
@@ -232,7 +231,7 @@ class Packer {
   const TriangleMesh& mesh_;
   const Vector3d& origin_;
   Skin skin_;
-  std::vector<std::array<std::uint16_t, 3>> position_;  // (vertices)
+  std::vector<std::array<std::uint32_t, 3>> position_;  // (vertices)
   std::vector<Vector3d> place_;                         // (vertices) where the skin has them [mm], frame of the tree
   std::vector<std::array<std::int8_t, 3>> offset_;      // (edges)
   double vertex_error_ = 0;
