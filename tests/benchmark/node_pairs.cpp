@@ -52,7 +52,8 @@ Nodes boundsOf(const SphereTree& tree) {
 Nodes searchNodesOf(const SphereTree& tree) {
   std::vector<Sphere> leaves;
   for (const std::uint32_t i : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[i]);
-  const runtime::CompiledTree compiled = runtime::compileTree(runtime::searchTreeOf(tree), leaves, Vector3d::Zero());
+  const runtime::CompiledTree compiled =
+      runtime::compileTree(runtime::searchTreeOf(tree), leaves, Vector3d::Zero(), runtime::TreeOver::Leaves);
   Nodes nodes;
   for (std::uint32_t slot = 0; slot < compiled.item.size(); ++slot) {
     std::uint32_t first_child = 0, child_count = 0;

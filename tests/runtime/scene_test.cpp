@@ -169,13 +169,14 @@ TEST(Scene, CompilesASkinTriangleByTriangle) {
     ++seen.at(t);
     const SkinPatch expected = patchOf(tree.skin, t);
     const CompiledPatch& patch = body.skin.patch[t];
-    const Sphere& about = body.skin.tree.spheres[slot];
+    const Block& bound = body.skin.tree.bound[slot / 8];
+    const std::size_t lane = slot % 8;
     for (std::size_t i = 0; i < 6; ++i) {
       const Eigen::Vector3d p(patch.position[i][0], patch.position[i][1], patch.position[i][2]);
       const Eigen::Vector3d world = d.objects[0].pose.orientation * (expected.position[i].cast<double>() + Eigen::Vector3d(100, -50, 25)) +
                                     d.objects[0].pose.position;
       EXPECT_LT((object.rotation * p + object.anchor - world).norm(), 1e-4);
-      EXPECT_LE((p - Eigen::Vector3d(about.x, about.y, about.z)).norm(), static_cast<double>(about.radius) + 1e-4);
+      EXPECT_LE((p - Eigen::Vector3d(bound.x[lane], bound.y[lane], bound.z[lane])).norm(), static_cast<double>(bound.r[lane]) + 1e-4);
       EXPECT_LE(p.norm(), body.radius + 1e-4);
       for (std::size_t axis = 0; axis < 3; ++axis)
         EXPECT_NEAR(static_cast<std::int16_t>(patch.normal[i][axis]) / 32767.0,

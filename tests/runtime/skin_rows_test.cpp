@@ -48,7 +48,7 @@ struct Rig {
   void make(const Configuration& pose, double margin, bool felt) {
     pairs = findPairs(pose, margin, PairsOf::ContactSurface, 1u << 30, memory());
     rows = makeRows(pairs, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity(), memory());
-    curved = feltPairs(pairs, rows, margin, memory());
+    curved = feltPairs(pairs, margin, memory());
     if (felt) addFeltRows(curved, pose, margin, rows, memory());
   }
   SkinPatch patchOfPair(std::uint32_t pair) const { return patchOf(skin, scene.compiled().shapeOf(0).skin.tree.item.at(pair & 0xffff)); }
@@ -306,6 +306,84 @@ TEST(FeltRows, MeetSharpSidesAsSegments) {
   EXPECT_EQ(held, 300);
 }
 
+constexpr double kHill = 0.3, kWave = 1.5;  // height [mm], wave number [1/mm]
+
+Vector3d onHills(const Vector3d& p) { return {p.x(), p.y(), kHill * std::sin(kWave * p.x()) * std::sin(kWave * p.y())}; }
+
+Vector3d hillNormal(const Vector3d& p) {
+  const double x = kWave * p.x(), y = kWave * p.y(), slope = kHill * kWave;
+  return Vector3d(-slope * std::cos(x) * std::sin(y), -slope * std::sin(x) * std::cos(y), 1).normalized();
+}
+
+/// Hills and hollows over the square from 0 to 8, seen from above.
+Skin hillySkin(int n) {
+  test::SmoothMesh mesh;
+  const auto at = [n](int i, int j) { return static_cast<std::uint16_t>(i * (n + 1) + j); };
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j) {
+      mesh.positions.push_back(onHills({8.0 * i / n, 8.0 * j / n, 0}));
+      mesh.normals.push_back(hillNormal(mesh.positions.back()));
+    }
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  mesh.project = onHills;
+  return skinOf(mesh);
+}
+
+// The shortest way of a ball of radius `r` about `c` on which it comes to touch the patch at one of a grid of points,
+// where its centre is above the point by `r` along the normal; a patch with a sharp side can be touched from anywhere.
+double wayToTouch(const SkinPatch& patch, const Vector3d& c, double r) {
+  const bool is_sharp = patch.is_sharp[0] || patch.is_sharp[1] || patch.is_sharp[2];
+  double least = std::numeric_limits<double>::infinity();
+  constexpr int kGrid = 12;
+  for (int i = 0; i <= kGrid; ++i)
+    for (int j = 0; i + j <= kGrid; ++j) {
+      const double u = 1.0 * i / kGrid, v = 1.0 * j / kGrid;
+      const Vector3d p = valueAt(patch.position, u, v), there = p + r * valueAt(patch.normal, u, v).normalized();
+      least = std::min(least, is_sharp ? (c - p).norm() - r : (c - there).norm());
+    }
+  return least;
+}
+
+TEST(FeltPairs, AreAllThatABallCanComeToTouch) {
+  constexpr double kWay = 0.06;
+  for (const double radius : {0.1, 0.5, 2.0}) {
+    std::size_t near = 0, kept = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      const Skin skin = seed == 1   ? test::roundSkin(4)
+                        : seed == 2 ? test::roundSkin(2)
+                        : seed == 3 ? hillySkin(32)
+                        : seed == 4 ? hillySkin(8)
+                        : seed == 5 ? test::ridgeSkin()
+                                    : test::randomSkin(seed);
+      Rig rig(test::oneBallTree(static_cast<float>(radius)), skin, {{3, 1, -2}, rotationOf({0.3, 1.2, -0.5})});
+      Random random(seed);
+      for (int n = 0; n < 60; ++n) {
+        const SkinPatch under =
+            patchOf(skin, static_cast<std::size_t>(random.between(0, 0.999 * static_cast<double>(skin.triangles.size()))));
+        const Vector3d c = valueAt(under.position, 0.3, 0.4) + radius * valueAt(under.normal, 0.3, 0.4).normalized() + random.inCube(0.1);
+        rig.make({rig.at.position + rig.at.orientation * c, {1, 0, 0, 0}}, 0.3, false);
+        const PairSet curved = feltPairs(rig.pairs, kWay, rig.memory());
+        near += rig.pairs.pairs.size();
+        kept += curved.pairs.size();
+        for (const std::uint32_t pair : rig.pairs.pairs) {
+          const SkinPatch patch = rig.patchOfPair(pair);
+          if (allowanceOf(patch, 1) == 0) continue;
+          if (std::find(curved.pairs.begin(), curved.pairs.end(), pair) != curved.pairs.end()) continue;
+          ASSERT_GT(wayToTouch(patch, c, radius), kWay - 1e-4) << radius << ' ' << seed << ' ' << n;
+        }
+      }
+    }
+    EXPECT_GT(near, 1000u);
+    if (radius < 2) {
+      EXPECT_LT(kept, near / 2) << radius;
+    }
+  }
+}
+
 TEST(SkinRows, AreTheSameWhereverTheObjectStands) {
   const Configuration there{{40, -7, 12}, rotationOf({1.1, -0.4, 2.0})};
   Rig here(test::rodTree(5, 10, 0.5), test::roundSkin(2)), moved_there(test::rodTree(5, 10, 0.5), test::roundSkin(2), there);
@@ -346,6 +424,7 @@ TEST(SkinRows, KernelsGiveTheSameBits) {
       avx2.make(pose, 0.8, true);
       const RowSet &a = scalar.rows, &b = avx2.rows;
       ASSERT_TRUE(std::equal(scalar.pairs.pairs.begin(), scalar.pairs.pairs.end(), avx2.pairs.pairs.begin(), avx2.pairs.pairs.end()));
+      ASSERT_TRUE(std::equal(scalar.curved.pairs.begin(), scalar.curved.pairs.end(), avx2.curved.pairs.begin(), avx2.curved.pairs.end()));
       ASSERT_EQ(a.rows.count, b.rows.count);
       for (std::size_t i = 0; i < 6; ++i) ASSERT_TRUE(std::equal(a.rows.a[i], a.rows.a[i] + a.rows.count, b.rows.a[i])) << seed << ' ' << n;
       ASSERT_TRUE(std::equal(a.rows.b, a.rows.b + a.rows.count, b.rows.b));
@@ -369,7 +448,7 @@ TEST(SkinRows, KeepNearLosesNothingThatIsFelt) {
         if (rig.isIn(k) && rig.gap(k) < 0.01) near.push_back(rig.gap(k));
       rig.make(pose, 1, false);
       keepNear(0.01, rig.pairs, rig.rows, rig.memory());
-      const PairSet curved = feltPairs(rig.pairs, rig.rows, 1, rig.memory());
+      const PairSet curved = feltPairs(rig.pairs, 1, rig.memory());
       addFeltRows(curved, pose, 1, rig.rows, rig.memory());
       std::vector<double> kept;
       for (std::uint32_t k = rig.rows.guarded; k < rig.rows.rows.count; ++k)

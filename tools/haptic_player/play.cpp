@@ -67,7 +67,7 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path, bui
     if (of_file) return *of_file;
     const std::vector<std::byte> bytes = formats::readFile(tree_file, formats::kMaxTreeBytes);
     std::optional<runtime::SharedTree>& of_content = contents[builder::bytesHash(bytes)];
-    if (!of_content) of_content = formats::parseSphereTree(bytes, tree_file.string());
+    if (!of_content) of_content = runtime::SharedTree::sound(formats::parseSphereTree(bytes, tree_file.string()));
     of_file = of_content;
     return *of_file;
   };

@@ -50,7 +50,7 @@ CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, c
   std::vector<Sphere> spheres;
   spheres.reserve(out.nodes.size());
   for (const std::uint32_t n : out.nodes) spheres.push_back(file.cover[n]);
-  out.tree = compileTree(search, spheres, Eigen::Vector3d(file.origin_mm.data()) - centre);
+  out.tree = compileTree(search, spheres, Eigen::Vector3d(file.origin_mm.data()) - centre, TreeOver::Leaves);
   return out;
 }
 
@@ -85,7 +85,8 @@ class ObjectPlacer {
     if (object.stiffness != 0 && !inRange(object.stiffness, 1e-6, 1e6)) return "its stiffness is neither 0 nor within 1e-6 .. 1e6 N/mm";
     const auto [known, is_new] = shape_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.shapes.size()));
     if (is_new) {
-      if (std::string why = findFault(*object.tree); !why.empty()) return why;
+      if (!object.tree.isSound())
+        if (std::string why = findFault(*object.tree); !why.empty()) return why;
       out_.shapes.push_back(compileShape(*object.tree, description_.contact));
     }
     const CompiledShape& shape = out_.shapes[known->second];

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiled_skin.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace spheretree::runtime {
 namespace {
@@ -11,17 +14,25 @@ std::uint16_t packed(float component) {
   return static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
 }
 
-CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& origin) {
-  CompiledPatch out{};
-  for (std::size_t i = 0; i < 6; ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<Eigen::Index>(axis);
-      out.position[i][axis] = patch.position[i][a] + origin[a];
-      out.normal[i][axis] = packed(patch.normal[i][a]);
-    }
-  out.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
-  for (std::size_t k = 0; k < 3; ++k) out.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
-  return out;
+void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
+
+// `part` of the whole in `parts` of it, rounded up. NaN is the whole.
+std::uint32_t roundedUp(float part, std::uint32_t parts) {
+  return part < 1 ? static_cast<std::uint32_t>(part * static_cast<float>(parts)) + 1 : parts;
+}
+
+// Bound of the sine of the angle between normals of the patch and that of the flat triangle. The normals are averages
+// of six control vectors: corners', and Bezier's of the sides. A ball about the unit normal u of the triangle that
+// holds those holds all, and seen from the origin a ball of radius s about u is an angle of sine s.
+float leanOf(const SkinPatch& patch) {
+  const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
+                        upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
+  float square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3f &a = patch.normal[k], &b = patch.normal[(k + 1) % 3], &middle = patch.normal[3 + k];
+    square = std::max({square, (a - upright).squaredNorm(), (2 * middle - 0.5f * (a + b) - upright).squaredNorm()});
+  }
+  return std::sqrt(square);
 }
 
 }  // namespace
@@ -30,18 +41,27 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   CompiledSkin out;
   if (skin.empty()) return out;
   out.tolerance = skin.tolerance;
-  std::vector<Sphere> spheres;
-  spheres.reserve(skin.triangles.size());
-  out.patch.reserve(skin.triangles.size());
+  const SkinNodes nodes(skin);
   const Eigen::Vector3f shift = origin.cast<float>();
+  std::vector<Sphere> spheres(skin.triangles.size());
+  out.patch = std::vector<CompiledPatch>(skin.triangles.size());
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
-    const SkinPatch patch = patchOf(skin, t);
-    spheres.push_back(enclose(patch));
-    out.patch.push_back(compilePatch(patch, shift));
+    const SkinPatch patch = nodes.patchOf(t);
+    CompiledPatch& to = out.patch[t];
+    spheres[t] = enclose(patch);
+    for (std::size_t i = 0; i < 6; ++i) {
+      putPosition(patch.position[i] + shift, to.position[i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) to.normal[i][axis] = packed(patch.normal[i][static_cast<Eigen::Index>(axis)]);
+    }
+    to.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
+    float swing = 0;  // of the side that swings out farthest
+    for (std::size_t k = 0; k < 3; ++k) {
+      to.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
+      swing = std::max(swing, swingOf(skin, skin.edges[skin.triangles[t].edge[k]]));
+    }
+    to.flags |= roundedUp(swing / skin.tolerance, kSwingMask) << kSwingShift | roundedUp(leanOf(patch), kLeanMask) << kLeanShift;
   }
-  out.tree = compileTree(skin.search, spheres, origin);
-  out.tree.exact = {};    // only the published algorithm asks for exact pairs, and it meets leaves
-  out.tree.spheres = {};  // rows are of triangles, unless a list is full
+  out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);
   return out;
 }
 

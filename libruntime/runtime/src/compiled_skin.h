@@ -18,10 +18,17 @@ inline constexpr float kNormalScale = 32767;  // of the components of unit vecto
 struct CompiledPatch {
   float position[6][3];
   std::uint16_t normal[6][3];  // two's complement, times kNormalScale
-  std::uint32_t flags;         // bit k: side k is sharp; kCurved
+  std::uint32_t flags;         // bit k: side k is sharp; kCurved; from kSwingShift and kLeanShift on: how curved it is at most
 };
 static_assert(sizeof(CompiledPatch) == 112);
 inline constexpr std::uint32_t kCurved = 8;  // the flat triangle gives way by the tolerance, so that the patch is what is felt
+
+// How far a patch swings out of its flat triangle, in parts of what curved triangles give way, and the sine of the
+// angle by which its normals lean from that of the triangle; both rounded up.
+inline constexpr int kSwingShift = 8;
+inline constexpr int kLeanShift = 24;
+inline constexpr std::uint32_t kSwingMask = 0xffff;
+inline constexpr std::uint32_t kLeanMask = 0xff;
 
 struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles

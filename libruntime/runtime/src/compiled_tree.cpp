@@ -27,21 +27,26 @@ std::size_t CompiledTree::byteCount() const {
          exact.size() * sizeof(exact[0]) + item.size() * sizeof(item[0]);
 }
 
-CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items, const Eigen::Vector3d& origin) {
+CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items, const Eigen::Vector3d& origin, TreeOver over) {
   CompiledTree out;
   const std::size_t blocks = 1 + search.inner.size();
-  out.bound.assign(blocks, emptyBlock());
-  out.spheres.assign(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
-  out.links.assign(blocks, {});
-  out.exact.assign(8 * blocks, {kFarAway, kFarAway, kFarAway});
-  out.item.assign(8 * blocks, kNoItem);
+  out.bound = std::vector<Block>(blocks, emptyBlock());
+  out.links = std::vector<BlockLinks>(blocks);
+  const bool of_leaves = over == TreeOver::Leaves;
+  if (of_leaves) {
+    out.spheres = std::vector<Sphere>(8 * blocks, Sphere{kFarAway, kFarAway, kFarAway, 0});
+    out.exact = std::vector<std::array<double, 3>>(8 * blocks, {kFarAway, kFarAway, kFarAway});
+  }
+  out.item = std::vector<std::uint32_t>(8 * blocks, kNoItem);
   out.smallest_radius = std::numeric_limits<float>::infinity();
 
   const auto putNode = [&](std::size_t slot, const Sphere& s) {
     const Eigen::Vector3d c = Eigen::Vector3d(s.x, s.y, s.z) + origin;
     put(out.bound[slot / 8], slot % 8, c, s.radius);
+    if (!of_leaves) return c;
     out.spheres[slot] = {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), s.radius};
     out.exact[slot] = {c.x(), c.y(), c.z()};
+    return c;
   };
   std::size_t next_inner = 0;  // the root is the first child of block 0
   const auto putInner = [&](std::size_t slot) {
@@ -60,10 +65,9 @@ CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items
     for (std::size_t k = 0; k < search.inner_children[node]; ++k) putInner(slot++);
     for (std::size_t k = 0; k < search.item_children[node]; ++k, ++slot, ++next_item) {
       const std::size_t item = search.item.empty() ? next_item : search.item[next_item];
-      putNode(slot, items[item]);
+      const Eigen::Vector3d c = putNode(slot, items[item]);
       out.item[slot] = static_cast<std::uint32_t>(item);
-      const std::array<double, 3>& c = out.exact[slot];
-      out.reach = std::max(out.reach, Eigen::Vector3d(c[0], c[1], c[2]).norm() + static_cast<double>(items[item].radius));
+      out.reach = std::max(out.reach, c.norm() + static_cast<double>(items[item].radius));
       out.smallest_radius = std::min(out.smallest_radius, items[item].radius);
     }
   }

@@ -46,8 +46,12 @@ struct CompiledTree {
   std::size_t byteCount() const;
 };
 
+/// Of a tree over triangles, `spheres` and `exact` stay empty: rows are of the triangles, and only the published
+/// algorithm, which meets leaves, asks for exact pairs.
+enum class TreeOver { Leaves, Triangles };
+
 /// `items`: the sphere of each item. `origin` of the spheres' frame less the centre that the compiled tree is about.
-CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items, const Eigen::Vector3d& origin);
+CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items, const Eigen::Vector3d& origin, TreeOver over);
 
 /// The tree's search tree over its leaves, levelSet() of the deepest level; if the file has none, its own inner nodes
 /// with their bounding spheres, which is slower to search and finds the same.

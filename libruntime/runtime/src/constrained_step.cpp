@@ -106,6 +106,9 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
   const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
   margin_ = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
   if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
+  // Along what already holds it, the tool moves about as far as the hand.
+  if (memory_.active_count > 0 && !memory_.is_behind && !memory_.bodies_move)
+    felt_reach_ = std::min(kFeltReach, 1.5 * motion + kLeastMargin);
 }
 
 // Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the

@@ -83,9 +83,10 @@ struct RowRequest {
   float allowance;  // what triangles with a curved patch give way [mm]
   bool squared;     // RowForm::SquaredDistance, of spheres
   float axes[9];    // row k: the axis of angle k; used if `squared`
-  float* a[6];      // written to [0, count + 8)
+  float* a[6];      // written to [0, count + 8), as are the following
   float* b;
   float* weight;
+  float* felt_way;  // of flat triangles: the ball touches the patch on no shorter way [mm]; infinite where it is flat
 };
 
 struct WorstRow {

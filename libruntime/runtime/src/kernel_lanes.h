@@ -440,6 +440,18 @@ struct Patches {
   Vector8 normal(unsigned i) const { return {component(3 * i), component(3 * i + 1), component(3 * i + 2)}; }
 };
 
+// The least way on which balls come to touch curved patches, from below. No point of a patch is farther than `swing`
+// from the flat triangle. Its normals lean by at most an angle whose sine is known, so a ball that rests on the patch
+// has its centre no farther beside the triangle than the swing and that sine times its radius. A patch with a sharp
+// side is also met at that side, from wherever.
+inline F8 wayToPatch(const U8 flags, F8 allowance, const ToolBalls& balls, F8 distance, F8 beside) {
+  const F8 swing = allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask),
+           lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
+  const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
+  const F8 way = distance - balls.radius - swing;
+  return select(is_curved, select(is_smooth, largest(way, beside - swing - lean * balls.radius), way), splat(__builtin_inff()));
+}
+
 // Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is
 // convex, so the row holds all along a piece of the way.
 float flatRows(const RowRequest& q) {
@@ -455,13 +467,15 @@ float flatRows(const RowRequest& q) {
     const Vector8 upright = (one / squareRoot(select(is_flat, area2, one))) * across;
     // Over the triangle: on the inner side of all three sides.
     I8 over = is_flat;
-    F8 nearest = splat(__builtin_inff());
+    F8 nearest = splat(__builtin_inff()), beside2 = zero;
     Vector8 way{zero, zero, zero};
     for (unsigned k = 0; k < 3; ++k) {
       const Vector8 from = balls.centre - p.position[k];
-      over = over & (dot(cross(upright, side[k]), from) >= zero);
-      const F8 length2 = dot(side[k], side[k]);
-      const Vector8 to = from - clamp01(dot(from, side[k]) / select(length2 > zero, length2, one)) * side[k];
+      const F8 inward = dot(cross(upright, side[k]), from), length2 = dot(side[k], side[k]),
+               inverse = one / select(length2 > zero, length2, one);
+      over = over & (inward >= zero);
+      beside2 = select(inward < zero, largest(beside2, inward * inward * inverse), beside2);
+      const Vector8 to = from - clamp01(dot(from, side[k]) * inverse) * side[k];
       const F8 square = dot(to, to);
       way = select(square < nearest, to, way);
       nearest = least(nearest, square);
@@ -476,6 +490,7 @@ float flatRows(const RowRequest& q) {
         distance - largest(balls.radius - select((I8)(p.flags & splatU(kCurved)) != 0, allowance, zero), splat(0.5f) * balls.radius);
     smallest = least(smallest, gap);
     storeRows(q, i, balls, select(over, to_side, from_edge), gap, is_flat | ~is_flat);
+    store(q.felt_way + i, wayToPatch(p.flags, allowance, balls, distance, squareRoot(beside2)));
   }
   return leastLane(smallest);
 }

@@ -11,9 +11,14 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// Where the arrays of a set of rows stand in StepMemory::row_memory; those before kB are the coefficients.
+constexpr std::size_t kB = 6;
+constexpr std::size_t kWeight = 7;
+constexpr std::size_t kFeltWay = 8;
+
 // The rows past the end are in no one's way.
-void padRows(float* memory, std::size_t stride, std::uint32_t count) {
-  for (std::size_t k = 0; k < 8; ++k) std::fill_n(memory + k * stride + count, 8, k == 6 ? -1e30f : 0.0f);
+void padRows(StepMemory& memory, std::uint32_t count) {
+  for (std::size_t k = 0; k < kRowArrays; ++k) std::fill_n(memory.rowArray(k) + count, 8, k == kB ? -1e30f : 0.0f);
 }
 
 // Requests for the runs of a set of pairs, tool at one pose.
@@ -44,10 +49,10 @@ class Requests {
     request_.allowance = view.allowance;
     request_.patches = view.patches;
     request_.items = view.items;
-    float* const first = memory_.row_memory.get() + first_row;
-    for (std::size_t k = 0; k < 6; ++k) request_.a[k] = first + k * memory_.row_stride;
-    request_.b = first + 6 * memory_.row_stride;
-    request_.weight = first + 7 * memory_.row_stride;
+    for (std::size_t k = 0; k < 6; ++k) request_.a[k] = memory_.rowArray(k) + first_row;
+    request_.b = memory_.rowArray(kB) + first_row;
+    request_.weight = memory_.rowArray(kWeight) + first_row;
+    request_.felt_way = memory_.rowArray(kFeltWay) + first_row;
     return request_;
   }
 
@@ -61,11 +66,9 @@ class Requests {
 
 RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes, StepMemory& memory) noexcept {
   RowSet out;
-  float* const rows = memory.row_memory.get();
-  for (std::size_t k = 0; k < 6; ++k) out.rows.a[k] = rows + k * memory.row_stride;
-  out.b = rows + 6 * memory.row_stride;
-  out.rows.b = out.b;
-  out.weight = rows + 7 * memory.row_stride;
+  for (std::size_t k = 0; k < 6; ++k) out.rows.a[k] = memory.rowArray(k);
+  out.rows.b = out.b = memory.rowArray(kB);
+  out.weight = memory.rowArray(kWeight);
   out.rows.count = out.guarded = static_cast<std::uint32_t>(set.pairs.size());
   out.smallest_gap = out.smallest_felt_gap = kInfinity;
   if (set.pairs.empty()) return out;
@@ -81,7 +84,7 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
     const bool on_triangles = view.patches != nullptr && !set.coarse;
     out.smallest_gap = std::min(out.smallest_gap, on_triangles ? memory.kernel->flatRows(request) : memory.kernel->sphereRows(request));
   }
-  padRows(rows, memory.row_stride, out.rows.count);
+  padRows(memory, out.rows.count);
   return out;
 }
 
@@ -97,7 +100,6 @@ float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
 }  // namespace
 
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
-  float* const first = memory.row_memory.get();
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
     const float most = reachOf(run.object, margin, memory);
@@ -105,7 +107,7 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
       if (-rows.b[i] > most * rows.weight[i]) continue;
       memory.pairs[count] = memory.pairs[i];
-      for (std::size_t k = 0; k < 8; ++k) first[k * memory.row_stride + count] = first[k * memory.row_stride + i];
+      for (std::size_t k = 0; k < kRowArrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
       ++count;
     }
     run.begin = begin;
@@ -115,20 +117,19 @@ void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) n
   pairs.pairs = {memory.pairs.data(), count};
   pairs.runs = memory.runs;
   rows.rows.count = rows.guarded = count;
-  padRows(first, memory.row_stride, count);
+  padRows(memory, count);
 }
 
-PairSet feltPairs(const PairSet& set, const RowSet& rows, double most_gap, StepMemory& memory) noexcept {
+PairSet feltPairs(const PairSet& set, double way, StepMemory& memory) noexcept {
   memory.felt_runs.clear();
+  const auto longest = static_cast<float>(way * (1 + 1e-6));
+  const float* const felt_way = memory.rowArray(kFeltWay);
   std::uint32_t count = 0;
   for (const PairRun& run : set.runs) {
-    const ObjectView& view = memory.views[run.object];
-    if (view.patches == nullptr) continue;
-    const float most = reachOf(run.object, most_gap, memory);
+    if (!memory.feelsSkin(run.object)) continue;
     const std::uint32_t begin = count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i)
-      if (-rows.b[i] <= most * rows.weight[i] && (view.patches[view.items[set.pairs[i] & 0xffff]].flags & kCurved) != 0)
-        memory.felt_pairs[count++] = set.pairs[i];
+      if (felt_way[i] <= longest) memory.felt_pairs[count++] = set.pairs[i];
     if (count > begin) memory.felt_runs.push_back({run.object, begin, count - begin});
   }
   PairSet out;
@@ -146,7 +147,7 @@ void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap
     rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, memory.kernel->feltRows(request));
     rows.rows.count += run.count;
   }
-  padRows(memory.row_memory.get(), memory.row_stride, rows.rows.count);
+  padRows(memory, rows.rows.count);
 }
 
 }  // namespace spheretree::runtime

@@ -40,14 +40,13 @@ RowSet makeRows(const PairSet& pairs, const Configuration& pose, RowForm form, c
 /// Cost: about 2 ns a pair. No allocation.
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept;
 
-/// The pairs among `pairs` with a curved patch that may be nearer than `most_gap` [mm], by their `rows`: those that
-/// have felt rows. Held by
-/// `memory` until the next call. Cost: about 2 ns a pair. No allocation.
-PairSet feltPairs(const PairSet& pairs, const RowSet& rows, double most_gap, StepMemory& memory) noexcept;
+/// The pairs among `pairs`, whose rows makeRows() made last, that have felt rows: those with a curved patch that the
+/// ball can come to touch on a way of `way` [mm]. Held by `memory` until the next call. Cost: about 1 ns a pair. No
+/// allocation.
+PairSet feltPairs(const PairSet& pairs, double way, StepMemory& memory) noexcept;
 
 /// Adds to `rows`, which makeRows() made at `pose`, the felt row of each of `felt`. A plane beside a patch that is
-/// farther off than
-/// `most_gap` [mm] is left out. Cost: about 40 ns a pair. No allocation.
+/// farther off than `most_gap` [mm] is left out. Cost: about 40 ns a pair. No allocation.
 void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept;
 
 }  // namespace spheretree::runtime

@@ -114,7 +114,7 @@ int st_scene_add_object(st_scene* scene, const void* bytes, size_t size, const s
     const std::string name = "object " + std::to_string(scene->description.objects.size());
     spheretree::SphereTree tree;
     std::string fault = decode(name.c_str(), bytes, size, tree);
-    object.tree = std::move(tree);
+    object.tree = rt::SharedTree::sound(std::move(tree));
     if (fault.empty()) scene->description.objects.push_back(std::move(object));
     return fault;
   });

@@ -55,9 +55,9 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   }
   for (auto* list : {&leaves, &open_tool, &open_object}) *list = std::vector<HitGroup>(2 * capacity + 4096);
   const std::size_t row_count = any_skin ? 2 * capacity : capacity;
-  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: eight arrays would share cache sets
-  row_memory.reset(static_cast<float*>(::operator new[](8 * row_stride * sizeof(float), kRowAlignment)));
-  std::fill_n(row_memory.get(), 8 * row_stride, 0.0f);
+  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: the arrays would share cache sets
+  row_memory.reset(static_cast<float*>(::operator new[](kRowArrays* row_stride * sizeof(float), kRowAlignment)));
+  std::fill_n(row_memory.get(), kRowArrays * row_stride, 0.0f);
   active_rubbing.fill(Eigen::Vector3d::Zero());
   if (!scene.has_soft) return;
   for (auto* list : {&give, &give_from, &give_to}) *list = std::vector<double>(count);

@@ -16,6 +16,8 @@
 
 namespace spheretree::runtime {
 
+inline constexpr std::size_t kRowArrays = 9;  // of StepMemory::row_memory: six of coefficients, b, weight, felt way
+
 /// What names a row from step to step.
 struct RowName {
   std::uint32_t object = 0, pair = 0;
@@ -50,8 +52,9 @@ struct StepMemory {
   struct FreeFloats {
     void operator()(float* p) const;
   };
-  std::unique_ptr<float[], FreeFloats> row_memory;  // 8 arrays of row_stride: a, b, weight; 64-byte aligned
+  std::unique_ptr<float[], FreeFloats> row_memory;  // kRowArrays of row_stride; 64-byte aligned
   std::size_t row_stride = 0;
+  float* rowArray(std::size_t k) { return row_memory.get() + k * row_stride; }
 
   // State from step to step.
   bool started = false;

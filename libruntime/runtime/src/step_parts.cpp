@@ -68,7 +68,7 @@ void StepParts::keepNear(double margin, PairSet& set, RowSet& rows) {
 
 void StepParts::addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows) {
   const Stage stage(times_ ? &times_->rows : nullptr);
-  felt_ = feltPairs(set, rows, margin, memory);
+  felt_ = feltPairs(set, margin, memory);
   addFeltRows(felt_, pose, margin, rows, memory);
   if (scene.has_soft) shiftSoft(felt_, rows.guarded, rows);
   result.rows = rows.rows.count;

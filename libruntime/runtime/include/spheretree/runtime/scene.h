@@ -56,11 +56,20 @@ class SharedTree {
  public:
   SharedTree() : tree_(std::make_shared<const SphereTree>()) {}
   SharedTree(SphereTree tree) : tree_(std::make_shared<const SphereTree>(std::move(tree))) {}  // NOLINT: a tree is one
+  /// Of a tree that decodeSphereTree() read, or in which findFault() found nothing: compileScene() does not check it
+  /// again.
+  static SharedTree sound(SphereTree tree) {
+    SharedTree shared(std::move(tree));
+    shared.is_sound_ = true;
+    return shared;
+  }
+  bool isSound() const { return is_sound_; }
   const SphereTree& operator*() const { return *tree_; }
   const SphereTree* operator->() const { return tree_.get(); }
 
  private:
   std::shared_ptr<const SphereTree> tree_;
+  bool is_sound_ = false;  // known to be
 };
 
 struct SceneObject {
