@@ -14,11 +14,6 @@
 
 namespace spheretree::player {
 
-struct PlacedBody {
-  const Body* body;
-  Configuration pose;  // of the mesh frame in the world
-};
-
 /// How deep the leaf spheres of the tool are in what they must stay out of, every leaf of it, in double: the leaves of
 /// an object, or, of one whose skin is felt, its mesh less what the skin's tolerances allow. Pairs that are farther
 /// apart than the tool can have moved since they were tested are not tested again.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 
 #include "molar.h"
@@ -300,9 +301,7 @@ TriangleMesh BodyLibrary::mesh(const std::string& name) {
   throw std::invalid_argument("no body is called " + name);
 }
 
-const Body& BodyLibrary::get(const std::string& name) {
-  if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
-  TriangleMesh mesh = BodyLibrary::mesh(name);
+builder::BuildSettings BodyLibrary::settingsFor(const std::string& name, const TriangleMesh& mesh) const {
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;  // of the many parts of the mouth, and where a tolerance says how good it must be
   if (const auto recipe = recipes().find(name); recipe != recipes().end()) {
@@ -311,7 +310,31 @@ const Body& BodyLibrary::get(const std::string& name) {
     if (settings.tolerance_mm == 0 || recipe->second.has_budget) settings.quality = quality_;
     if (recipe->second.graded) settings.tolerance_of_triangle_mm = recipe->second.graded(mesh);
   }
+  return settings;
+}
+
+const Body& BodyLibrary::get(const std::string& name) {
+  if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
+  TriangleMesh mesh = BodyLibrary::mesh(name);
+  const builder::BuildSettings settings = settingsFor(name, mesh);
   return make(name, std::move(mesh), settings);
+}
+
+PlacedBody BodyLibrary::variant(const std::string& name, std::uint64_t variant, const Eigen::Vector3d& place) {
+  std::mt19937_64 engine(variant);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; };
+  const double scale = std::exp2(uniform(std::log2(0.8), std::log2(1.25)));
+  Eigen::Vector4d q;
+  do {
+    for (double& x : q) x = uniform(-1, 1);
+  } while (!(q.norm() > 0.1 && q.norm() < 1));
+  const Quaternion turn = Quaternion(q[0], q[1], q[2], q[3]).normalized();
+  TriangleMesh mesh = BodyLibrary::mesh(name);
+  builder::BuildSettings settings = settingsFor(name, mesh);
+  settings.seed += variant;
+  for (Eigen::Vector3d& p : mesh.positions) p = turn * (scale * p);
+  const Body& body = make(name + " " + std::to_string(variant), std::move(mesh), settings);
+  return {&body, {scale * place, turn.conjugate()}};
 }
 
 const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings) {

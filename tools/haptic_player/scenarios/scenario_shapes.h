@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -13,6 +14,7 @@
 
 #include "geometry/distance_field.h"
 #include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 #include "spheretree/runtime/scene.h"
@@ -42,6 +44,11 @@ struct Body {
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // what is felt of it
 };
 
+struct PlacedBody {
+  const Body* body;
+  Configuration pose;  // of the mesh frame in the world
+};
+
 /// Makes the bodies that scenarios ask for by name, and trees of any mesh; the same mesh and settings only once.
 class BodyLibrary {
  public:
@@ -55,6 +62,9 @@ class BodyLibrary {
   /// spent where its scenario works.
   /// @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
+  /// The same body turned, scaled by 0.8 to 1.25 and with another seed, all by `variant`, and where it has to stand so
+  /// that its origin is at `scale * place` in the world and its axes are the world's.
+  PlacedBody variant(const std::string& name, std::uint64_t variant, const Eigen::Vector3d& place = Eigen::Vector3d::Zero());
   /// The mesh alone, of any of these names.
   static TriangleMesh mesh(const std::string& name);
   builder::Quality quality() const { return quality_; }
@@ -66,6 +76,8 @@ class BodyLibrary {
   void setStage(std::string stage) { stage_ = std::move(stage); }
 
  private:
+  builder::BuildSettings settingsFor(const std::string& name, const TriangleMesh& mesh) const;
+
   builder::Quality quality_;
   runtime::ContactSurface contact_;
   builder::Progress& progress_;
