@@ -12,8 +12,6 @@ namespace spheretree::formats {
 
 namespace {
 
-constexpr std::uint64_t kMostSoftBytes = 256 << 20;  // tissue takes more; the cap keeps a wrong file from filling the memory
-
 [[noreturn]] void refuse(const std::string& name, LoadStatus status, const std::string& fault) {
   if (status == LoadStatus::OutOfMemory) throw std::bad_alloc();
   throw FormatError(name + ": " + fault + ": " + std::string(explain(status)) + ".");
@@ -21,7 +19,9 @@ constexpr std::uint64_t kMostSoftBytes = 256 << 20;  // tissue takes more; the c
 
 }  // namespace
 
-SphereTree readSphereTree(const std::filesystem::path& path) { return parseSphereTree(readFile(path, kMaxTreeBytes), path.string()); }
+SphereTree readSphereTree(const std::filesystem::path& path) {
+  return parseSphereTree(readFile(path, path.extension() == ".soft" ? kMaxSoftBytes : kMaxTreeBytes), path.string());
+}
 
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name) {
   SphereTree tree;
@@ -32,10 +32,14 @@ SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& 
 }
 
 SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue) {
+  return parseSoftTree(readFile(path, kMaxSoftBytes), shownName(path), tissue);
+}
+
+SphereTree parseSoftTree(std::span<const std::byte> bytes, const std::string& name, Tissue& tissue) {
   SphereTree tree;
   std::string fault;
-  const LoadStatus status = decodeSoftTree(readFile(path, kMostSoftBytes), tree, tissue, &fault);
-  if (status != LoadStatus::Ok) refuse(shownName(path), status, fault);
+  const LoadStatus status = decodeSoftTree(bytes, tree, tissue, &fault);
+  if (status != LoadStatus::Ok) refuse(name, status, fault);
   return tree;
 }
 

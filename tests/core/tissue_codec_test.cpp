@@ -95,7 +95,11 @@ TEST(TissueCodec, RefusesWrongSizesAndFlags) {
   EXPECT_NE(softStatusOf(test::putTogether(sections)), LoadStatus::Ok);
   sections.pop_back();
   EXPECT_EQ(softStatusOf(test::putTogether(sections), &fault), LoadStatus::BadHeader);
-  EXPECT_NE(fault.find("TLEA"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("TRES"), std::string::npos) << fault;
+  sections = test::takeApart(whole);
+  test::sectionOf(sections, "TRES").pop_back();
+  EXPECT_EQ(softStatusOf(test::putTogether(sections), &fault), LoadStatus::BadSection);
+  EXPECT_NE(fault.find("TRES"), std::string::npos) << fault;
 }
 
 TEST(TissueCodec, UnsoundTissueIsNotWritten) {

@@ -48,6 +48,14 @@ TEST(Tissue, FindsEveryBrokenRule) {
   EXPECT_NE(broken([](Tissue& t) { t.leaves.begin[1] = 99; }), "");
   EXPECT_NE(broken([](Tissue& t) { t.leaves.begin.pop_back(); }), "");
   EXPECT_NE(broken([](Tissue& t) { t.leaves.corners[0] = 5; }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.pressed = {3, 1}; }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.pressed[1] = 5; }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.points.pop_back(); }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.points[0].node[1] = 2; }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.points[0].weight[1] = -1; }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.matrix.pop_back(); }), "");
+  EXPECT_NE(broken([](Tissue& t) { t.response.matrix[4] = std::numeric_limits<float>::quiet_NaN(); }), "");
+  EXPECT_EQ(broken([](Tissue& t) { t.response = {}; }), "");
 }
 
 TEST(Tissue, HasTheLeavesOfItsTree) {

@@ -39,6 +39,11 @@ ContactQp randomProblem(Random& random, int run) {
       row.give = random.between(0.1, 2);
     }
   }
+  qp.tissue_count = run % 5 == 1 ? 4 : 0;
+  Random own(static_cast<std::uint64_t>(run));
+  for (int k = 0; k < qp.row_count; ++k)
+    for (int m = 0; m < qp.tissue_count; ++m)  // the first rows give way under each other's forces
+      qp.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] = k < 4 && m <= k ? own.between(-1, 1) : 0;
   qp.disc_count = static_cast<int>(random.between(0, 6));
   for (int k = 0; k < qp.disc_count; ++k) {
     FrictionDisc& disc = qp.discs[static_cast<std::size_t>(k)];
@@ -49,8 +54,12 @@ ContactQp randomProblem(Random& random, int run) {
   return qp;
 }
 
-double groupPart(const ContactQp& qp, const ContactRow& row) {
-  return row.group < 0 ? 0 : row.give * qp.given[static_cast<std::size_t>(row.group)];
+double givenPart(const ContactQp& qp, int k) {
+  const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
+  double part = row.group < 0 ? 0 : row.give * qp.given[static_cast<std::size_t>(row.group)];
+  for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
+    part += qp.tissue[static_cast<std::size_t>(k)][m] * qp.tissue_given[m];
+  return part;
 }
 
 // No answer is farther from the right one than this: the gap between a value that the answer reaches and one that
@@ -60,6 +69,8 @@ double distanceFromRight(const ContactQp& qp) {
   double primal = 0.5 * (qp.y - qp.target).squaredNorm(), dual = 0;
   Vector6 pull = Vector6::Zero();
   std::array<double, kMostGroups> group_pull{};
+  std::array<double, kMostContactRows> tissue_pull{};
+  for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) primal += 0.5 * qp.tissue_given[m] * qp.tissue_given[m];
   for (int g = 0; g < qp.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
     primal += 0.5 * (qp.given[at] - qp.rest[at]) * (qp.given[at] - qp.rest[at]);
@@ -68,13 +79,15 @@ double distanceFromRight(const ContactQp& qp) {
     const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
     const double u = row.multiplier;
     EXPECT_GE(u, 0);
-    const double lacks = row.b - row.a.dot(qp.y) - groupPart(qp, row);
+    const double lacks = row.b - row.a.dot(qp.y) - givenPart(qp, k);
     if (row.compliance > 0)
       primal += std::max(0.0, lacks) * std::max(0.0, lacks) / (2 * row.compliance);
     else
       EXPECT_LT(lacks, 1e-7);
     pull += u * row.a;
     if (row.group >= 0) group_pull[static_cast<std::size_t>(row.group)] += u * row.give;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
+      tissue_pull[m] += u * qp.tissue[static_cast<std::size_t>(k)][m];
     dual += u * row.b - 0.5 * row.compliance * u * u;
   }
   for (int k = 0; k < qp.disc_count; ++k) {
@@ -88,6 +101,7 @@ double distanceFromRight(const ContactQp& qp) {
   }
   // The least of |y - t|^2 / 2 - pull . y over all y.
   dual += -0.5 * pull.squaredNorm() - pull.dot(qp.target);
+  for (const double p : tissue_pull) dual -= 0.5 * p * p;
   for (int g = 0; g < qp.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
     dual += -0.5 * group_pull[at] * group_pull[at] - group_pull[at] * qp.rest[at];
@@ -121,18 +135,27 @@ Vector6 patientAnswer(const ContactQp& qp, int sweeps) {
   Vector6 y = qp.target;
   std::array<double, kMostGroups> given = qp.rest;
   std::array<double, kMostContactRows> u{};
+  std::array<double, kMostContactRows> tissue{};
   std::array<std::array<double, 2>, kMostContactRows> force{};
+  const auto tissueDot = [&](std::size_t k, const auto& other) {
+    double sum = 0;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) sum += qp.tissue[k][m] * other[m];
+    return sum;
+  };
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     double change = 0;
     for (int k = 0; k < qp.row_count; ++k) {
       const auto at = static_cast<std::size_t>(k);
       const ContactRow& row = qp.rows[at];
       const double g = row.group < 0 ? 0 : given[static_cast<std::size_t>(row.group)];
-      const double lacks = row.b - row.a.dot(y) - row.give * g - row.compliance * u[at];
-      const double next = std::max(0.0, u[at] + lacks / (row.a.squaredNorm() + row.give * row.give + row.compliance)), by = next - u[at];
+      const double lacks = row.b - row.a.dot(y) - row.give * g - tissueDot(at, tissue) - row.compliance * u[at];
+      const double next = std::max(
+                       0.0, u[at] + lacks / (row.a.squaredNorm() + row.give * row.give + tissueDot(at, qp.tissue[at]) + row.compliance)),
+                   by = next - u[at];
       u[at] = next;
       y += by * row.a;
       if (row.group >= 0) given[static_cast<std::size_t>(row.group)] += by * row.give;
+      for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) tissue[m] += by * qp.tissue[at][m];
       change = std::max(change, std::abs(by));
     }
     for (int k = 0; k < qp.disc_count; ++k) {
@@ -175,6 +198,7 @@ TEST(ContactQp, TheAnswerAsAGuessIsFound) {
     // Nor does it depend on the order of rows and discs.
     ContactQp other = qp;
     std::reverse(other.rows.begin(), other.rows.begin() + other.row_count);
+    std::reverse(other.tissue.begin(), other.tissue.begin() + other.row_count);
     std::reverse(other.discs.begin(), other.discs.begin() + other.disc_count);
     for (int k = 0; k < other.row_count; ++k) other.rows[static_cast<std::size_t>(k)].multiplier = random.between(0, 3);
     for (int k = 0; k < other.disc_count; ++k) other.discs[static_cast<std::size_t>(k)].force = {};

@@ -22,6 +22,9 @@ inline Tissue twoTetrahedra(const SphereTree& tree) {
     for (std::uint32_t k = 0; k <= leaf % 3; ++k) tissue.leaves.corners.push_back((leaf + k) % 5);
     tissue.leaves.begin.push_back(static_cast<std::uint32_t>(tissue.leaves.corners.size()));
   }
+  tissue.response.pressed = {1, 3};
+  for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) tissue.response.points.push_back({{leaf % 2, kHeldNode, 1}, {0.25f, 0.5f, 0.25f}});
+  for (std::size_t i = 0; i < 9 * 2 * 2; ++i) tissue.response.matrix.push_back(static_cast<float>(i) / 8);
   return tissue;
 }
 

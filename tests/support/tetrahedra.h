@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "spheretree/builder/soften_tree.h"
+#include "spheretree/core/tissue.h"
 
 namespace spheretree::test {
 

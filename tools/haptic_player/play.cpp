@@ -53,8 +53,12 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path, bui
   const formats::SceneFile file = formats::readScene(path);
   progress.stage("load " + tool::counted(file.objects.size() + 1, "tree"));
   std::size_t loaded = 0;
-  std::map<std::filesystem::path, std::optional<runtime::SharedTree>> trees;  // objects of one file share it,
-  std::map<Hash128, std::optional<runtime::SharedTree>> contents;             // and so do those of files with the same bytes
+  struct Loaded {
+    runtime::SharedTree tree;
+    std::shared_ptr<const runtime::TissueModel> tissue;  // of a .soft file
+  };
+  std::map<std::filesystem::path, std::optional<Loaded>> trees;  // objects of one file share it,
+  std::map<Hash128, std::optional<Loaded>> contents;             // and so do those of files with the same bytes
   const auto tree = [&](const formats::SceneItem& item) {
     if (item.tree.empty())
       throw formats::FormatError(path.string() + ": " + item.name +
@@ -63,11 +67,18 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path, bui
     const std::filesystem::path tree_file = formats::scenePath(path, item.tree);
     progress.check();
     progress.advance(static_cast<double>(++loaded) / static_cast<double>(file.objects.size() + 1));
-    std::optional<runtime::SharedTree>& of_file = trees[tree_file];
+    std::optional<Loaded>& of_file = trees[tree_file];
     if (of_file) return *of_file;
-    const std::vector<std::byte> bytes = formats::readFile(tree_file, formats::kMaxTreeBytes);
-    std::optional<runtime::SharedTree>& of_content = contents[builder::bytesHash(bytes)];
-    if (!of_content) of_content = runtime::SharedTree::sound(formats::parseSphereTree(bytes, tree_file.string()));
+    const std::vector<std::byte> bytes = formats::readFile(tree_file, formats::kMaxSoftBytes);
+    std::optional<Loaded>& of_content = contents[builder::bytesHash(bytes)];
+    if (!of_content) {
+      Tissue tissue;
+      const runtime::SharedTree soft_tree = runtime::SharedTree::sound(formats::parseSoftTree(bytes, tree_file.string(), tissue));
+      of_content = Loaded{soft_tree, nullptr};
+      std::string fault;
+      if (!tissue.empty()) of_content->tissue = runtime::tissueModel(soft_tree, tissue, fault);
+      if (!fault.empty()) throw formats::FormatError(tree_file.string() + ": " + fault + ".");
+    }
     of_file = of_content;
     return *of_file;
   };
@@ -75,11 +86,13 @@ runtime::SceneDescription readDescription(const std::filesystem::path& path, bui
     throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
                                "reference_point_mm, or play the scene that batch writes.");
   runtime::SceneDescription d;
-  d.tool = *tree(file.tool);
+  d.tool = *tree(file.tool).tree;  // a tool is rigid
   d.reference_point = file.tool.reference_point_mm;
   d.tool_friction = file.tool.friction;
-  for (const formats::SceneItem& object : file.objects)
-    d.objects.push_back({tree(object), object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm});
+  for (const formats::SceneItem& object : file.objects) {
+    const Loaded files = tree(object);
+    d.objects.push_back({files.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, files.tissue});
+  }
   d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad};
   d.wrench_limits = {file.force_n, file.torque_n_mm};
   d.step_limits = runtime::defaultLimits(d.objects.size());

@@ -71,6 +71,26 @@ std::string findLeafFault(const Tissue& tissue) {
   return {};
 }
 
+std::string findResponseFault(const Tissue& tissue) {
+  const TissueResponse& response = tissue.response;
+  const std::size_t pressed = response.pressed.size(), nodes = tissue.nodes.size();
+  if (response.points.size() != (pressed == 0 ? 0 : tissue.leaves.anchors.size()) || response.matrix.size() != 9 * pressed * pressed)
+    return "the response to forces does not have the size that its nodes and the leaves give it";
+  for (std::size_t i = 0; i < pressed; ++i)
+    if (response.pressed[i] >= nodes || (i > 0 && response.pressed[i] <= response.pressed[i - 1]))
+      return describe("pressed node %zu is out of range or out of order", i);
+  for (std::size_t i = 0; i < response.points.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t node = response.points[i].node[k];
+      const float weight = response.points[i].weight[k];
+      if ((node >= pressed && node != kHeldNode) || !(weight >= 0 && weight <= 1))
+        return describe("the point of leaf %zu on which forces act is out of range", i);
+    }
+  if (!std::all_of(response.matrix.begin(), response.matrix.end(), [](float x) { return std::isfinite(x); }))
+    return "the response to forces is not finite";
+  return {};
+}
+
 Vector3d combined(const std::array<std::uint32_t, 3>& vertex, double w1, double w2, std::span<const Vector3d> positions) {
   return (1 - w1 - w2) * positions[vertex[0]] + w1 * positions[vertex[1]] + w2 * positions[vertex[2]];
 }
@@ -102,6 +122,12 @@ bool sameLeaves(const TissueLeaves& a, const TissueLeaves& b) {
   };
   return a.begin == b.begin && a.corners == b.corners && std::equal(a.cuts.begin(), a.cuts.end(), b.cuts.begin(), b.cuts.end(), sameCut) &&
          std::equal(a.anchors.begin(), a.anchors.end(), b.anchors.begin(), b.anchors.end(), sameAnchor);
+}
+
+bool sameResponse(const TissueResponse& a, const TissueResponse& b) {
+  const auto same = [](const PressPoint& u, const PressPoint& v) { return u.node == v.node && u.weight == v.weight; };
+  return a.pressed == b.pressed && a.matrix == b.matrix &&
+         std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same);
 }
 
 // About the middle of the box of the centres.
@@ -139,7 +165,8 @@ bool operator==(const Tissue& a, const Tissue& b) {
     return u.rest == v.rest && u.tetrahedron == v.tetrahedron && u.weight == v.weight;
   };
   return a.material == b.material && a.nodes == b.nodes && a.tetrahedra == b.tetrahedra && a.fixed == b.fixed &&
-         std::equal(a.surface.begin(), a.surface.end(), b.surface.begin(), b.surface.end(), same) && sameLeaves(a.leaves, b.leaves);
+         std::equal(a.surface.begin(), a.surface.end(), b.surface.begin(), b.surface.end(), same) && sameLeaves(a.leaves, b.leaves) &&
+         sameResponse(a.response, b.response);
 }
 
 std::string findFault(const TissueMaterial& material) {
@@ -171,7 +198,8 @@ std::string findFault(const Tissue& tissue) {
     if (!isFinite(vertex.rest) || !std::all_of(vertex.weight.begin(), vertex.weight.end(), [](float w) { return std::isfinite(w); }))
       return describe("vertex %zu of the surface is not finite", v);
   }
-  return findLeafFault(tissue);
+  if (std::string fault = findLeafFault(tissue); !fault.empty()) return fault;
+  return findResponseFault(tissue);
 }
 
 std::string findFault(const Tissue& tissue, const SphereTree& tree) {

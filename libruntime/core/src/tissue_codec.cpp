@@ -86,15 +86,50 @@ LoadStatus readLeaves(const Section& section, Tissue& tissue, std::string& fault
   return LoadStatus::Ok;
 }
 
-// Both sections or none, in this order, behind those of the tree.
+// Response: counts, then the arrays as they stand in memory; all of them empty where there is none.
+
+struct ResponseRecord {
+  std::uint32_t pressed, points;
+};
+static_assert(sizeof(ResponseRecord) == 8);
+
+Bytes responseSection(const Tissue& tissue) {
+  const TissueResponse& response = tissue.response;
+  Bytes bytes;
+  put(bytes, ResponseRecord{.pressed = static_cast<std::uint32_t>(response.pressed.size()),
+                            .points = static_cast<std::uint32_t>(response.points.size())});
+  putArray(bytes, response.pressed);
+  putArray(bytes, response.points);
+  putArray(bytes, response.matrix);
+  return bytes;
+}
+
+LoadStatus readResponse(const Section& section, Tissue& tissue, std::string& fault) {
+  if (section.bytes.size() < sizeof(ResponseRecord)) return badSize(section, sizeof(ResponseRecord), fault);
+  Taker taker(section.bytes);
+  const auto record = taker.take<ResponseRecord>();
+  if (record.pressed > tissue.nodes.size()) return badSection(section, " presses more nodes than there are", fault);
+  const std::uint64_t numbers = 9 * std::uint64_t{record.pressed} * record.pressed;
+  const std::uint64_t size =
+      sizeof record + std::uint64_t{record.pressed} * 4 + std::uint64_t{record.points} * sizeof(PressPoint) + numbers * 4;
+  if (section.bytes.size() != size) return badSize(section, size, fault);
+  TissueResponse& response = tissue.response;
+  taker.takeArray(response.pressed, record.pressed);
+  taker.takeArray(response.points, record.points);
+  taker.takeArray(response.matrix, numbers);
+  return LoadStatus::Ok;
+}
+
+// All sections or none, in this order, behind those of the tree.
 struct TissueSection {
   SectionId id;
   Bytes (*write)(const Tissue&);
   LoadStatus (*read)(const Section&, Tissue&, std::string& fault);
 };
-constexpr std::array<TissueSection, 2> kTissueSections{{
+constexpr std::array<TissueSection, 3> kTissueSections{{
     {{'T', 'I', 'S', 'S'}, tissueSection, readTissue},
     {{'T', 'L', 'E', 'A'}, leavesSection, readLeaves},
+    {{'T', 'R', 'E', 'S'}, responseSection, readResponse},
 }};
 
 LoadStatus decode(std::span<const std::byte> bytes, SphereTree& tree_out, Tissue& tissue_out, std::string& fault) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "compiled_scene.h"
+#include "soft_tissue.h"
 
 namespace spheretree::runtime {
 namespace {
@@ -56,7 +57,7 @@ CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, c
 
 Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
 
-CompiledShape compileShape(const SphereTree& file, ContactSurface contact) {
+CompiledShape compileShape(const SphereTree& file, bool has_skin) {
   CompiledShape shape;
   const Eigen::Vector3d origin(file.origin_mm.data());
   const SearchTree search = searchTreeOf(file);
@@ -65,7 +66,7 @@ CompiledShape compileShape(const SphereTree& file, ContactSurface contact) {
   shape.leaves = std::move(leaves.tree);
   shape.nodes = std::move(leaves.nodes);
   shape.radius = static_cast<double>(search.inner[0].radius);
-  if (contact == ContactSurface::Skin && !file.skin.empty()) {
+  if (has_skin && !file.skin.empty()) {
     shape.skin = compileSkin(file.skin, origin - shape.centre);
     const Sphere& root = file.skin.search.inner[0];
     shape.radius = std::max(shape.radius, (centreOf(root) + origin - shape.centre).norm() + static_cast<double>(root.radius));
@@ -83,14 +84,21 @@ class ObjectPlacer {
     if (object.body > kMostBodies) return "its body is " + std::to_string(object.body) + "; at most " + std::to_string(kMostBodies);
     if (!inRange(object.friction, 0, kMostFriction)) return "its friction is not within 0 .. 2";
     if (object.stiffness != 0 && !inRange(object.stiffness, 1e-6, 1e6)) return "its stiffness is neither 0 nor within 1e-6 .. 1e6 N/mm";
-    const auto [known, is_new] = shape_of_.try_emplace(&*object.tree, static_cast<std::uint32_t>(out_.shapes.size()));
-    if (is_new) {
+    if (object.tissue && &*object.tissue->tree != &*object.tree) return "its tissue is that of another tree";
+    if (object.tissue && object.stiffness > 0) return "it has both tissue and a stiffness";
+    const void* const what = object.tissue ? static_cast<const void*>(object.tissue.get()) : &*object.tree;
+    std::uint32_t known = 0;
+    while (known < out_.shapes.size() && out_.shapes[known].of != what) ++known;
+    if (known == out_.shapes.size()) {
       if (!object.tree.isSound())
         if (std::string why = findFault(*object.tree); !why.empty()) return why;
-      out_.shapes.push_back(compileShape(*object.tree, description_.contact));
+      out_.shapes.push_back(compileShape(*object.tree, description_.contact == ContactSurface::Skin && !object.tissue));
+      out_.shapes.back().of = what;
+      out_.shapes.back().tissue = object.tissue;
+      if (object.tissue) out_.make_tissue = object.tissue->make;
     }
-    const CompiledShape& shape = out_.shapes[known->second];
-    const CompiledObject placed = out_.placed(known->second, object.body, object.pose);
+    const CompiledShape& shape = out_.shapes[known];
+    const CompiledObject placed = out_.placed(known, object.body, object.pose);
     const double reach = std::max({shape.leaves.reach, shape.skin.tree.reach, shape.radius});
     if (!(placed.anchor.norm() <= kFarthest && reach <= kFarthest)) return "it reaches farther than 1e7 mm from the origin of the world";
     out_.objects_reach = std::max(out_.objects_reach, reach);
@@ -99,7 +107,7 @@ class ObjectPlacer {
     kept.friction = std::max(object.friction, description_.tool_friction);
     kept.softness = object.stiffness > 0 ? std::sqrt(out_.pull.translation / object.stiffness) : 0;
     out_.has_friction = out_.has_friction || kept.friction > 0;
-    out_.has_soft = out_.has_soft || kept.softness > 0;
+    out_.has_soft = out_.has_soft || kept.softness > 0 || object.tissue;
     out_.body_count = std::max(out_.body_count, object.body + 1);
     return {};
   }
@@ -107,7 +115,6 @@ class ObjectPlacer {
  private:
   const SceneDescription& description_;
   CompiledScene& out_;
-  std::map<const SphereTree*, std::uint32_t> shape_of_;
 };
 
 std::string compileTool(const SceneDescription& d, CompiledScene& out) {
@@ -187,8 +194,10 @@ const StepLimits& Scene::stepLimits() const { return compiled_->step_limits; }
 std::size_t Scene::byteCount() const {
   const CompiledScene& s = *compiled_;
   std::size_t bytes = sizeof s + s.tool.byteCount() + s.objects.size() * sizeof(CompiledObject);
-  for (const CompiledShape& b : s.shapes)
+  for (const CompiledShape& b : s.shapes) {
+    if (b.tissue) bytes += b.tissue->bytes;
     bytes += sizeof b + b.leaves.byteCount() + b.skin.tree.byteCount() + b.skin.patch.size() * sizeof(CompiledPatch) + b.nodes.size() * 4;
+  }
   return bytes;
 }
 

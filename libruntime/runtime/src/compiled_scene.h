@@ -13,12 +13,17 @@
 
 namespace spheretree::runtime {
 
+class SoftTissue;
+struct StepMemory;
+
 struct CompiledShape {
+  const void* of = nullptr;  // its tissue, or else its tree, in the description
   CompiledTree leaves;
-  CompiledSkin skin;                 // empty: the leaves are felt
-  std::vector<std::uint32_t> nodes;  // (leaf) node of the SphereTree
-  Eigen::Vector3d centre;            // what the shape is about, in the frame of the mesh [mm]
-  double radius = 0;                 // of a ball about the centre that holds leaves and skin [mm]
+  CompiledSkin skin;                          // empty: the leaves are felt
+  std::vector<std::uint32_t> nodes;           // (leaf) node of the SphereTree
+  Eigen::Vector3d centre;                     // what the shape is about, in the frame of the mesh [mm]
+  std::shared_ptr<const TissueModel> tissue;  // null: rigid
+  double radius = 0;                          // of a ball about the centre that holds leaves and skin [mm]
 };
 
 struct CompiledObject {
@@ -41,7 +46,8 @@ struct CompiledScene {
   double objects_reach = 0;      // no point of an object is farther from its anchor [mm]
   Coupling coupling;
   Coupling pull;  // spring and damper in one, as a step of this length feels them: stiffness + damping / step time
-  bool has_friction = false, has_soft = false;
+  bool has_friction = false, has_soft = false;                               // of any kind
+  std::unique_ptr<SoftTissue> (*make_tissue)(StepMemory& memory) = nullptr;  // null: there is none
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: 1 rad weighs as much as this [mm]

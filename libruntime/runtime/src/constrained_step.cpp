@@ -258,7 +258,7 @@ bool ConstrainedStep::findPairs() {
 Piece ConstrainedStep::freePiece() {
   memory_.active_count = 0;
   result_.active = 0;
-  std::fill(memory_.give.begin(), memory_.give.end(), 0.0);
+  if (scene_.has_soft) parts_.letGo();
   const Displacement want = displacementBetween(now_, haptic_);
   const double length = parts_.reach(want), left = std::max(0.0, margin_ - used_);
   const double part = partWithin(parts_.scaledVector(want), std::min(1.0, length > left ? left / length : 1.0));
@@ -288,6 +288,7 @@ Piece ConstrainedStep::contactPiece() {
   const Vector6 plain = answer.y;
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
     parts_.keepActive(pairs_);
+    if (memory_.tissue) parts_.giveWay(1);  // what nothing presses on goes back
     is_settled_ = true;
     return Piece::Arrived;
   }

@@ -7,7 +7,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostCoordinates = 6 + kMostGroups;
+constexpr int kMostCoordinates = 6 + kMostGroups + kMostContactRows;
 // Of what is left of a row, round by round [1]. With the right multipliers any is as good; without, the inner problem
 // is smoother the less it is.
 constexpr double kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
@@ -20,7 +20,8 @@ using Coordinates = std::array<double, kMostCoordinates>;
 // One round: minimises the augmented Lagrangian at the multipliers of the problem.
 class Round {
  public:
-  Round(ContactQp& qp, double penalty) : qp_(qp), penalty_(penalty), size_(6 + qp.group_count) {}
+  Round(ContactQp& qp, double penalty)
+      : qp_(qp), penalty_(penalty), tissue_(6 + qp.group_count), size_(6 + qp.group_count + qp.tissue_count) {}
 
   void solve();
   /// Takes the multipliers over. What the rows and discs lack [mm].
@@ -31,11 +32,12 @@ class Round {
   double row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives);
   double disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
   bool newtonStep(Coordinates& step) const;
-  double slack(const ContactRow& r, const Coordinates& x) const;
+  double slack(const ContactRow& r, int k, const Coordinates& x) const;
+  double& coordinate(int i);
 
   ContactQp& qp_;
   const double penalty_;
-  const int size_;
+  const int tissue_, size_;  // where the coordinates of tissue begin; all of them
   Coordinates gradient_{};
   double hessian_[kMostCoordinates][kMostCoordinates];
   std::array<double, kMostContactRows> multiplier_{};
@@ -48,19 +50,29 @@ double dot(const Vector6& a, const Coordinates& x) {
   return sum;
 }
 
-double Round::slack(const ContactRow& r, const Coordinates& x) const {
-  return r.b - dot(r.a, x) - (r.group < 0 ? 0 : r.give * x[static_cast<std::size_t>(6 + r.group)]);
+double Round::slack(const ContactRow& r, int k, const Coordinates& x) const {
+  double left = r.b - dot(r.a, x) - (r.group < 0 ? 0 : r.give * x[static_cast<std::size_t>(6 + r.group)]);
+  for (int i = tissue_; i < size_; ++i)
+    left -= qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)] * x[static_cast<std::size_t>(i)];
+  return left;
+}
+
+double& Round::coordinate(int i) {
+  if (i < 6) return qp_.y[i];
+  return i < tissue_ ? qp_.given[static_cast<std::size_t>(i - 6)] : qp_.tissue_given[static_cast<std::size_t>(i - tissue_)];
 }
 
 // The largest, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
 double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives) {
-  const double c = slack(r, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
+  const double c = slack(r, k, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
   const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
   multiplier_[static_cast<std::size_t>(k)] = u;
   if (with_derivatives && u > 0) {
     Coordinates n{};
     for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = r.a[i];
     if (r.group >= 0) n[static_cast<std::size_t>(6 + r.group)] = r.give;
+    for (int i = tissue_; i < size_; ++i)
+      n[static_cast<std::size_t>(i)] = qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)];
     for (int i = 0; i < size_; ++i) {
       const double ni = n[static_cast<std::size_t>(i)];
       gradient_[static_cast<std::size_t>(i)] -= u * ni;
@@ -96,7 +108,10 @@ double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with
 double Round::evaluate(const Coordinates& x, bool with_derivatives) {
   double value = 0;
   for (int i = 0; i < size_; ++i) {
-    const double rest = i < 6 ? qp_.target[i] : qp_.rest[static_cast<std::size_t>(i - 6)], off = x[static_cast<std::size_t>(i)] - rest;
+    const double rest = i < 6         ? qp_.target[i]
+                        : i < tissue_ ? qp_.rest[static_cast<std::size_t>(i - 6)]
+                                      : 0,
+                 off = x[static_cast<std::size_t>(i)] - rest;
     value += 0.5 * off * off;
     if (!with_derivatives) continue;
     gradient_[static_cast<std::size_t>(i)] = off;
@@ -131,7 +146,7 @@ bool Round::newtonStep(Coordinates& step) const {
 
 void Round::solve() {
   Coordinates x{}, step{};
-  for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)];
+  for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = coordinate(i);
   double value = evaluate(x, true);
   const double enough = 1e-10 * (1 + qp_.target.norm());
   while (qp_.iterations < kMostNewtonSteps) {
@@ -152,7 +167,7 @@ void Round::solve() {
     value = evaluate(x, true);
     if (is_rounding) break;
   }
-  for (int i = 0; i < size_; ++i) (i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)]) = x[static_cast<std::size_t>(i)];
+  for (int i = 0; i < size_; ++i) coordinate(i) = x[static_cast<std::size_t>(i)];
 }
 
 double Round::update() {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step of a tool that rests on rows which give way and which rub:
 //
-//   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  sum_i radius_i |T_i y - origin_i|
-//   subject to  a_k . y + give_k d_g(k) >= b_k - compliance_k multiplier_k
+//   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  |z|^2 / 2  +  sum_i radius_i |T_i y - origin_i|
+//   subject to  a_k . y + give_k d_g(k) + sum_m tissue_km z_m >= b_k - compliance_k multiplier_k
 //
 // y is the step of the tool as in qp6.h. d_g is how far a group of rows gives way together, against a spring of its
-// own; `compliance` is that of one row alone. T_i takes y to the motion of a point of the tool across the normal of a
+// own; `compliance` is that of one row alone. Rows of soft tissue give way under each other's forces, by the matrix
+// tissue tissue^T times their multipliers. T_i takes y to the motion of a point of the tool across the normal of a
 // contact, and a disc of this radius bounds the force of friction there. The problem is strictly convex: one answer,
 // whatever the order of rows. Where T_i y = origin_i the contact sticks, exactly.
 //
@@ -43,8 +44,10 @@ struct FrictionDisc {
 struct ContactQp {
   std::array<ContactRow, kMostContactRows> rows;
   std::array<FrictionDisc, kMostContactRows> discs;
-  std::array<double, kMostGroups> rest{}, given{};  // d that the group would like, and d; given in: a guess
-  int row_count = 0, disc_count = 0, group_count = 0;
+  std::array<double, kMostGroups> rest{}, given{};                            // d that the group would like, and d; given in: a guess
+  std::array<std::array<double, kMostContactRows>, kMostContactRows> tissue;  // (row, coordinate), of all coordinates that there are
+  std::array<double, kMostContactRows> tissue_given{};                        // z; in: a guess
+  int row_count = 0, disc_count = 0, group_count = 0, tissue_count = 0;
   Vector6 target = Vector6::Zero(), y = Vector6::Zero();  // y in: a guess
   int iterations = 0;                                     // Newton steps
   bool converged = false;                                 // residuals within kContactTolerance

@@ -94,7 +94,7 @@ namespace {
 // by the tolerance, and that is what the triangle gives way, at most.
 float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
   const auto most = static_cast<float>(margin * (1 + 1e-6));
-  return memory.feelsSkin(object) ? most + 2 * memory.scene.shapeOf(object).skin.tolerance : most;
+  return most + 2 * memory.views[object].allowance;
 }
 
 }  // namespace

@@ -38,11 +38,13 @@ class ContactSolver {
   double run();
 
  private:
-  bool isSoft(std::uint32_t object) const { return scene_.objects[object].softness > 0; }
+  bool isSoft(std::uint32_t object) const { return scene_.objects[object].softness > 0 || memory_.isTissue(object); }
   template <class Work>
   void forSoftRows(const Work& work);
+  [[gnu::noinline]] void restoreSoft();
   void start();
-  int takeIn(std::uint32_t row, double multiplier);
+  int takeIn(std::uint32_t row, double multiplier, bool is_stop = false);
+  [[gnu::noinline]] int placeOf(std::uint32_t row, bool is_stop) const;
   int groupOf(std::uint32_t object);
   void addDisc(int k, const RowName& name);
   bool takeInViolated();
@@ -69,6 +71,7 @@ class ContactSolver {
   double part_ = 1;                                    // of what they lacked, that the radii went then
   std::array<std::uint32_t, kMostGroups> group_object_{};
   std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
+  std::array<bool, kMostContactRows> is_stop_{};   // of each row: of tissue that gives way no farther
 };
 
 template <class Work>
@@ -80,6 +83,18 @@ void ContactSolver::forSoftRows(const Work& work) {
   };
   of(pairs_, 0);
   of(parts_.felt(), rows_.guarded);
+}
+
+void ContactSolver::restoreSoft() {
+  if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
+}
+
+// Of a row that is in the problem; -1: it is not.
+int ContactSolver::placeOf(std::uint32_t row, bool is_stop) const {
+  int k = qp_.row_count;
+  while (--k >= 0)
+    if (row_[static_cast<std::size_t>(k)] == row && is_stop_[static_cast<std::size_t>(k)] == is_stop) break;
+  return k;
 }
 
 int ContactSolver::groupOf(std::uint32_t object) {
@@ -103,11 +118,10 @@ int ContactSolver::groupOf(std::uint32_t object) {
 }
 
 // The place of the row in the problem; -1: it is full.
-int ContactSolver::takeIn(std::uint32_t row, double multiplier) {
-  for (int k = 0; k < qp_.row_count; ++k)
-    if (row_[static_cast<std::size_t>(k)] == row) return k;
+int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
+  if (const int known = placeOf(row, is_stop); known >= 0) return known;
   const RowName name = parts_.nameOfRow(pairs_, row);
-  const int group = isSoft(name.object) ? groupOf(name.object) : -1;
+  const int group = scene_.objects[name.object].softness > 0 ? groupOf(name.object) : -1;
   int k = qp_.row_count;
   if (k == kMostContactRows) {  // in place of one that holds nothing and rubs on nothing
     for (k = 0; k < qp_.row_count; ++k) {
@@ -132,6 +146,8 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier) {
   }
   row_[at] = row;
   disc_[at] = -1;
+  is_stop_[at] = is_stop;
+  if (memory_.tissue) memory_.tissue->setRow(qp_, k, name.object, row, is_stop);
   if (parts_.rubs && scene_.objects[name.object].friction > 0) addDisc(k, name);
   return k;
 }
@@ -167,18 +183,31 @@ void ContactSolver::addDisc(int k, const RowName& name) {
 // ones that it predicts.
 void ContactSolver::start() {
   const QpAnswer predicted = memory_.answer;
+  if (memory_.tissue)
+    for (auto& row : qp_.tissue) row.fill(0);
   for (std::size_t k = 0; k < memory_.active_count; ++k) {
     const std::uint32_t row = parts_.rowOf(pairs_, memory_.active_names[k]);
     if (row != ~0u) takeIn(row, memory_.active_multiplier[k]);
   }
-  for (std::size_t k = 0; k < predicted.active_count; ++k) takeIn(predicted.active[k], carried_ ? 0 : predicted.multiplier[k]);
+  for (std::size_t k = 0; k < predicted.active_count; ++k)
+    takeIn(predicted.active[k], carried_ ? 0 : predicted.multiplier[k],
+           memory_.isTissue(parts_.nameOfRow(pairs_, predicted.active[k]).object));
+  for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
+    for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k)
+      qp_.tissue_given[m] += qp_.tissue[k][m] * qp_.rows[k].multiplier;
   qp_.target = target_;
 }
 
 // The row that the answer violates most; false: none, or there is no room for it.
 bool ContactSolver::takeInViolated() {
+  if (memory_.tissue) memory_.tissue->predict(qp_);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
+      bool is_at_stop = false;
+      if (memory_.isTissue(object)) {
+        rows_.b[i] = memory_.tissue->predictedBound(object, i, is_at_stop);
+        return;
+      }
       double give = 0;
       for (int g = 0; g < qp_.group_count; ++g)
         if (group_object_[static_cast<std::size_t>(g)] == object)
@@ -193,10 +222,14 @@ bool ContactSolver::takeInViolated() {
   }
   const WorstRow worst = memory_.kernel->worstRow(rows_.rows.a.data(), rows_.rows.b, rows_.rows.count, y);
   parts_.result.work += (rows_.rows.count + 7) / 8;
-  bool is_violated = static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest);
-  for (int k = 0; k < qp_.row_count; ++k) is_violated = is_violated && row_[static_cast<std::size_t>(k)] != worst.row;
-  if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
-  return is_violated && takeIn(worst.row, 0) >= 0;
+  bool is_violated = static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest), is_stop = false;
+  if (memory_.tissue && is_violated) {
+    const std::uint32_t object = parts_.nameOfRow(pairs_, worst.row).object;
+    if (memory_.isTissue(object)) (void)memory_.tissue->predictedBound(object, worst.row, is_stop);
+  }
+  is_violated = is_violated && placeOf(worst.row, is_stop) < 0;
+  restoreSoft();
+  return is_violated && takeIn(worst.row, 0, is_stop) >= 0;
 }
 
 // Coulomb's law: the radius is what the row presses with, times the coefficient. The radii go there, or as far as the
@@ -251,7 +284,13 @@ void ContactSolver::keep() {
     const auto at = static_cast<std::size_t>(k);
     const double multiplier = carried_ ? pressed_[at] : qp_.rows[at].multiplier;
     if (!(multiplier > 1e-12) || row_[at] == ~0u) continue;
-    const std::size_t slot = answer.active_count++;
+    std::size_t slot = 0;  // a row of tissue and its stop are one contact
+    while (slot < answer.active_count && answer.active[slot] != row_[at]) ++slot;
+    if (slot < answer.active_count) {
+      answer.multiplier[slot] += multiplier;
+      continue;
+    }
+    ++answer.active_count;
     answer.active[slot] = row_[at];
     answer.multiplier[slot] = multiplier;
     memory_.active_rubbing[slot].setZero();
@@ -260,6 +299,7 @@ void ContactSolver::keep() {
     memory_.active_rubbing[slot] = qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
   }
   parts_.result.active = answer.active_count;
+  if (memory_.tissue) memory_.tissue->press(qp_);
   for (std::size_t i = 0; i < memory_.give.size(); ++i) {
     memory_.give_from[i] = memory_.give[i];
     memory_.give_to[i] = 0;
@@ -271,13 +311,14 @@ void ContactSolver::keep() {
 }
 
 double ContactSolver::run() {
+  if (memory_.tissue) memory_.tissue->begin(pairs_, rows_, carried_ != nullptr);
   if (scene_.has_soft)
-    forSoftRows([&](std::uint32_t, std::uint32_t i) {
+    forSoftRows([&](std::uint32_t object, std::uint32_t i) {
       memory_.soft_b[i] = rows_.b[i];
-      rows_.b[i] = kOutOfTheWay;
+      rows_.b[i] = memory_.isTissue(object) ? memory_.tissue->stop(object, i) : kOutOfTheWay;
     });
   const double back = parts_.solve(rows_, target_);
-  if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
+  restoreSoft();
   if (memory_.answer.status != QpStatus::Optimal) return back;
   start();
   solveRounds();
@@ -296,10 +337,20 @@ double StepParts::solveContact(const PairSet& pairs, RowSet& rows, const Vector6
 void StepParts::giveWay(double part) {
   for (std::size_t i = 0; i < memory.give.size(); ++i)
     memory.give[i] = memory.give_from[i] + part * (memory.give_to[i] - memory.give_from[i]);
+  if (memory.tissue) memory.tissue->giveWay(part);
+}
+
+void StepParts::letGo() {
+  std::fill(memory.give.begin(), memory.give.end(), 0.0);
+  if (memory.tissue) memory.tissue->letGo();
 }
 
 void StepParts::shiftSoft(const PairSet& set, std::uint32_t first, RowSet& rows) const {
   for (const PairRun& run : set.runs) {
+    if (memory.isTissue(run.object)) {
+      memory.tissue->shiftRows(run, set, rows);  // it has no felt rows: `first` is 0
+      continue;
+    }
     const auto give = static_cast<float>(memory.give[run.object]);
     if (!(give > 0)) continue;
     for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) rows.b[i] -= give * rows.weight[i];

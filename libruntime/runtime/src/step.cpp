@@ -20,6 +20,7 @@ void forget(StepMemory& memory) {
   std::fill(memory.give.begin(), memory.give.end(), 0.0);
   memory.haptic = memory.graphic = {};
   memory.euler = {};
+  if (memory.tissue) memory.tissue->reset();
 }
 
 void start(const Configuration& graphic_tool, StepMemory& memory) {
@@ -64,6 +65,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       paperStep(parts, haptic);
     } else {
       aim = dampedAim(haptic, memory);
+      if (memory.tissue) memory.tissue->beginStep();
       constrainedStep(parts, aim);
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
       memory.stretch = displacementBetween(haptic, memory.graphic);

@@ -39,6 +39,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   object_roots = std::vector<Block>((count + 7) / 8, emptyBlock());
   leaf_views = std::vector<ObjectView>(count);
   views = std::vector<ObjectView>(count);
+  if (scene.make_tissue) tissue = scene.make_tissue(*this);
   for (std::size_t i = 0; i < count; ++i) {
     const CompiledSkin& skin = scene.shapeOf(i).skin;
     any_skin = any_skin || !skin.empty();
@@ -71,6 +72,7 @@ void StepMemory::placeViews(std::size_t i) {
   farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
   leaf_views[i] = viewOf(object, shape.leaves);
   views[i] = feelsSkin(i) ? skinView(i) : leaf_views[i];
+  if (tissue) tissue->placeView(i);
 }
 
 ObjectView StepMemory::skinView(std::size_t object) const {

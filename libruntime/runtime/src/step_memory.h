@@ -12,6 +12,7 @@
 #include "kernel.h"
 #include "moving_bodies.h"
 #include "qp6.h"
+#include "soft_tissue.h"
 #include "spheretree/runtime/step.h"
 
 namespace spheretree::runtime {
@@ -70,6 +71,7 @@ struct StepMemory {
   std::array<Eigen::Vector3d, kMostContacts> active_rubbing{};  // the force of friction, over the stiffness of the pull [mm]
   std::vector<double> give, give_from, give_to;                 // (object) how far it gives way: now, and in the piece to come [mm]
   std::vector<float> soft_b;                                    // (row) b of objects that give way
+  std::unique_ptr<SoftTissue> tissue;                           // null: there is none
   Displacement stretch;                                         // of spring and damper when the last step ended
   QpAnswer answer;                                              // of the last QP
   std::array<Contact, kMostContacts> contacts{};
@@ -80,6 +82,7 @@ struct StepMemory {
   void place(std::size_t object, const Configuration& pose);
   /// Puts the object where its body, with this rotation and position, carries it.
   void carry(std::size_t object, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position);
+  bool isTissue(std::size_t object) const { return tissue && tissue->has(static_cast<std::uint32_t>(object)); }
   void feelLeaves(std::size_t object);
   void feelSkin(std::size_t object);
 

@@ -49,6 +49,8 @@ class StepParts {
   double solveContact(const PairSet& pairs, RowSet& rows, const Vector6& target, const Configuration& at, const CarriedPiece* carried);
   bool rubsOrGives() const { return scene.has_friction || scene.has_soft; }
   void giveWay(double part);
+  /// Nothing presses on soft tissue or on what gives way evenly.
+  void letGo();
   /// Where the rows forbid even to stay, they allow staying.
   void allowStaying(RowSet& set);
 

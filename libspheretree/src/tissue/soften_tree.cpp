@@ -9,6 +9,7 @@
 #include "tissue/bind_surface.h"
 #include "tissue/cut_pieces.h"
 #include "tissue/elasticity.h"
+#include "tissue/surface_response.h"
 #include "tissue/tetrahedra.h"
 
 namespace spheretree::builder {
@@ -31,7 +32,8 @@ Tissue softenTree(const TriangleMesh& surface, const SphereTree& tree, const Tri
   }
   tissue.tetrahedra = solid.corners;
   progress.stage("stiffness");
-  const Elasticity elasticity(solid, material, fixed, progress);  // refuses what is not held
+  const TriangleMesh outside = boundaryOf(solid);
+  tissue.response = surfaceResponse(Elasticity(solid, material, fixed, progress), outside, progress);  // refuses what is not held
   progress.stage("bind the surface");
   tissue.surface = bindSurface(surface, solid, origin, progress);
   progress.stage("cut the surface");
@@ -39,6 +41,8 @@ Tissue softenTree(const TriangleMesh& surface, const SphereTree& tree, const Tri
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[leaf]);
   tissue.leaves = cutPieces(surface, leaves, origin, progress);
   tissue.leaves.anchors = anchorLeaves(surface, DistanceField(surface), tissue.surface, solid, leaves, origin);
+  if (!tissue.response.empty())
+    tissue.response.points = pressPoints(outside, tissue.leaves.anchors, tissue.surface, origin, tissue.response.pressed);
   if (const std::string fault = findFault(tissue, tree); !fault.empty()) throw BuildError("tissue: " + fault);
   return tissue;
 }

@@ -78,8 +78,8 @@ class Fixed {
 
 std::string noteOf(const Tissue& tissue) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s%zu tetrahedra, %zu of %zu nodes fixed", kSoftNote, tissue.tetrahedra.size(), tissue.fixed.size(),
-                tissue.nodes.size());
+  std::snprintf(text, sizeof text, "%s%zu tetrahedra, %zu of %zu nodes fixed%s", kSoftNote, tissue.tetrahedra.size(), tissue.fixed.size(),
+                tissue.nodes.size(), tissue.response.empty() ? "; too many nodes for players" : "");
   return text;
 }
 

@@ -59,12 +59,16 @@ void report(const SoftenOptions& options, const Tissue& tissue, const pipeline::
                                      {"nodes", tissue.nodes.size()},
                                      {"fixed_nodes", tissue.fixed.size()},
                                      {"tetrahedra", tissue.tetrahedra.size()},
+                                     {"pressed_nodes", tissue.response.pressed.size()},
                                      {"boundary_triangles", body.boundary.triangles.size()},
                                      {"boundary_distance_mm", body.boundary_distance_mm}};
     return writeResult(jsonText(out, 2) + "\n");
   }
   printResult("%s: %zu tetrahedra, %zu nodes, %zu of them fixed; %zu bytes\n", plainText(options.output.string()).c_str(),
               tissue.tetrahedra.size(), tissue.nodes.size(), tissue.fixed.size(), bytes);
+  if (tissue.response.empty())
+    printResult(
+        "  too many nodes for their compliance matrix: players refuse this file; --tets of half as many makes one that they take\n");
   if (body.boundary_distance_mm > 0)
     printResult("  they fill a simplified surface of %zu triangles; no point of the mesh is farther from it than %.3g mm\n",
                 body.boundary.triangles.size(), body.boundary_distance_mm);

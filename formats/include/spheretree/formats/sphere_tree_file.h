@@ -14,8 +14,8 @@
 namespace spheretree::formats {
 
 /// The most that is read of a .stree file. The largest tree, search tree and skin take 2.6 MB; the rest is room for
-/// later sections.
-inline constexpr std::uint64_t kMaxTreeBytes = 16 << 20;
+/// later sections. Of a .soft file: tissue takes more.
+inline constexpr std::uint64_t kMaxTreeBytes = 16 << 20, kMaxSoftBytes = 256 << 20;
 
 /// A tree that comes out of here is sound (findFault of core).
 /// @throws FileError if the file cannot be read, FormatError if it is damaged, of another version or not a tree.
@@ -28,6 +28,10 @@ SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& 
 /// A tree and its tissue from a .soft file; from a .stree file, with `tissue` empty.
 /// @throws as readSphereTree
 SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue);
+
+/// The same from bytes in memory; `name` stands in front of messages.
+/// @throws FormatError
+SphereTree parseSoftTree(std::span<const std::byte> bytes, const std::string& name, Tissue& tissue);
 
 /// The file appears under its name only when it is whole (writeWhole).
 /// @throws FileError if the file cannot be written, std::invalid_argument for an unsound tree.

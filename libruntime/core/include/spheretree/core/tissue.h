@@ -79,14 +79,36 @@ struct TissueLeaves {
   std::vector<TissueCut> cuts;
 };
 
+/// Where a force on a leaf acts: a point of a triangle of the tetrahedra's surface.
+struct PressPoint {
+  std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kHeldNode
+  std::array<float, 3> weight;        // >= 0; they add up to 1
+};
+static_assert(sizeof(PressPoint) == 24);
+inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that stays where it is
+
+/// Small motion: displacements of the surface are linear in the forces on it. `matrix` is the inverse of the stiffness
+/// matrix, condensed to the surface: symmetric and positive definite.
+struct TissueResponse {
+  std::vector<std::uint32_t> pressed;  // nodes of the tetrahedra's surface that can move; ascending
+  std::vector<PressPoint> points;      // (leaves)
+  std::vector<float> matrix;           // (pressed x 3 axes of the force) x (pressed x 3 axes of the displacement) [mm/N]
+
+  bool empty() const { return pressed.empty(); }
+  /// Displacements of the pressed nodes, x, y, z of each, under 1 N along an axis on pressed node `i`.
+  std::span<const float> column(std::size_t i, std::size_t axis) const {
+    return std::span(matrix).subspan((3 * i + axis) * 3 * pressed.size(), 3 * pressed.size());
+  }
+};
+
 struct Tissue {
   TissueMaterial material;
   std::vector<std::array<double, 3>> nodes;              // at rest [mm]
   std::vector<std::array<std::uint32_t, 4>> tetrahedra;  // corners; (b - a) x (c - a) . (d - a) > 0
   std::vector<std::uint32_t> fixed;                      // nodes that stay where they are; ascending
   std::vector<TissueVertex> surface;                     // of the mesh that the tree was built from, in its order
-
   TissueLeaves leaves;
+  TissueResponse response;  // may be empty
 
   bool empty() const { return tetrahedra.empty(); }
   friend bool operator==(const Tissue&, const Tissue&);
@@ -97,8 +119,9 @@ struct Tissue {
 std::string findFault(const TissueMaterial& material);
 
 /// First broken rule as a sentence that names the element, or "" for sound tissue: the material, numbers finite,
-/// indices in range, `fixed` ascending, tetrahedra of positive volume. That the pieces of the leaves make up the whole
-/// surface is proven by whoever makes them and cannot be seen here. Cost: O(size).
+/// indices in range, `fixed` ascending, tetrahedra of positive volume, the response of the right size. That the
+/// pieces of the leaves make up the whole surface is proven by whoever makes them and cannot be seen here. Cost:
+/// O(size).
 std::string findFault(const Tissue& tissue);
 
 /// The same, and whether the tissue has the leaves of `tree`.

@@ -14,6 +14,7 @@
 
 #include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree.h"
+#include "spheretree/core/tissue.h"
 
 namespace spheretree::runtime {
 
@@ -72,12 +73,20 @@ class SharedTree {
   bool is_sound_ = false;  // known to be
 };
 
+struct TissueModel;
+
+/// The soft tissue of `tree`, as they come out of a .soft file (core's decodeSoftTree), for objects of a scene. Null
+/// with a sentence in `fault` if it is unsound, of another tree, or has no response. Not in the shared library for
+/// other languages. Cost: a copy of its matrix.
+std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, const Tissue& tissue, std::string& fault);
+
 struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
   Configuration pose;      // of the tree's mesh frame in the world when the scene starts
   std::uint32_t body = 0;  // what it belongs to, 0..kMostBodies; 0: the world, which stands still. moveBody() moves the others
   double friction = 0;     // Coulomb's coefficient, 0 .. 2; the larger of the object's and the tool's counts
   double stiffness = 0;    // against force, > 0 [N/mm]; 0: rigid
+  std::shared_ptr<const TissueModel> tissue = nullptr;  // of this tree: it gives way where it is pressed; null: it does not
 };
 
 inline constexpr std::uint32_t kMostBodies = 4096;

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The leaves of soft tissue as they are now. Small motion: displacements are linear in the forces that press, by the
+// compliance matrix of the surface (core's TissueResponse). A leaf keeps its radius and goes where its point goes.
+//
+// At the beginning of a step the leaves are put to where their points are. Within the step each gives way along the
+// normal of its row by as much as its point has moved since; one that has moved by less than kRefitMm stays as it was
+// put before. In one step no point moves by more than kTissueMotion: the search looks that much farther, so nothing is
+// passed through.
+// Units: mm, N; frame: axes of the object, about the centre of its shape. Deterministic; no allocation once it is made.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "compiled_scene.h"
+#include "soft_tissue.h"
+
+namespace spheretree::runtime {
+
+/// How forces move the points of the leaves.
+struct LinearModel : TissueModel {
+  std::size_t node_count = 0;      // pressed nodes
+  std::vector<PressPoint> points;  // (leaf) what a leaf goes with
+  std::vector<float> most_give;    // (leaf) its point moves no farther along a normal [mm]
+  std::vector<float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
+
+  const float* column(std::size_t i) const { return matrix.data() + i * 3 * node_count; }
+};
+LinearModel linearModel(const Tissue& tissue);
+
+class SoftSurface {
+ public:
+  /// `model` and `shape`, which is that of its tree, outlive this. @throws std::bad_alloc.
+  SoftSurface(const LinearModel& model, const CompiledShape& shape);
+
+  const Block* bound() const { return bound_.data(); }
+  const Sphere* spheres() const { return spheres_.data(); }
+  double radius() const { return radius_; }  // of a ball about the centre that holds all leaves
+
+  /// Puts the leaves to where their points are. Cost: about 10 ns a leaf, 50 ns for each block in which one has moved.
+  void beginStep();
+  /// At rest again.
+  void reset();
+
+  /// Of the point of a leaf: where it is, off its place at rest; and off where beginStep() had put it.
+  Eigen::Vector3d displacement(std::uint32_t leaf) const { return at(now_, leaf); }
+  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return at(now_, leaf) - put_[leaf]; }
+  double mostGive(std::uint32_t leaf) const { return static_cast<double>(model_.most_give[leaf]); }
+
+  /// How the point of leaf `of` moves under `force` on the point of leaf `on`. Cost: 80 ns.
+  Eigen::Vector3d response(std::uint32_t of, std::uint32_t on, const Eigen::Vector3d& force) const;
+
+  /// Where points go under forces, without doing it; only the points of leaves that are near.
+  void forgetNear();
+  void addNear(std::uint32_t leaf);
+  void predictNothing();
+  void predict(std::uint32_t leaf, const Eigen::Vector3d& force);  // cost: about 0.1 us, and 5 ns for each node that is near
+  Eigen::Vector3d predicted(std::uint32_t leaf) const;
+
+  /// The forces that press in the piece to come: none, or those of now; then more on one leaf after the other.
+  void aimAt(bool from_now);
+  void press(std::uint32_t leaf, const Eigen::Vector3d& force);
+  /// Goes `part` of the way there, from where aimAt() began; less, if a node would move too far for this step.
+  /// Cost: about 5 us for 450 nodes and a few contacts.
+  void giveWay(double part);
+
+ private:
+  using Field = std::vector<float>;  // (pressed node) x, y, z
+
+  Eigen::Vector3d at(const Field& field, std::uint32_t leaf) const;
+  void respond(const Field& forces, Field& out) const;
+  void putLeaf(std::uint32_t leaf);
+  void encloseBlocks();
+
+  const LinearModel& model_;
+  const CompiledShape& shape_;
+  std::vector<std::uint32_t> slots_;    // (leaf) in the compiled tree
+  std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children stand in it
+  double radius_ = 0;
+  std::vector<Block> bound_;
+  std::vector<Sphere> spheres_;
+  Field force_, from_, to_;           // now; where the piece begins; where it leads
+  Field now_;                         // displacements
+  Field start_force_, start_;         // both when the step began
+  std::vector<Eigen::Vector3d> put_;  // (leaf) displacement of its point when it was put last
+  std::vector<char> block_marked_;
+  bool has_moved_ = false;                     // since the leaves were put last, or has forces on it
+  std::vector<std::uint32_t> near_, near_at_;  // pressed nodes that are near; (pressed node) its index among them, or ~0u
+  std::vector<float> predicted_;               // (near) x, y, z
+};
+
+}  // namespace spheretree::runtime

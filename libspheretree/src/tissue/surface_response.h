@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How soft tissue moves under small forces on its surface: the inverse of the stiffness matrix of linear elasticity,
+// condensed to the nodes of the surface.
+// Paper: M. Bro-Nielsen, S. Cotin. Real-time volumetric deformable models for surgery simulation using finite elements
+//        and condensation. Computer Graphics Forum 15(3), 1996.
+//
+// A force on a node of the surface is a traction over the triangles round it, largest at the node and zero at its
+// neighbours. The displacement of a node is the mean over the same triangles with the same weights. The displacement
+// under a point force would grow without bound as elements shrink; these are what the elements resolve. A force that
+// is narrower than the triangles of the tetrahedra's surface therefore meets more stiffness than in life. Units: mm, N.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "spheretree/builder/progress.h"
+#include "spheretree/core/tissue.h"
+#include "spheretree/core/triangle_mesh.h"
+#include "tissue/elasticity.h"
+
+namespace spheretree::builder {
+
+/// The most that a matrix takes [bytes]; 6 MB are usual for 3,000 tetrahedra.
+inline constexpr std::size_t kMostResponseBytes = 128 << 20;
+
+/// Nodes and matrix of the response; empty if it would be larger than kMostResponseBytes. `boundary`: as boundaryOf()
+/// gives it. Deterministic for any number of threads.
+/// Cost: three solves for each free node of the boundary, 24 at a time: about 6 s of one core for 450 nodes.
+/// @throws Cancelled.
+TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& boundary, Progress& progress);
+
+/// For each of `leaves` (relative to `origin`) the point of `boundary` nearest to the point of its anchor, where a
+/// force on the leaf acts. `anchors`, `surface`: of the same tissue. `pressed`: as in the response.
+std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, std::span<const LeafAnchor> anchors,
+                                    std::span<const TissueVertex> surface, const Eigen::Vector3d& origin,
+                                    std::span<const std::uint32_t> pressed);
+
+}  // namespace spheretree::builder

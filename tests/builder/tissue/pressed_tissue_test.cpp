@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Soft tissue in the runtime: a block that a tool presses. Subject: SceneObject::tissue of scene.h
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <memory>
+
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/soften_tree.h"
+#include "spheretree/runtime/step.h"
+#include "support/count_allocations.h"
+#include "support/random.h"
+#include "support/shape_trees.h"
+#include "support/shapes.h"
+#include "support/tetrahedra.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+using runtime::Mode;
+using runtime::StepResult;
+
+const Quaternion kUpright(1, 0, 0, 0);
+
+struct Block {
+  runtime::SharedTree shared;
+  SphereTree tree;
+  std::shared_ptr<const Tissue> tissue;
+  std::shared_ptr<const runtime::TissueModel> model;
+};
+
+/// Of 24 x 20 x 12 mm, fixed below; 15 kPa. Built once.
+const Block& block() {
+  static const Block made = [] {
+    const Vector3d size(24, 20, 12);
+    const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), size);
+    const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(boundary)));
+    Progress progress;
+    BuildSettings settings;
+    settings.levels = 3;
+    settings.quality = Quality::Quick;
+    settings.soft_share = 0.5;
+    Block out;
+    out.tree = buildSphereTree(mesh, settings, progress).tree;
+    out.tissue = std::make_shared<const Tissue>(softenTree(
+        mesh, out.tree, boundary, test::boxTetrahedra(size, {8, 6, 4}), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
+        progress));
+    out.shared = out.tree;
+    std::string fault;
+    out.model = runtime::tissueModel(out.shared, *out.tissue, fault);
+    EXPECT_EQ(fault, "");
+    return out;
+  }();
+  return made;
+}
+
+struct Rig {
+  runtime::Scene scene;
+  std::unique_ptr<runtime::Workspace> workspace;
+  Configuration place;
+
+  explicit Rig(SphereTree tool, const Configuration& at = {}, double friction = 0, double stiffness = 1) : place(at) {
+    runtime::SceneDescription d;
+    d.tool = std::move(tool);
+    d.coupling.translation = stiffness;
+    d.objects.push_back({});
+    d.objects[0].tree = block().shared;
+    d.objects[0].pose = at;
+    d.objects[0].friction = friction;
+    d.objects[0].tissue = block().model;
+    std::string fault;
+    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+    workspace = std::make_unique<runtime::Workspace>(scene);
+  }
+  /// `p`, `q` in the frame of the block.
+  StepResult to(const Vector3d& p, const Quaternion& q = kUpright) {
+    return step(scene, {place.orientation * p + place.position, place.orientation * q}, Mode::Constrained, *workspace);
+  }
+  StepResult rest(const Vector3d& p, const Quaternion& q = kUpright, int steps = 60) {
+    StepResult r;
+    for (int i = 0; i < steps; ++i) r = to(p, q);
+    return r;
+  }
+};
+
+std::vector<std::uint32_t> leavesOf(const SphereTree& tree) { return levelSet(tree, tree.levelCount() - 1); }
+
+/// Index of a leaf among the leaves.
+std::uint32_t leafOf(std::uint32_t node) {
+  const std::vector<std::uint32_t> leaves = leavesOf(block().tree);
+  return static_cast<std::uint32_t>(std::find(leaves.begin(), leaves.end(), node) - leaves.begin());
+}
+
+/// Displacement of the point of a leaf under the forces of the contacts, from the matrix of the file alone.
+Vector3d displacementOf(const Rig& rig, std::size_t leaf) {
+  const TissueResponse& response = block().tissue->response;
+  Vector3d u = Vector3d::Zero();
+  for (const runtime::Contact& contact : contacts(*rig.workspace)) {
+    const PressPoint &on = response.points[leafOf(contact.element)], &of = response.points[leaf];
+    const Vector3d force = rig.place.orientation.conjugate() * (-contact.force * contact.normal);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t a = 0; a < 9; ++a)
+          if (on.node[i] != kHeldNode && of.node[k] != kHeldNode)
+            u[static_cast<Eigen::Index>(a % 3)] +=
+                static_cast<double>(on.weight[i] * of.weight[k] * response.column(on.node[i], a / 3)[3 * of.node[k] + a % 3]) *
+                force[static_cast<Eigen::Index>(a / 3)];
+  }
+  return u;
+}
+
+/// What the answer has to be, seen from outside: where the leaves go under the forces of the contacts, no ball of the
+/// tool is in one, those in contact touch, and the forces balance the spring.
+void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult& r, double tolerance) {
+  const std::vector<std::uint32_t> nodes = leavesOf(block().tree);
+  const Vector3d origin(block().tree.origin_mm.data());
+  std::vector<Vector3d> centres;
+  for (std::size_t leaf = 0; leaf < nodes.size(); ++leaf) {
+    const Sphere& s = block().tree.cover[nodes[leaf]];
+    centres.push_back(Vector3d(s.x, s.y, s.z) + origin + displacementOf(rig, leaf));
+  }
+  const auto gap = [&](std::uint32_t tool_node, std::size_t leaf) {
+    const Sphere& a = tool.cover[tool_node];
+    const Vector3d in_world = r.graphic.orientation * (Vector3d(a.x, a.y, a.z) + Vector3d(tool.origin_mm.data())) + r.graphic.position;
+    const Vector3d p = rig.place.orientation.conjugate() * (in_world - rig.place.position);
+    return (p - centres[leaf]).norm() - static_cast<double>(a.radius) - static_cast<double>(block().tree.cover[nodes[leaf]].radius);
+  };
+  double least = 1;
+  for (const std::uint32_t node : leavesOf(tool))
+    for (std::size_t leaf = 0; leaf < centres.size(); ++leaf) least = std::min(least, gap(node, leaf));
+  EXPECT_GT(least, -tolerance);
+  Vector3d sum = Vector3d::Zero();
+  for (const runtime::Contact& contact : contacts(*rig.workspace)) {
+    EXPECT_GE(contact.force, 0);
+    EXPECT_LT(std::abs(gap(contact.tool_leaf, leafOf(contact.element))), tolerance);
+    sum += contact.force * contact.normal + contact.friction;
+  }
+  EXPECT_LT((sum - r.wrench.force).norm(), 1e-3 * (0.1 + r.wrench.force.norm()));
+}
+
+/// The leaf that stands out most at the top, away from the edges: its centre and radius at rest.
+Sphere highestLeaf() {
+  Sphere highest{0, 0, 0, 0};
+  const Vector3d origin(block().tree.origin_mm.data());
+  for (const std::uint32_t node : leavesOf(block().tree)) {
+    Sphere s = block().tree.cover[node];
+    s.x += static_cast<float>(origin.x()), s.y += static_cast<float>(origin.y()), s.z += static_cast<float>(origin.z());
+    if (s.x > 6 && s.x < 18 && s.y > 6 && s.y < 14 && s.z + s.radius > highest.z + highest.radius) highest = s;
+  }
+  return highest;
+}
+
+// One ball on one leaf: spring and tissue in series.
+TEST(PressedTissue, ForceOverTravelIsThatOfTheSeries) {
+  const Sphere top = highestLeaf();
+  for (const double stiffness : {0.05, 1.0, 20.0}) {
+    Rig rig(test::oneBallTree(1), {}, 0, stiffness);
+    const double touch = static_cast<double>(top.z) + static_cast<double>(top.radius) + 1;
+    rig.to({top.x, top.y, touch + 0.5});
+    const auto height = [&](double below) { return Vector3d(top.x, top.y, touch - below); };
+    const StepResult first = rig.rest(height(0.02)), second = rig.rest(height(0.08));
+    ASSERT_EQ(contacts(*rig.workspace).size(), 1u);
+    const runtime::Contact contact = contacts(*rig.workspace)[0];
+    ASSERT_GT(contact.force, 0);
+    const double compliance = -displacementOf(rig, leafOf(contact.element)).dot(contact.normal) / contact.force;
+    EXPECT_GT(compliance, 5);  // mm/N: it is soft
+    const double wanted = 1 / (1 / stiffness + compliance), found = (second.wrench.force.z() - first.wrench.force.z()) / 0.06;
+    EXPECT_NEAR(found, wanted, 0.01 * wanted) << stiffness;
+    expectEquilibrium(rig, test::oneBallTree(1), second, 2e-3);
+  }
+}
+
+TEST(PressedTissue, ManyBallsTurnedAndMovedAreInEquilibrium) {
+  test::Random random(4);
+  const SphereTree tool =
+      test::treeOfBalls({test::ball(-2, 0, 0, 1), test::ball(0, 0, -0.3, 1.2), test::ball(2, 0, 0, 1), test::ball(0, 2, 0, 1)});
+  for (int run = 0; run < 6; ++run) {
+    const Configuration at{Vector3d(random.between(-50, 50), random.between(-50, 50), 7), test::randomRotation(random)};
+    Rig rig(tool, run == 0 ? Configuration{} : at);
+    const double x = random.between(8, 16), y = random.between(8, 12);
+    for (double z = 15; z > 11.5 - 0.3 * run; z -= 0.05) rig.to({x, y, z});
+    const StepResult r = rig.rest({x, y, 11.5 - 0.3 * run});
+    EXPECT_GE(r.active, 2u);
+    EXPECT_GT(r.wrench.force.norm(), 0.01);
+    expectEquilibrium(rig, tool, r, 0.02);
+  }
+}
+
+TEST(PressedTissue, TurnedItFeelsTheSame) {
+  const Configuration at{Vector3d(40, -30, 20), rotationOf({0.7, -1.1, 0.4})};
+  Rig upright(test::oneBallTree(1.5)), turned(test::oneBallTree(1.5), at);
+  for (double z = 14.5; z > 10; z -= 0.05) {
+    const Vector3d p(11 + 0.3 * (14.5 - z), 9, z);
+    const Vector3d one = upright.to(p).wrench.force, other = at.orientation.conjugate() * turned.to(p).wrench.force;
+    EXPECT_LT((one - other).norm(), 5e-3 * (0.02 + one.norm()));
+  }
+}
+
+TEST(PressedTissue, ItGoesBackWhenTheToolLeaves) {
+  Rig rig(test::oneBallTree(1.5));
+  rig.to({11, 9, 15});
+  const StepResult before = rig.rest({11, 9, 12.5});
+  EXPECT_GT(before.wrench.force.z(), 0);
+  rig.rest({11, 9, 9});
+  rig.rest({11, 9, 40});
+  rig.to({11, 9, 15});
+  const StepResult after = rig.rest({11, 9, 12.5});
+  EXPECT_NEAR(after.wrench.force.z(), before.wrench.force.z(), 0.02 * before.wrench.force.z());
+}
+
+// However hard it is pressed, it stops: the linear law ends somewhere, and the tool does not pass through.
+TEST(PressedTissue, ItGivesWayOnlySoFar) {
+  Rig rig(test::oneBallTree(1.5), {}, 0, 20);
+  for (double z = 15; z > -20; z -= 0.2) {
+    const StepResult r = rig.to({11, 9, z});
+    EXPECT_GT(r.graphic.position.z(), 4);
+    EXPECT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
+  }
+  EXPECT_GT(rig.rest({11, 9, -20}).graphic.position.z(), 4);
+}
+
+TEST(PressedTissue, AToolAtAnySpeedDoesNotPassThrough) {
+  for (const double speed : {0.1, 1.0, 5.0, 30.0}) {  // mm in a step
+    Rig rig(test::oneBallTree(1.5), {}, 0.3);
+    StepResult r = rig.to({11, 9, 20});
+    for (double z = 20; z > -60; z -= speed) {
+      r = rig.to({11, 9, z});
+      EXPECT_LT(r.penetration, 0.2);
+    }
+    for (int i = 0; i < 50; ++i) r = rig.to({11, 9, -60});
+    EXPECT_GT(r.graphic.position.z(), 4) << speed;
+    EXPECT_EQ(r.faults & runtime::kQpStopped, 0u);
+  }
+}
+
+// Held still, the force is still; drawn over the surface, it changes with the motion of the hand and no faster; and
+// over the closed path the hand gets no more energy than it put in.
+TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
+  Rig rig(test::oneBallTree(1.5));
+  std::vector<Vector3d> path;
+  for (int i = 0; i <= 250; ++i) path.emplace_back(9, 8, 15 - 0.02 * i);
+  for (int i = 0; i <= 300; ++i) path.emplace_back(9 + 0.02 * i, 8 + 0.01 * i, 10);
+  for (int i = 0; i <= 300; ++i) path.emplace_back(15 - 0.02 * i, 11 - 0.01 * i, 10 + 0.02 * i);
+  Vector3d last_force = rig.to(path[0]).wrench.force, last = path[0];
+  double work = 0, largest = 0, least_work = 0;
+  for (const Vector3d& p : path) {
+    const Vector3d force = rig.to(p).wrench.force;
+    EXPECT_LE((force - last_force).norm(), 2 * (p - last).norm() + 0.01) << "coupling of 1 N/mm";
+    work -= 0.5 * (force + last_force).dot(p - last);  // what the hand puts in [mJ]
+    least_work = std::min(least_work, work);
+    largest = std::max(largest, force.norm());
+    last_force = force, last = p;
+  }
+  EXPECT_GT(largest, 0.1);
+  EXPECT_GT(least_work, -0.05);
+  EXPECT_GT(work, -0.05);
+  Rig held(test::oneBallTree(1.5));
+  held.to({11, 9, 15});
+  Vector3d still = held.rest({11, 9, 11}).wrench.force;
+  for (int i = 0; i < 200; ++i) EXPECT_LT((held.to({11, 9, 11}).wrench.force - still).norm(), 1e-3);
+}
+
+TEST(PressedTissue, ABodyCarriesItAgainstTheTool) {
+  runtime::SceneDescription d;
+  d.tool = test::oneBallTree(1.5);
+  d.objects.push_back({});
+  d.objects[0].tree = block().shared;
+  d.objects[0].tissue = block().model;
+  d.objects[0].body = 1;
+  runtime::Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  runtime::Workspace workspace(scene);
+  const Configuration hand{{11, 9, 14}, kUpright};
+  StepResult r = step(scene, hand, Mode::Constrained, workspace);
+  const auto carryTo = [&](double z) {
+    EXPECT_TRUE(moveBody(1, {{0, 0, z}, kUpright}, workspace));
+    r = step(scene, hand, Mode::Constrained, workspace);
+  };
+  for (int i = 1; i <= 200; ++i) {
+    carryTo(0.02 * i);
+    EXPECT_LT(r.penetration, 0.1);
+  }
+  for (int i = 0; i < 100; ++i) r = step(scene, hand, Mode::Constrained, workspace);
+  // As if the hand had gone down by as much.
+  Rig rig(test::oneBallTree(1.5));
+  rig.to({11, 9, 14});
+  for (int i = 1; i <= 200; ++i) rig.to({11, 9, 14 - 0.02 * i});
+  const double wanted = rig.rest({11, 9, 10}, kUpright, 100).wrench.force.z();
+  EXPECT_GT(wanted, 0.05);
+  EXPECT_NEAR(r.wrench.force.z(), wanted, 0.03 * wanted);
+  for (int i = 199; i >= 0; --i) carryTo(0.02 * i - 2);
+  EXPECT_LT(r.wrench.force.norm(), 1e-3);
+}
+
+TEST(PressedTissue, ARigidObjectInItStopsTheTool) {  // as a tooth in the gum
+  runtime::SceneDescription d;
+  d.tool = test::oneBallTree(1.5);
+  d.objects.resize(2);
+  d.objects[0].tree = block().shared;
+  d.objects[0].tissue = block().model;
+  d.objects[1].tree = test::oneBallTree(4);
+  d.objects[1].pose.position = {11, 9, 6};
+  runtime::Scene scene;
+  std::string fault;
+  ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
+  runtime::Workspace workspace(scene);
+  for (double z = 15; z > 4; z -= 0.05) {
+    const StepResult r = step(scene, {{11.2, 9, z}, kUpright}, Mode::Constrained, workspace);
+    EXPECT_GT((r.graphic.position - Vector3d(11, 9, 6)).norm(), 5.5 - 2e-3);
+  }
+}
+
+TEST(PressedTissue, TheSamePathGivesTheSameBytesAndAllocatesNothing) {
+  Rig one(test::oneBallTree(1.5), {}, 0.2), other(test::oneBallTree(1.5), {}, 0.2);
+  one.to({8, 9, 15}), other.to({8, 9, 15});
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d p(8 + 0.02 * i, 9, 13 - 2 * std::sin(0.02 * i));
+    StepResult a;
+    EXPECT_EQ(test::allocationsIn([&] { a = one.to(p); }), 0);
+    const StepResult b = other.to(p);
+    ASSERT_EQ(a.wrench.force, b.wrench.force);
+    ASSERT_EQ(a.graphic.position, b.graphic.position);
+  }
+  reset(*one.workspace);
+  Rig fresh(test::oneBallTree(1.5), {}, 0.2);
+  for (const Vector3d& p : {Vector3d(8, 9, 15), Vector3d(8, 9, 12)})
+    EXPECT_EQ(one.to(p).wrench.force, fresh.to(p).wrench.force) << "a reset forgets the state";
+}
+
+TEST(PressedTissue, WhatCannotBeIsRefused) {
+  runtime::SceneDescription d;
+  d.tool = test::oneBallTree(1);
+  d.objects.push_back({});
+  d.objects[0].tree = block().shared;
+  d.objects[0].tissue = block().model;
+  d.objects[0].stiffness = 1;
+  runtime::Scene scene;
+  std::string fault;
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_NE(fault.find("both"), std::string::npos);
+  d.objects[0].stiffness = 0;
+  d.objects[0].tree = block().tree;  // equal, and another one
+  EXPECT_FALSE(compileScene(d, scene, fault));
+  EXPECT_NE(fault.find("another tree"), std::string::npos);
+  Tissue other = *block().tissue;
+  EXPECT_EQ(runtime::tissueModel(test::oneBallTree(1), other, fault), nullptr);
+  EXPECT_NE(fault, "");
+  other.response = {};
+  EXPECT_EQ(runtime::tissueModel(block().shared, other, fault), nullptr);
+  EXPECT_NE(fault.find("no response"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
