@@ -32,6 +32,8 @@ void writeMouth(const std::filesystem::path& folder) {
   writeWhole(folder / "mouth.scene.json", samples::mouthSceneText(mouth));
   writeWhole(folder / "opening.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Opening));
   writeWhole(folder / "two_hands.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::TwoHands));
+  writeWhole(folder / "soft.scene.json", samples::mouthSceneText(mouth, samples::MouthMotion::Soft));
+  writeWhole(folder / "press.csv", samples::trajectoryText(samples::pressTongue()));
   writeWhole(folder / "pocket.csv", samples::trajectoryText(samples::probePocket(mouth)));
   samples::Path inspection = samples::inspectTeeth(mouth);
   writeWhole(folder / "inspection.csv", samples::trajectoryText(inspection));
@@ -54,8 +56,8 @@ int main(int argc, char** argv) try {
     std::fputs(
         "Usage: make_samples FOLDER\nWrites molar.obj and probe.obj, sample meshes in millimetres, into FOLDER.\n"
         "       make_samples --mouth FOLDER\nWrites an open mouth: mouth.obj, mouth.glb, probe.obj, mouth.scene.json, "
-        "opening.scene.json (the jaw moves), two_hands.scene.json (a second probe moves along second_hand.csv), and paths of the "
-        "probe: pocket.csv, inspection.csv.\n"
+        "opening.scene.json (the jaw moves), two_hands.scene.json (a second probe moves along second_hand.csv), soft.scene.json (soft "
+        "tongue, gums and cheeks), and paths of the probe: pocket.csv, inspection.csv, press.csv.\n"
         "       make_samples --robots FOLDER\nWrites two robots: sample_arm7/sample_arm7.urdf and sample_arm6/sample_arm6.urdf, with "
         "meshes.\n",
         help ? stdout : stderr);

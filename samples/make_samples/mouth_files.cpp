@@ -47,6 +47,7 @@ class Hand {
       path_.push_back(moved(from, {t * way.translation, t * way.rotation}));
     }
   }
+  void rest(int milliseconds) { path_.insert(path_.end(), static_cast<std::size_t>(milliseconds), path_.back()); }
   Path path() && { return std::move(path_); }
 
  private:
@@ -54,6 +55,36 @@ class Hand {
 };
 
 constexpr double kFree = 60, kTouching = 12;  // [mm/s]
+
+// Values from the literature: docs/tissue.md. Of gums the ridges are fixed, of the face what lies on bone.
+void soften(formats::SceneItem& object) {
+  const auto fixedIn = [](const Vector3d& low, const Vector3d& high) {
+    formats::FixedRegion fixed;
+    fixed.region.shape = formats::WorkRegion::Shape::Box;
+    fixed.region.low_mm = low;
+    fixed.region.high_mm = high;
+    return fixed;
+  };
+  formats::SoftSettings soft;
+  if (object.name == "tongue") {
+    soft.young_kpa = 15;
+    soft.poisson = 0.49;
+    soft.fixed = {fixedIn({-50, -50, -50}, {50, 50, -5}), fixedIn({-50, -50, -50}, {50, -12, 50})};
+    object.settings.levels = 5;
+  } else if (object.name == "lower_jaw") {
+    soft.young_kpa = 3000;
+    soft.fixed = {fixedIn({-50, -50, -50}, {50, 80, -4})};
+  } else if (object.name == "upper_jaw") {
+    soft.young_kpa = 3000;
+    soft.fixed = {fixedIn({-50, -50, 46}, {50, 80, 90})};
+  } else if (object.name == "face") {
+    soft.young_kpa = 30;
+    soft.fixed = {fixedIn({-90, 0, 70}, {90, 90, 120}), fixedIn({-90, 0, -60}, {90, 90, -20}), fixedIn({-90, 0, -60}, {90, 32, 120})};
+  } else {
+    return;
+  }
+  object.soft = soft;
+}
 
 }  // namespace
 
@@ -129,6 +160,7 @@ std::string mouthSceneText(const Mouth& mouth, MouthMotion motion) {
     object.mesh = "mouth.obj";
     const bool is_lower_tooth = part.name.starts_with("tooth_3") || part.name.starts_with("tooth_4");
     if (is_lower_tooth || part.name == "lower_jaw" || part.name == "tongue") object.body = "mandible";
+    if (motion == MouthMotion::Soft) soften(object);
     scene.objects.push_back(std::move(object));
   }
   if (motion == MouthMotion::TwoHands) {
@@ -184,6 +216,20 @@ Path inspectTeeth(const Mouth& mouth) {
     for (std::size_t i = 0; i < 7; ++i) touch(mouth.teeth[second + i], true, i < 2, hold);
     hand.moveTo({centre(upper), hold}, kFree);
   }
+  return std::move(hand).path();
+}
+
+Path pressTongue() {
+  const Quaternion hold = holdDown();
+  const Vector3d start(-2, 12, 14);
+  Hand hand({start, hold});
+  hand.moveTo({{-2, 12, 7}, hold}, kFree);
+  hand.moveTo({{-2, 12, 2.6}, hold}, kTouching);
+  hand.rest(1000);
+  hand.moveTo({{-17, 13, 4}, hold}, kTouching);
+  hand.rest(500);
+  hand.moveTo({{-14, 13, 16}, hold}, kTouching);
+  hand.moveTo({start, hold}, kFree);
   return std::move(hand).path();
 }
 

@@ -21,6 +21,7 @@ enum class MouthMotion {
   None,      // the lower jaw has its hinge, and rests
   Opening,   // it opens by 8 degrees and closes again, over and over
   TwoHands,  // a second probe goes where second_hand.csv leads it; the jaw rests
+  Soft,      // nothing but soft tissue: tongue, gums, and the face, whose cheeks and lips give way
 };
 
 /// The probe as tool, with its tip as reference point, and each part of mouth.obj as an object. The lower teeth, their
@@ -37,6 +38,9 @@ Path probePocket(const Mouth& mouth);
 /// The probe's tip slides over the chewing surfaces and biting edges of all teeth, pressed in by 0.4 mm: the lower
 /// arch, then the upper.
 Path inspectTeeth(const Mouth& mouth);
+
+/// The tip presses the tongue in by 3 mm, rests, is drawn aside over its edge, slips off onto tooth 46 and goes back.
+Path pressTongue();
 
 /// As spheretree/formats/trajectory.h reads it.
 std::string trajectoryText(const Path& path);

@@ -109,13 +109,17 @@ TEST(Mouth, IsTheSameInEveryFile) {
   EXPECT_LT(way.z(), -5);
   const formats::SceneFile hands = formats::parseScene(mouthSceneText(mouth(), MouthMotion::TwoHands), "two_hands.scene.json");
   EXPECT_EQ(hands.objects.back().body, "second_hand");
+  const formats::SceneFile tissue = formats::parseScene(mouthSceneText(mouth(), MouthMotion::Soft), "soft.scene.json");
+  int soft = 0;
+  for (const formats::SceneItem& object : tissue.objects) soft += object.soft.has_value();
+  EXPECT_EQ(soft, 4);
 }
 
 TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
-  const Path pocket = probePocket(mouth()), inspection = inspectTeeth(mouth());
+  const Path pocket = probePocket(mouth()), inspection = inspectTeeth(mouth()), press = pressTongue();
   EXPECT_EQ(formats::parseTrajectory(trajectoryText(pocket), "pocket.csv").poses.size(), pocket.size());
   EXPECT_EQ(formats::parseTrajectory(trajectoryText(inspection), "inspection.csv").poses.size(), inspection.size());
-  for (const Path& path : {pocket, inspection})
+  for (const Path& path : {pocket, inspection, press})
     for (std::size_t i = 1; i < path.size(); ++i) {
       const Displacement step = displacementBetween(path[i - 1], path[i]);
       EXPECT_LT(step.translation.norm(), 0.07);  // 60 mm/s
