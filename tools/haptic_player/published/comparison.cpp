@@ -91,26 +91,37 @@ const Body& bodyOf(Bench& bench, const std::string& body, int levels, std::size_
   return bench.bodies.make(body + "_" + std::to_string(leaves), BodyLibrary::mesh(body), settings);
 }
 
-ComparisonRow measure(const Body& ball, const Body& body, const Course& course, Mode mode, std::size_t leaves) {
-  Rig rig(ball, {{&body, {course.place, kUpright}}}, mode);
+double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi; }
+
+ComparisonRow measure(const Body& ball, const Body& body, const Course& course, Mode mode, bool on_leaves, std::size_t leaves) {
+  Rig::Options options;
+  options.contact = on_leaves ? runtime::ContactSurface::Leaves : runtime::ContactSurface::Skin;
+  Rig rig(ball, {{&body, {course.place, kUpright}}}, mode, options);
   ExactBall exact(body.field, kRadius, course.hand.front() - course.place);
-  std::vector<double> errors, depths;
+  std::vector<double> errors, depths, angles, stand_offs;
   for (const Vector3d& hand : course.hand) {
     const runtime::StepResult result = rig.to({hand, kUpright});
     const Vector3d right = exact.follow(hand - course.place) + course.place;
     if ((right - hand).norm() < 1e-3) continue;  // not in contact
     errors.push_back((result.wrench.force - (right - hand) * runtime::Coupling{}.translation).norm());
-    depths.push_back(std::max(0.0, kRadius - body.field.signedDistance(result.graphic.position - course.place)));
+    angles.push_back(degreesBetween(result.wrench.force, right - hand));
+    const double gap = body.field.signedDistance(result.graphic.position - course.place) - kRadius;
+    depths.push_back(std::max(0.0, -gap));
+    stand_offs.push_back(std::abs(gap));
   }
   return {mode,
           course.name,
+          on_leaves,
           leaves,
           rig.scene().byteCount(),
           rig.times().quantile(0.5),
           rig.times().quantile(0.99),
           quantile(depths, 0.99),
           quantile(errors, 0.5),
-          quantile(errors, 0.99)};
+          quantile(errors, 0.99),
+          quantile(angles, 0.5),
+          quantile(angles, 0.99),
+          quantile(stand_offs, 0.99)};
 }
 
 }  // namespace
@@ -146,11 +157,13 @@ std::vector<ComparisonRow> compareRenderers(Bench& bench, std::span<const Mode> 
   std::vector<ComparisonRow> rows;
   const std::vector<Course> courses{overEdge(), alongGroove(), roundBowl(), roundMolar(bodyOf(bench, "tooth_46", 3, 64))};
   for (std::size_t c = 0; c < courses.size(); ++c)
-    for (const auto& [levels, leaves] : {std::pair<int, std::size_t>(3, 64), {4, 512}, {5, 4096}}) {
+    for (const auto& [levels, leaves] : {std::pair<int, std::size_t>(2, 8), {3, 64}, {4, 512}, {5, 4096}}) {
       const Body& body = bodyOf(bench, courses[c].body, levels, leaves);
       bench.progress.stage("renderers: " + courses[c].name + ", " + std::to_string(leaves) + " leaves");
       for (const Mode mode : modes) {
-        rows.push_back(measure(ball, body, courses[c], mode, leaves));
+        if (leaves < 64 && mode != Mode::Constrained) continue;
+        rows.push_back(measure(ball, body, courses[c], mode, false, leaves));
+        if (mode == Mode::Constrained) rows.push_back(measure(ball, body, courses[c], mode, true, leaves));
         bench.progress.check();
       }
     }

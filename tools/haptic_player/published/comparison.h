@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Renderers side by side: a ball along four bodies, with models of three sizes; time of a step against what is felt and
-// against how deep the tool goes in. Units: mm, N, us.
+// Renderers side by side: a ball along four bodies, with models of several sizes; time of a step against what is felt
+// and against how deep the tool goes in. Units: mm, N, us, degrees.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +17,14 @@ namespace spheretree::player {
 struct ComparisonRow {
   Mode mode;
   std::string body;
-  std::size_t leaves;  // at most, of the body's tree: 64, 512, 4096
+  bool on_leaves;      // the constrained mode, without the skin
+  std::size_t leaves;  // at most, of the body's tree: 64, 512, 4096; 8 too in the constrained mode
   std::size_t bytes;   // of our compiled scene; the others' models have the same
   double step_median, step_p99;
   double penetration;                   // of the ball into the mesh, 99th percentile of the steps in contact
   double force_error, force_error_p99;  // against the exact answer for a ball: median and 99th percentile
+  double angle, angle_p99;              // of the force off the exact one: median and 99th percentile
+  double stand_off_p99;                 // of the ball's surface from the mesh, outside or inside: 99th percentile
 };
 
 /// The place of a ball of radius `radius` that follows a hand and cannot enter a body: the nearest point of the body's

@@ -18,15 +18,16 @@ constexpr double kFloor = 1e-5;  // of figures on a logarithmic axis [mm, N]
 
 std::string title(Mode mode) { return std::string(name(mode)) + (mode == Mode::Constrained ? " (this project)" : ""); }
 
-/// Geometric means over the bodies, for each mode and size.
-std::string chart(std::span<const ComparisonRow> rows, const std::string& heading, const std::string& label,
-                  double ComparisonRow::*figure) {
+/// Geometric means over the bodies, for each renderer and size.
+std::string rendererChart(std::span<const ComparisonRow> rows, const std::string& heading, const std::string& label,
+                          double ComparisonRow::*figure) {
   struct Sum {
     double time = 0, value = 0;
     int count = 0;
   };
   std::map<std::pair<Mode, std::size_t>, Sum> sums;
   for (const ComparisonRow& row : rows) {
+    if (row.on_leaves || row.leaves < 64) continue;
     Sum& sum = sums[{row.mode, row.leaves}];
     sum.time += std::log(std::max(row.step_p99, 1e-3));
     sum.value += std::log(std::max(row.*figure, kFloor));
@@ -46,15 +47,40 @@ std::string chart(std::span<const ComparisonRow> rows, const std::string& headin
   return tool::scatterSvg(scatter);
 }
 
+/// The constrained mode on the skin and on leaves: a dot for each body and size.
+std::string surfaceChart(std::span<const ComparisonRow> rows, const std::string& heading, const std::string& label,
+                         double ComparisonRow::*figure) {
+  tool::ScatterChart scatter{heading, "processor time of a step, 99th percentile [us]", label, {}, {}, false};
+  for (const bool on_leaves : {false, true})
+    for (const ComparisonRow& first : rows) {
+      if (first.mode != Mode::Constrained || first.leaves != 8 || first.on_leaves != on_leaves) continue;
+      const std::string series = first.body + (on_leaves ? ", leaves" : ", skin");
+      for (const ComparisonRow& row : rows) {
+        if (row.mode != Mode::Constrained || row.on_leaves != on_leaves || row.body != first.body) continue;
+        const double value = std::max(row.*figure, kFloor);
+        scatter.points.push_back(
+            {row.step_p99, value, series,
+             series + ", tree of " + std::to_string(row.leaves) + " leaves: " + shortNumber(row.step_p99) + " us, " + shortNumber(value),
+             row.leaves < 500    ? 0
+             : row.leaves < 4000 ? 1
+                                 : 2,
+             false});
+      }
+    }
+  return tool::scatterSvg(scatter);
+}
+
 std::string rowsTable(std::span<const ComparisonRow> rows) {
-  tool::HtmlTable table{"Force error: against the exact answer for a ball. Penetration: of the ball into the mesh.",
-                        {"Renderer", "Body", "Leaves", "Memory [KB]", "Step, median [us]", "Step, p99 [us]", "Force error, median [N]",
-                         "Force error, p99 [N]", "Penetration, p99 [mm]"},
-                        {}};
+  tool::HtmlTable table{
+      "Force error: against the exact answer for a ball. Penetration: of the ball into the mesh.",
+      {"Renderer", "Body", "Leaves", "Memory [KB]", "Step, median [us]", "Step, p99 [us]", "Force error, median [N]",
+       "Force error, p99 [N]", "Angle, median [degree]", "Angle, p99 [degree]", "Penetration, p99 [mm]", "Stand-off, p99 [mm]"},
+      {}};
   for (const ComparisonRow& r : rows)
-    table.rows.push_back({escaped(title(r.mode)), r.body, std::to_string(r.leaves), shortNumber(static_cast<double>(r.bytes) / 1000),
-                          shortNumber(r.step_median), shortNumber(r.step_p99), shortNumber(r.force_error), shortNumber(r.force_error_p99),
-                          shortNumber(r.penetration)});
+    table.rows.push_back({escaped(title(r.mode)) + (r.on_leaves ? ", on leaves" : ""), r.body, std::to_string(r.leaves),
+                          shortNumber(static_cast<double>(r.bytes) / 1000), shortNumber(r.step_median), shortNumber(r.step_p99),
+                          shortNumber(r.force_error), shortNumber(r.force_error_p99), shortNumber(r.angle), shortNumber(r.angle_p99),
+                          shortNumber(r.penetration), shortNumber(r.stand_off_p99)});
   return table.html();
 }
 
@@ -115,9 +141,18 @@ void writeComparison(const std::filesystem::path& out, std::span<const Compariso
                   "<p>Lower left is better. Geometric means over an edge, a groove, a bowl and a molar. Small, medium and large dots: the "
                   "memory of our "
                   "trees of 64, 512 and 4,096 leaves.</p><div class=\"charts\">" +
-                      chart(rows, "What is felt", "force error, 99th percentile [N]", &ComparisonRow::force_error_p99) +
-                      chart(rows, "How deep the tool goes in", "penetration, 99th percentile [mm]", &ComparisonRow::penetration) +
+                      rendererChart(rows, "What is felt", "force error, 99th percentile [N]", &ComparisonRow::force_error_p99) +
+                      rendererChart(rows, "How deep the tool goes in", "penetration, 99th percentile [mm]", &ComparisonRow::penetration) +
                       "</div>");
+  const bool has_surfaces = std::any_of(rows.begin(), rows.end(), [](const ComparisonRow& r) { return r.on_leaves; });
+  if (has_surfaces)
+    page.addSection(
+        "skin", "On the skin and on leaves",
+        "<p>The constrained mode, with trees of 8, 64, 512 and 4,096 leaves (dots that grow). On the skin the leaves only find; "
+        "without it they are what is felt.</p><div class=\"charts\">" +
+            surfaceChart(rows, "Where the force points", "angle off the exact force, 99th percentile [degree]", &ComparisonRow::angle_p99) +
+            surfaceChart(rows, "Where the ball rests", "stand-off from the mesh, 99th percentile [mm]", &ComparisonRow::stand_off_p99) +
+            "</div>");
   page.addSection("scenarios", "Stability scenarios", scenarioTable(scenarios, modes));
   page.addSection("methods", "Methods and settings", kMethods);
   page.addSection("figures", "All figures", rowsTable(rows));
