@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kBytesOfAnObject = 4e6;  // of a mesh file, that take about as long as one more small object
 constexpr std::array kStateNames{"ok", "missed", "failed", "refused"};
-constexpr const char* kSchema = "spheretree.cohort/1";
+constexpr const char* kCohortSchema = "spheretree.cohort/1";
 
 fs::path sceneOf(const CohortSettings& settings, const formats::CohortPatient& patient) {
   return patient.scene.is_absolute() ? patient.scene : settings.list.parent_path() / patient.scene;
@@ -71,7 +71,7 @@ PatientResult runPatient(const CohortSettings& settings, const formats::CohortPa
 
 PatientResult fromJson(const Json& json) {
   PatientResult out;
-  if (json.at("schema").get<std::string>() != kSchema) throw std::invalid_argument("the schema is not " + std::string(kSchema));
+  if (json.at("schema").get<std::string>() != kCohortSchema) throw std::invalid_argument("the schema is not " + std::string(kCohortSchema));
   out.name = json.at("patient").get<std::string>();
   const auto state = std::find(kStateNames.begin(), kStateNames.end(), json.at("state").get<std::string>());
   if (state == kStateNames.end()) throw std::invalid_argument("the state is none of ok, missed, failed, refused");
@@ -180,7 +180,7 @@ std::vector<PatientResult> runCohort(const CohortSettings& settings, tool::WorkP
 
 Json toJson(const PatientResult& result) {
   const auto textOrNull = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
-  return {{"schema", kSchema},
+  return {{"schema", kCohortSchema},
           {"patient", result.name},
           {"state", nameOf(result.state)},
           {"error", textOrNull(result.error)},
