@@ -10,6 +10,8 @@
 #include "scan.h"
 #include "split/label_pieces.h"
 
+#include "support/mesh_measures.h"
+
 namespace spheretree::builder {
 namespace {
 
@@ -49,12 +51,6 @@ Error marginError(const samples::SampleScan& scan, const ScanSurface& surface) {
   return error;
 }
 
-double areaOf(const TriangleMesh& mesh) {
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += triangleArea(mesh, t);
-  return area;
-}
-
 TEST(CutLabels, IsAtTheMarginAndSmoothWhereLabelsAreJagged) {
   const samples::Mouth mouth = samples::makeMouth();
   const double edge = std::getenv("SPHERETREE_LONG") ? 0.3 : 0.4;
@@ -76,7 +72,7 @@ TEST(CutLabels, IsAtTheMarginAndSmoothWhereLabelsAreJagged) {
 TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
   const samples::SampleScan scan = samples::makeScan(samples::makeMouth(), {.edge_mm = 0.9, .hidden_removed = false});
   const ScanSurface surface = cutScan(scan, 0.3);
-  EXPECT_NEAR(areaOf(surface.mesh), areaOf(scan.mesh), 1e-9 * areaOf(scan.mesh));
+  EXPECT_NEAR(test::areaOf(surface.mesh), test::areaOf(scan.mesh), 1e-9 * test::areaOf(scan.mesh));
   EXPECT_EQ(surface.region.size(), surface.mesh.triangles.size());
   const auto borders = [](const TriangleMesh& mesh) {
     const EdgeFaces faces(mesh);

@@ -13,6 +13,8 @@
 #include "spheretree/builder/mesh_checks.h"
 #include "split/scan_surface.h"
 
+#include "support/mesh_measures.h"
+
 namespace spheretree::builder {
 namespace {
 
@@ -60,12 +62,6 @@ SplitScan split(const TriangleMesh& mesh, const std::vector<std::int32_t>& label
   return splitScan(mesh, labels, settings, progress);
 }
 
-double areaOf(const TriangleMesh& mesh) {
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += triangleArea(mesh, t);
-  return area;
-}
-
 void expectSound(const SplitScan& result) {
   for (const SplitPart& part : result.parts) {
     EXPECT_TRUE(part.is_sound) << part.label;
@@ -84,7 +80,7 @@ TEST(SplitScan, BumpsOnASlabHaveTheKnownRimCapAndVolume) {
   EXPECT_GT(result.up.z(), 0.99);
   double scanned = 0, volume = 0;
   for (const SplitPart& part : result.parts) scanned += part.scanned_area, volume += part.volume;
-  EXPECT_NEAR(scanned, areaOf(bumps.mesh), 1e-9 * scanned);
+  EXPECT_NEAR(scanned, test::areaOf(bumps.mesh), 1e-9 * scanned);
   for (int i = 0; i < 2; ++i) {
     const SplitPart& part = result.parts[static_cast<std::size_t>(i)];
     EXPECT_EQ(part.label, i == 0 ? 11 : 21);
@@ -92,7 +88,7 @@ TEST(SplitScan, BumpsOnASlabHaveTheKnownRimCapAndVolume) {
     EXPECT_NEAR(part.scanned_area, 2 * kPi * Bumps::kSphere * Bumps::kHeight, Bumps::areaSlack(0.25));
     EXPECT_NEAR(part.invented_area, kPi * Bumps::kRim * Bumps::kRim, 0.05 * part.invented_area);
     EXPECT_NEAR(part.volume, kPi * Bumps::kHeight * Bumps::kHeight * (3 * Bumps::kSphere - Bumps::kHeight) / 3, Bumps::volumeSlack(0.25));
-    EXPECT_NEAR(part.invented_area + part.scanned_area, areaOf(part.mesh), 1e-9 * part.scanned_area);
+    EXPECT_NEAR(part.invented_area + part.scanned_area, test::areaOf(part.mesh), 1e-9 * part.scanned_area);
   }
   // The parts fill the space under the scan: slab of 4 mm and two caps.
   const double cap = kPi * Bumps::kHeight * Bumps::kHeight * (3 * Bumps::kSphere - Bumps::kHeight) / 3;

@@ -23,7 +23,7 @@ using runtime::StepResult;
 
 const Quaternion kUpright(1, 0, 0, 0);
 
-struct Block {
+struct SoftBlock {
   runtime::SharedTree shared;
   SphereTree tree;
   std::shared_ptr<const Tissue> tissue;
@@ -31,8 +31,8 @@ struct Block {
 };
 
 /// Of 24 x 20 x 12 mm, fixed below; 15 kPa. Built once.
-const Block& block() {
-  static const Block made = [] {
+const SoftBlock& block() {
+  static const SoftBlock made = [] {
     const Vector3d size(24, 20, 12);
     const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), size);
     const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(boundary)));
@@ -41,7 +41,7 @@ const Block& block() {
     settings.levels = 3;
     settings.quality = Quality::Quick;
     settings.soft_share = 0.5;
-    Block out;
+    SoftBlock out;
     out.tree = buildSphereTree(mesh, settings, progress).tree;
     out.tissue = std::make_shared<const Tissue>(softenTree(
         mesh, out.tree, boundary, test::boxTetrahedra(size, {8, 6, 4}), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
@@ -84,11 +84,11 @@ struct Rig {
   }
 };
 
-std::vector<std::uint32_t> leavesOf(const SphereTree& tree) { return levelSet(tree, tree.levelCount() - 1); }
+std::vector<std::uint32_t> leafNodes(const SphereTree& tree) { return levelSet(tree, tree.levelCount() - 1); }
 
 /// Index of a leaf among the leaves.
 std::uint32_t leafOf(std::uint32_t node) {
-  const std::vector<std::uint32_t> leaves = leavesOf(block().tree);
+  const std::vector<std::uint32_t> leaves = leafNodes(block().tree);
   return static_cast<std::uint32_t>(std::find(leaves.begin(), leaves.end(), node) - leaves.begin());
 }
 
@@ -113,7 +113,7 @@ Vector3d displacementOf(const Rig& rig, std::size_t leaf) {
 /// What the answer has to be, seen from outside: where the leaves go under the forces of the contacts, no ball of the
 /// tool is in one, those in contact touch, and the forces balance the spring.
 void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult& r, double tolerance) {
-  const std::vector<std::uint32_t> nodes = leavesOf(block().tree);
+  const std::vector<std::uint32_t> nodes = leafNodes(block().tree);
   const Vector3d origin(block().tree.origin_mm.data());
   std::vector<Vector3d> centres;
   for (std::size_t leaf = 0; leaf < nodes.size(); ++leaf) {
@@ -127,7 +127,7 @@ void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult&
     return (p - centres[leaf]).norm() - static_cast<double>(a.radius) - static_cast<double>(block().tree.cover[nodes[leaf]].radius);
   };
   double least = 1;
-  for (const std::uint32_t node : leavesOf(tool))
+  for (const std::uint32_t node : leafNodes(tool))
     for (std::size_t leaf = 0; leaf < centres.size(); ++leaf) least = std::min(least, gap(node, leaf));
   EXPECT_GT(least, -tolerance);
   Vector3d sum = Vector3d::Zero();
@@ -143,7 +143,7 @@ void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult&
 Sphere highestLeaf() {
   Sphere highest{0, 0, 0, 0};
   const Vector3d origin(block().tree.origin_mm.data());
-  for (const std::uint32_t node : leavesOf(block().tree)) {
+  for (const std::uint32_t node : leafNodes(block().tree)) {
     Sphere s = block().tree.cover[node];
     s.x += static_cast<float>(origin.x()), s.y += static_cast<float>(origin.y()), s.z += static_cast<float>(origin.z());
     if (s.x > 6 && s.x < 18 && s.y > 6 && s.y < 14 && s.z + s.radius > highest.z + highest.radius) highest = s;
