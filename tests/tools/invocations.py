@@ -212,7 +212,7 @@ def prepare(folder):
     rows = [f"{i / 1000:.3f},0,0,{30 - 0.3 * i:.3f},1,0,0,0\n" for i in range(60)]
     (folder / "path.csv").write_text(head + "".join(rows))
     (folder / "nan.csv").write_text(head + "0.000,0,nan,0,1,0,0,0\n")
-    (folder / "late.csv").write_text(head + rows[0] + "0.005" + rows[5][5:])
+    (folder / "late.csv").write_text(head + rows[0] + "0.500" + rows[5][5:])
     (folder / "long.csv").write_text(head + "0.000,0,0,0,9,0,0,0\n")
     for program, *words in ((SPHERETREE, "convert", "t.sph", "t.stree"), (SPHERETREE, "batch", "s.json", "-o", "b"),
                             (PLAYER, "b/scene.json", "--trajectory", "path.csv", "--clock", "stepped", "--record", "run.csv")):

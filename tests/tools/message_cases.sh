@@ -220,8 +220,8 @@ case_lists() {
   [ "$(wc -c <work/one.glb)" -lt "$(wc -c <work/all.glb)" ] || fail "--level leaves nothing out"
   # What a viewer shows first is the leaves: the root's sphere would hide them.
   expect 4 check work/all.glb --json
-  says '"level_1"' out
-  if grep -q '"level_0"' out; then fail "the root is shown with its leaves"; fi
+  says '"sphere_1"' out
+  if grep -q '"sphere_0"' out; then fail "the root is shown with its leaves"; fi
 }
 
 # Several files at once, the folder of a batch, and a quick look at a scene.

@@ -24,7 +24,7 @@ case_player_run() {
     '"wrench_step"' '"energy_mj"' '"faults"' '"p99_9"'; do says "$words" out; done
   is_quiet
   head -n 1 work/run.csv >header
-  says '^tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,fz_n,tx_nmm,ty_nmm,tz_nmm,pairs,rows,active,qp_iterations,faults,find_us,rows_us,qp_us,total_us,penetration_mm,scene,settings$' header
+  says '^tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,fz_n,tx_nmm,ty_nmm,tz_nmm,pairs,rows,active,qp_iterations,faults,find_us,rows_us,qp_us,total_us,penetration_mm,scene,settings,touched,friction_n,slip_mm_s,hinges_deg$' header
   [ "$(wc -l <work/run.csv)" -eq 101 ] || fail "not a row for each step"
   # Pressed in at the end: pushed up, and in free space at the beginning nothing is felt.
   sed -n 2p work/run.csv | awk -F, '{ exit !($17 == 0 && $18 == 0 && $19 == 0) }' || fail "a force in free space"
@@ -81,7 +81,7 @@ case_player_refuses() {
   write_path path.csv
   sed 's/^0.050,/0.051,/' path.csv >late.csv
   expect 4 scene.json --trajectory late.csv --clock stepped
-  says "late.csv, line 52" err
+  says "late.csv, line 53: t_s is 0.051, not after" err
   sed 's/object.stree/gone.stree/' scene.json >gone.json
   expect 3 gone.json --seconds 0.01
   says "gone.stree" err
