@@ -115,7 +115,8 @@ class Cutter {
     for (const auto& [v, d] : seeds) queue.emplace(d, v);
     const auto isIn = [&](std::uint32_t v) { return before_[v] == region; };
     while (!queue.empty()) {
-      const auto [d, v] = queue.top();
+      const double d = queue.top().first;
+      const auto v = queue.top().second;  // no structured binding: Clang 14 lets no lambda capture one
       queue.pop();
       if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions come one after the other
       known_[v].push_back({region, isIn(v) ? d : -d});
