@@ -115,6 +115,8 @@ def named_outputs(template):
         ("build --report", ["build", "m.gltf", "-o", "new.stree", "--levels", 2, "--report", "OUT"], ".json", mesh),
         ("check -o", ["check", "m.gltf", "-o", "OUT"], ".glb", mesh),
         ("check -o, refused mesh", ["check", "open.obj", "-o", "OUT"], ".glb", ["open.obj"]),
+        ("scene -o", ["scene", "m.gltf", "-o", "OUT", "-q"], ".json", mesh),
+        ("soften -o", ["soften", "m.obj", "held.stree", "-o", "OUT"], ".soft", ["m.obj", "held.stree"]),
         ("repair -o", ["repair", "m.gltf", "-o", "OUT"], ".ply", mesh),
         ("repair -o, OBJ", ["repair", "open.obj", "-o", "OUT"], ".obj", ["open.obj"]),
         ("report of a batch", ["report", "bc", "-o", "OUT", "--recording", "run.csv"], ".html",

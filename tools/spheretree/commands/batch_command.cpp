@@ -194,12 +194,13 @@ int runCohortCommand(const BatchOptions& options, WorkProgress& progress) {
   return worst->state == pipeline::PatientState::Missed ? kExitTargetMissed : kExitPartlyFailed;
 }
 
-int runBatchCommand(const BatchOptions& options, WorkProgress& progress) try {
+int runBatchCommand(const BatchOptions& options, bool quiet, WorkProgress& progress) try {
   if (!options.cohort.empty()) return runCohortCommand(options, progress);
   if (options.inputs.empty()) throw UsageError("what is to be built is missing. Name a scene, mesh files, or a --cohort.");
   const BatchSettings settings = settingsOf(options);
   const BatchResult result = pipeline::runBatch(settings, progress);
-  for (const std::string& note : result.notes) say("spheretree: " + note);
+  if (!quiet)
+    for (const std::string& note : result.notes) say("spheretree: " + note);
   return printResults(settings, result);
 } catch (const builder::Cancelled&) {
   return explain(kProgram, kExitInterrupted, "interrupted. The trees that were finished are kept; the same command goes on from there.");
@@ -248,7 +249,7 @@ void addBatchCommand(Program& program) {
   const std::shared_ptr<BatchSettings> options(all, &all->settings);
   CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; what has not changed is taken from a cache",
                           "spheretree batch mouth.scene.json -o mouth; or spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
-                          [all](WorkProgress& progress) { return runBatchCommand(*all, progress); });
+                          [all, &program](WorkProgress& progress) { return runBatchCommand(*all, program.quiet, progress); });
   app->add_option("SCENE|MESH", all->inputs,
                   "Scene to read (.scene.json); spheretree help scene says what it holds. Or mesh files, each of their parts an object, as "
                   "spheretree scene would write them")

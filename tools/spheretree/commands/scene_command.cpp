@@ -18,7 +18,7 @@ struct SceneOptions {
   std::filesystem::path output;
 };
 
-int runScene(const SceneOptions& options, builder::Progress& progress) {
+int runScene(const SceneOptions& options, bool quiet, builder::Progress& progress) {
   const RunFiles files(progress);
   for (const std::filesystem::path& input : options.draft.files) {
     if (isDash(input)) throw UsageError("a scene refers to its mesh files by name; standard input (-) has none. Save it as a file first.");
@@ -31,7 +31,8 @@ int runScene(const SceneOptions& options, builder::Progress& progress) {
   const pipeline::SceneDraft draft = draftScene(options.draft, options.output, meshes);
   if (!draft.ball.empty()) files.willWrite(draft.ball);
   clearProgressLine();
-  for (const std::string& note : draft.notes) say("spheretree: " + note);
+  if (!quiet)
+    for (const std::string& note : draft.notes) say("spheretree: " + note);
   if (!draft.ball.empty()) formats::writeWhole(draft.ball, draft.ball_mesh);
   formats::writeWhole(options.output, formats::sceneText(draft.scene));
   const std::string name = plainText(options.output.string());
@@ -46,7 +47,7 @@ void addSceneCommand(Program& program) {
   const auto options = std::make_shared<SceneOptions>();
   CLI::App* app = addVerb(program, "scene", "Write a scene from mesh files, each of their parts an object: what batch builds",
                           "spheretree scene mouth.glb probe.stl -o mouth.scene.json --tolerance 0.2 --match 'tooth_*=0.1'",
-                          [options](builder::Progress& progress) { return runScene(*options, progress); });
+                          [options, &program](builder::Progress& progress) { return runScene(*options, program.quiet, progress); });
   app->add_option("MESH", options->draft.files, "Mesh files (OBJ, STL, PLY, OFF, glTF, GLB) or trees (.stree); several may be given")
       ->required()
       ->type_name("FILE");
