@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""robot_spheres.py BUILD [CHART.svg]: surface left bare and overhang against the number of spheres, for ways to fill the links of a robot.
+"""robot_spheres.py BUILD [CHART.svg]: surface left bare and overhang against the number of spheres of a robot's links.
 
-The links are the mesh links of both sample robots. Each way follows the rule that its authors publish for a number N of spheres:
+The links are the STL links of both sample robots. Each way follows the rule that its authors publish for a number N:
   robot      spheretree robot --links '*=N'
-  medial     a sphere-tree of the medial axis (Bradshaw, O'Sullivan 2004; what foam calls), spheretree build --builder merge
-  octree     cells of an octree on the surface, each in a sphere, spheretree build --builder octree
-  voxels     centres of a grid of pitch (V / N)^(1/3) inside the link, each with the largest ball within (cuRobo, VOXEL_VOLUME_INSIDE)
+  medial     a sphere-tree of the medial axis (Bradshaw, O'Sullivan 2004; what foam calls): build --builder merge
+  octree     cells of an octree on the surface, each in a sphere: build --builder octree
+  voxels     centres of a grid of pitch (V / N)^(1/3) inside the link, each with the largest ball within
+             (cuRobo, VOXEL_VOLUME_INSIDE)
   samples    N points spread over the surface, balls of 5 mm (cuRobo, SAMPLE_SURFACE)
-All are measured by `spheretree evaluate`. Prints the table of docs/robots.md, and draws its chart. Takes two minutes."""
+All are measured by `spheretree evaluate`. Prints the table of docs/robots.md, and draws its chart. Takes two
+minutes."""
 import json
 import math
 import subprocess

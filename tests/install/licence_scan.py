@@ -16,7 +16,7 @@ from pathlib import Path
 CODE = {".cpp", ".h", ".hpp", ".c", ".py", ".sh", ".cmake", ".in", ".map", ".txt"}
 NAMES = {"CMakeLists.txt", ".clang-tidy", ".editorconfig", ".ci/run"}
 SKIPPED_FOLDERS = {".git", "build", "out", ".cache"}
-PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/")
+PERMISSIVE = ("libruntime/", "formats/", "device/", "samples/make_samples/", "tools/python/core/", "tools/python/spheretree/", "tools/scene/")
 COPYLEFT = ("libspheretree/", "tools/spheretree/", "tools/python/builder/", "tools/robot/")
 NETWORK_COPYLEFT = ("tools/voronoi_oracle/", "tools/tetrahedra/")
 COPYLEFT_INCLUDE = re.compile(r'#\s*include\s*[<"](CGAL/|OpenMesh/|tetgen|spheretree/builder/|(base|geometry|mesh|repair|medial|certify|tissue|tree|cover|published|measure)/|gmp|mpfr|libspheretree/)', re.IGNORECASE)

@@ -5,7 +5,6 @@ run. Then the same scene in 4 shards at the same time: the same bytes again.
 A few small objects; with SPHERETREE_LONG=1 the whole sample mouth (about ten minutes with two processors).
 Usage: batch_recovery.py PROGRAM MAKE_SAMPLES FOLDER"""
 import json
-import math
 import os
 import pathlib
 import random
@@ -15,23 +14,10 @@ import subprocess
 import sys
 import time
 
+from torus import write_torus
+
 KILLS, SHARDS, SEED, RINGS = 20, 4, 1, 8
 program, make_samples, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-
-
-def write_torus(path, size, n=20):
-    lines = []
-    for i in range(n):
-        for j in range(n):
-            u, v = 2 * math.pi * i / n, 2 * math.pi * j / n
-            r = size + 3 * math.cos(v)
-            lines.append(f"v {r * math.cos(u):.9f} {r * math.sin(u):.9f} {3 * math.sin(v):.9f}")
-    for i in range(n):
-        for j in range(n):
-            a, b = i * n + j + 1, (i + 1) % n * n + j + 1
-            c, d = (i + 1) % n * n + (j + 1) % n + 1, i * n + (j + 1) % n + 1
-            lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
-    path.write_text("\n".join(lines) + "\n")
 
 
 def make_scene():

@@ -4,7 +4,6 @@
 those of one run. Skipped (exit code 77) without SPHERETREE_LONG=1."""
 import filecmp
 import json
-import math
 import os
 import random
 import signal
@@ -14,36 +13,21 @@ import tempfile
 import time
 from pathlib import Path
 
+from torus import write_torus
+
 KILLS, PATIENTS, OBJECTS = 20, 6, 3
-SIDE = 24  # points round a torus, both ways
-
-
-def torus(path, radius):
-    """A torus as OBJ; its tube is 3 mm thick."""
-    lines = []
-    for i in range(SIDE):
-        for j in range(SIDE):
-            u, v = 2 * math.pi * i / SIDE, 2 * math.pi * j / SIDE
-            r = radius + 3 * math.cos(v)
-            lines.append(f"v {r * math.cos(u):.9f} {r * math.sin(u):.9f} {3 * math.sin(v):.9f}")
-    for i in range(SIDE):
-        for j in range(SIDE):
-            a, b = i * SIDE + j + 1, (i + 1) % SIDE * SIDE + j + 1
-            c, d = (i + 1) % SIDE * SIDE + (j + 1) % SIDE + 1, i * SIDE + (j + 1) % SIDE + 1
-            lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def cohort(folder):
     """Patients of a few objects each, and a tool that all share."""
-    torus(folder / "tool.obj", 9.5)
+    write_torus(folder / "tool.obj", 9.5)
     lines = []
     for p in range(PATIENTS):
         patient = folder / f"P{p}"
         patient.mkdir()
         objects = []
         for k in range(OBJECTS):
-            torus(patient / f"r{k}.obj", 10 + p + 0.1 * k)
+            write_torus(patient / f"r{k}.obj", 10 + p + 0.1 * k)
             objects.append({"name": f"r{k}", "mesh": f"r{k}.obj"})
         scene = {"schema": "spheretree.scene/1", "defaults": {"quality": "quick", "levels": 3},
                  "tool": {"name": "tool", "mesh": "../tool.obj"}, "objects": objects}

@@ -14,6 +14,7 @@
 
 #include "play.h"
 #include "scenarios/stability.h"
+#include "scene/describe_scene.h"
 #include "servo_loop.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
@@ -100,8 +101,8 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
   formats::SceneFile file;
   file.bodies.push_back({"jaw", {}, formats::Hinge{{0, 0, 5}, {1, 0, 0}, {{0, 0}, {1, 90}}}});
   file.bodies.push_back({"hand", "hand.csv", {}});
-  EXPECT_EQ(bodyNumber(file, "hand"), 2u);
-  EXPECT_EQ(bodyNumber(file, ""), 0u);
+  EXPECT_EQ(scene::bodyNumber(file, "hand"), 2u);
+  EXPECT_EQ(scene::bodyNumber(file, ""), 0u);
   const BodyPaths paths(file, folder.path() / "a.scene.json");
   EXPECT_EQ(paths.at(2, 0, {}).position.x(), 1);
   EXPECT_EQ(paths.at(2, 7, {}).position.x(), 2);  // the last is held
@@ -409,7 +410,9 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
     const ScenarioResult result = runScenario(*scenario, bench, std::array{Mode::Paper, Mode::Constrained}, {});
     EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Paper, Mode::Constrained});
     const bool is_without_friction = scenario->alias == "crush" || scenario->alias == "chatter" || scenario->alias == "body_jump";
-    if (is_without_friction) EXPECT_FALSE(holds(result.outcomes.at(Mode::Paper))) << scenario->id << " is there to fail";
+    if (is_without_friction) {
+      EXPECT_FALSE(holds(result.outcomes.at(Mode::Paper))) << scenario->id << " is there to fail";
+    }
   }
 }
 

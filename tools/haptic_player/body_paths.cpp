@@ -56,10 +56,4 @@ BodyPaths readBodyPaths(const std::filesystem::path& scene) {
   return scene.empty() ? BodyPaths() : BodyPaths(formats::readScene(scene), scene);
 }
 
-std::uint32_t bodyNumber(const formats::SceneFile& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-    if (scene.bodies[i].name == name) return static_cast<std::uint32_t>(i + 1);
-  return 0;
-}
-
 }  // namespace spheretree::player

@@ -29,7 +29,8 @@ class BodyPaths {
   const std::vector<HingedBody>& hinged() const { return hinged_; }
   /// Their angles at `t`, as the scene says.
   HingeAngles anglesAt(double t) const noexcept;
-  /// Body 1 is the first of the scene file, as in readDescription(). The last pose of a file is held. No allocation.
+  /// Body 1 is the first of the scene file, as scene::bodyNumber() counts them. The last pose of a file is held. No
+  /// allocation.
   Configuration at(std::size_t body, double t, const HingeAngles& angles) const noexcept;
   /// Before a step: where every body is to be at its end. No allocation.
   void moveTo(double t, const HingeAngles& angles, runtime::Workspace& workspace) const noexcept;
@@ -48,8 +49,5 @@ class BodyPaths {
 
 /// Those of a scene file; none for an empty path, the built-in sample. @throws formats::FileError, formats::FormatError
 BodyPaths readBodyPaths(const std::filesystem::path& scene);
-
-/// The number of the body that carries an object, as the runtime counts them: 0 is the world.
-std::uint32_t bodyNumber(const formats::SceneFile& scene, const std::string& name);
 
 }  // namespace spheretree::player

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -20,9 +19,9 @@
 #include "compiled_scene.h"
 #include "molar.h"
 #include "probe.h"
+#include "scene/describe_scene.h"
 #include "servo_loop.h"
 #include "spheretree/builder/build_sphere_tree.h"
-#include "spheretree/builder/provenance.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"
 #include "spheretree/device/replay_device.h"
@@ -30,7 +29,6 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/scene_file.h"
-#include "spheretree/formats/sphere_tree_file.h"
 #include "spheretree/formats/trajectory.h"
 #include "terminal.h"
 
@@ -49,54 +47,12 @@ runtime::SceneDescription sampleScene(builder::Progress& progress) {
   return d;
 }
 
-runtime::SceneDescription readDescription(const std::filesystem::path& path, builder::Progress& progress) {
-  const formats::SceneFile file = formats::readScene(path);
+runtime::SceneDescription readDescription(const formats::SceneFile& file, const std::filesystem::path& path, builder::Progress& progress) {
   progress.stage("load " + tool::counted(file.objects.size() + 1, "tree"));
-  std::size_t loaded = 0;
-  struct Loaded {
-    runtime::SharedTree tree;
-    std::shared_ptr<const runtime::TissueModel> tissue;  // of a .soft file
-  };
-  std::map<std::filesystem::path, std::optional<Loaded>> trees;  // objects of one file share it,
-  std::map<Hash128, std::optional<Loaded>> contents;             // and so do those of files with the same bytes
-  const auto tree = [&](const formats::SceneItem& item) {
-    if (item.tree.empty())
-      throw formats::FormatError(path.string() + ": " + item.name +
-                                 " names a mesh, and the player needs trees. Build them: spheretree batch " + path.string() +
-                                 " -o DIR; then play DIR/scene.json");
-    const std::filesystem::path tree_file = formats::scenePath(path, item.tree);
+  return scene::describeScene(file, path, [&](double share) {
     progress.check();
-    progress.advance(static_cast<double>(++loaded) / static_cast<double>(file.objects.size() + 1));
-    std::optional<Loaded>& of_file = trees[tree_file];
-    if (of_file) return *of_file;
-    const std::vector<std::byte> bytes = formats::readFile(tree_file, formats::kMaxSoftBytes);
-    std::optional<Loaded>& of_content = contents[builder::bytesHash(bytes)];
-    if (!of_content) {
-      Tissue tissue;
-      const runtime::SharedTree soft_tree = runtime::SharedTree::sound(formats::parseSoftTree(bytes, tree_file.string(), tissue));
-      of_content = Loaded{soft_tree, nullptr};
-      std::string fault;
-      if (!tissue.empty()) of_content->tissue = runtime::tissueModel(soft_tree, tissue, fault);
-      if (!fault.empty()) throw formats::FormatError(tree_file.string() + ": " + fault + ".");
-    }
-    of_file = of_content;
-    return *of_file;
-  };
-  if (!file.tool.reference_point.empty())
-    throw formats::FormatError(path.string() + ": tool.reference_point is for spheretree batch, which finds the point. Give " +
-                               "reference_point_mm, or play the scene that batch writes.");
-  runtime::SceneDescription d;
-  d.tool = *tree(file.tool).tree;  // a tool is rigid
-  d.reference_point = file.tool.reference_point_mm;
-  d.tool_friction = file.tool.friction;
-  for (const formats::SceneItem& object : file.objects) {
-    const Loaded files = tree(object);
-    d.objects.push_back({files.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, files.tissue});
-  }
-  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad};
-  d.wrench_limits = {file.force_n, file.torque_n_mm};
-  d.step_limits = runtime::defaultLimits(d.objects.size());
-  return d;
+    progress.advance(share);
+  });
 }
 
 /// The pose of a sampled path at `t`, its ends held.
@@ -109,9 +65,8 @@ device::IntendedPath sampledPath(std::vector<Configuration> poses) {
 
 /// How the scene has the tool on the handle and the device in the world; absent where it says neither, and for poses
 /// that are those of the tool already.
-std::optional<device::ToolMount> mountOf(const PlaySettings& settings) {
-  if (settings.scene.empty() || settings.device == DeviceKind::Replay) return std::nullopt;
-  const formats::SceneFile scene = formats::readScene(settings.scene);
+std::optional<device::ToolMount> mountOf(const formats::SceneFile& scene, DeviceKind device) {
+  if (device == DeviceKind::Replay) return std::nullopt;
   if (isIdentity(scene.device) && isIdentity(scene.tool.pose)) return std::nullopt;
   return device::ToolMount{scene.device, scene.tool.pose};
 }
@@ -201,7 +156,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
 }
 
 runtime::SceneDescription describeScene(const std::filesystem::path& path, builder::Progress& progress) {
-  return path.empty() ? sampleScene(progress) : readDescription(path, progress);
+  return path.empty() ? sampleScene(progress) : readDescription(formats::readScene(path), path, progress);
 }
 
 runtime::Scene compiledScene(const runtime::SceneDescription& description, const std::filesystem::path& path) {
@@ -262,15 +217,16 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
   if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // fails at once
-  runtime::SceneDescription description = describeScene(settings.scene, progress);
+  const formats::SceneFile file = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
+  runtime::SceneDescription description = settings.scene.empty() ? sampleScene(progress) : readDescription(file, settings.scene, progress);
   description.contact = settings.contact;
   const runtime::Scene scene = compiledScene(description, settings.scene);
   if (observer) observer->onScene(description);
-  const std::optional<device::ToolMount> mount = mountOf(settings);
+  const std::optional<device::ToolMount> mount = mountOf(file, settings.device);
   if (!device) device = openInput(settings, scene, mount, observer);
   std::unique_ptr<RecordingWriter> recording;
   if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
-  const BodyPaths bodies = readBodyPaths(settings.scene);
+  const BodyPaths bodies(file, settings.scene);
   ServoLoop::Options options;
   options.bodies = &bodies;
   options.mount = mount;

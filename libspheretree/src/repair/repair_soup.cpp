@@ -13,6 +13,7 @@
 
 #include "geometry/box_tree.h"
 #include "mesh/crossing_triangles.h"
+#include "mesh/triangle_area.h"
 
 namespace spheretree::builder {
 
@@ -78,10 +79,6 @@ double diagonalOf(const TriangleMesh& mesh) {
   for (const Triangle& triangle : mesh.triangles)
     for (const std::uint32_t v : triangle) box.extend(mesh.positions[v]);
   return box.isEmpty() ? 0 : box.diagonal().norm();
-}
-
-double areaOf(const TriangleMesh& mesh, std::size_t t) {
-  return 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
 }
 
 std::vector<std::uint32_t> openVertices(const std::vector<OpenEdge>& open) {
@@ -353,7 +350,7 @@ std::size_t alignWinding(RepairSoup& soup) {
     double balance = 0;  // area that keeps its winding less area that is turned
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::uint32_t t = patch[i];
-      balance += turn[t] ? -areaOf(mesh, t) : areaOf(mesh, t);
+      balance += turn[t] ? -triangleArea(mesh, t) : triangleArea(mesh, t);
       for (const Neighbour& n : neighbours[t])
         if (turn[n.triangle] < 0) {
           turn[n.triangle] = static_cast<signed char>(n.clashes ? !turn[t] : turn[t]);
@@ -425,7 +422,7 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
 
 std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
   double left = 0;  // area that may still go
-  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * areaOf(soup.mesh, t);
+  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * triangleArea(soup.mesh, t);
   const double most_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may stand on a fin
@@ -440,7 +437,7 @@ std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
     std::vector<double> area(patches.count, 0);
     std::vector<Eigen::AlignedBox3d> box(patches.count);
     for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) {
-      area[patches.of[t]] += areaOf(soup.mesh, t);
+      area[patches.of[t]] += triangleArea(soup.mesh, t);
       for (int k = 0; k < 3; ++k) box[patches.of[t]].extend(soup.mesh.corner(t, k));
     }
     std::vector<std::uint32_t> order(patches.count);

@@ -23,10 +23,6 @@ std::uint32_t EdgeFaces::face(std::uint32_t from, std::uint32_t to) const {
   return kNone;
 }
 
-double triangleArea(const TriangleMesh& mesh, std::size_t t) {
-  return 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
-}
-
 namespace {
 
 /// Drops triangles until each edge has at most one in each direction; the larger ones stay.
@@ -61,10 +57,6 @@ double dropSurplus(TriangleMesh& mesh) {
   }
   return lost;
 }
-
-}  // namespace
-
-namespace {
 
 /// Where several fans of triangles meet in a vertex, the largest one stays. Returns the area that went.
 double dropPinches(TriangleMesh& mesh) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/triangle_area.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::builder {
@@ -37,8 +38,6 @@ class EdgeFaces {
   };
   std::vector<Entry> entries_;  // by from, in the order of the triangles
 };
-
-double triangleArea(const TriangleMesh& mesh, std::size_t triangle);
 
 /// Makes the surface manifold by leaving out triangles: at edges with more than two, or with two that run the same way,
 /// those beyond one in each direction; at vertices in which several fans meet, all but the largest fan. Returns the

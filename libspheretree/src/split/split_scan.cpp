@@ -33,12 +33,6 @@ std::string number(double value) {
   return text;
 }
 
-double areaOf(const TriangleMesh& mesh) {
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area += triangleArea(mesh, t);
-  return area;
-}
-
 double volumeOf(const TriangleMesh& mesh) {  // divergence theorem, about a vertex
   double sixfold = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -86,7 +80,7 @@ class Splitter {
  private:
   /// A manifold surface without debris; which way is up.
   void prepare(const TriangleMesh& scan, std::vector<std::int32_t> labels) {
-    out_.scan_area = areaOf(scan);
+    out_.scan_area = surfaceArea(scan);
     RepairSoup soup{{scan.positions, scan.triangles, {}, {}}, std::vector<std::uint32_t>(scan.triangles.size())};
     std::iota(soup.source.begin(), soup.source.end(), 0u);
     dropFlat(soup);

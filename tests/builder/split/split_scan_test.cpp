@@ -12,7 +12,6 @@
 #include "spheretree/builder/build_settings.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "split/scan_surface.h"
-
 #include "support/mesh_measures.h"
 
 namespace spheretree::builder {
@@ -182,7 +181,9 @@ TEST(SplitScan, TheSampleMouthComesBackAsFourteenTeethAndAGum) {
       const DistanceField truth(tooth->mesh);
       for (std::size_t t = 0; t < part.is_invented.size(); ++t) {
         const Vector3d middle = (part.mesh.corner(t, 0) + part.mesh.corner(t, 1) + part.mesh.corner(t, 2)) / 3;
-        if (!part.is_invented[t]) EXPECT_LT(truth.distance(middle), 0.6) << part.label;
+        if (!part.is_invented[t]) {
+          EXPECT_LT(truth.distance(middle), 0.6) << part.label;
+        }
       }
     }
   }
@@ -200,14 +201,17 @@ TEST(SplitScan, SurvivesWhatScannersDo) {
     std::size_t sound = 0;
     for (const SplitPart& part : result.parts) sound += part.is_sound;
     EXPECT_EQ(sound, result.parts.size());
-    if (settings.missing_fdi) EXPECT_EQ(result.parts.size(), 14u);
+    if (settings.missing_fdi) {
+      EXPECT_EQ(result.parts.size(), 14u);
+    }
     if (settings.supernumerary) {
       const auto extra = std::find_if(result.parts.begin(), result.parts.end(), [](const SplitPart& p) { return p.piece == 2; });
       ASSERT_NE(extra, result.parts.end());
       EXPECT_EQ(extra->label, 35);
     }
-    if (settings.braces)
+    if (settings.braces) {
       EXPECT_TRUE(std::any_of(result.parts.begin(), result.parts.end(), [](const SplitPart& p) { return p.label == 91; }));
+    }
   }
 }
 

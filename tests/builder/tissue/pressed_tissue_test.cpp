@@ -55,20 +55,26 @@ const SoftBlock& block() {
   return made;
 }
 
+/// The block, and a tool of one ball.
+runtime::SceneDescription blockUnder(SphereTree tool) {
+  runtime::SceneDescription d;
+  d.tool = std::move(tool);
+  d.objects.push_back({});
+  d.objects[0].tree = block().shared;
+  d.objects[0].tissue = block().model;
+  return d;
+}
+
 struct Rig {
   runtime::Scene scene;
   std::unique_ptr<runtime::Workspace> workspace;
   Configuration place;
 
   explicit Rig(SphereTree tool, const Configuration& at = {}, double friction = 0, double stiffness = 1) : place(at) {
-    runtime::SceneDescription d;
-    d.tool = std::move(tool);
+    runtime::SceneDescription d = blockUnder(std::move(tool));
     d.coupling.translation = stiffness;
-    d.objects.push_back({});
-    d.objects[0].tree = block().shared;
     d.objects[0].pose = at;
     d.objects[0].friction = friction;
-    d.objects[0].tissue = block().model;
     std::string fault;
     EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
     workspace = std::make_unique<runtime::Workspace>(scene);
@@ -262,11 +268,7 @@ TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
 }
 
 TEST(PressedTissue, ABodyCarriesItAgainstTheTool) {
-  runtime::SceneDescription d;
-  d.tool = test::oneBallTree(1.5);
-  d.objects.push_back({});
-  d.objects[0].tree = block().shared;
-  d.objects[0].tissue = block().model;
+  runtime::SceneDescription d = blockUnder(test::oneBallTree(1.5));
   d.objects[0].body = 1;
   runtime::Scene scene;
   std::string fault;
@@ -295,11 +297,8 @@ TEST(PressedTissue, ABodyCarriesItAgainstTheTool) {
 }
 
 TEST(PressedTissue, ARigidObjectInItStopsTheTool) {  // as a tooth in the gum
-  runtime::SceneDescription d;
-  d.tool = test::oneBallTree(1.5);
+  runtime::SceneDescription d = blockUnder(test::oneBallTree(1.5));
   d.objects.resize(2);
-  d.objects[0].tree = block().shared;
-  d.objects[0].tissue = block().model;
   d.objects[1].tree = test::oneBallTree(4);
   d.objects[1].pose.position = {11, 9, 6};
   runtime::Scene scene;
@@ -330,11 +329,7 @@ TEST(PressedTissue, TheSamePathGivesTheSameBytesAndAllocatesNothing) {
 }
 
 TEST(PressedTissue, WhatCannotBeIsRefused) {
-  runtime::SceneDescription d;
-  d.tool = test::oneBallTree(1);
-  d.objects.push_back({});
-  d.objects[0].tree = block().shared;
-  d.objects[0].tissue = block().model;
+  runtime::SceneDescription d = blockUnder(test::oneBallTree(1));
   d.objects[0].stiffness = 1;
   runtime::Scene scene;
   std::string fault;

@@ -9,8 +9,8 @@
 
 #include "arrays.h"
 #include "bindings.h"
-#include "describe_scene.h"
 #include "python_types.h"
+#include "scene/describe_scene.h"
 #include "spheretree/runtime/step.h"
 
 namespace spheretree::python {
@@ -121,8 +121,8 @@ the spring between hand and tool, > 0. force_limit [N] and torque_limit (3,) [N 
 contact: "skin", the smooth surface of each object that has one, or "leaves".
 Raises ValueError that names the part which is wrong.)")
       .def_static(
-          "load", [](const std::filesystem::path& path) { return compiled(describeScene(path)); }, py::arg("path"),
-          py::call_guard<py::gil_scoped_release>(),
+          "load", [](const std::filesystem::path& path) { return compiled(scene::describeScene(formats::readScene(path), path)); },
+          py::arg("path"), py::call_guard<py::gil_scoped_release>(),
           "Reads and compiles a scene.json that `spheretree batch` wrote. Raises FileError, FormatError, ValueError.")
       .def("__len__", &runtime::Scene::objectCount)
       .def_property_readonly("byte_count", &runtime::Scene::byteCount, "Memory that the compiled scene holds [bytes].")

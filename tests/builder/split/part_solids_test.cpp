@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What closes a scan and shares its inside out: holes, base, walls. Known answers on a field of heights.
+#include "split/part_solids.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "mesh/crossing_triangles.h"
+#include "mesh/mesh_edges.h"
+#include "split/close_scan.h"
+#include "support/mesh_measures.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+/// z = height(x, y) over [-half, half]^2, triangles of side `edge`; those whose middle `is_there` denies are left out.
+ScanSurface fieldOf(
+    double half, double edge, const std::function<double(double, double)>& height,
+    const std::function<bool(const Vector3d&)>& is_there = [](const Vector3d&) { return true; }) {
+  ScanSurface s;
+  const auto n = static_cast<std::uint32_t>(std::lround(2 * half / edge));
+  for (std::uint32_t j = 0; j <= n; ++j)
+    for (std::uint32_t i = 0; i <= n; ++i) {
+      const double x = -half + edge * i, y = -half + edge * j;
+      s.mesh.positions.push_back({x, y, height(x, y)});
+    }
+  for (std::uint32_t j = 0; j < n; ++j)
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t a = j * (n + 1) + i, b = a + 1, c = b + n + 1, d = c - 1;
+      for (const Triangle& t : {Triangle{a, b, c}, Triangle{a, c, d}})
+        if (is_there((s.mesh.positions[t[0]] + s.mesh.positions[t[1]] + s.mesh.positions[t[2]]) / 3)) s.mesh.triangles.push_back(t);
+    }
+  s.vertex_region.assign(s.mesh.positions.size(), kGumRegion);
+  s.region.assign(s.mesh.triangles.size(), kGumRegion);
+  s.is_invented.assign(s.mesh.triangles.size(), 0);
+  s.region_label = {0};
+  return s;
+}
+
+/// Between the triangles that `counts` says and the plane z = 0; exact.
+double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_t)>& counts) {
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!counts(t)) continue;
+    const Vector3d a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
+    volume += (b - a).cross(c - a).z() / 2 * (a.z() + b.z() + c.z()) / 3;
+  }
+  return volume;
+}
+
+double flat(double, double) { return 0; }
+
+/// Along every edge as many triangles run one way as the other.
+bool isClosed(const TriangleMesh& mesh) {
+  bool closed = true;
+  const std::vector<Side> sides = sortedSides(mesh);
+  forEachEdge(sides, [&](std::size_t first, std::size_t last) {
+    int balance = 0;
+    for (std::size_t s = first; s < last; ++s) balance += sides[s].forward ? 1 : -1;
+    closed = closed && balance == 0;
+  });
+  return closed;
+}
+
+TEST(FillScanHoles, AHoleInAPlateIsFilledByItsArea) {
+  ScanSurface s = fieldOf(6, 0.5, flat, [](const Vector3d& p) { return p.cwiseAbs().maxCoeff() > 1.5; });
+  const std::size_t scanned = s.mesh.triangles.size();
+  s.region.clear();  // it comes with the cut
+  EXPECT_EQ(fillScanHoles(s), 1u);
+  EXPECT_NEAR(surfaceArea(s.mesh), 144, 1e-9);
+  ASSERT_EQ(s.is_invented.size(), s.mesh.triangles.size());
+  double invented = 0;
+  for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t) {
+    EXPECT_EQ(s.is_invented[t] != 0, t >= scanned);
+    if (s.is_invented[t]) invented += triangleArea(s.mesh, t);
+  }
+  EXPECT_NEAR(invented, 9, 1e-9);
+}
+
+TEST(DropCrossings, OfTwoSheetsThatCrossNothingIsLeftThatDoes) {
+  ScanSurface s = fieldOf(5, 0.5, flat);
+  const ScanSurface steep = fieldOf(5, 0.5, [](double x, double y) { return 0.9 * x + 0.1 * y + 0.05; });
+  const auto first = static_cast<std::uint32_t>(s.mesh.positions.size());
+  s.mesh.positions.insert(s.mesh.positions.end(), steep.mesh.positions.begin(), steep.mesh.positions.end());
+  for (Triangle t : steep.mesh.triangles) {
+    for (std::uint32_t& v : t) v += first;
+    s.mesh.triangles.push_back(t);
+  }
+  s.vertex_region.resize(s.mesh.positions.size(), kGumRegion);
+  s.is_invented.assign(s.mesh.triangles.size(), 0);
+  EXPECT_GT(dropCrossings(s), 20u);
+  EXPECT_EQ(findCrossingTriangles(s.mesh, 1).pairs.size(), 0u);
+  EXPECT_EQ(dropCrossings(s), 0u) << "once is enough";
+}
+
+TEST(AddBase, MakesASlabOfTheKnownVolumeHoweverItLies) {
+  for (const Vector3d& up : {Vector3d(0, 0, 1), Vector3d(1, -2, 0.5).normalized()}) {
+    ScanSurface s = fieldOf(5, 0.5, [](double x, double y) { return 0.2 * std::sin(x) * std::sin(y); });
+    const double over_zero = volumeUnder(s.mesh, [](std::size_t) { return true; });
+    const Quaternion turn = Quaternion::FromTwoVectors(Vector3d::UnitZ(), up);
+    double lowest = 0;
+    for (const Vector3d& p : s.mesh.positions) lowest = std::min(lowest, p.z());
+    for (Vector3d& p : s.mesh.positions) p = turn * p + Vector3d(3, 4, 5);
+    addBase(s, up, 4);
+    EXPECT_TRUE(isClosed(s.mesh));
+    EXPECT_NEAR(test::volumeOf(s.mesh), over_zero + 100 * (4 - lowest), 1e-9 * 400);
+    EXPECT_EQ(s.region.size(), s.mesh.triangles.size());
+  }
+}
+
+TEST(FindWalls, TheSolidsFillTheInside) {
+  const auto bump = [](double x, double y) { return std::max(0.0, 1 - std::abs(x) / 3) * std::max(0.0, 1 - std::abs(y) / 3) * 2; };
+  ScanSurface s = fieldOf(6, 0.25, bump);
+  s.region_label = {0, 11};
+  for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t) {
+    const Vector3d middle = (s.mesh.corner(t, 0) + s.mesh.corner(t, 1) + s.mesh.corner(t, 2)) / 3;
+    s.region[t] = middle.head<2>().cwiseAbs().maxCoeff() < 3 ? 1 : kGumRegion;  // its rim: a square of 6 mm, flat
+  }
+  const double tooth_volume = volumeUnder(s.mesh, [&](std::size_t t) { return s.region[t] == 1; });
+  addBase(s, Vector3d::UnitZ(), 4);
+  const double whole = test::volumeOf(s.mesh);
+  const PartSolids solids = findWalls(s, {Vector3d::UnitZ(), 0});
+  std::vector<char> invented;
+  const TriangleMesh tooth = solidOf(s, solids, 1, invented), gum = solidOf(s, solids, kGumRegion, invented);
+  for (const TriangleMesh& part : {tooth, gum}) {
+    EXPECT_TRUE(isClosed(part));
+    EXPECT_EQ(findCrossingTriangles(part, 1).pairs.size(), 0u);
+  }
+  EXPECT_NEAR(test::volumeOf(tooth) + test::volumeOf(gum), whole, 1e-9 * whole);
+  EXPECT_NEAR(test::volumeOf(tooth), tooth_volume, 1e-9 * whole);
+  ASSERT_EQ(solids.rim_length.size(), 2u);
+  EXPECT_NEAR(solids.rim_length[1], 24, 1e-9);
+}
+
+}  // namespace
+}  // namespace spheretree::builder
