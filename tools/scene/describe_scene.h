@@ -19,7 +19,7 @@ namespace spheretree::scene {
 runtime::SceneDescription describeScene(const formats::SceneFile& file, const std::filesystem::path& path,
                                         const std::function<void(double)>& on_tree = {});
 
-/// The number of a body of the scene file, as the runtime counts them: the first is 1; 0, the world, for any other name.
+/// The number of a body of the scene file, as the runtime counts them from 1; 0, the world, for any other name.
 std::uint32_t bodyNumber(const formats::SceneFile& scene, const std::string& name);
 
 }  // namespace spheretree::scene

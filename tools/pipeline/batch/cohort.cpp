@@ -108,6 +108,19 @@ void readLog(const fs::path& path, std::map<std::string, PatientResult>& patient
   }
 }
 
+/// The log is written from the first patient on, before the inputs of the others are known, and so may replace nothing
+/// but a log. @throws tool::UsageError
+void refuseOtherFiles(const fs::path& log) {
+  std::error_code none;
+  if (!fs::exists(log, none) || fs::file_size(log, none) == 0) return;
+  std::ifstream file(log);
+  std::string line;
+  std::getline(file, line);
+  const Json first = Json::parse(line, nullptr, false);
+  if (!first.is_object() || first.value("schema", Json()) != kCohortSchema)
+    throw tool::UsageError(log.string() + ": is no log of a cohort, and would be replaced by one. Move it away, or give another -o.");
+}
+
 }  // namespace
 
 const char* nameOf(PatientState state) { return kStateNames[static_cast<std::size_t>(state)]; }
@@ -162,6 +175,7 @@ std::vector<PatientResult> runCohort(const CohortSettings& settings, tool::WorkP
   const fs::path log_path =
       settings.folder / ("cohort." + std::to_string(settings.shard.index) + "-of-" + std::to_string(settings.shard.count) + ".jsonl");
   files.willWrite(log_path);
+  refuseOtherFiles(log_path);
   const auto of = static_cast<std::size_t>(std::count(shard_of.begin(), shard_of.end(), settings.shard.index));
   std::vector<PatientResult> results;
   formats::writeWhole(log_path, std::string());
