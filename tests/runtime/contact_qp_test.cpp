@@ -50,6 +50,11 @@ ContactQp randomProblem(Random& random, int run) {
     for (Vector6& t : disc.across) t = randomVector(random, 1);
     disc.radius = random.between(0, 1) * random.between(0, 1.5);
     if (run % 4 == 0) disc.origin = {random.between(-0.1, 0.1), random.between(-0.1, 0.1)};
+    if (run % 2 == 0 || k >= qp.row_count) continue;
+    disc.friction = random.between(0.05, 2);  // a cone, which `free` obeys
+    disc.row = k;
+    const double slip = std::hypot(disc.across[0].dot(free) - disc.origin[0], disc.across[1].dot(free) - disc.origin[1]);
+    disc.slip = slip + (k % 3 == 0 ? random.between(0, 0.5) : 0);
   }
   return qp;
 }
@@ -60,6 +65,11 @@ double givenPart(const ContactQp& qp, int k) {
   for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
     part += qp.tissue[static_cast<std::size_t>(k)][m] * qp.tissue_given[m];
   return part;
+}
+
+double lacks(const ContactQp& qp, int k) {
+  const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
+  return row.b - row.a.dot(qp.y) - givenPart(qp, k);
 }
 
 // No answer is farther from the right one than this: the gap between a value that the answer reaches and one that
@@ -75,25 +85,37 @@ double distanceFromRight(const ContactQp& qp) {
     const auto at = static_cast<std::size_t>(g);
     primal += 0.5 * (qp.given[at] - qp.rest[at]) * (qp.given[at] - qp.rest[at]);
   }
-  for (int k = 0; k < qp.row_count; ++k) {
+  const auto press = [&](int k, double u) {
     const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
-    const double u = row.multiplier;
-    EXPECT_GE(u, 0);
-    const double lacks = row.b - row.a.dot(qp.y) - givenPart(qp, k);
-    if (row.compliance > 0)
-      primal += std::max(0.0, lacks) * std::max(0.0, lacks) / (2 * row.compliance);
-    else
-      EXPECT_LT(lacks, 1e-7);
     pull += u * row.a;
     if (row.group >= 0) group_pull[static_cast<std::size_t>(row.group)] += u * row.give;
     for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
       tissue_pull[m] += u * qp.tissue[static_cast<std::size_t>(k)][m];
+  };
+  for (int k = 0; k < qp.row_count; ++k) {
+    const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
+    const double u = row.multiplier;
+    EXPECT_GE(u, 0);
+    const double lack = lacks(qp, k);
+    if (row.compliance > 0)
+      primal += std::max(0.0, lack) * std::max(0.0, lack) / (2 * row.compliance);
+    else
+      EXPECT_LT(lack, 1e-7);
+    press(k, u);
     dual += u * row.b - 0.5 * row.compliance * u * u;
   }
   for (int k = 0; k < qp.disc_count; ++k) {
     const FrictionDisc& disc = qp.discs[static_cast<std::size_t>(k)];
-    EXPECT_LE(std::hypot(disc.force[0], disc.force[1]), disc.radius * (1 + 1e-9) + 1e-12);
-    primal += disc.radius * std::hypot(disc.across[0].dot(qp.y) - disc.origin[0], disc.across[1].dot(qp.y) - disc.origin[1]);
+    const double slip = std::hypot(disc.across[0].dot(qp.y) - disc.origin[0], disc.across[1].dot(qp.y) - disc.origin[1]);
+    const double radius = disc.friction > 0 ? disc.friction * disc.pressure : disc.radius;
+    EXPECT_LE(std::hypot(disc.force[0], disc.force[1]), radius * (1 + 1e-9) + 1e-12);
+    if (disc.friction > 0) {
+      EXPECT_LT(lacks(qp, disc.row) + disc.friction * (slip - disc.slip), 1e-7);
+      press(disc.row, disc.pressure);
+      dual += disc.pressure * (qp.rows[static_cast<std::size_t>(disc.row)].b - disc.friction * disc.slip);
+    } else {
+      primal += disc.radius * slip;
+    }
     for (std::size_t i = 0; i < 2; ++i) {
       pull += disc.force[i] * disc.across[i];
       dual += disc.force[i] * disc.origin[i];
@@ -130,59 +152,89 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
 }
 
 // By force of patience: one multiplier or force after the other is made the best that it can be, the others as they
-// are.
-Vector6 patientAnswer(const ContactQp& qp, int sweeps) {
-  Vector6 y = qp.target;
-  std::array<double, kMostGroups> given = qp.rest;
-  std::array<double, kMostContactRows> u{};
-  std::array<double, kMostContactRows> tissue{};
-  std::array<std::array<double, 2>, kMostContactRows> force{};
-  const auto tissueDot = [&](std::size_t k, const auto& other) {
-    double sum = 0;
-    for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) sum += qp.tissue[k][m] * other[m];
-    return sum;
-  };
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    double change = 0;
-    for (int k = 0; k < qp.row_count; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      const ContactRow& row = qp.rows[at];
-      const double g = row.group < 0 ? 0 : given[static_cast<std::size_t>(row.group)];
-      const double lacks = row.b - row.a.dot(y) - row.give * g - tissueDot(at, tissue) - row.compliance * u[at];
-      const double next = std::max(
-                       0.0, u[at] + lacks / (row.a.squaredNorm() + row.give * row.give + tissueDot(at, qp.tissue[at]) + row.compliance)),
-                   by = next - u[at];
-      u[at] = next;
-      y += by * row.a;
-      if (row.group >= 0) given[static_cast<std::size_t>(row.group)] += by * row.give;
-      for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) tissue[m] += by * qp.tissue[at][m];
-      change = std::max(change, std::abs(by));
-    }
-    for (int k = 0; k < qp.disc_count; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      const FrictionDisc& disc = qp.discs[at];
-      const double size = disc.across[0].squaredNorm() + disc.across[1].squaredNorm();
-      std::array<double, 2> next = force[at];
-      for (std::size_t i = 0; i < 2; ++i) next[i] -= (disc.across[i].dot(y) - disc.origin[i]) / size;
-      const double length = std::hypot(next[0], next[1]), shrink = length > disc.radius ? disc.radius / length : 1;
-      for (std::size_t i = 0; i < 2; ++i) {
-        const double by = shrink * next[i] - force[at][i];
-        force[at][i] += by;
-        y += by * disc.across[i];
+// are; of a cone, it goes down the slope and back to the nearest point of the cone.
+class Patience {
+ public:
+  explicit Patience(const ContactQp& qp) : qp_(qp), y_(qp.target), given_(qp.rest) {}
+  Vector6 answer(int sweeps) {
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      double change = 0;
+      for (int k = 0; k < qp_.row_count; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const ContactRow& row = qp_.rows[at];
+        const double by = std::max(-u_[at], (lack(k) - row.compliance * u_[at]) / (size(k) + row.compliance));
+        u_[at] += by;
+        press(k, by);
         change = std::max(change, std::abs(by));
       }
+      for (int d = 0; d < qp_.disc_count; ++d) change = std::max(change, rub(d));
+      if (change < 1e-14) break;
     }
-    if (change < 1e-14) break;
+    return y_;
   }
-  return y;
-}
+
+ private:
+  double tissueDot(int k, const std::array<double, kMostContactRows>& other) const {
+    double sum = 0;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
+      sum += qp_.tissue[static_cast<std::size_t>(k)][m] * other[m];
+    return sum;
+  }
+  double lack(int k) const {
+    const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
+    return row.b - row.a.dot(y_) - row.give * (row.group < 0 ? 0 : given_[static_cast<std::size_t>(row.group)]) - tissueDot(k, tissue_);
+  }
+  double size(int k) const {
+    const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
+    return row.a.squaredNorm() + row.give * row.give + tissueDot(k, qp_.tissue[static_cast<std::size_t>(k)]);
+  }
+  void press(int k, double by) {
+    const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
+    y_ += by * row.a;
+    if (row.group >= 0) given_[static_cast<std::size_t>(row.group)] += by * row.give;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
+      tissue_[m] += by * qp_.tissue[static_cast<std::size_t>(k)][m];
+  }
+  double rub(int d) {
+    const auto at = static_cast<std::size_t>(d);
+    const FrictionDisc& disc = qp_.discs[at];
+    const double mu = disc.friction;
+    double all = disc.across[0].squaredNorm() + disc.across[1].squaredNorm();
+    if (mu > 0) all += size(disc.row);
+    std::array<double, 2> next = force_[at];
+    for (std::size_t i = 0; i < 2; ++i) next[i] -= (disc.across[i].dot(y_) - disc.origin[i]) / all;
+    const double length = std::hypot(next[0], next[1]);
+    double shrink = length > disc.radius ? disc.radius / length : 1, change = 0;
+    if (mu > 0) {
+      const double wish = pressure_[at] + (lack(disc.row) - mu * disc.slip) / all;
+      const double u = length <= mu * wish ? wish : std::max(0.0, (wish + mu * length) / (1 + mu * mu));
+      shrink = length <= mu * wish ? 1 : mu * u / length;
+      change = std::abs(u - pressure_[at]);
+      press(disc.row, u - pressure_[at]);
+      pressure_[at] = u;
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double by = shrink * next[i] - force_[at][i];
+      force_[at][i] += by;
+      y_ += by * disc.across[i];
+      change = std::max(change, std::abs(by));
+    }
+    return change;
+  }
+
+  const ContactQp& qp_;
+  Vector6 y_;
+  std::array<double, kMostGroups> given_;
+  std::array<double, kMostContactRows> u_{}, pressure_{}, tissue_{};
+  std::array<std::array<double, 2>, kMostContactRows> force_{};
+};
 
 TEST(ContactQp, AgreesWithPatience) {
   Random random(3);
   for (int run = 0; run < 10000; ++run) {
     ContactQp qp = randomProblem(random, run);
     solveContactQp(qp);
-    ASSERT_LT((qp.y - patientAnswer(qp, 100000)).norm(), 1e-6) << run;
+    ASSERT_LT((qp.y - Patience(qp).answer(100000)).norm(), 1e-6) << run;
   }
 }
 
@@ -201,7 +253,12 @@ TEST(ContactQp, TheAnswerAsAGuessIsFound) {
     std::reverse(other.tissue.begin(), other.tissue.begin() + other.row_count);
     std::reverse(other.discs.begin(), other.discs.begin() + other.disc_count);
     for (int k = 0; k < other.row_count; ++k) other.rows[static_cast<std::size_t>(k)].multiplier = random.between(0, 3);
-    for (int k = 0; k < other.disc_count; ++k) other.discs[static_cast<std::size_t>(k)].force = {};
+    for (int k = 0; k < other.disc_count; ++k) {
+      FrictionDisc& disc = other.discs[static_cast<std::size_t>(k)];
+      disc.force = {};
+      disc.pressure = 0;
+      disc.row = other.row_count - 1 - disc.row;
+    }
     other.y.setZero();
     solveContactQp(other);
     ASSERT_LT((other.y - y).norm(), 1e-7) << run;

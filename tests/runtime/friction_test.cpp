@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -146,36 +147,38 @@ TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
   }
 }
 
-TEST(Friction, RandomMotionStaysInTheConeAndOut) {
+// A rod of rough leaves that is wedged between a hollow of cusps and an ellipsoid, at random. Friction is never more
+// than the law says, and takes nearly all that it says.
+TEST(Friction, RoughLeavesStayInTheConeAndOut) {
   SceneDescription d;
   d.tool = test::rodTree(40, 60, 0.6);
   d.reference_point = {0, 0, 25};
   d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {}});
   d.objects.push_back({test::ellipsoidTree({5, 5, 7}, 400, 0.7), {{11.5, 0, 0}, kUpright}});
-  d.tool_friction = 0.3;
-  int contacts_seen = 0, many_rounds = 0, off_cone = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  std::uint64_t seed = 0;
+  for (const double friction : {0.1, 0.3, 0.6, 1.0}) {
+    d.tool_friction = friction;
     Rig rig(d);
-    Random random(seed);
+    Random random(++seed);
     Configuration hand{{0, 20, 0}, kUpright};
     Displacement velocity;
-    for (int n = 0; n < 500; ++n) {
+    double taken = 0, lawful = 0;  // power [N mm/s]
+    for (int n = 0; n < 1000; ++n) {
       velocity.translation = 0.95 * velocity.translation + test::randomPoint(random, 0.05) - 0.002 * hand.position;
       velocity.rotation = 0.95 * velocity.rotation + test::randomPoint(random, 0.003);
       hand = moved(hand, velocity);
       const StepResult r = rig.to(hand.position, hand.orientation);
       ASSERT_LE(r.penetration, kGapTolerance);
+      ASSERT_LE(r.friction_rounds, 3u);
       for (const Contact& c : contacts(*rig.workspace)) {
-        off_cone += c.friction.norm() > 0.3 * c.force * 1.01 + 1e-3;
-        ASSERT_LE(c.friction.norm(), 0.45 * c.force + 1e-3) << seed << ' ' << n;
-        ++contacts_seen;
+        ASSERT_LE(c.friction.norm(), friction * c.force * 1.01 + 2e-6) << friction << ' ' << n;
+        taken -= c.friction.dot(c.slip);
+        lawful += friction * c.force * c.slip.norm();
       }
-      many_rounds += r.friction_rounds > 3;
     }
+    EXPECT_GT(lawful, 5e4);
+    EXPECT_GT(taken, 0.85 * lawful) << friction;
   }
-  EXPECT_GT(contacts_seen, 300);
-  EXPECT_LE(off_cone, contacts_seen / 50);  // where two balls wedge the tool, the rounds may end before they agree
-  RecordProperty("steps with more than 3 rounds of 2000", many_rounds);
 }
 
 TEST(Friction, IsCarriedAlongByWhatMoves) {

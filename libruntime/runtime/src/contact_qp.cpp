@@ -31,6 +31,8 @@ class Round {
   double evaluate(const Coordinates& x, bool with_derivatives);
   double row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives);
   double disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
+  double cone(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
+  Coordinates normal(int k) const;
   bool newtonStep(Coordinates& step) const;
   double slack(const ContactRow& r, int k, const Coordinates& x) const;
   double& coordinate(int i);
@@ -40,7 +42,7 @@ class Round {
   const int tissue_, size_;  // where the coordinates of tissue begin; all of them
   Coordinates gradient_{};
   double hessian_[kMostCoordinates][kMostCoordinates];
-  std::array<double, kMostContactRows> multiplier_{};
+  std::array<double, kMostContactRows> multiplier_{}, pressure_{};
   std::array<std::array<double, 2>, kMostContactRows> force_{};
 };
 
@@ -62,17 +64,23 @@ double& Round::coordinate(int i) {
   return i < tissue_ ? qp_.given[static_cast<std::size_t>(i - 6)] : qp_.tissue_given[static_cast<std::size_t>(i - tissue_)];
 }
 
+Coordinates Round::normal(int k) const {
+  const ContactRow& r = qp_.rows[static_cast<std::size_t>(k)];
+  Coordinates n{};
+  for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = r.a[i];
+  if (r.group >= 0) n[static_cast<std::size_t>(6 + r.group)] = r.give;
+  for (int i = tissue_; i < size_; ++i)
+    n[static_cast<std::size_t>(i)] = qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)];
+  return n;
+}
+
 // The largest, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
 double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives) {
   const double c = slack(r, k, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
   const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
   multiplier_[static_cast<std::size_t>(k)] = u;
   if (with_derivatives && u > 0) {
-    Coordinates n{};
-    for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = r.a[i];
-    if (r.group >= 0) n[static_cast<std::size_t>(6 + r.group)] = r.give;
-    for (int i = tissue_; i < size_; ++i)
-      n[static_cast<std::size_t>(i)] = qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)];
+    const Coordinates n = normal(k);
     for (int i = 0; i < size_; ++i) {
       const double ni = n[static_cast<std::size_t>(i)];
       gradient_[static_cast<std::size_t>(i)] -= u * ni;
@@ -105,6 +113,46 @@ double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with
   return f[0] * v[0] + f[1] * v[1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
 }
 
+// The largest, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
+double Round::cone(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
+  const auto at = static_cast<std::size_t>(k);
+  const double mu = d.friction, c = slack(qp_.rows[static_cast<std::size_t>(d.row)], d.row, x) - mu * d.slip,
+               v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
+  const double w = d.pressure + penalty_ * c, q[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]},
+               length = std::sqrt(q[0] * q[0] + q[1] * q[1]);
+  double u = 0, f[2] = {0, 0};
+  double d00 = 0, d0[2] = {0, 0}, d11[3] = {0, 0, 0};  // derivatives of (u, f) by (w, q); the last: 00, 01, 11
+  if (length <= mu * w) {
+    u = w, f[0] = q[0], f[1] = q[1];
+    d00 = d11[0] = d11[2] = 1;
+  } else if (mu * length > -w) {
+    const double part = 1 / (1 + mu * mu), e[2] = {q[0] / length, q[1] / length};
+    u = part * (w + mu * length);
+    d00 = part;
+    const double side = mu * u / length, along = part * mu * mu - side;
+    for (std::size_t i = 0; i < 2; ++i) {
+      f[i] = mu * u * e[i];
+      d0[i] = part * mu * e[i];
+    }
+    d11[0] = side + along * e[0] * e[0], d11[1] = along * e[0] * e[1], d11[2] = side + along * e[1] * e[1];
+  }
+  pressure_[at] = u;
+  force_[at] = {-f[0], -f[1]};
+  if (with_derivatives && u > 0) {
+    const Coordinates n = normal(d.row);
+    const auto t = [&](std::size_t axis, int i) { return i < 6 ? d.across[axis][i] : 0.0; };
+    for (int i = 0; i < size_; ++i) {
+      const double ni = -n[static_cast<std::size_t>(i)], t0 = t(0, i), t1 = t(1, i);
+      gradient_[static_cast<std::size_t>(i)] += u * ni + f[0] * t0 + f[1] * t1;
+      const double by_n = d00 * ni + d0[0] * t0 + d0[1] * t1, by_0 = d0[0] * ni + d11[0] * t0 + d11[1] * t1,
+                   by_1 = d0[1] * ni + d11[1] * t0 + d11[2] * t1;
+      for (int j = 0; j <= i; ++j) hessian_[i][j] += penalty_ * (by_0 * t(0, j) + by_1 * t(1, j) - by_n * n[static_cast<std::size_t>(j)]);
+    }
+  }
+  const double cu = u - d.pressure, c0 = f[0] + d.force[0], c1 = f[1] + d.force[1];
+  return u * c + f[0] * v[0] + f[1] * v[1] - (cu * cu + c0 * c0 + c1 * c1) / (2 * penalty_);
+}
+
 double Round::evaluate(const Coordinates& x, bool with_derivatives) {
   double value = 0;
   for (int i = 0; i < size_; ++i) {
@@ -118,7 +166,10 @@ double Round::evaluate(const Coordinates& x, bool with_derivatives) {
     for (int j = 0; j <= i; ++j) hessian_[i][j] = i == j;
   }
   for (int k = 0; k < qp_.row_count; ++k) value += row(qp_.rows[static_cast<std::size_t>(k)], k, x, with_derivatives);
-  for (int k = 0; k < qp_.disc_count; ++k) value += disc(qp_.discs[static_cast<std::size_t>(k)], k, x, with_derivatives);
+  for (int k = 0; k < qp_.disc_count; ++k) {
+    const FrictionDisc& d = qp_.discs[static_cast<std::size_t>(k)];
+    value += d.friction > 0 ? cone(d, k, x, with_derivatives) : disc(d, k, x, with_derivatives);
+  }
   return value;
 }
 
@@ -176,11 +227,16 @@ double Round::update() {
     left = std::max(left, std::abs(multiplier_[k] - qp_.rows[k].multiplier) / penalty_);
     qp_.rows[k].multiplier = multiplier_[k];
   }
-  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k)
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    if (qp_.discs[k].friction > 0) {
+      left = std::max(left, std::abs(pressure_[k] - qp_.discs[k].pressure) / penalty_);
+      qp_.discs[k].pressure = pressure_[k];
+    }
     for (std::size_t i = 0; i < 2; ++i) {
       left = std::max(left, std::abs(force_[k][i] - qp_.discs[k].force[i]) / penalty_);
       qp_.discs[k].force[i] = force_[k][i];
     }
+  }
   return left;
 }
 

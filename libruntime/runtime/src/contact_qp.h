@@ -2,13 +2,18 @@
 // The step of a tool that rests on rows which give way and which rub:
 //
 //   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  |z|^2 / 2  +  sum_i radius_i |T_i y - origin_i|
-//   subject to  a_k . y + give_k d_g(k) + sum_m tissue_km z_m >= b_k - compliance_k multiplier_k
+//   subject to  c_k(y, d, z) = a_k . y + give_k d_g(k) + sum_m tissue_km z_m - b_k >= -compliance_k multiplier_k
+//               c_k(i) + friction_i slip_i >= friction_i |T_i y - origin_i|          for discs with friction > 0
 //
 // y is the step of the tool as in qp6.h. d_g is how far a group of rows gives way together, against a spring of its
-// own; `compliance` is that of one row alone. Rows of soft tissue give way under each other's forces, by the matrix
-// tissue tissue^T times their multipliers. T_i takes y to the motion of a point of the tool across the normal of a
-// contact, and a disc of this radius bounds the force of friction there. The problem is strictly convex: one answer,
-// whatever the order of rows. Where T_i y = origin_i the contact sticks, exactly.
+// own; `compliance` is that of one row alone, but not of its cone. Rows of soft tissue give way under each other's
+// forces, by the matrix tissue tissue^T times their multipliers. T_i takes y to the motion of a point of the tool
+// across the normal of a contact. The force of friction there is bounded by a disc of a given radius, or, with friction
+// > 0, by friction times the multiplier of the contact itself: a second-order cone. Such a cone lets the contact go off
+// its row where it slips by more than `slip` (G. De Saxce, Z.-Q.
+// Feng. The bipotential method. Math. Comput. Modelling 28, 1998): with slip_i = |T_i y - origin_i| the answer obeys
+// Coulomb's law. The problem is strictly convex: one answer, whatever the order of rows. Where T_i y = origin_i the
+// contact sticks, exactly.
 //
 // Method: augmented Lagrangian, whose inner problem is smooth but for its second derivative and is solved by a Newton
 // method. M. Hestenes. Multiplier and gradient methods. JOTA 4, 1969. R. T. Rockafellar. Augmented Lagrangians and
@@ -37,8 +42,11 @@ struct ContactRow {
 struct FrictionDisc {
   std::array<Vector6, 2> across{Vector6::Zero(), Vector6::Zero()};  // rows of T
   std::array<double, 2> origin{};
-  double radius = 0;              // >= 0
+  double radius = 0;              // >= 0; of a disc
   std::array<double, 2> force{};  // on the tool, against T y - origin; in: a guess
+  double friction = 0;            // > 0: a cone about the row `row`, which presses with its multiplier and `pressure`
+  double slip = 0, pressure = 0;  // >= 0; pressure in: a guess
+  int row = 0;
 };
 
 struct ContactQp {

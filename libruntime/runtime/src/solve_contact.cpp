@@ -9,12 +9,11 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostFrictionRounds = 14;  // of the discs' radii; 1 or 2 are usual
-constexpr int kCautiousRounds = 6;       // the last of them, in which radii only shrink: rather too little friction than too much
+constexpr int kMostFrictionRounds = 3;  // the first with discs; where their radii are not those of the answer, with cones
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
-constexpr double kLeastShare = 0.05;                           // of the largest radius: one that is less may be off by as much as that one
 constexpr int kMostScans = 24;                                 // rows that are taken in
 constexpr double kRadiusTolerance = 5e-3;                      // of a radius: then it is that of its multiplier
+constexpr double kLeastForce = 1e-6;                           // of friction that counts [mm, scaled]
 constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
 constexpr float kOutOfTheWay = -1e30f;
 
@@ -48,9 +47,11 @@ class ContactSolver {
   int groupOf(std::uint32_t object);
   void addDisc(int k, const RowName& name);
   bool takeInViolated();
-  double updateRadii(bool only_down);
-  double pressure(int disc) const;
+  bool radiiAgree() const;
+  void makeCones();
+  void joinCones();
   void solveRounds();
+  void solveScans();
   void keep();
 
   StepParts& parts_;
@@ -65,10 +66,8 @@ class ContactSolver {
   std::array<double, kMostContactRows> pressed_{};     // multipliers to begin with
   std::array<int, kMostContactRows> disc_{};           // of each row, or -1
   std::array<double, kMostContactRows> friction_{};    // coefficient times weight, of each disc's row
-  std::array<int, kMostContactRows> disc_row_{};       // of each disc
   std::array<Tangents, kMostContactRows> tangents_{};  // of each disc
-  std::array<double, kMostContactRows> last_off_{};    // of each disc: what its radius lacked in the round before
-  double part_ = 1;                                    // of what they lacked, that the radii went then
+  bool has_cones_ = false;
   std::array<std::uint32_t, kMostGroups> group_object_{};
   std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
   std::array<bool, kMostContactRows> is_stop_{};   // of each row: of tissue that gives way no farther
@@ -160,7 +159,6 @@ void ContactSolver::addDisc(int k, const RowName& name) {
   const Configuration& tool = parts_.contact_pose;
   const Eigen::Vector3d arm = tool.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z) - static_cast<double>(ball.radius) * normal;
   disc_[at] = static_cast<int>(d);
-  disc_row_[d] = k;
   tangents_[d] = tangentsOf(normal);
   friction_[d] = scene_.objects[name.object].friction * weight;
   FrictionDisc& disc = qp_.discs[d];
@@ -177,6 +175,8 @@ void ContactSolver::addDisc(int k, const RowName& name) {
     for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
   }
   disc.radius = friction_[d] * qp_.rows[at].multiplier;
+  disc.row = k;
+  if (has_cones_) disc.friction = friction_[d];
 }
 
 // The rows that held before, with the multipliers that they had; and those that the QP without friction finds, with the
@@ -232,48 +232,59 @@ bool ContactSolver::takeInViolated() {
   return is_violated && takeIn(worst.row, 0, is_stop) >= 0;
 }
 
-// Coulomb's law: the radius is what the row presses with, times the coefficient. The radii go there, or as far as the
-// last two rounds say (a secant: where they would go to and fro, less; where they creep, more). `only_down`: none
-// grows. Returns by how much one was off, over itself.
-double ContactSolver::updateRadii(bool only_down) {
-  double largest = 1e-9, off = 0, square = 0, shrink = 0;
-  for (int d = 0; d < qp_.disc_count; ++d) largest = std::max(largest, pressure(d));
-  for (int d = 0; d < qp_.disc_count; ++d) {
-    const auto at = static_cast<std::size_t>(d);
-    const double now = pressure(d) - qp_.discs[at].radius;
-    off = std::max(off, (only_down ? -now : std::abs(now)) / std::max(pressure(d), kLeastShare * largest));
-    square += last_off_[at] * last_off_[at];
-    shrink += (last_off_[at] - now) * last_off_[at];
-    last_off_[at] = now;
+// Coulomb's law: the force is what the row presses with, times the coefficient, or less where nothing slips.
+bool ContactSolver::radiiAgree() const {
+  for (std::size_t d = 0; d < static_cast<std::size_t>(qp_.disc_count); ++d) {
+    const FrictionDisc& disc = qp_.discs[d];
+    const double allowed = friction_[d] * qp_.rows[static_cast<std::size_t>(disc.row)].multiplier,
+                 force = std::hypot(disc.force[0], disc.force[1]);
+    const bool slips = force > (1 - kRadiusTolerance) * disc.radius;
+    if (force > (1 + kRadiusTolerance) * allowed + kLeastForce) return false;
+    if (slips && disc.radius < (1 - kRadiusTolerance) * allowed) return false;
   }
-  part_ = square > 0 ? std::clamp(shrink > 0 ? part_ * square / shrink : 1.0, 0.2, 2.0) : 1;
-  for (int d = 0; d < qp_.disc_count; ++d) {
-    const auto at = static_cast<std::size_t>(d);
-    const double by = only_down ? std::min(last_off_[at], 0.0) : part_ * last_off_[at];
-    qp_.discs[at].radius = std::max(0.0, qp_.discs[at].radius + by);
-  }
-  return off;
+  return true;
 }
 
-double ContactSolver::pressure(int disc) const {
-  const auto at = static_cast<std::size_t>(disc);
-  return friction_[at] * qp_.rows[static_cast<std::size_t>(disc_row_[at])].multiplier;
+// The forces of cones obey the law whatever the slip is that they start from: that of the round before.
+void ContactSolver::makeCones() {
+  has_cones_ = true;
+  for (int d = 0; d < qp_.disc_count; ++d) {
+    const auto at = static_cast<std::size_t>(d);
+    FrictionDisc& disc = qp_.discs[at];
+    ContactRow& row = qp_.rows[static_cast<std::size_t>(disc.row)];
+    disc.friction = friction_[at];
+    disc.slip = std::hypot(disc.across[0].dot(qp_.y) - disc.origin[0], disc.across[1].dot(qp_.y) - disc.origin[1]);
+    disc.pressure = row.multiplier;
+    row.multiplier = 0;
+  }
+}
+
+void ContactSolver::joinCones() {
+  for (std::size_t d = 0; d < static_cast<std::size_t>(qp_.disc_count); ++d)
+    qp_.rows[static_cast<std::size_t>(qp_.discs[d].row)].multiplier += qp_.discs[d].pressure;
+}
+
+void ContactSolver::solveScans() {
+  for (int scan = 0; scan < kMostScans; ++scan) {
+    solveContactQp(qp_);
+    parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
+    parts_.result.work +=
+        static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
+    if (!takeInViolated()) break;
+  }
 }
 
 void ContactSolver::solveRounds() {
-  for (int round = 0; round < kMostFrictionRounds; ++round) {
-    for (int scan = 0; scan < kMostScans; ++scan) {
-      solveContactQp(qp_);
-      parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
-      parts_.result.work +=
-          static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
-      if (!takeInViolated()) break;
+  solveScans();
+  if (carried_ || qp_.disc_count == 0) return;  // while bodies move the tool presses with what it pressed before
+  int rounds = 1;
+  if (!radiiAgree())
+    for (; rounds < kMostFrictionRounds; ++rounds) {
+      makeCones();
+      solveScans();
+      joinCones();
     }
-    if (carried_ || qp_.disc_count == 0) return;  // while bodies move the tool presses with what it pressed before
-    parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, static_cast<std::uint32_t>(round + 1));
-    const bool is_late = round + kCautiousRounds >= kMostFrictionRounds;
-    if (updateRadii(is_late) < kRadiusTolerance) return;
-  }
+  parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, static_cast<std::uint32_t>(rounds));
 }
 
 void ContactSolver::keep() {
