@@ -8,9 +8,10 @@ namespace spheretree::runtime {
 namespace {
 
 constexpr int kMostCoordinates = 6 + kMostGroups + kMostContactRows;
-// Of what is left of a row, round by round [1]. With the right multipliers any is as good; without, the inner problem
-// is smoother the less it is.
-constexpr double kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
+// Of what is left of a row, round by round [1]. With the right multipliers the most is the best; without, the inner
+// problem is smoother the less it is.
+constexpr double kWarmPenalty = 1e5, kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
+constexpr int kWarmNewtonSteps = 25;       // then the multipliers were no guess
 constexpr int kMostMultiplierRounds = 20;  // of multipliers
 constexpr int kMostNewtonSteps = 200;      // of all rounds
 constexpr int kMostShorterSteps = 30;
@@ -20,8 +21,12 @@ using Coordinates = std::array<double, kMostCoordinates>;
 // One round: minimises the augmented Lagrangian at the multipliers of the problem.
 class Round {
  public:
-  Round(ContactQp& qp, double penalty)
-      : qp_(qp), penalty_(penalty), tissue_(6 + qp.group_count), size_(6 + qp.group_count + qp.tissue_count) {}
+  Round(ContactQp& qp, double penalty, int most_newton_steps)
+      : qp_(qp),
+        penalty_(penalty),
+        most_newton_steps_(most_newton_steps),
+        tissue_(6 + qp.group_count),
+        size_(6 + qp.group_count + qp.tissue_count) {}
 
   void solve();
   /// Takes the multipliers over. What the rows and discs lack [mm].
@@ -39,6 +44,7 @@ class Round {
 
   ContactQp& qp_;
   const double penalty_;
+  const int most_newton_steps_;
   const int tissue_, size_;  // where the coordinates of tissue begin; all of them
   Coordinates gradient_{};
   double hessian_[kMostCoordinates][kMostCoordinates];
@@ -200,7 +206,7 @@ void Round::solve() {
   for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = coordinate(i);
   double value = evaluate(x, true);
   const double enough = 1e-10 * (1 + qp_.target.norm());
-  while (qp_.iterations < kMostNewtonSteps) {
+  while (qp_.iterations < most_newton_steps_) {
     double square = 0, slope = 0;
     for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
     if (square <= enough * enough || !newtonStep(step)) break;
@@ -211,11 +217,11 @@ void Round::solve() {
     for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
         x[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step[static_cast<std::size_t>(i)];
-      next = evaluate(x, false);
+      next = evaluate(x, n == 0);  // the whole step is usual
       if (next <= value + 1e-4 * part * slope + 1e-15 * std::abs(value)) break;
     }
     const bool is_rounding = !(next < value) && -slope < 1e-14 * (1 + std::abs(value));
-    value = evaluate(x, true);
+    value = part < 1 ? evaluate(x, true) : next;
     if (is_rounding) break;
   }
   for (int i = 0; i < size_; ++i) coordinate(i) = x[static_cast<std::size_t>(i)];
@@ -245,13 +251,20 @@ double Round::update() {
 void solveContactQp(ContactQp& qp) noexcept {
   qp.iterations = 0;
   qp.converged = false;
-  double penalty = kLeastPenalty;
-  for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < kMostNewtonSteps; ++n) {
-    Round round(qp, penalty);
-    round.solve();
-    qp.converged = round.update() <= kContactTolerance;
-    penalty = std::min(kMostPenalty, kPenaltyGrowth * penalty);
-  }
+  const auto rounds = [&qp](double penalty, int most_newton_steps) {
+    for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
+      Round round(qp, penalty, most_newton_steps);
+      const Vector6 before = qp.y;
+      round.solve();
+      qp.converged = round.update() <= qp.tolerance && (qp.y - before).norm() <= qp.tolerance;
+      penalty = std::min(kMostPenalty, kPenaltyGrowth * penalty);
+    }
+  };
+  double guess = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) guess += qp.rows[k].multiplier;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp.disc_count); ++k) guess += qp.discs[k].pressure;
+  if (guess > 0) rounds(kWarmPenalty, kWarmNewtonSteps);
+  rounds(kLeastPenalty, kMostNewtonSteps);
 }
 
 }  // namespace spheretree::runtime

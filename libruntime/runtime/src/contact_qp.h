@@ -57,11 +57,10 @@ struct ContactQp {
   std::array<double, kMostContactRows> tissue_given{};                        // z; in: a guess
   int row_count = 0, disc_count = 0, group_count = 0, tissue_count = 0;
   Vector6 target = Vector6::Zero(), y = Vector6::Zero();  // y in: a guess
+  double tolerance = 1e-8;                                // of residuals [mm, scaled]
   int iterations = 0;                                     // Newton steps
-  bool converged = false;                                 // residuals within kContactTolerance
+  bool converged = false;                                 // residuals within `tolerance`
 };
-
-inline constexpr double kContactTolerance = 1e-8;  // [mm, scaled]
 
 /// The rows must have a common solution. Cost: about 0.1 us, and 10 ns for each row and disc, an iteration; 2 to 6
 /// iterations from the multipliers of the step before.

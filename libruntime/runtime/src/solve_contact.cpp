@@ -13,6 +13,8 @@ constexpr int kMostFrictionRounds = 3;  // the first with discs; where their rad
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
 constexpr int kMostScans = 24;                                 // rows that are taken in
 constexpr double kRadiusTolerance = 5e-3;                      // of a radius: then it is that of its multiplier
+constexpr double kForceTolerance = 1e-6;                       // of residuals: gaps are floats, and known no better [mm, scaled]
+constexpr double kGuessTolerance = 1e-4;                       // of those of a round with radii that may be wrong [mm, scaled]
 constexpr double kLeastForce = 1e-6;                           // of friction that counts [mm, scaled]
 constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
 constexpr float kOutOfTheWay = -1e30f;
@@ -196,6 +198,7 @@ void ContactSolver::start() {
     for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k)
       qp_.tissue_given[m] += qp_.tissue[k][m] * qp_.rows[k].multiplier;
   qp_.target = target_;
+  qp_.tolerance = kForceTolerance;
 }
 
 // The row that the answer violates most; false: none, or there is no room for it.
@@ -275,8 +278,14 @@ void ContactSolver::solveScans() {
 }
 
 void ContactSolver::solveRounds() {
+  if (carried_ || qp_.disc_count == 0) {  // while bodies move the tool presses with what it pressed before
+    solveScans();
+    return;
+  }
+  qp_.tolerance = kGuessTolerance;
   solveScans();
-  if (carried_ || qp_.disc_count == 0) return;  // while bodies move the tool presses with what it pressed before
+  qp_.tolerance = kForceTolerance;
+  if (radiiAgree()) solveScans();
   int rounds = 1;
   if (!radiiAgree())
     for (; rounds < kMostFrictionRounds; ++rounds) {
