@@ -4,8 +4,8 @@
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/spheretree)
 
-set(permissive_targets spheretree_core spheretree_runtime spheretree_runtime_c)
-set(permissive_headers libruntime/core/include/ libruntime/runtime/include/)
+set(permissive_targets spheretree_core spheretree_runtime spheretree_runtime_c spheretree_tissue)
+set(permissive_headers libruntime/core/include/ libruntime/runtime/include/ libruntime/tissue/include/)
 foreach(room IN ITEMS formats device)
   if(TARGET spheretree_${room})
     list(APPEND permissive_targets spheretree_${room})

@@ -24,7 +24,7 @@ Loaded parsed(const std::vector<std::byte>& bytes, const std::filesystem::path& 
   Tissue tissue;
   Loaded out{runtime::SharedTree::sound(formats::parseSoftTree(bytes, file.string(), tissue)), nullptr};
   std::string fault;
-  if (!tissue.empty()) out.tissue = runtime::tissueModel(out.tree, tissue, fault);
+  if (!tissue.empty()) out.tissue = runtime::tissueModel(out.tree, std::make_shared<const Tissue>(std::move(tissue)), fault);
   if (!fault.empty()) throw formats::FormatError(file.string() + ": " + fault + ".");
   return out;
 }

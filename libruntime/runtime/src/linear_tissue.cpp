@@ -2,10 +2,12 @@
 // Soft tissue under small motion: docs/runtime.md, Soft tissue.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "soft_surface.h"
 #include "soft_tissue.h"
 #include "spheretree/runtime/scene.h"
+#include "spheretree/runtime/step.h"
 #include "step_memory.h"
 
 namespace spheretree::runtime {
@@ -14,24 +16,35 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDependentGive = 1e-9;  // of its own give: less is what the rows before it say already
+constexpr double kAimSeconds = 0.04;     // in which the leaves go most of the way to where they are aimed
+constexpr double kSqueezed = 0.02;       // deeper in something the tool is squeezed, and tissue waits [mm]
+constexpr double kAimShare = 0.25;       // of the least distance of two centres that touch: in a step they go no farther
 
 class LinearTissue final : public SoftTissue {
  public:
-  explicit LinearTissue(StepMemory& memory) : memory_(memory), scene_(memory.scene) {
+  explicit LinearTissue(StepMemory& memory)
+      : memory_(memory),
+        scene_(memory.scene),
+        part_(std::min(1.0, scene_.step_time / kAimSeconds)),
+        most_(std::min(kTissueMotion, kAimShare * scene_.least_contact)) {
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const CompiledShape& shape = scene_.shapeOf(i);
       is_tissue_.push_back(shape.tissue != nullptr);
+      frozen_.push_back(false);
       surfaces_.push_back(shape.tissue ? std::make_unique<SoftSurface>(static_cast<const LinearModel&>(*shape.tissue), shape) : nullptr);
     }
   }
 
   void reset() override {
+    std::fill(frozen_.begin(), frozen_.end(), false);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->reset(), placeView(i);
   }
-  void beginStep() override {
+  std::uint32_t beginStep() override {
+    const double most = memory_.depth > kSqueezed ? 0 : most_;  // while the tool has no way out it is not pressed farther in
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-      if (surfaces_[i]) surfaces_[i]->beginStep(), placeView(i);
+      if (surfaces_[i]) surfaces_[i]->beginStep(part_, most), placeView(i);
+    return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
   void shiftRows(const PairRun& run, const PairSet& set, RowSet& rows) const override;
@@ -52,6 +65,11 @@ class LinearTissue final : public SoftTissue {
   void predict(const ContactQp& qp) override;
   float predictedBound(std::uint32_t object, std::uint32_t row, bool& is_stop) const override;
   void press(const ContactQp& qp) override;
+  void aim(std::size_t object, std::span<const Sphere> leaves, bool is_frozen) override {
+    surfaces_[object]->aim(leaves);
+    frozen_[object] = is_frozen;
+  }
+  std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
 
  private:
   struct Row {
@@ -76,6 +94,8 @@ class LinearTissue final : public SoftTissue {
 
   StepMemory& memory_;
   const CompiledScene& scene_;
+  const double part_, most_;                            // of the way to an aim, and of it the most [mm], in a step
+  std::vector<bool> frozen_;                            // (object) who aims it is at a loss
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   PairSet pairs_;
   RowSet rows_;
@@ -100,8 +120,9 @@ void LinearTissue::shiftRows(const PairRun& run, const PairSet& set, RowSet& row
   for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
     const std::uint32_t leaf = item[set.pairs[i] & 0xffff];
     if (leaf == kNoItem) continue;
-    const Vector3d moved = rotation * surfaces_[run.object]->sinceRefit(leaf), a(rows.rows.a[0][i], rows.rows.a[1][i], rows.rows.a[2][i]);
-    rows.b[i] += static_cast<float>(a.dot(moved));
+    const SoftSurface& surface = *surfaces_[run.object];
+    const Vector3d moved = rotation * surface.sinceRefit(leaf), a(rows.rows.a[0][i], rows.rows.a[1][i], rows.rows.a[2][i]);
+    rows.b[i] += static_cast<float>(a.dot(moved) + static_cast<double>(rows.weight[i]) * surface.grownSinceRefit(leaf));
   }
 }
 
@@ -127,7 +148,8 @@ LinearTissue::Row LinearTissue::rowOn(std::uint32_t object, std::uint32_t row) c
   out.leaf = scene_.shapeOf(object).leaves.item[pairs_.pairs[row] & 0xffff];
   out.normal = memory_.objects[object].rotation.transpose() * a / weight;
   out.given = -out.normal.dot(out.surface->displacement(out.leaf));
-  out.stop = memory_.soft_b[row] - rows_.weight[row] * static_cast<float>(std::max(0.0, out.surface->mostGive(out.leaf) - out.given));
+  const double gone = -out.normal.dot(out.surface->travelled(out.leaf));
+  out.stop = memory_.soft_b[row] - rows_.weight[row] * static_cast<float>(std::max(0.0, out.surface->mostGive(out.leaf) - gone));
   return out;
 }
 
@@ -199,16 +221,35 @@ std::unique_ptr<SoftTissue> makeLinearTissue(StepMemory& memory) { return std::m
 
 }  // namespace
 
-std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, const Tissue& tissue, std::string& fault) {
+std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue, std::string& fault) {
   fault = findFault(*tree);
-  if (fault.empty()) fault = findFault(tissue, *tree);
-  if (fault.empty() && tissue.response.empty())
+  if (fault.empty()) fault = findFault(*tissue, *tree);
+  if (fault.empty() && tissue->response.empty())
     fault = "the tissue has no response to forces: it has too many nodes. Soften it with fewer tetrahedra";
   if (!fault.empty()) return nullptr;
-  auto model = std::make_shared<LinearModel>(linearModel(tissue));
+  auto model = std::make_shared<LinearModel>(linearModel(std::move(tissue)));
   model->tree = tree;
   model->make = makeLinearTissue;
   return model;
+}
+
+const Tissue* Scene::tissue(std::size_t object) const {
+  const TissueModel* const model = compiled_->shapeOf(object).tissue.get();
+  return model ? model->tissue.get() : nullptr;
+}
+
+bool aimTissue(std::size_t object, std::span<const Sphere> leaves, bool is_frozen, Workspace& workspace) noexcept {
+  StepMemory& memory = workspace.memory();
+  if (object >= memory.objects.size() || !memory.isTissue(object) || leaves.size() != memory.scene.shapeOf(object).nodes.size())
+    return false;
+  memory.tissue->aim(object, leaves, is_frozen);
+  return true;
+}
+
+std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept {
+  const StepMemory& memory = workspace.memory();
+  if (object >= memory.objects.size() || !memory.isTissue(object)) return {};
+  return memory.tissue->forces(object);
 }
 
 }  // namespace spheretree::runtime

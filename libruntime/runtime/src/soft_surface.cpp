@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace spheretree::runtime {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMostShare = 0.5;  // of the distance to what holds the tissue: it gives way by this at most
+constexpr double kArrived = 1e-4;   // of its aim the base goes the rest at once [mm]
 
 Vector3d vectorOf(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
 
@@ -34,12 +36,13 @@ float mostGiveOf(const Tissue& tissue, std::uint32_t leaf) {
 
 }  // namespace
 
-LinearModel linearModel(const Tissue& tissue) {
+LinearModel linearModel(std::shared_ptr<const Tissue> tissue) {
   LinearModel out;
-  out.node_count = tissue.response.pressed.size();
-  out.points = tissue.response.points;
-  out.matrix = tissue.response.matrix;
-  for (std::uint32_t leaf = 0; leaf < out.points.size(); ++leaf) out.most_give.push_back(mostGiveOf(tissue, leaf));
+  out.node_count = tissue->response.pressed.size();
+  out.points = tissue->response.points;
+  out.matrix = tissue->response.matrix;
+  for (std::uint32_t leaf = 0; leaf < out.points.size(); ++leaf) out.most_give.push_back(mostGiveOf(*tissue, leaf));
+  out.tissue = std::move(tissue);
   out.bytes = out.points.size() * sizeof(PressPoint) + (out.most_give.size() + out.matrix.size()) * sizeof(float);
   return out;
 }
@@ -47,6 +50,7 @@ LinearModel linearModel(const Tissue& tissue) {
 SoftSurface::SoftSurface(const LinearModel& model, const CompiledShape& shape)
     : model_(model),
       shape_(shape),
+      offset_(Vector3d(model.tree->origin_mm.data()) - shape.centre),
       slots_(model.points.size()),
       parents_(shape.leaves.bound.size(), kNoItem),
       bound_(shape.leaves.bound),
@@ -58,7 +62,7 @@ SoftSurface::SoftSurface(const LinearModel& model, const CompiledShape& shape)
     if (slot % 8 < links.inner) parents_[links.first_child + slot % 8] = static_cast<std::uint32_t>(slot);
   }
   for (Field* field : {&force_, &from_, &to_, &now_, &start_force_, &start_, &predicted_}) *field = Field(3 * model.node_count);
-  put_.assign(model.points.size(), Vector3d::Zero());
+  for (std::uint32_t leaf = 0; leaf < model.points.size(); ++leaf) base_.push_back(restOf(leaf));
   block_marked_.assign(bound_.size(), 0);
   near_.reserve(model.node_count);
   near_at_.assign(model.node_count, ~0u);
@@ -69,7 +73,10 @@ void SoftSurface::reset() {
   for (Field* field : {&force_, &from_, &to_, &now_, &start_force_, &start_}) std::fill(field->begin(), field->end(), 0.0f);
   bound_ = shape_.leaves.bound;
   spheres_ = shape_.leaves.spheres;
-  std::fill(put_.begin(), put_.end(), Vector3d::Zero());
+  for (std::uint32_t leaf = 0; leaf < base_.size(); ++leaf) base_[leaf] = restOf(leaf);
+  put_ = base_;
+  aim_ = {};
+  has_arrived_ = true;
   radius_ = shape_.radius;
   has_moved_ = false;
 }
@@ -193,14 +200,47 @@ void SoftSurface::giveWay(double part) {
   for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
 }
 
-void SoftSurface::beginStep() {
+SoftSurface::Ball SoftSurface::restOf(std::uint32_t leaf) const {
+  const std::array<double, 3>& c = shape_.leaves.exact[slots_[leaf]];
+  return {{c[0], c[1], c[2]}, static_cast<double>(shape_.leaves.spheres[slots_[leaf]].radius)};
+}
+
+void SoftSurface::aim(std::span<const Sphere> leaves) {
+  aim_ = leaves;
+  has_arrived_ = leaves.size() != base_.size();
+}
+
+void SoftSurface::followAim(double part, double most) {
+  const auto aimOf = [&](std::size_t leaf) {
+    const Sphere& s = aim_[leaf];
+    return Ball{Vector3d(s.x, s.y, s.z) + offset_, static_cast<double>(s.radius)};
+  };
+  double largest = 0;
+  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
+    const Ball to = aimOf(leaf);
+    largest = std::max(largest, (to.centre - base_[leaf].centre).norm() + std::abs(to.radius - base_[leaf].radius));
+  }
+  if (!std::isfinite(largest)) return;
+  has_arrived_ = largest <= kArrived;
+  const double share = has_arrived_ ? 1 : std::min(part, most / largest);
+  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
+    const Ball to = aimOf(leaf);
+    base_[leaf].centre += share * (to.centre - base_[leaf].centre);
+    base_[leaf].radius += share * (to.radius - base_[leaf].radius);
+  }
+  has_moved_ = true;
+}
+
+void SoftSurface::beginStep(double part, double most) {
+  if (!has_arrived_) followAim(part, most);
   if (!has_moved_) return;
   has_moved_ = false;
   start_force_ = force_;
   start_ = now_;
   bool any = false;
   for (std::uint32_t leaf = 0; leaf < put_.size(); ++leaf) {
-    if (!(sinceRefit(leaf).squaredNorm() > kRefitMm * kRefitMm)) continue;
+    const double still = kRefitMm - std::abs(grownSinceRefit(leaf));
+    if (still > 0 && !(sinceRefit(leaf).squaredNorm() > still * still)) continue;
     putLeaf(leaf);
     any = true;
   }
@@ -208,11 +248,10 @@ void SoftSurface::beginStep() {
 }
 
 void SoftSurface::putLeaf(std::uint32_t leaf) {
-  put_[leaf] = at(now_, leaf);
+  const Vector3d centre = base_[leaf].centre + at(now_, leaf);
+  put_[leaf] = {centre, base_[leaf].radius};
   const std::uint32_t slot = slots_[leaf];
-  const std::array<double, 3>& rest = shape_.leaves.exact[slot];
-  const Vector3d centre = Vector3d(rest[0], rest[1], rest[2]) + put_[leaf];
-  const float radius = shape_.leaves.spheres[slot].radius;
+  const auto radius = static_cast<float>(base_[leaf].radius);
   spheres_[slot] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()), radius};
   put(bound_[slot / 8], slot % 8, centre, radius);
   block_marked_[slot / 8] = 1;

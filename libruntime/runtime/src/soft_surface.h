@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The leaves of soft tissue as they are now. Small motion: displacements are linear in the forces that press, by the
 // compliance matrix of the surface (core's TissueResponse). A leaf keeps its radius and goes where its point goes.
+// Large motion: the leaves count from a base that a solver outside of the step says, with its radii, not from rest.
+// The base goes there within some 40 ms, evenly and no faster than aimed leaves may go in a step. Between two states of
+// which each is covered by its leaves, the leaves on the way cover the states on the way: a ball is convex.
 //
 // At the beginning of a step the leaves are put to where their points are. Within the step each gives way along the
 // normal of its row by as much as its point has moved since; one that has moved by less than kRefitMm stays as it was
@@ -21,14 +24,14 @@ namespace spheretree::runtime {
 
 /// How forces move the points of the leaves.
 struct LinearModel : TissueModel {
-  std::size_t node_count = 0;      // pressed nodes
-  std::vector<PressPoint> points;  // (leaf) what a leaf goes with
-  std::vector<float> most_give;    // (leaf) its point moves no farther along a normal [mm]
-  std::vector<float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
+  std::size_t node_count = 0;          // pressed nodes
+  std::span<const PressPoint> points;  // (leaf) what a leaf goes with
+  std::vector<float> most_give;        // (leaf) its point moves no farther along a normal [mm]
+  std::span<const float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
 
   const float* column(std::size_t i) const { return matrix.data() + i * 3 * node_count; }
 };
-LinearModel linearModel(const Tissue& tissue);
+LinearModel linearModel(std::shared_ptr<const Tissue> tissue);
 
 class SoftSurface {
  public:
@@ -39,14 +42,21 @@ class SoftSurface {
   const Sphere* spheres() const { return spheres_.data(); }
   double radius() const { return radius_; }  // of a ball about the centre that holds all leaves
 
-  /// Puts the leaves to where their points are. Cost: about 10 ns a leaf, 50 ns for each block in which one has moved.
-  void beginStep();
+  /// The base goes `part` of its way, but no leaf farther than `most` [mm]; then puts the leaves to where their points
+  /// are. Cost: about 10 ns a leaf, 5 ns more while the base moves, 50 ns for each block in which a leaf was put anew.
+  void beginStep(double part, double most);
+  /// Where the base goes from now on: leaves as they are in the file. Held until the next call.
+  void aim(std::span<const Sphere> leaves);
+  std::span<const float> forces() const { return force_; }
   /// At rest again.
   void reset();
 
-  /// Of the point of a leaf: where it is, off its place at rest; and off where beginStep() had put it.
+  /// Of the point of a leaf: where it is, off its base and off its place at rest.
   Eigen::Vector3d displacement(std::uint32_t leaf) const { return at(now_, leaf); }
-  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return at(now_, leaf) - put_[leaf]; }
+  Eigen::Vector3d travelled(std::uint32_t leaf) const { return at(now_, leaf) + base_[leaf].centre - restOf(leaf).centre; }
+  /// Of the leaf: off where beginStep() had put it.
+  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return at(now_, leaf) + base_[leaf].centre - put_[leaf].centre; }
+  double grownSinceRefit(std::uint32_t leaf) const { return base_[leaf].radius - put_[leaf].radius; }
   double mostGive(std::uint32_t leaf) const { return static_cast<double>(model_.most_give[leaf]); }
 
   /// How the point of leaf `of` moves under `force` on the point of leaf `on`. Cost: 80 ns.
@@ -68,7 +78,13 @@ class SoftSurface {
 
  private:
   using Field = std::vector<float>;  // (pressed node) x, y, z
+  struct Ball {
+    Eigen::Vector3d centre;
+    double radius;
+  };
 
+  Ball restOf(std::uint32_t leaf) const;
+  void followAim(double part, double most);
   Eigen::Vector3d at(const Field& field, std::uint32_t leaf) const;
   void respond(const Field& forces, Field& out) const;
   void putLeaf(std::uint32_t leaf);
@@ -76,15 +92,18 @@ class SoftSurface {
 
   const LinearModel& model_;
   const CompiledShape& shape_;
+  const Eigen::Vector3d offset_;        // of the spheres of the file in the frame of the shape [mm]
   std::vector<std::uint32_t> slots_;    // (leaf) in the compiled tree
   std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children stand in it
   double radius_ = 0;
   std::vector<Block> bound_;
   std::vector<Sphere> spheres_;
-  Field force_, from_, to_;           // now; where the piece begins; where it leads
-  Field now_;                         // displacements
-  Field start_force_, start_;         // both when the step began
-  std::vector<Eigen::Vector3d> put_;  // (leaf) displacement of its point when it was put last
+  Field force_, from_, to_;       // now; where the piece begins; where it leads
+  Field now_;                     // displacements
+  Field start_force_, start_;     // both when the step began
+  std::vector<Ball> base_, put_;  // (leaf) without what the forces do; as it was put last
+  std::span<const Sphere> aim_;   // where the base goes; empty: it stays
+  bool has_arrived_ = true;
   std::vector<char> block_marked_;
   bool has_moved_ = false;                     // since the leaves were put last, or has forces on it
   std::vector<std::uint32_t> near_, near_at_;  // pressed nodes that are near; (pressed node) its index among them, or ~0u

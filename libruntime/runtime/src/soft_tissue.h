@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "contact_qp.h"
@@ -24,8 +25,8 @@ class SoftTissue {
 
   /// At rest again.
   virtual void reset() = 0;
-  /// Puts the leaves to where the forces of the last step have moved them.
-  virtual void beginStep() = 0;
+  /// Puts the leaves to where the forces of the last step have moved them. StepFault bits.
+  virtual std::uint32_t beginStep() = 0;
   /// What the search and the rows see of the object, if it is tissue: the leaves where they are.
   virtual void placeView(std::size_t object) = 0;
   /// Moves the rows of this run by what its leaves have given way since.
@@ -47,6 +48,10 @@ class SoftTissue {
   /// The forces of the answer are what presses from now on.
   virtual void press(const ContactQp& qp) = 0;
 
+  // Large motion: aimTissue() and tissueForces() of step.h.
+  virtual void aim(std::size_t object, std::span<const Sphere> leaves, bool is_frozen) = 0;
+  virtual std::span<const float> forces(std::size_t object) const = 0;
+
  protected:
   std::vector<char> is_tissue_;  // (object)
 };
@@ -54,6 +59,7 @@ class SoftTissue {
 /// Tissue for a scene, and what makes it move.
 struct TissueModel {
   SharedTree tree;
+  std::shared_ptr<const Tissue> tissue;
   std::size_t bytes = 0;
   std::unique_ptr<SoftTissue> (*make)(StepMemory& memory) = nullptr;
 };

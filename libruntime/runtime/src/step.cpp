@@ -15,6 +15,7 @@ void forget(StepMemory& memory) {
   memory.is_behind = false;
   memory.active_count = memory.contact_count = 0;
   memory.answer = {};
+  memory.depth = 0;
   memory.wrench = {};
   memory.stretch = {};
   std::fill(memory.give.begin(), memory.give.end(), 0.0);
@@ -65,8 +66,9 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       paperStep(parts, haptic);
     } else {
       aim = dampedAim(haptic, memory);
-      if (memory.tissue) memory.tissue->beginStep();
+      if (memory.tissue) result.faults |= memory.tissue->beginStep();
       constrainedStep(parts, aim);
+      memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
       memory.stretch = displacementBetween(haptic, memory.graphic);
       const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);

@@ -72,6 +72,7 @@ struct StepMemory {
   std::vector<double> give, give_from, give_to;                 // (object) how far it gives way: now, and in the piece to come [mm]
   std::vector<float> soft_b;                                    // (row) b of objects that give way
   std::unique_ptr<SoftTissue> tissue;                           // null: there is none
+  double depth = 0;                                             // of the tool in something when the last step ended [mm]
   Displacement stretch;                                         // of spring and damper when the last step ended
   QpAnswer answer;                                              // of the last QP
   std::array<Contact, kMostContacts> contacts{};

@@ -5,55 +5,22 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "spheretree/builder/build_sphere_tree.h"
-#include "spheretree/builder/soften_tree.h"
 #include "spheretree/runtime/step.h"
 #include "support/count_allocations.h"
 #include "support/random.h"
 #include "support/shape_trees.h"
-#include "support/shapes.h"
-#include "support/tetrahedra.h"
+#include "support/soft_block.h"
 
 namespace spheretree::builder {
 namespace {
+
+using test::block;
 
 using Eigen::Vector3d;
 using runtime::Mode;
 using runtime::StepResult;
 
 const Quaternion kUpright(1, 0, 0, 0);
-
-struct SoftBlock {
-  runtime::SharedTree shared;
-  SphereTree tree;
-  std::shared_ptr<const Tissue> tissue;
-  std::shared_ptr<const runtime::TissueModel> model;
-};
-
-/// Of 24 x 20 x 12 mm, fixed below; 15 kPa. Built once.
-const SoftBlock& block() {
-  static const SoftBlock made = [] {
-    const Vector3d size(24, 20, 12);
-    const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), size);
-    const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(boundary)));
-    Progress progress;
-    BuildSettings settings;
-    settings.levels = 3;
-    settings.quality = Quality::Quick;
-    settings.soft_share = 0.5;
-    SoftBlock out;
-    out.tree = buildSphereTree(mesh, settings, progress).tree;
-    out.tissue = std::make_shared<const Tissue>(softenTree(
-        mesh, out.tree, boundary, test::boxTetrahedra(size, {8, 6, 4}), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
-        progress));
-    out.shared = out.tree;
-    std::string fault;
-    out.model = runtime::tissueModel(out.shared, *out.tissue, fault);
-    EXPECT_EQ(fault, "");
-    return out;
-  }();
-  return made;
-}
 
 /// The block, and a tool of one ball.
 runtime::SceneDescription blockUnder(SphereTree tool) {
@@ -339,10 +306,10 @@ TEST(PressedTissue, WhatCannotBeIsRefused) {
   d.objects[0].tree = block().tree;  // equal, and another one
   EXPECT_FALSE(compileScene(d, scene, fault));
   EXPECT_NE(fault.find("another tree"), std::string::npos);
-  Tissue other = *block().tissue;
+  const auto other = std::make_shared<Tissue>(*block().tissue);
   EXPECT_EQ(runtime::tissueModel(test::oneBallTree(1), other, fault), nullptr);
   EXPECT_NE(fault, "");
-  other.response = {};
+  other->response = {};
   EXPECT_EQ(runtime::tissueModel(block().shared, other, fault), nullptr);
   EXPECT_NE(fault.find("no response"), std::string::npos);
 }

@@ -77,8 +77,8 @@ struct TissueModel;
 
 /// The soft tissue of `tree`, as they come out of a .soft file (core's decodeSoftTree), for objects of a scene. Null
 /// with a sentence in `fault` if it is unsound, of another tree, or has no response. Not in the shared library for
-/// other languages. Cost: a copy of its matrix.
-std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, const Tissue& tissue, std::string& fault);
+/// other languages.
+std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue, std::string& fault);
 
 struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
@@ -116,6 +116,8 @@ class Scene {
 
   std::size_t objectCount() const;
   std::size_t bodyCount() const;  // with the world: one more than the highest body of an object
+  /// What the object is made of; null: it is rigid.
+  const Tissue* tissue(std::size_t object) const;
   const Coupling& coupling() const;
   const WrenchLimits& wrenchLimits() const;
   const StepLimits& stepLimits() const;

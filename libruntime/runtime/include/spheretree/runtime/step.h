@@ -25,12 +25,13 @@ bool isAvailable(Kernel kernel);
 /// Bits. After each of them the wrench is safe to render.
 enum StepFault : std::uint32_t {
   kNoFault = 0,
-  kPairsFull = 1,     // more pairs than max_pairs: upper levels of the trees stood in
-  kWorkLimit = 2,     // max_work was used up: the graphic tool goes on next step
-  kQpStopped = 4,     // the QP stopped early
-  kRowsConflict = 8,  // the rows contradict each other: the answer has the smallest worst violation
-  kPenetrating = 16,  // the graphic tool is inside an object by more than kGapTolerance
-  kBadInput = 32,     // the haptic pose is not finite or beyond 1e7 mm: the tool rests and the wrench decays by 10 % a step
+  kPairsFull = 1,      // more pairs than max_pairs: upper levels of the trees stood in
+  kWorkLimit = 2,      // max_work was used up: the graphic tool goes on next step
+  kQpStopped = 4,      // the QP stopped early
+  kRowsConflict = 8,   // the rows contradict each other: the answer has the smallest worst violation
+  kPenetrating = 16,   // the graphic tool is inside an object by more than kGapTolerance
+  kBadInput = 32,      // the haptic pose is not finite or beyond 1e7 mm: the tool rests and the wrench decays by 10 % a step
+  kTissueFrozen = 64,  // aimTissue() said so: soft tissue gives way from the last good state on, by the compliance of its rest
 };
 
 inline constexpr double kGapTolerance = 1e-3;  // the graphic tool is feasible if no leaf is deeper than this [mm]
@@ -114,6 +115,19 @@ bool moveObject(std::size_t object, const Configuration& pose, Workspace& worksp
 /// often than steps: in a step without a new pose the body goes on at it. False, and nothing changes, if there is no
 /// such body or it is 0, the world, or a number is not finite or beyond 1e7. No allocation.
 bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspace, const Displacement& velocity = {}) noexcept;
+
+/// Large motion of soft tissue, which a solver outside of the step finds, in a thread of the caller's own
+/// (spheretree/tissue/moving_tissue.h): the forces that press on the tissue of an object, x, y, z of each of its
+/// pressed nodes [N], axes of its mesh. Empty if the object is rigid. Valid until the next step.
+std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept;
+
+/// And its answer: the leaves as they are under these forces, less what the compliance of the rest says that the
+/// forces do, in the frame of the file's spheres. The leaves go most of the way there in 40 ms, by at most 0.25 mm in a
+/// step, and push the tool ahead; while it has no way out they wait. `leaves` is held until the next call or reset.
+/// `is_frozen`: the solver is at a loss and gives its last good state; steps say so by kTissueFrozen. False, and
+/// nothing changes, if the object is rigid or does not have so many leaves. Cost of a step with it: about 15 ns a leaf
+/// while they are on the way.
+bool aimTissue(std::size_t object, std::span<const Sphere> leaves, bool is_frozen, Workspace& workspace) noexcept;
 
 /// Where a body is: on its way if the last step ran out of work. `body` < Scene::bodyCount().
 Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept;

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A block of soft tissue in large motion: steps and solver in turn. Subject: moving_tissue.h, aimTissue() of step.h
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "spheretree/runtime/step.h"
+#include "spheretree/tissue/moving_tissue.h"
+#include "support/random.h"
+#include "support/shape_trees.h"
+#include "support/soft_block.h"
+
+namespace spheretree::tissue {
+namespace {
+
+using Eigen::Vector3d;
+using runtime::StepResult;
+const test::SoftBlock& block() { return test::fineBlock(); }
+
+/// As a player in lock step: every tenth step takes the newest state, which is that of the forces ten steps ago.
+struct LargeRig {
+  runtime::Scene scene;
+  std::unique_ptr<runtime::Workspace> workspace;
+  std::unique_ptr<MovingTissue> tissue;
+  TissueState states[2];
+  int steps = 0;
+  bool solver_stalls = false;
+
+  explicit LargeRig(SphereTree tool, double stiffness = 1, double friction = 0) {
+    runtime::SceneDescription d;
+    d.tool = std::move(tool);
+    d.objects.push_back({});
+    d.objects[0].tree = block().shared;
+    d.objects[0].tissue = block().model;
+    d.objects[0].friction = friction;
+    d.coupling.translation = stiffness;
+    std::string fault;
+    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
+    workspace = std::make_unique<runtime::Workspace>(scene);
+    tissue = MovingTissue::make(*scene.tissue(0), fault);
+    EXPECT_EQ(fault, "");
+    states[0] = states[1] = tissue->restState();
+  }
+  StepResult to(const Vector3d& p) {
+    if (steps++ % 10 == 0 && !solver_stalls) {
+      std::swap(states[0], states[1]);
+      EXPECT_TRUE(aimTissue(0, states[0].leaves, states[0].is_frozen, *workspace));
+      tissue->advance(tissueForces(0, *workspace), states[1]);
+    }
+    return step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace);
+  }
+  StepResult rest(const Vector3d& p, int count = 300) {
+    StepResult r;
+    for (int i = 0; i < count; ++i) r = to(p);
+    return r;
+  }
+};
+
+TEST(LargeMotion, AtRestTheLeavesAreThoseOfTheTree) {
+  std::string fault;
+  const auto tissue = MovingTissue::make(*block().tissue, fault);
+  ASSERT_TRUE(tissue) << fault;
+  TissueState state = tissue->restState();
+  const std::vector<float> none(3 * block().tissue->response.pressed.size(), 0.0f);
+  tissue->advance(none, state);
+  const std::vector<std::uint32_t> nodes = levelSet(block().tree, block().tree.levelCount() - 1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Sphere &s = state.leaves[i], &rest = block().tree.cover[nodes[i]];
+    EXPECT_LT((Vector3d(s.x, s.y, s.z) - Vector3d(rest.x, rest.y, rest.z)).norm(), 1e-4);
+    EXPECT_LE(s.radius, rest.radius + 1e-4f) << "they hold their pieces, and no more";
+  }
+}
+
+// What the steps feel in the end is the solver's state: the forces balance the spring, and the ball is out of the moved
+// surface, which the leaves hold.
+TEST(LargeMotion, StepsAndSolverAgreeInTheEnd) {
+  for (const double stiffness : {0.1, 1.0, 10.0}) {
+    LargeRig rig(test::oneBallTree(3), stiffness);
+    for (double z = 16; z > 14; z -= 0.02) rig.to({12, 10, z});
+    const StepResult before = rig.rest({12, 10, 14}, 500), r = rig.rest({12, 10, 14}, 33);
+    EXPECT_LT((r.wrench.force - before.wrench.force).norm(), 0.03 * before.wrench.force.norm()) << stiffness;
+    EXPECT_GT(r.wrench.force.z(), 0.05);
+    EXPECT_EQ(r.faults, 0u);
+    const std::span<const float> forces = tissueForces(0, *rig.workspace);
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t i = 0; i < forces.size(); i += 3) sum += Vector3d(forces[i], forces[i + 1], forces[i + 2]);
+    EXPECT_LT((sum + r.wrench.force).norm(), 0.02 * r.wrench.force.norm()) << "what presses is what the hand feels";
+    std::vector<Vector3d> positions(block().tissue->surface.size());
+    moveSurface(*block().tissue, rig.states[1].displacements, positions);
+    double deepest = 0, lowest = 12;
+    for (const Vector3d& p : positions) {
+      deepest = std::max(deepest, 3 - (p - r.graphic.position).norm());
+      if (p.z() > 9) lowest = std::min(lowest, p.z());
+    }
+    EXPECT_LT(deepest, 0.1) << "the ball is out of the surface";
+    EXPECT_LT(lowest, 11.7) << "which has given way";
+  }
+}
+
+TEST(LargeMotion, AToolAtAnySpeedDoesNotPassThrough) {
+  for (const double speed : {0.1, 1.0, 5.0}) {  // mm in a step
+    LargeRig rig(test::oneBallTree(1.5), 1, 0.3);
+    StepResult r = rig.to({11, 9, 20});
+    for (double z = 20; z > -20; z -= speed) {
+      r = rig.to({11, 9, z});
+      EXPECT_LT(r.penetration, 0.3);
+      EXPECT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
+    }
+    for (int i = 0; i < 200; ++i) r = rig.to({11, 9, -20});
+    EXPECT_GT(r.graphic.position.z(), 3) << speed;
+    EXPECT_EQ(r.faults & runtime::kQpStopped, 0u);
+  }
+}
+
+// Without the solver the tissue gives way by the compliance of its rest; when it is back, all is as before.
+TEST(LargeMotion, ASolverThatStallsIsNoHarm) {
+  LargeRig rig(test::oneBallTree(3));
+  for (double z = 16; z > 14.5; z -= 0.02) rig.to({12, 10, z});
+  const Vector3d before = rig.rest({12, 10, 14.5}).wrench.force;
+  rig.solver_stalls = true;
+  Vector3d last = before;
+  for (int i = 0; i < 500; ++i) {
+    const Vector3d force = rig.to({12, 10, 14.5 + 0.3 * std::sin(0.02 * i)}).wrench.force;
+    EXPECT_LT((force - last).norm(), 0.02);
+    last = force;
+  }
+  rig.solver_stalls = false;
+  EXPECT_LT((rig.rest({12, 10, 14.5}).wrench.force - before).norm(), 0.05 * before.norm());
+}
+
+TEST(LargeMotion, AFrozenSolverSaysSo) {
+  LargeRig rig(test::oneBallTree(3));
+  for (double z = 16; z > 14.5; z -= 0.02) rig.to({12, 10, z});
+  std::vector<float> wild(3 * block().tissue->response.pressed.size(), std::numeric_limits<float>::quiet_NaN());
+  const TissueState before = rig.states[1];
+  rig.tissue->advance(wild, rig.states[1]);
+  EXPECT_TRUE(rig.states[1].is_frozen);
+  EXPECT_EQ(rig.states[1].displacements, before.displacements);
+  ASSERT_TRUE(aimTissue(0, rig.states[1].leaves, true, *rig.workspace));
+  const StepResult r = step(rig.scene, {{12, 10, 14.5}, {1, 0, 0, 0}}, runtime::Mode::Constrained, *rig.workspace);
+  EXPECT_EQ(r.faults, runtime::kTissueFrozen);
+  EXPECT_LT(r.limited_wrench.force.norm(), 8);
+  EXPECT_EQ(rig.rest({12, 10, 14.5}).faults, 0u) << "and goes on";
+}
+
+TEST(LargeMotion, TheSamePathGivesTheSameBytes) {
+  LargeRig one(test::oneBallTree(1.5)), other(test::oneBallTree(1.5));
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d p(10 + 0.01 * i, 9, 13.5 - std::sin(0.02 * i));
+    ASSERT_EQ(one.to(p).wrench.force, other.to(p).wrench.force);
+  }
+}
+
+TEST(LargeMotion, ItIsForTissueAlone) {
+  LargeRig rig(test::oneBallTree(1));
+  EXPECT_FALSE(aimTissue(1, rig.states[0].leaves, false, *rig.workspace));
+  EXPECT_FALSE(aimTissue(0, std::span(rig.states[0].leaves).first(3), false, *rig.workspace));
+  EXPECT_TRUE(tissueForces(7, *rig.workspace).empty());
+}
+
+}  // namespace
+}  // namespace spheretree::tissue
