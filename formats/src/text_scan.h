@@ -74,6 +74,12 @@ inline bool parseInteger(std::string_view word, std::int64_t& value) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
+/// For messages: the shortest decimals that read back as `value`.
+inline std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
 /// For messages: in quotes, at most 40 characters, control characters as '?'.
 inline std::string inQuotes(std::string_view text) {
   std::string result = "\"";

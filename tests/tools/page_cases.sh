@@ -45,6 +45,32 @@ case_compare() {
   expect 2 compare b.obj -o work/s --stability -1
 }
 
+# Spheres of other programs: a ball round everything, one that holds nothing, one without volume.
+case_compare_spheres() {
+  write_torus a.obj 12
+  write_tetrahedron b.obj
+  printf '{"a": {"centers": [[0,0,0]], "radii": [0.5]}, "b": {"centers": [[0,0,0],[1,0,0]], "radii": [1e-6,0]}}' >both.json
+  printf '[{"center": [0,0,0], "radius": 500}]' >'only.json'
+  expect 0 compare a.obj b.obj -o work/o --builders octree --qualities quick --levels 2 --spheres both.json
+  says 'both.json: 1 sphere with a radius of 0 or below left out' err
+  says '^a,both,,,,[0-9]*,1,[0-9.e+-]*,[0-9.e+-]*,[0-9.e+-]*,[0-9.e+-]*,0.0,' work/o/compare.csv
+  says '^b,both,,,,[0-9]*,1,[0-9.e+-]*,[0-9.e+-]*,[0-9.e+-]*,[0-9.e+-]*,1.0,' work/o/compare.csv
+  says 'Spheres against accuracy' work/o/a.svg
+  says 'Spheres of other programs' work/o/index.html
+  cp work/o/index.html before.html
+  expect 0 report work/o -o work/again.html
+  cmp -s before.html work/again.html || fail "the page that report makes again is another one"
+  expect 0 compare a.obj -o work/o --builders octree --qualities quick --levels 2 --spheres only.json --spheres-unit mm
+  says '^a,only,,,' work/o/compare.csv
+  # Of a file with many links, those of the mesh's name; of no such name, what there is.
+  cp b.obj c.obj
+  expect 4 compare c.obj -o work/p --builders octree --levels 2 --spheres both.json
+  says 'has spheres for a, b, and no mesh is named so' err
+  expect 3 compare c.obj -o work/p --builders octree --levels 2 --spheres none.json
+  expect 2 compare c.obj -o work/p --builders octree --levels 2 --spheres both.json --spheres-unit yard
+  [ ! -e work/p/compare.json ] || fail "a refused comparison left a result"
+}
+
 # A run that was stopped goes on where it was, and what changed is done again.
 case_compare_goes_on() {
   write_torus a.obj 12

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Manual pages and shell completion, made by the programs of themselves, and a Debian package: `cpack -G DEB` in the
+# Manual pages and shell completion, made by the programs of themselves, and Debian packages: `cpack -G DEB` in the
 # build folder.
 function(spheretree_install_reference program)
   if(CMAKE_CROSSCOMPILING OR SPHERETREE_SANITIZE_THREADS)
@@ -34,6 +34,17 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS fonts-dejavu-core)
+  # spheretree; and, for the interpreter that it was built for, python3-spheretree, which needs nothing of the other.
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_COMPONENTS_ALL Unspecified)
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME spheretree)
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS fonts-dejavu-core)
+  if(SPHERETREE_PYTHON_PACKAGE_NEEDS)
+    list(APPEND CPACK_COMPONENTS_ALL python3_package)
+    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_NAME python3-spheretree)
+    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_SECTION python)
+    set(CPACK_DEBIAN_PYTHON3_PACKAGE_PACKAGE_DEPENDS ${SPHERETREE_PYTHON_PACKAGE_NEEDS})
+    set(CPACK_COMPONENT_PYTHON3_PACKAGE_DESCRIPTION "Python package of spheretree: build, measure and touch sphere-trees")
+  endif()
   include(CPack)
 endif()

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <chrono>
 
+#include "spheretree/formats/csv_table.h"
+
 namespace spheretree::player {
 namespace {
 
@@ -40,35 +42,6 @@ void appendRow(std::string& text, const RecordedStep& row) {
   text.back() = '\n';
 }
 
-std::string encodedField(std::string_view text) {
-  std::string field;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte > ' ' && byte != 0x7f && c != ',' && c != '"' && c != '%') {
-      field += c;
-      continue;
-    }
-    constexpr const char* kDigits = "0123456789ABCDEF";
-    field += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
-  }
-  return field;
-}
-
-std::string decodedField(std::string_view field) {
-  std::string text;
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    unsigned byte = 0;
-    const char* end = field.data() + std::min(i + 3, field.size());
-    if (field[i] == '%' && i + 2 < field.size() && std::from_chars(field.data() + i + 1, end, byte, 16).ptr == end) {
-      text += static_cast<char>(byte);
-      i += 2;
-    } else {
-      text += field[i];
-    }
-  }
-  return text;
-}
-
 RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity identity, std::size_t capacity)
     : ring_(capacity), path_(path), identity_(std::move(identity)), file_(path) {
   std::string header(recordingHeader());
@@ -87,11 +60,11 @@ void RecordingWriter::pushWaiting(const RecordedStep& row) noexcept {
 void RecordingWriter::appendFullRow(std::string& text, const RecordedStep& row) {
   appendRow(text, row);
   text.back() = ',';
-  if (!identity_written_) text += encodedField(identity_.scene);
+  if (!identity_written_) text += formats::encodedField(identity_.scene);
   text += ',';
-  if (!identity_written_) text += encodedField(identity_.settings);
+  if (!identity_written_) text += formats::encodedField(identity_.settings);
   text += ',';
-  if (row.touched < identity_.objects.size()) text += encodedField(identity_.objects[row.touched]);
+  if (row.touched < identity_.objects.size()) text += formats::encodedField(identity_.objects[row.touched]);
   text += ',';
   appendNumber(text, row.friction);
   appendNumber(text, row.slip);

@@ -34,11 +34,6 @@ std::string_view recordingHeader();
 /// Appends one line. Numbers are the shortest decimals that read back as the same double: same run, same bytes.
 void appendRow(std::string& text, const RecordedStep& row);
 
-/// `text` as one field of a line that is divided by commas: control characters, blanks, quotes, commas and % as %XX.
-std::string encodedField(std::string_view text);
-/// What encodedField() was given.
-std::string decodedField(std::string_view field);
-
 /// Rows from one thread to a file that appears under its name only at finish(). push() takes no lock and allocates
 /// nothing: rows go through a ring to a thread of their own, which formats and writes.
 class RecordingWriter {

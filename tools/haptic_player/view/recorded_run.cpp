@@ -5,9 +5,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 #include "servo_loop.h"
+#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -19,84 +21,48 @@ constexpr std::array<const char*, 31> kColumns{"tick",   "t_s",           "hx_mm
                                                "fx_n",   "fy_n",          "fz_n",   "tx_nmm",  "ty_nmm",  "tz_nmm", "pairs",   "rows",
                                                "active", "qp_iterations", "faults", "find_us", "rows_us", "qp_us",  "total_us"};
 
-void splitFields(std::string_view line, std::vector<std::string_view>& fields) {
-  fields.clear();
-  for (std::size_t begin = 0;;) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    if (end == line.size()) return;
-    begin = end + 1;
-  }
-}
-
 class RunReader {
  public:
-  RunReader(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {}
+  RunReader(std::string_view text, const std::string& name)
+      : table_(text, name),
+        penetration_(table_.find("penetration_mm")),
+        scene_(table_.find("scene")),
+        settings_(table_.find("settings")),
+        hinges_(table_.find("hinges_deg")) {
+    for (std::size_t c = 0; c < kColumns.size(); ++c) at_[c] = table_.require(kColumns[c], "give a recording of haptic-player --record");
+  }
 
   RecordedRun read() {
-    splitFields(nextLine(), heads_);
-    for (std::size_t c = 0; c < kColumns.size(); ++c) {
-      at_[c] = placeOf(kColumns[c]);
-      if (at_[c] == heads_.size()) fail(std::string("has no column '") + kColumns[c] + "'. Give a recording of haptic-player --record");
-    }
-    penetration_ = placeOf("penetration_mm");
-    scene_ = placeOf("scene");
-    settings_ = placeOf("settings");
-    hinges_ = placeOf("hinges_deg");
-    while (!text_.empty()) readRow(nextLine());
-    if (out_.steps.empty()) fail("is the last: no step was recorded");
+    while (table_.next()) readRow();
+    if (out_.steps.empty()) table_.fail("no step was recorded");
     return std::move(out_);
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw formats::FormatError(name_ + ": line " + std::to_string(line_) + " " + what);
-  }
-  std::size_t placeOf(std::string_view head) const {
-    return static_cast<std::size_t>(std::find(heads_.begin(), heads_.end(), head) - heads_.begin());
-  }
-  std::string_view nextLine() {
-    const std::size_t end = std::min(text_.find('\n'), text_.size());
-    std::string_view line = text_.substr(0, end);
-    text_.remove_prefix(std::min(end + 1, text_.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    ++line_;
-    return line;
-  }
-  template <class Number>
-  Number number(std::size_t column) const {
-    const std::string_view field = fields_[column];
-    Number value{};
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(static_cast<double>(value)))
-      fail("has in column " + std::string(heads_[column]) + " '" + std::string(field.substr(0, 40)) + "', which is no such number");
-    return value;
-  }
+  double real(std::size_t c) const { return table_.number(at_[c]); }
+  std::uint32_t count(std::size_t c) const { return static_cast<std::uint32_t>(table_.count(at_[c], 0xffffffffu)); }
   Configuration pose(std::size_t c) const {
-    const auto v = [&](std::size_t k) { return number<double>(at_[c + k]); };
-    return {{v(0), v(1), v(2)}, {v(3), v(4), v(5), v(6)}};
+    const Configuration tool{{real(c), real(c + 1), real(c + 2)}, {real(c + 3), real(c + 4), real(c + 5), real(c + 6)}};
+    if (!(std::abs(tool.orientation.norm() - 1) < 1e-3)) table_.failField(at_[c + 3], "the quaternion is not of length 1");
+    return tool;
   }
 
-  HingeAngles angles(std::string_view field) const {
+  HingeAngles angles() const {
     HingeAngles out{};
+    std::string_view field = table_.field(*hinges_);
     for (std::size_t k = 0; k < kMostHinges && !field.empty(); ++k) {
       const std::size_t end = std::min(field.find(';'), field.size());
       const auto [stop, error] = std::from_chars(field.data(), field.data() + end, out[k]);
       if (error != std::errc() || stop != field.data() + end || !(std::abs(out[k]) <= 360))
-        fail("has in column hinges_deg '" + std::string(field.substr(0, 40)) + "', which are no angles");
+        table_.failField(*hinges_, "write angles within 360 degrees, with semicolons between");
       field.remove_prefix(std::min(end + 1, field.size()));
     }
     return out;
   }
 
-  void readRow(std::string_view line) {
-    splitFields(line, fields_);
-    if (fields_.size() != heads_.size())
-      fail("has " + std::to_string(fields_.size()) + " fields, the first line " + std::to_string(heads_.size()));
-    const auto real = [&](std::size_t c) { return number<double>(at_[c]); };
-    const auto count = [&](std::size_t c) { return number<std::uint32_t>(at_[c]); };
+  void readRow() {
     RecordedStep step;
-    step.tick = number<std::uint64_t>(at_[0]);
+    step.tick = table_.count(at_[0], UINT64_MAX);
     step.time = real(1);
     step.haptic = pose(2);
     step.graphic = pose(9);
@@ -110,22 +76,18 @@ class RunReader {
     step.rows_us = real(28);
     step.qp_us = real(29);
     step.total_us = real(30);
-    if (hinges_ < heads_.size()) step.hinges = angles(fields_[hinges_]);
-    if (penetration_ < heads_.size()) step.penetration = number<double>(penetration_);
-    for (const Configuration& tool : {step.haptic, step.graphic})
-      if (!(std::abs(tool.orientation.norm() - 1) < 1e-3)) fail("has a quaternion that is not of length 1");
-    if (!out_.steps.empty() && step.time < out_.steps.back().time) fail("goes back in time");
+    if (hinges_) step.hinges = angles();
+    if (penetration_) step.penetration = table_.number(*penetration_);
+    if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time runs backwards");
     if (out_.steps.empty()) {
-      if (scene_ < heads_.size()) out_.identity.scene = decodedField(fields_[scene_]);
-      if (settings_ < heads_.size()) out_.identity.settings = decodedField(fields_[settings_]);
+      if (scene_) out_.identity.scene = formats::decodedField(table_.field(*scene_));
+      if (settings_) out_.identity.settings = formats::decodedField(table_.field(*settings_));
     }
     out_.steps.push_back(step);
   }
 
-  std::string_view text_;
-  std::string name_;
-  std::size_t line_ = 0, penetration_ = 0, scene_ = 0, settings_ = 0, hinges_ = 0;
-  std::vector<std::string_view> heads_, fields_;
+  formats::CsvTable table_;
+  std::optional<std::size_t> penetration_, scene_, settings_, hinges_;
   std::array<std::size_t, kColumns.size()> at_{};
   RecordedRun out_;
 };

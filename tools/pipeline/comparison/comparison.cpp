@@ -94,6 +94,16 @@ MeshFigures measureMesh(const ComparedMesh& compared, const Json& key, const Com
   return mesh;
 }
 
+std::vector<OtherFigures> measureOthers(const ComparedMesh& compared, const builder::BuildSettings& build, builder::Progress& progress) {
+  std::vector<OtherFigures> out;
+  for (const OtherSpheres& other : compared.others) {
+    builder::Evaluation evaluation = builder::evaluateTree(
+        compared.mesh, other.level, {.limits = false, .seed = build.seed, .threads = build.threads}, progress, compared.to_cover);
+    out.push_back({other.name, other.file, other.format, std::move(evaluation.levels.back())});
+  }
+  return out;
+}
+
 struct Job {
   const ComparedMesh* compared;
   builder::BuildSettings settings;
@@ -271,6 +281,7 @@ Comparison runComparison(const std::vector<ComparedMesh>& meshes, const Comparis
                    {"mesh", hashOfMesh(compared)},
                    {"settings", {{"levels", build.levels}, {"branching", build.branching}, {"seed", build.seed}}}};
     out.meshes.push_back(measureMesh(compared, key, settings, progress));
+    out.meshes.back().others = measureOthers(compared, build, progress);
     progress.check();
     for (const Method& method : settings.methods) jobs.push_back(jobOf(compared, method, settings));
   }
@@ -330,18 +341,22 @@ std::string comparisonCsv(const Comparison& comparison) {
   std::string out =
       "mesh,builder,quality,seconds,processor_seconds,level,spheres,overhang_max_mm,overhang_bound_mm,overhang_p99_mm,overhang_mean_mm,"
       "uncovered_fraction,max_gap_mm,excess_volume_fraction,missing_volume_fraction\n";
-  for (const Run& run : comparison.runs) {
-    if (!run.isBuilt()) continue;
-    for (const builder::LevelEvaluation& level : run.levels) {
-      out += run.mesh + "," + std::string(name(run.method.builder)) + "," + std::string(name(run.method.quality));
-      const builder::Overhang& overhang = level.overhang;
-      for (const Json& value : {Json(run.seconds), Json(run.processor_seconds), Json(level.level), Json(level.spheres), Json(overhang.max),
-                                Json(overhang.bound), Json(overhang.p99), Json(overhang.mean), Json(level.coverage.uncovered_fraction),
-                                Json(level.coverage.max_gap), Json(level.excess_volume_fraction), Json(level.missing_volume_fraction)})
-        out += "," + value.dump();
-      out += "\n";
-    }
-  }
+  const auto addLevel = [&out](const std::string& whose, const builder::LevelEvaluation& level) {
+    out += whose;
+    const builder::Overhang& overhang = level.overhang;
+    for (const Json& value : {Json(level.level), Json(level.spheres), Json(overhang.max), Json(overhang.bound), Json(overhang.p99),
+                              Json(overhang.mean), Json(level.coverage.uncovered_fraction), Json(level.coverage.max_gap),
+                              Json(level.excess_volume_fraction), Json(level.missing_volume_fraction)})
+      out += "," + value.dump();
+    out += "\n";
+  };
+  for (const Run& run : comparison.runs)
+    for (const builder::LevelEvaluation& level : run.levels)
+      addLevel(run.mesh + "," + std::string(name(run.method.builder)) + "," + std::string(name(run.method.quality)) + "," +
+                   Json(run.seconds).dump() + "," + Json(run.processor_seconds).dump(),
+               level);
+  for (const MeshFigures& mesh : comparison.meshes)
+    for (const OtherFigures& other : mesh.others) addLevel(mesh.name + "," + other.name + ",,,", other.level);
   return out;
 }
 

@@ -13,6 +13,7 @@
 #include "spheretree/builder/evaluation.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/builder/sensitivity.h"
+#include "spheretree/core/sphere_tree.h"
 #include "spheretree/core/triangle_mesh.h"
 
 namespace spheretree::pipeline {
@@ -31,6 +32,14 @@ std::string idOf(const Method& method);
 /// first. What is named twice stands once.
 std::vector<Method> methods(const std::vector<builder::BuilderKind>& builders, const std::vector<builder::Quality>& qualities);
 
+/// Spheres that another program made for a mesh.
+struct OtherSpheres {
+  std::string name;            // unique for the mesh
+  std::filesystem::path file;  // absolute
+  std::string format;          // "cuRobo", "foam", ...
+  SphereTree level;            // all of them, as the one level of a tree
+};
+
 /// A mesh to compare on.
 struct ComparedMesh {
   std::string name;            // unique, part of file names
@@ -38,6 +47,15 @@ struct ComparedMesh {
   double unit_mm = 1;          // that it was read in
   TriangleMesh mesh;           // sound
   TriangleMesh to_cover;       // what repair has taken out of `mesh` and trees cover all the same
+  std::vector<OtherSpheres> others;
+};
+
+/// By the measures of every level of a tree; how long they took to make is not known.
+struct OtherFigures {
+  std::string name;
+  std::filesystem::path file;
+  std::string format;
+  builder::LevelEvaluation level;
 };
 
 struct MeshFigures {
@@ -48,6 +66,7 @@ struct MeshFigures {
   double diagonal_mm = 0, area_mm2 = 0, volume_mm3 = 0;
   double leaves = 0;            // that a full tree has: the limits are for as many spheres
   builder::CoverLimits limits;  // on the overhang of any cover
+  std::vector<OtherFigures> others;
 };
 
 /// One tree of one mesh.
@@ -111,7 +130,8 @@ LeafFigures leafFigures(const Comparison& comparison, const Run& run);
 /// For each method with a tree for every mesh, in the order of the runs.
 std::vector<MeanFigures> geometricMeans(const Comparison& comparison);
 
-/// One line for each level of each run.
+/// One line for each level of each run, and for each file of other spheres: its name in place of the builder, without
+/// quality and seconds.
 std::string comparisonCsv(const Comparison& comparison);
 
 }  // namespace spheretree::pipeline

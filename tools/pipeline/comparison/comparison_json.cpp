@@ -44,6 +44,9 @@ Json toJson(const MeanFigures& mean) {
 }  // namespace
 
 Json toJson(const MeshFigures& mesh) {
+  Json others = Json::array();
+  for (const OtherFigures& other : mesh.others)
+    others.push_back({{"name", other.name}, {"file", other.file.string()}, {"format", other.format}, {"level", levelJson(other.level)}});
   return {{"name", mesh.name},
           {"file", mesh.file.string()},
           {"triangles", mesh.triangles},
@@ -55,7 +58,8 @@ Json toJson(const MeshFigures& mesh) {
             {"h_fin", mesh.limits.h_fin},
             {"h_low", mesh.limits.h_low},
             {"h_low_in_range", mesh.limits.h_low_in_range}}},
-          {"unit_mm", mesh.unit_mm}};
+          {"unit_mm", mesh.unit_mm},
+          {"other_spheres", others}};
 }
 
 MeshFigures meshFiguresFromJson(const Json& json) {
@@ -70,6 +74,9 @@ MeshFigures meshFiguresFromJson(const Json& json) {
   const Json& limit = json.at("limit_mm");
   mesh.leaves = limit.at("leaves").get<double>();
   mesh.limits = {limit.at("h_fin").get<double>(), limit.at("h_low").get<double>(), limit.at("h_low_in_range").get<bool>()};
+  for (const Json& other : json.value("other_spheres", Json::array()))
+    mesh.others.push_back({other.at("name").get<std::string>(), other.at("file").get<std::string>(), other.at("format").get<std::string>(),
+                           levelFromJson(other.at("level"))});
   return mesh;
 }
 

@@ -12,6 +12,7 @@
 #include "pipeline/builder_names.h"
 #include "pipeline/comparison/comparison.h"
 #include "pipeline/sound_mesh.h"
+#include "robot/sphere_file.h"
 #include "run_files.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
@@ -32,7 +33,8 @@ constexpr std::size_t kMostPageBytes = 2'000'000;
 struct CompareOptions {
   std::vector<fs::path> meshes;
   std::vector<std::string> builders = pipeline::namesOf(pipeline::kBuilders), qualities = pipeline::namesOf(pipeline::kQualities);
-  std::string unit;
+  std::vector<fs::path> spheres;  // of other programs
+  std::string unit, spheres_unit = "m";
   pipeline::ComparisonSettings settings;
 };
 
@@ -63,6 +65,30 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
   return out;
 }
 
+/// Other programs' spheres to the meshes that they are for: those of the link that is named as the mesh's file, or the
+/// only ones of a file, where there is one mesh.
+void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes, bool quiet) {
+  std::vector<std::set<std::string>> taken(meshes.size(), {options.builders.begin(), options.builders.end()});
+  for (const fs::path& file : options.spheres) {
+    const robot::SphereFile read = robot::readSphereFile(file, formats::unitInMm(options.spheres_unit));
+    if (!quiet && read.without_volume > 0)
+      say(file.string() + ": " + counted(read.without_volume, "sphere") + " with a radius of 0 or below left out.");
+    bool is_used = false;
+    for (std::size_t m = 0; m < meshes.size(); ++m)
+      for (const robot::SphereSet& set : read.sets) {
+        const bool is_only = read.sets.size() == 1 && meshes.size() == 1;
+        if (!is_only && set.link != meshes[m].file.stem()) continue;
+        meshes[m].others.push_back({nameOf(file, taken[m]), fs::absolute(file).lexically_normal(), read.format, robot::levelOf(set)});
+        is_used = true;
+      }
+    if (is_used) continue;
+    std::string links;
+    for (const robot::SphereSet& set : read.sets) links += (links.empty() ? "" : ", ") + (set.link.empty() ? "(without a name)" : set.link);
+    throw formats::FormatError(file.string() + ": has spheres for " + links +
+                               ", and no mesh is named so. Name the file of a mesh as its link.");
+  }
+}
+
 /// What this command writes beside what pipeline::runComparison() does.
 void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
   const fs::path& folder = options.settings.folder;
@@ -84,9 +110,11 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const fs::path& folder = options.settings.folder;
   const RunFiles files;
   for (const fs::path& mesh : options.meshes) files.willRead(mesh);
+  for (const fs::path& spheres : options.spheres) files.willRead(spheres);
   formats::makeFolder(folder);
   formats::checkWritable(folder / "compare.json");  // before the meshes are read, which may take long
-  const std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
+  std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
+  addSpheres(options, meshes, quiet);
   declareOutputs(options, meshes, files);
   std::vector<builder::BuilderKind> builders;
   std::vector<builder::Quality> qualities;
@@ -142,6 +170,13 @@ void addCompareCommand(Program& program) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
+  app->add_option("--spheres", options->spheres,
+                  "Spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or MJCF; of several "
+                  "links those of the link that is named as the mesh's file")
+      ->type_name("FILE...");
+  app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   addTreeSize(*app, options->settings.build.levels, options->settings.build.branching);
   app->add_option("--sensitivity,--stability", options->settings.rotations,
                   "Adds a table of how much the trees change when the mesh is turned (N times), shifted a little, reordered, scaled or "

@@ -62,6 +62,36 @@ std::vector<std::string> meanCharts(const std::vector<MeanFigures>& means) {
   return charts;
 }
 
+/// Worst overhang of every level of the trees, and of other programs' spheres, against their number.
+std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
+  const double percent = 100 / mesh.diagonal_mm;
+  ScatterChart chart{"Spheres against accuracy", "Spheres", "Worst overhang [% of the diagonal]", {}, {}};
+  const auto add = [&](const std::string& series, const std::string& title, const builder::LevelEvaluation& level) {
+    ChartPoint p;
+    p.x = static_cast<double>(level.spheres);
+    p.y = level.overhang.max * percent;
+    p.series = series;
+    p.title = title + ": " + std::to_string(level.spheres) + " spheres, " + shortNumber(p.y) + " %";
+    if (level.coverage.uncovered_fraction > 0) p.title += ", " + shortNumber(100 * level.coverage.uncovered_fraction) + " % bare";
+    chart.points.push_back(p);
+  };
+  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    const Run& run = comparison.runs[i];
+    if (run.mesh != mesh.name || !run.isBuilt()) continue;
+    const auto isBetter = [&](const Run& other) {
+      return other.mesh == run.mesh && other.isBuilt() && other.method.builder == run.method.builder &&
+             other.method.quality > run.method.quality;
+    };
+    if (std::any_of(comparison.runs.begin(), comparison.runs.end(), isBetter)) continue;  // the best quality there is of a builder
+    for (const builder::LevelEvaluation& level : run.levels) add(std::string(name(run.method.builder)), label(run.method), level);
+  }
+  for (const pipeline::OtherFigures& other : mesh.others) {
+    const double bare = 100 * other.level.coverage.uncovered_fraction;
+    add(other.name + (bare > 0 ? ", " + shortNumber(bare) + " % bare" : ""), other.name + " (" + other.format + ")", other.level);
+  }
+  return scatterSvg(chart);
+}
+
 std::vector<std::string> meshCharts(const Comparison& comparison, const MeshFigures& mesh) {
   std::vector<std::string> charts;
   for (const Measure& measure : kMeasures) {
@@ -72,6 +102,7 @@ std::vector<std::string> meshCharts(const Comparison& comparison, const MeshFigu
       chart.limit = {mesh.limits.h_low / mesh.diagonal_mm * 100, "h_low: about the least possible"};
     charts.push_back(scatterSvg(chart));
   }
+  if (!mesh.others.empty()) charts.push_back(countChart(comparison, mesh));
   return charts;
 }
 
@@ -104,7 +135,11 @@ std::string leadOf(const Comparison& comparison) {
          std::string(meshes == 1 ? "One mesh" : "Geometric means over " + std::to_string(meshes) + " meshes") + "; " +
          std::to_string(comparison.levels) + " levels, branching " + std::to_string(comparison.branching) + ", seed " +
          std::to_string(comparison.seed) + "; " + escaped(comparison.processor) + ", " + std::to_string(comparison.threads) +
-         " threads. Overhang: how far the spheres reach out of the object; every tree covers its object.</p>";
+         " threads. Overhang: how far the spheres reach out of the object; every tree covers its object.";
+  const auto isTriedOn = [](const MeshFigures& mesh) { return !mesh.others.empty(); };
+  if (std::any_of(comparison.meshes.begin(), comparison.meshes.end(), isTriedOn))
+    out += " Spheres of other programs stand with their meshes, where how much of the surface they leave bare is said, too.";
+  out += "</p>";
   return out;
 }
 
@@ -137,6 +172,12 @@ std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
                           shortNumber(figures.overhang_percent), shortNumber(figures.p99_percent),
                           shortNumber(100 * leaves.coverage.uncovered_fraction), shortNumber(figures.excess_percent)});
   }
+  const double percent = 100 / mesh.diagonal_mm;
+  for (const pipeline::OtherFigures& other : mesh.others)
+    table.rows.push_back({escaped(other.name) + " <span class=\"note\">" + escaped(other.format) + "</span>", "\u2013",
+                          std::to_string(other.level.spheres), shortNumber(other.level.overhang.max * percent),
+                          shortNumber(other.level.overhang.p99 * percent), shortNumber(100 * other.level.coverage.uncovered_fraction),
+                          shortNumber(100 * other.level.excess_volume_fraction)});
   return table.html();
 }
 

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 
 #include "spheretree/core/rigid.h"
+#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
@@ -20,16 +21,6 @@ constexpr std::array kColumns{"t_s",   "hx_mm", "hy_mm",  "hz_mm",  "hqw",    "h
                               "fy_n",  "fz_n",  "tx_nmm", "ty_nmm", "tz_nmm", "pairs", "faults", "total_us"};
 
 constexpr double kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
-
-std::vector<std::string_view> fieldsOf(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (std::size_t begin = 0;;) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    if (end == line.size()) return fields;
-    begin = end + 1;
-  }
-}
 
 template <std::size_t N>
 Trace traceOf(const std::string& name, const std::vector<std::array<float, N>>& rows, std::size_t column) {
@@ -74,19 +65,6 @@ double quantile(std::vector<float> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-/// Of a field in which a byte may stand as %XX.
-std::string decoded(std::string_view field) {
-  std::string text;
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    unsigned byte = 0;
-    const char* digits = field.data() + std::min(i + 1, field.size());
-    const bool is_escape = field[i] == '%' && i + 2 < field.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
-    text += is_escape ? static_cast<char>(byte) : field[i];
-    if (is_escape) i += 2;
-  }
-  return text;
-}
-
 void countTouch(Recording& recording, const std::string& name) {
   const auto found = std::find_if(recording.touched.begin(), recording.touched.end(), [&](const auto& row) { return row.first == name; });
   if (found == recording.touched.end())
@@ -99,58 +77,25 @@ void countTouch(Recording& recording, const std::string& name) {
 
 Recording readRecording(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = formats::readFile(path);
-  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  std::size_t line_number = 0;
-  const auto nextLine = [&] {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    ++line_number;
-    return line;
-  };
-  const std::vector<std::string_view> heads = fieldsOf(nextLine());
+  formats::CsvTable table({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
   std::array<std::size_t, kColumns.size()> at{};
-  for (std::size_t c = 0; c < kColumns.size(); ++c) {
-    const auto found = std::find(heads.begin(), heads.end(), kColumns[c]);
-    if (found == heads.end())
-      throw formats::FormatError(path.string() + ": the first line has no column '" + kColumns[c] +
-                                 "'. Give a recording of haptic-player --record.");
-    at[c] = static_cast<std::size_t>(found - heads.begin());
-  }
-  const auto placeOf = [&](const char* head) {
-    return static_cast<std::size_t>(std::find(heads.begin(), heads.end(), head) - heads.begin());
-  };
-  const std::size_t depth = placeOf("penetration_mm"), scene = placeOf("scene"), touched = placeOf("touched");
+  for (std::size_t c = 0; c < kColumns.size(); ++c) at[c] = table.require(kColumns[c], "give a recording of haptic-player --record");
+  const std::optional<std::size_t> depth = table.find("penetration_mm"), scene = table.find("scene"), touched = table.find("touched");
   Recording out;
-  while (!text.empty()) {
-    const std::vector<std::string_view> fields = fieldsOf(nextLine());
-    const auto refuse = [&](const std::string& what) {
-      throw formats::FormatError(path.string() + ": line " + std::to_string(line_number) + ": " + what + ". Record the run again.");
-    };
-    if (fields.size() != heads.size()) refuse(std::to_string(fields.size()) + " fields, not " + std::to_string(heads.size()));
-    const auto number = [&](std::size_t column) {
-      const std::string_view field = fields[column];
-      double value = 0;
-      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-      if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value) || std::abs(value) > 1e30)
-        refuse("column " + std::string(heads[column]) + ": '" + std::string(field.substr(0, 40)) + "' is not a number");
-      return value;
-    };
-    std::array<double, kColumns.size()> v{};
-    for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = number(at[c]);
-    if (depth < heads.size()) out.penetration.push_back(static_cast<float>(number(depth)));
-    if (scene < heads.size() && out.scene.empty()) out.scene = decoded(fields[scene]);  // it stands in the first row
-    if (touched < heads.size() && !fields[touched].empty()) countTouch(out, decoded(fields[touched]));
-    const auto f = [&](std::size_t c) { return static_cast<float>(v[c]); };
-    if (!out.time.empty() && !(f(0) >= out.time.back())) refuse("column t_s: the time runs backwards");
-    out.time.push_back(f(0));
-    out.hand.push_back({f(1), f(2), f(3), f(4), f(5), f(6), f(7)});
-    out.tool.push_back({f(8), f(9), f(10), f(11), f(12), f(13), f(14)});
-    out.wrench.push_back({f(15), f(16), f(17), f(18), f(19), f(20)});
-    out.pairs.push_back(f(21));
-    out.faults.push_back(v[22] > 0 && v[22] < 4e9 ? static_cast<std::uint32_t>(v[22]) : 0);
-    out.total_us.push_back(f(23));
+  while (table.next()) {
+    std::array<float, kColumns.size()> v{};
+    for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = static_cast<float>(table.number(at[c]));
+    if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time runs backwards");
+    if (depth) out.penetration.push_back(static_cast<float>(table.number(*depth)));
+    if (scene && out.scene.empty()) out.scene = formats::decodedField(table.field(*scene));  // it stands in the first row
+    if (touched && !table.field(*touched).empty()) countTouch(out, formats::decodedField(table.field(*touched)));
+    out.time.push_back(v[0]);
+    out.hand.push_back({v[1], v[2], v[3], v[4], v[5], v[6], v[7]});
+    out.tool.push_back({v[8], v[9], v[10], v[11], v[12], v[13], v[14]});
+    out.wrench.push_back({v[15], v[16], v[17], v[18], v[19], v[20]});
+    out.pairs.push_back(v[21]);
+    out.faults.push_back(static_cast<std::uint32_t>(table.count(at[22], 0xffffffffu)));
+    out.total_us.push_back(v[23]);
   }
   if (out.steps() == 0) throw formats::FormatError(path.string() + ": no step was recorded. Record the run again.");
   return out;
