@@ -6,7 +6,7 @@ target_include_directories(judge_agreement_test PRIVATE ${CMAKE_CURRENT_SOURCE_D
 set(judge_build ${CMAKE_CURRENT_BINARY_DIR}/judge)
 target_compile_definitions(judge_agreement_test PRIVATE JUDGE_PROGRAM="${judge_build}/judge" SPHERETREE_SHARED_DIR="${SPHERETREE_SHARED_DIR}")
 target_link_libraries(judge_agreement_test PRIVATE
-  spheretree::builder_internal spheretree::formats nlohmann_json::nlohmann_json spheretree_flags GTest::gtest_main)
+  spheretree::builder_internal spheretree::formats nlohmann_json::nlohmann_json spheretree_glue_flags GTest::gtest_main)
 if(EXISTS "${SPHERETREE_SHARED_DIR}/judge/CMakeLists.txt")
   add_test(NAME judge_configure
     COMMAND ${CMAKE_COMMAND} -S ${SPHERETREE_SHARED_DIR}/judge -B ${judge_build} -DBUILD_TESTING=OFF -DCMAKE_BUILD_TYPE=Release)
