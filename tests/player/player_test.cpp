@@ -18,9 +18,9 @@
 #include "servo_loop.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
+#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
-#include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/trajectory.h"
 #include "support/count_allocations.h"
 #include "support/scratch_folder.h"
@@ -316,7 +316,8 @@ TEST(Recording, NamesItsSceneInItsFirstRow) {
   const auto columns = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
   EXPECT_EQ(columns(first), columns(header));
   EXPECT_EQ(columns(second), columns(header));
-  EXPECT_TRUE(first.ends_with(",0," + formats::encodedField(scene) + "," + formats::encodedField(settings) + ",,0,0,0;0")) << "nothing was touched";
+  EXPECT_TRUE(first.ends_with(",0," + formats::encodedField(scene) + "," + formats::encodedField(settings) + ",,0,0,0;0"))
+      << "nothing was touched";
   EXPECT_TRUE(second.ends_with(",0,,,tooth_12,0.25,0,12.5;-3"));
   EXPECT_EQ(formats::readTrajectory(folder.path() / "run.csv").poses.size(), 2u);
 }
