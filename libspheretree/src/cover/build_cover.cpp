@@ -203,7 +203,11 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
     leaves_.emplace(startSearch(guess, progress));
   }
   leaves_->fit(kRounded * stand_off, max_leaves, progress);
-  return leaves_->cover();
+  Cover fewest = leaves_->cover();
+  if (fewest.balls.size() > 1) return fewest;
+  // Of all balls that keep the tolerance alone, the one that stands off least: no other number of balls needs the rest.
+  const Cover& lowest = cover(1, progress);
+  return lowest.stand_off < fewest.stand_off ? lowest : fewest;
 }
 
 /// The levels above `leaves`, each with as many balls as it may have; `full`: leaves of a full tree.

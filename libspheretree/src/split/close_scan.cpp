@@ -24,15 +24,9 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;
 
-constexpr std::size_t kMostSpanned = 3000;  // vertices of a loop that is spanned at once
-constexpr int kMostWidened = 4;             // rounds of widening holes whose filling crosses something
-constexpr int kMostSmoothing = 2000;        // rounds until the outline of the base does not cross itself
-
-double lengthOf(const TriangleMesh& mesh, const Loop& loop) {
-  double length = 0;
-  for (std::size_t i = 0; i < loop.size(); ++i) length += (mesh.positions[loop[(i + 1) % loop.size()]] - mesh.positions[loop[i]]).norm();
-  return length;
-}
+constexpr int kBaseRings = 10;        // of the scan at its border that the base is tested against
+constexpr int kMostTrims = 10;        // rounds of trimming the border
+constexpr int kMostSmoothing = 2000;  // rounds until the outline of the base does not cross itself
 
 void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
   for (const Triangle& t : triangles) {
@@ -97,139 +91,110 @@ std::vector<Kernel::Point_2> outlineOf(const TriangleMesh& mesh, const Loop& loo
   return points;
 }
 
-/// Every border loop but the outer one of the largest component.
-std::size_t fillLoops(ScanSurface& s) {
-  TriangleMesh& mesh = s.mesh;
-  Groups groups(mesh.positions.size());
-  for (const Triangle& t : mesh.triangles) groups.join(t[0], t[1]), groups.join(t[1], t[2]);
-  std::map<std::uint32_t, double> area;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area[groups.root(mesh.triangles[t][0])] += triangleArea(mesh, t);
-  const std::uint32_t largest =
-      std::max_element(area.begin(), area.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
-  const std::vector<Loop> loops = findHoleLoops(mesh);
-  std::size_t outer = loops.size();
-  for (std::size_t i = 0; i < loops.size(); ++i)
-    if (groups.root(loops[i][0]) == largest && (outer == loops.size() || lengthOf(mesh, loops[i]) > lengthOf(mesh, loops[outer])))
-      outer = i;
-  std::size_t filled = 0;
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    if (i == outer) continue;
-    ++filled;
-    std::vector<Triangle> filling;
-    if (loops[i].size() <= kMostSpanned) filling = spanLoop(mesh, loops[i]);
-    if (filling.empty()) {  // from its middle
-      const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
-      Vector3d middle = Vector3d::Zero();
-      for (const std::uint32_t v : loops[i]) middle += mesh.positions[v] / static_cast<double>(loops[i].size());
-      mesh.positions.push_back(middle);
-      s.vertex_region.push_back(s.vertex_region[loops[i][0]]);
-      for (std::size_t k = 0; k < loops[i].size(); ++k) filling.push_back({loops[i][k], loops[i][(k + 1) % loops[i].size()], hub});
-    }
-    addTriangles(s, filling);
+struct Base {
+  std::vector<Vector3d> points;     // come after those of the mesh
+  std::vector<Triangle> triangles;  // the wall, then the floor
+};
+
+Base baseUnder(const TriangleMesh& mesh, const Loop& loop, const Vector3d& up, double depth) {
+  double lowest = 1e300;
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) lowest = std::min(lowest, mesh.positions[v].dot(up));
+  int least = 0;
+  up.cwiseAbs().minCoeff(&least);
+  const Vector3d u = up.cross(Vector3d::Unit(least)).normalized(), v = up.cross(u);
+  const std::vector<Kernel::Point_2> outline = outlineOf(mesh, loop, u, v);
+  const auto n = static_cast<std::uint32_t>(loop.size()), first = static_cast<std::uint32_t>(mesh.positions.size());
+  Base base;
+  for (const Kernel::Point_2& p : outline) base.points.push_back(p.x() * u + p.y() * v + (lowest - depth) * up);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    base.triangles.push_back({loop[i], loop[j], first + j});
+    base.triangles.push_back({loop[i], first + j, first + i});
   }
-  return filled;
+  if (CGAL::is_simple_2(outline.begin(), outline.end())) {
+    for (const Triangle& t : triangulated(outline)) base.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  } else {  // closed all the same; the repair of the gum decides what is inside
+    Vector3d middle = Vector3d::Zero();
+    for (const Vector3d& p : base.points) middle += p / n;
+    base.points.push_back(middle);
+    for (std::uint32_t i = 0; i < n; ++i) base.triangles.push_back({first + i, first + (i + 1) % n, first + n});
+  }
+  return base;
 }
 
-/// Triangles of the scan that cross a filling, and `with_ring` those round the corners of fillings that cross anything;
-/// empty if nothing crosses. Looks at what is within three rings of the fillings, which come from `scanned` on.
-std::vector<char> crossedByFillings(const TriangleMesh& mesh, std::size_t scanned, bool with_ring) {
+/// Triangles of the mesh that a base crosses, and those at the corners of a base that crosses itself; empty if there
+/// are none. Looks at what is within some rings of the loop.
+std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, const Base& base) {
   std::vector<char> is_near(mesh.positions.size(), 0);
-  for (std::size_t t = scanned; t < mesh.triangles.size(); ++t)
-    for (const std::uint32_t v : mesh.triangles[t]) is_near[v] = 1;
+  for (const std::uint32_t v : loop) is_near[v] = 1;
   const auto isNear = [&](const Triangle& t) { return is_near[t[0]] || is_near[t[1]] || is_near[t[2]]; };
-  for (int ring = 0; ring < 3; ++ring) {
+  for (int ring = 0; ring < kBaseRings; ++ring) {
     std::vector<std::uint32_t> more;
     for (const Triangle& t : mesh.triangles)
       if (isNear(t)) more.insert(more.end(), t.begin(), t.end());
     for (const std::uint32_t v : more) is_near[v] = 1;
   }
-  TriangleMesh near{mesh.positions, {}, {}, {}};
+  TriangleMesh both{mesh.positions, {}, {}, {}};
+  both.positions.insert(both.positions.end(), base.points.begin(), base.points.end());
   std::vector<std::uint32_t> index;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    if (isNear(mesh.triangles[t])) near.triangles.push_back(mesh.triangles[t]), index.push_back(t);
-  std::vector<char> is_bad(mesh.positions.size(), 0), is_dropped(scanned, 0);
+    if (isNear(mesh.triangles[t])) both.triangles.push_back(mesh.triangles[t]), index.push_back(t);
+  both.triangles.insert(both.triangles.end(), base.triangles.begin(), base.triangles.end());
+  std::vector<char> is_dropped(mesh.triangles.size(), 0), is_bad(mesh.positions.size(), 0);
   bool is_any = false;
-  for (const auto& [a, b] : findCrossingTriangles(near, kMostSplitCrossings).pairs) {
-    if (index[a] < scanned && index[b] < scanned) continue;  // the scan crosses itself
+  for (const auto& [a, b] : findCrossingTriangles(both, kMostSplitCrossings).pairs) {
+    if (b < index.size()) continue;  // of the mesh alone
     is_any = true;
-    for (const std::uint32_t t : {index[a], index[b]}) {
-      if (t < scanned) is_dropped[t] = 1;
-      if (t >= scanned && (with_ring || (index[a] >= scanned && index[b] >= scanned)))
-        for (const std::uint32_t v : mesh.triangles[t]) is_bad[v] = 1;
+    if (a < index.size()) {
+      is_dropped[index[a]] = 1;
+      continue;
     }
+    for (const std::uint32_t t : {a, b})
+      for (const std::uint32_t v : both.triangles[t])
+        if (v < is_bad.size()) is_bad[v] = 1;
   }
   if (!is_any) return {};
-  for (std::size_t t = 0; t < scanned; ++t)
+  for (std::size_t t = 0; t < is_dropped.size(); ++t)
     for (const std::uint32_t v : mesh.triangles[t]) is_dropped[t] |= is_bad[v];
   return is_dropped;
 }
 
-/// Leaves out what is true in `is_dropped`, and makes the rest manifold. Before anything was invented.
-void dropTriangles(ScanSurface& s, const std::vector<char>& is_dropped) {
-  std::size_t kept = 0;
-  for (std::size_t t = 0; t < is_dropped.size(); ++t)
-    if (!is_dropped[t]) s.mesh.triangles[kept++] = s.mesh.triangles[t];
-  s.mesh.triangles.resize(kept);
-  makeManifold(s.mesh);
-  s.is_invented.assign(s.mesh.triangles.size(), 0);
-}
-
 }  // namespace
 
-std::size_t dropCrossings(ScanSurface& s) {
-  std::vector<char> is_dropped(s.mesh.triangles.size(), 0);
-  std::size_t dropped = 0;
-  for (const auto& [a, b] : findCrossingTriangles(s.mesh, kMostSplitCrossings).pairs)
-    for (const std::uint32_t t : {a, b}) dropped += !is_dropped[t], is_dropped[t] = 1;
-  if (dropped > 0) dropTriangles(s, is_dropped);
-  return dropped;
+std::vector<std::uint32_t> findOuterLoop(const TriangleMesh& mesh) {
+  Groups groups(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) groups.join(t[0], t[1]), groups.join(t[1], t[2]);
+  std::map<std::uint32_t, double> area;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) area[groups.root(mesh.triangles[t][0])] += triangleArea(mesh, t);
+  if (area.empty()) return {};
+  const std::uint32_t largest =
+      std::max_element(area.begin(), area.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+  Loop outer;
+  double longest = -1;
+  for (const Loop& loop : findHoleLoops(mesh)) {
+    double length = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) length += (mesh.positions[loop[(i + 1) % loop.size()]] - mesh.positions[loop[i]]).norm();
+    if (groups.root(loop[0]) == largest && length > longest) longest = length, outer = loop;
+  }
+  return outer;
 }
 
-std::size_t fillScanHoles(ScanSurface& s) {
-  for (int round = 0;; ++round) {
-    const std::size_t scanned = s.mesh.triangles.size(), points = s.mesh.positions.size(), filled = fillLoops(s);
-    if (round == kMostWidened) return filled;
-    const std::vector<char> is_dropped = crossedByFillings(s.mesh, scanned, round > 0);
-    if (is_dropped.empty()) return filled;
-    s.mesh.positions.resize(points);
-    s.vertex_region.resize(points);
-    s.mesh.triangles.resize(scanned);
+void clearBase(ScanSurface& s, const Vector3d& up, double depth) {
+  for (int round = 0; round < kMostTrims; ++round) {
+    const Loop loop = findOuterLoop(s.mesh);
+    if (loop.empty()) return;
+    const std::vector<char> is_dropped = crossedByBase(s.mesh, loop, baseUnder(s.mesh, loop, up, depth));
+    if (is_dropped.empty()) return;
     dropTriangles(s, is_dropped);
   }
 }
 
 void addBase(ScanSurface& s, const Vector3d& up, double depth) {
-  const std::vector<Loop> loops = findHoleLoops(s.mesh);
-  double lowest = 1e300;
-  for (const Triangle& t : s.mesh.triangles)
-    for (const std::uint32_t v : t) lowest = std::min(lowest, s.mesh.positions[v].dot(up));
-  int least = 0;
-  up.cwiseAbs().minCoeff(&least);
-  const Vector3d u = up.cross(Vector3d::Unit(least)).normalized(), v = up.cross(u);
-  for (const Loop& loop : loops) {
-    const std::vector<Kernel::Point_2> outline = outlineOf(s.mesh, loop, u, v);
-    const auto n = static_cast<std::uint32_t>(loop.size()), first = static_cast<std::uint32_t>(s.mesh.positions.size());
-    for (const Kernel::Point_2& p : outline) s.mesh.positions.push_back(p.x() * u + p.y() * v + (lowest - depth) * up);
-    std::vector<Triangle> wall;
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t j = (i + 1) % n;
-      wall.push_back({loop[i], loop[j], first + j});
-      wall.push_back({loop[i], first + j, first + i});
-    }
-    std::vector<Triangle> base;
-    if (CGAL::is_simple_2(outline.begin(), outline.end())) {
-      base = triangulated(outline);
-      for (Triangle& t : base)
-        for (std::uint32_t& corner : t) corner += first;
-    } else {  // closed all the same; the repair of the gum decides what is inside
-      const auto hub = static_cast<std::uint32_t>(s.mesh.positions.size());
-      Vector3d middle = Vector3d::Zero();
-      for (std::uint32_t i = 0; i < n; ++i) middle += s.mesh.positions[first + i] / n;
-      s.mesh.positions.push_back(middle);
-      for (std::uint32_t i = 0; i < n; ++i) base.push_back({first + i, first + (i + 1) % n, hub});
-    }
-    addTriangles(s, wall);
-    addTriangles(s, base);
+  for (const Loop& loop : findHoleLoops(s.mesh)) {
+    const Base base = baseUnder(s.mesh, loop, up, depth);
+    s.mesh.positions.insert(s.mesh.positions.end(), base.points.begin(), base.points.end());
+    addTriangles(s, base.triangles);
   }
 }
 

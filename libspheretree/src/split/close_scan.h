@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Closes a scan: holes filled, and under its outer border a wall down to a base plane. Units: mm.
+// Closes a scan under its outer border: a wall down to a base plane. Units: mm.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,13 +9,13 @@
 
 namespace spheretree::builder {
 
-/// Leaves out every triangle that crosses another one of the scan. Returns how many. Before the holes are filled.
-std::size_t dropCrossings(ScanSurface& surface);
+/// The longest border loop of the connected component with the largest area, as findHoleLoops() gives it; empty if it
+/// is closed.
+std::vector<std::uint32_t> findOuterLoop(const TriangleMesh& mesh);
 
-/// Fills every border loop but the longest of each connected component with gum; of the components other than the
-/// largest the longest, too. A filling that crosses the scan or itself is made again after the hole was widened by a
-/// ring of triangles there, which are lost. Returns how many loops it filled. @pre manifold. Before the cut.
-std::size_t fillScanHoles(ScanSurface& surface);
+/// Leaves out triangles of the scan near its outer border until what addBase() puts under it crosses nothing there.
+/// Before the holes are filled. @pre manifold.
+void clearBase(ScanSurface& surface, const Eigen::Vector3d& up, double depth);
 
 /// Adds the wall and the base under the only border loop that is left, as gum. The base plane is perpendicular to
 /// `up`, a unit vector, and `depth` below the lowest point of the surface. The outline of the base is the border seen

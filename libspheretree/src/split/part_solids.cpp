@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <tuple>
 
 #include "repair/fill_holes.h"
@@ -22,12 +23,17 @@ namespace {
 
 using Line = std::vector<std::uint32_t>;  // vertices
 
-constexpr double kFlatArc = 2;  // mean edges of an arc that it must rise above the line between its ends for a window
+constexpr double kStep = 0.5;        // mean border edges that a wall first leads straight inside
+constexpr int kWayRounds = 4;        // of smoothing the ways
+constexpr double kLeastShare = 0.5;  // of the slope of the way that halves the angle: what smoothing leaves of it
+constexpr int kMostHalvings = 40;    // of that where it crosses something
+constexpr double kFlatArc = 2;       // mean edges of an arc that it must rise above the line between its ends for a window
 constexpr std::array kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
 constexpr double kCell = 3;                                       // mean edges of the scan: side of a cube of the search
 constexpr double kClear = 0.1;                                    // mean edges of its border by which a wall keeps clear of what it crossed
 constexpr double kWallDensity = 0.5;                              // of a wall that is moved, in triangles along the edge of its border
-constexpr int kMostMoves = 30;                                    // rounds of moving a wall
+constexpr int kMostMoves = 25;                                    // rounds of moving a wall without fewer crossings
+constexpr int kMovesAHalving = 10;                                // rounds after which triangles that still cross are halved
 constexpr double kStubTaper = 0.4;  // width of the end of a stub as a share of its beginning: about that of a root's tip
 
 /// A border edge of a region, as its triangles run, and the region on the other side.
@@ -45,6 +51,7 @@ class WallFinder {
     findNormals();
     findSearch();
     findBorders();
+    leaveSurface();
     out_.rim_length.assign(s_.region_label.size(), 0);
     for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region)
       for (const std::vector<BorderEdge>& loop : loopsOf(region)) close(region, loop);
@@ -87,36 +94,76 @@ class WallFinder {
     return triangles;
   }
 
-  /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If each does, the one that
-  /// crosses least is made finer and moved until nothing crosses, or as little as can be.
+  /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If each attempt crosses
+  /// something, they are made finer and moved, those that cross least first, until one crosses nothing; else the best.
   template <class Add>
   void addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
     settleWalls();
     const std::size_t points = mesh_.positions.size(), walls = out_.walls.size();
-    std::size_t fewest = std::numeric_limits<std::size_t>::max(), best = 0;
     const auto undo = [&] {
       mesh_.positions.resize(points);
       out_.walls.resize(walls);
     };
+    std::vector<std::pair<std::size_t, std::size_t>> order;  // crossings, attempt
     for (std::size_t i = 0; i < count; ++i) {
       add(i);
       const std::size_t crossings = search_->against(trianglesFrom(walls)).size();
       if (crossings == 0) return;
-      if (i > 0 && crossings < fewest) fewest = crossings, best = i;  // only a wall with a collar has vertices of its own
+      order.emplace_back(crossings, i);
       undo();
     }
-    add(best);
-    for (std::size_t w = walls; w < out_.walls.size(); ++w) refineSpan(mesh_, out_.walls[w].triangles, kWallDensity);
-    const std::size_t left = moveApart(region, walls, points, edge);
-    if (left < fewest) return;
-    undo();
-    add(best);
+    std::sort(order.begin(), order.end());
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    std::vector<Vector3d> best_positions;
+    std::vector<InnerWall> best_walls;
+    for (const auto& [crossings, attempt] : order) {
+      add(attempt);
+      for (std::size_t w = walls; w < out_.walls.size(); ++w) refineSpan(mesh_, out_.walls[w].triangles, kWallDensity);
+      const std::size_t left = moveApart(region, walls, points, edge);
+      if (left == 0) return;
+      if (left < fewest) {
+        fewest = left;
+        best_positions.assign(mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points), mesh_.positions.end());
+        best_walls.assign(out_.walls.begin() + static_cast<std::ptrdiff_t>(walls), out_.walls.end());
+      }
+      undo();
+    }
+    mesh_.positions.insert(mesh_.positions.end(), best_positions.begin(), best_positions.end());
+    out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
   }
 
+  using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
   /// Moves the vertices from `points` on until the walls from `first` on cross nothing: to the right side of what they
-  /// cross, and where they cross themselves to the middle of their neighbours. Returns how many pairs are left.
+  /// cross, and where they cross themselves to the middle of their neighbours. Where that does not help, the triangles
+  /// there are halved. Returns how many pairs are left.
   std::size_t moveApart(std::int32_t region, std::size_t first, std::size_t points, double edge) {
-    const std::vector<Triangle> walls = trianglesFrom(first);
+    const auto from = static_cast<std::ptrdiff_t>(points);
+    std::vector<Vector3d> best_positions;
+    std::vector<InnerWall> best_walls;
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (int round = 0, best_round = 0; fewest > 0 && round < best_round + kMostMoves; ++round) {
+      const std::vector<Triangle> walls = trianglesFrom(first);
+      const Pairs pairs = search_->against(walls);
+      if (pairs.size() < fewest) {
+        fewest = pairs.size();
+        best_round = round;
+        best_positions.assign(mesh_.positions.begin() + from, mesh_.positions.end());
+        best_walls.assign(out_.walls.begin() + static_cast<std::ptrdiff_t>(first), out_.walls.end());
+      }
+      if (round % kMovesAHalving == kMovesAHalving - 1)
+        halveCrossing(first, walls, pairs);
+      else
+        moveOnce(region, walls, pairs, points, edge);
+    }
+    mesh_.positions.resize(points);
+    mesh_.positions.insert(mesh_.positions.end(), best_positions.begin(), best_positions.end());
+    out_.walls.resize(first);
+    out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
+    return fewest;
+  }
+
+  void moveOnce(std::int32_t region, const std::vector<Triangle>& walls, const Pairs& pairs, std::size_t points, double edge) {
     const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
     std::vector<std::vector<std::uint32_t>> neighbours(mesh_.positions.size() - points);
     for (const Triangle& t : walls)
@@ -125,40 +172,68 @@ class WallFinder {
           neighbours[t[k] - points].push_back(t[(k + 1) % 3]);
           neighbours[t[k] - points].push_back(t[(k + 2) % 3]);
         }
-    std::vector<Vector3d> best_positions;
-    std::size_t fewest = std::numeric_limits<std::size_t>::max();
-    for (int round = 0; round < kMostMoves && fewest > 0; ++round) {
-      const auto pairs = search_->against(walls);
-      if (pairs.size() < fewest) {
-        fewest = pairs.size();
-        best_positions.assign(mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points), mesh_.positions.end());
+    std::vector<Vector3d> move(neighbours.size(), Vector3d::Zero());
+    std::vector<int> moves(neighbours.size(), 0);
+    const auto add = [&](std::uint32_t v, const Vector3d& way) { move[v - points] += way, ++moves[v - points]; };
+    for (const auto& [s, w] : pairs) {
+      if (s >= old_count) {  // both are new: to the middle of the neighbours
+        for (const std::uint32_t t : {s, w})
+          for (const std::uint32_t v : walls[t - old_count]) {
+            if (v < points) continue;
+            Vector3d middle = Vector3d::Zero();
+            for (const std::uint32_t u : neighbours[v - points])
+              middle += mesh_.positions[u] / static_cast<double>(neighbours[v - points].size());
+            add(v, (middle - mesh_.positions[v]) / 2);
+          }
+        continue;
       }
-      std::vector<Vector3d> move(neighbours.size(), Vector3d::Zero());
-      std::vector<int> moves(neighbours.size(), 0);
-      const auto add = [&](std::uint32_t v, const Vector3d& way) { move[v - points] += way, ++moves[v - points]; };
-      for (const auto& [s, w] : pairs) {
-        if (s >= old_count) {  // both are new: to the middle of the neighbours
-          for (const std::uint32_t t : {s, w})
-            for (const std::uint32_t v : walls[t - old_count]) {
-              if (v < points) continue;
-              Vector3d middle = Vector3d::Zero();
-              for (const std::uint32_t u : neighbours[v - points])
-                middle += mesh_.positions[u] / static_cast<double>(neighbours[v - points].size());
-              add(v, (middle - mesh_.positions[v]) / 2);
-            }
-          continue;
-        }
-        const Vector3d out = outOf(region, s);
-        for (const std::uint32_t v : walls[w - old_count]) {
-          const double beyond = out.dot(mesh_.positions[v] - mesh_.positions[search_->triangles()[s][0]]) + kClear * edge;
-          if (v >= points && beyond > 0) add(v, -std::min(beyond, edge) * out);
-        }
+      const Vector3d out = outOf(region, s);
+      for (const std::uint32_t v : walls[w - old_count]) {
+        const double beyond = out.dot(mesh_.positions[v] - mesh_.positions[search_->triangles()[s][0]]) + kClear * edge;
+        if (v >= points && beyond > 0) add(v, -std::min(beyond, edge) * out);
       }
-      for (std::size_t i = 0; i < move.size(); ++i)
-        if (moves[i] > 0) mesh_.positions[points + i] += move[i] / moves[i];
     }
-    std::copy(best_positions.begin(), best_positions.end(), mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points));
-    return fewest;
+    for (std::size_t i = 0; i < move.size(); ++i)
+      if (moves[i] > 0) mesh_.positions[points + i] += move[i] / moves[i];
+  }
+
+  /// Puts a vertex into the middle of the longest inner edge of each wall triangle that crosses something.
+  void halveCrossing(std::size_t first, const std::vector<Triangle>& walls, const Pairs& pairs) {
+    using Edge = std::pair<std::uint32_t, std::uint32_t>;
+    std::map<Edge, int> uses;
+    for (const Triangle& t : walls)
+      for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(t[k], t[(k + 1) % 3])];
+    const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
+    std::set<Edge> split;
+    for (const auto& [s, w] : pairs)
+      for (const std::uint32_t i : {s, w}) {
+        if (i < old_count) continue;
+        const Triangle& t = walls[i - old_count];
+        double longest = 0;
+        Edge at{0, 0};
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Edge e = std::minmax(t[k], t[(k + 1) % 3]);
+          const double length = (mesh_.positions[e.first] - mesh_.positions[e.second]).norm();
+          if (uses[e] == 2 && length > longest) longest = length, at = e;
+        }
+        if (longest > 0) split.insert(at);
+      }
+    for (const auto& [a, b] : split) {
+      const auto middle = static_cast<std::uint32_t>(mesh_.positions.size());
+      const Vector3d p = (mesh_.positions[a] + mesh_.positions[b]) / 2;
+      mesh_.positions.push_back(p);
+      for (std::size_t w = first; w < out_.walls.size(); ++w) {
+        std::vector<Triangle>& triangles = out_.walls[w].triangles;
+        for (std::size_t i = triangles.size(); i-- > 0;)
+          for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t u = triangles[i][k], v = triangles[i][(k + 1) % 3];
+            if (std::minmax(u, v) != std::minmax(a, b)) continue;
+            triangles.push_back({middle, v, triangles[i][(k + 2) % 3]});
+            triangles[i][(k + 1) % 3] = middle;
+            break;
+          }
+      }
+    }
   }
 
   /// Unit normal of a triangle in the search, away from the side where walls of `region` may be.
@@ -181,6 +256,94 @@ class WallFinder {
         edges_of_[static_cast<std::size_t>(s_.region[t])].push_back({a, b, beyond});
         ++borders_at_[a];
       }
+  }
+
+  /// Strips of wall from the borders of all regions into the solid. A border vertex lies within an edge or a triangle
+  /// of the scan, so that no more than two planes meet there, and the way that halves the angle between them leads
+  /// inside; short enough strips along these ways cross nothing. What closes the regions begins at the inner ends.
+  void leaveSurface() {
+    std::vector<std::pair<std::uint32_t, double>> steps;  // border vertex, how far inside
+    std::vector<std::uint32_t> step_of(mesh_.positions.size(), EdgeFaces::kNone);
+    std::vector<Vector3d> way;
+    findWays(steps, step_of, way);
+    const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
+    for (std::size_t i = 0; i < steps.size(); ++i) mesh_.positions.push_back(mesh_.positions[steps[i].first] + steps[i].second * way[i]);
+    for (std::uint32_t v = 0; v < first; ++v) inner_of_.push_back(step_of[v] == EdgeFaces::kNone ? v : first + step_of[v]);
+    for (const auto& [v, length] : steps) normal_.push_back(normal_[v]);
+    for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region) {
+      std::map<std::int32_t, std::vector<Triangle>> strip_to;
+      for (const BorderEdge& e : edges_of_[static_cast<std::size_t>(region)]) {
+        if (e.other > region) continue;  // that one makes it
+        const std::uint32_t from = inner_of_[e.from], to = inner_of_[e.to];
+        strip_to[e.other].push_back({e.to, e.from, from});
+        strip_to[e.other].push_back({e.to, from, to});
+      }
+      for (auto& [other, strip] : strip_to) out_.walls.push_back({region, other, std::move(strip)});
+    }
+    const std::vector<Triangle> strips = trianglesFrom(0);
+    const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
+    for (int round = 0; round < kMostHalvings; ++round) {
+      const auto pairs = search_->against(strips);
+      if (pairs.empty()) return;
+      std::vector<char> is_long(steps.size(), 0);
+      for (const auto& [a, b] : pairs)
+        for (const std::uint32_t t : {a, b})
+          if (t >= old_count)
+            for (const std::uint32_t v : strips[t - old_count])
+              if (v >= first) is_long[v - first] = 1;
+      for (std::size_t i = 0; i < steps.size(); ++i)
+        if (is_long[i]) {
+          steps[i].second /= 2;
+          mesh_.positions[first + i] = mesh_.positions[steps[i].first] + steps[i].second * way[i];
+        }
+    }
+  }
+
+  void findWays(std::vector<std::pair<std::uint32_t, double>>& steps, std::vector<std::uint32_t>& step_of,
+                std::vector<Vector3d>& way) const {
+    std::vector<std::array<std::uint32_t, 2>> borders;  // both ends as places in `steps`
+    const auto placeOf = [&](std::uint32_t v) {
+      if (step_of[v] == EdgeFaces::kNone) {
+        step_of[v] = static_cast<std::uint32_t>(steps.size());
+        steps.emplace_back(v, 0);
+      }
+      return step_of[v];
+    };
+    double length = 0;
+    for (std::size_t region = 1; region < edges_of_.size(); ++region)
+      for (const BorderEdge& e : edges_of_[region]) {
+        borders.push_back({placeOf(e.from), placeOf(e.to)});
+        length += (mesh_.positions[e.to] - mesh_.positions[e.from]).norm();
+      }
+    for (auto& [v, step] : steps) step = kStep * length / static_cast<double>(borders.size());
+    // Normals of the planes at each border vertex: the first one, and the one farthest from it.
+    std::vector<std::array<Vector3d, 2>> planes(steps.size(), {Vector3d::Zero(), Vector3d::Zero()});
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t i = step_of[mesh_.triangles[t][static_cast<std::size_t>(k)]];
+        if (i == EdgeFaces::kNone) continue;
+        const Vector3d a = mesh_.corner(t, (k + 1) % 3) - mesh_.corner(t, k), b = mesh_.corner(t, (k + 2) % 3) - mesh_.corner(t, k);
+        const Vector3d normal = a.cross(b).normalized();
+        if (!normal.allFinite()) continue;
+        if (planes[i][0].isZero()) planes[i] = {normal, normal};
+        if (normal.dot(planes[i][0]) < planes[i][1].dot(planes[i][0])) planes[i][1] = normal;
+      }
+    for (const auto& [first, second] : planes) {
+      const Vector3d sum = first + second;
+      way.push_back(sum.norm() > 0 ? Vector3d(-sum.normalized()) : -settings_.up);
+    }
+    const std::vector<Vector3d> straight = way;
+    for (int round = 0; round < kWayRounds; ++round) {
+      std::vector<Vector3d> sum = way;
+      for (const auto& [a, b] : borders) sum[a] += way[b], sum[b] += way[a];
+      for (std::size_t i = 0; i < way.size(); ++i) {
+        const double least = kLeastShare * straight[i].dot(planes[i][0]);
+        for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+          way[i] = ((1 - share) * sum[i].normalized() + share * straight[i]).normalized();
+          if (way[i].dot(planes[i][0]) <= least && way[i].dot(planes[i][1]) <= least) break;
+        }
+      }
+    }
   }
 
   /// The next border edge of the region round the end of `edge`, through its triangles.
@@ -227,17 +390,21 @@ class WallFinder {
     const std::size_t n = loop.size();
     std::size_t start = 0;
     while (start < n && !isNode(loop[(start + n - 1) % n], loop[start])) ++start;
+    std::vector<char> is_node(n, 0);
+    for (std::size_t i = 0; i < n; ++i) is_node[i] = isNode(loop[(i + n - 1) % n], loop[i]);
+    for (BorderEdge& e : loop) e.from = inner_of_[e.from], e.to = inner_of_[e.to];
     if (start == n && loop[0].other != kGumRegion) {  // one neighbour all round: their common window is all there is
       if (loop[0].other > region) addCap(region, loop[0].other, reversed(verticesOf(loop)), std::vector<char>(n, 0));
       return;
     }
     std::rotate(loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(start % n), loop.end());
+    std::rotate(is_node.begin(), is_node.begin() + static_cast<std::ptrdiff_t>(start % n), is_node.end());
     Line rim;
     std::vector<char> is_shared;  // of the rim: on a line between two teeth, or at its end
     for (std::size_t i = 0; i < n;) {
       Line arc{loop[i].from, loop[i].to};
       const std::int32_t other = loop[i].other;
-      for (++i; i < n && !isNode(loop[i - 1], loop[i]); ++i) arc.push_back(loop[i].to);
+      for (++i; i < n && !is_node[i]; ++i) arc.push_back(loop[i].to);
       const Line line = other == kGumRegion ? arc : lineUnder(region, other, arc);
       rim.insert(rim.end(), line.begin(), line.end() - 1);
       is_shared.resize(rim.size(), other != kGumRegion);
@@ -394,7 +561,8 @@ class WallFinder {
   TriangleMesh& mesh_;
   const WallSettings& settings_;
   EdgeFaces faces_;
-  std::vector<Vector3d> normal_;            // of the vertices of the surface
+  std::vector<Vector3d> normal_;            // of the vertices of the surface, then of the inner ends of the strips
+  std::vector<std::uint32_t> inner_of_;     // of each vertex of the surface: the inner end of its strip, or itself
   std::unique_ptr<CrossingSearch> search_;  // holds the surface, then the walls that are settled
   std::vector<std::int32_t> wall_of_;       // of each triangle in it; -1: of the surface
   std::size_t settled_ = 0;

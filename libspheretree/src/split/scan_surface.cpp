@@ -103,4 +103,13 @@ double makeManifold(TriangleMesh& mesh) {
   return lost;
 }
 
+void dropTriangles(ScanSurface& s, const std::vector<char>& is_dropped) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < is_dropped.size(); ++t)
+    if (!is_dropped[t]) s.mesh.triangles[kept++] = s.mesh.triangles[t];
+  s.mesh.triangles.resize(kept);
+  makeManifold(s.mesh);
+  s.is_invented.assign(s.mesh.triangles.size(), 0);
+}
+
 }  // namespace spheretree::builder

@@ -44,4 +44,7 @@ class EdgeFaces {
 /// area that went. Vertices stay, used or not.
 double makeManifold(TriangleMesh& mesh);
 
+/// Leaves out what is true in `is_dropped`, and makes the rest manifold. Before anything is invented.
+void dropTriangles(ScanSurface& surface, const std::vector<char>& is_dropped);
+
 }  // namespace spheretree::builder

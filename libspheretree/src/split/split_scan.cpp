@@ -16,6 +16,7 @@
 #include "spheretree/core/mesh_edit.h"
 #include "split/close_scan.h"
 #include "split/cut_labels.h"
+#include "split/fill_scan.h"
 #include "split/label_pieces.h"
 #include "split/part_solids.h"
 
@@ -62,6 +63,8 @@ class Splitter {
     const std::size_t crossed = dropCrossings(surface_);
     if (crossed > 0)
       out_.notes.push_back("The scan crosses itself: " + std::to_string(crossed) + " triangles that do were left out and filled.");
+    const double base = std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0);
+    clearBase(surface_, out_.up, base);
     out_.holes = fillScanHoles(surface_);
     for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
       if (!surface_.is_invented[t]) kept_area_ += triangleArea(surface_.mesh, t);
@@ -69,7 +72,7 @@ class Splitter {
     cutLabels(surface_, settings_.smooth_mm);
     progress_.check();
     progress_.stage("close");
-    addBase(surface_, out_.up, std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0));
+    addBase(surface_, out_.up, base);
     const PartSolids solids = findWalls(surface_, {out_.up, settings_.root_mm});
     progress_.check();
     finishParts(pieces, solids);

@@ -90,6 +90,19 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
   EXPECT_EQ(build(mesh, settings).balls.back().size(), 64u) << "out of reach: the whole budget";
 }
 
+// The ball of least stand-off of a polyhedron round a sphere lies in its middle, however loose the tolerance.
+TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheOneThatStandsOffLeast) {
+  const TriangleMesh mesh = test::sphereMesh(10, 3);
+  const double least = 10 - test::bruteDistance(mesh, {0, 0, 0});
+  for (const double tolerance : {1.5 * least, 4 * least, 20 * least}) {
+    BuildSettings settings = quick(3, 8);
+    settings.tolerance_mm = tolerance;
+    const LevelBalls levels = build(mesh, settings);
+    ASSERT_EQ(levels.balls.back().size(), 1u) << tolerance;
+    EXPECT_LE(standOff(mesh, levels.balls.back()), 1.2 * least) << tolerance;
+  }
+}
+
 TEST(BuildCover, ASeedIsPartOfTheResult) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 16, 8);
   BuildSettings settings = quick(2, 8);

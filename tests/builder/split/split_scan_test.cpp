@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
+#include <random>
 
 #include "geometry/distance_field.h"
 #include "scan.h"
@@ -110,6 +111,21 @@ TEST(SplitScan, TouchingTeethShareAWindow) {
   EXPECT_NEAR(result.parts[1].invented_area + result.parts[2].invented_area, kPi * Bumps::kRim * Bumps::kRim + 2 * window, 0.08 * 70);
 }
 
+TEST(SplitScan, NoiseMakesNoPartsCross) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Bumps bumps(0.4);
+    std::mt19937 random(seed);
+    for (std::size_t v = 0; v < bumps.labels.size(); ++v) {
+      if (bumps.labels[v] == 21) bumps.labels[v] = bumps.mesh.positions[v].x() < 6.1 ? 21 : 22;
+      for (int axis = 0; axis < 3; ++axis) bumps.mesh.positions[v][axis] += 0.08 * (static_cast<double>(random()) / 0x1p31 - 1);
+    }
+    const SplitScan result = split(bumps.mesh, bumps.labels);
+    expectSound(result);
+    EXPECT_EQ(result.parts.size(), 4u);
+    EXPECT_EQ(result.crossing_pairs, 0u) << "seed " << seed;
+  }
+}
+
 TEST(SplitScan, StubsAreAsLongAsAskedFor) {
   const Bumps bumps(0.4);
   const SplitScan result = split(bumps.mesh, bumps.labels, {.root_mm = 6});
@@ -201,6 +217,7 @@ TEST(SplitScan, SurvivesWhatScannersDo) {
     std::size_t sound = 0;
     for (const SplitPart& part : result.parts) sound += part.is_sound;
     EXPECT_EQ(sound, result.parts.size());
+    EXPECT_EQ(result.crossing_pairs, 0u);
     if (settings.missing_fdi) {
       EXPECT_EQ(result.parts.size(), 14u);
     }

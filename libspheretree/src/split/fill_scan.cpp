@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/fill_scan.h"
+
+#include <algorithm>
+#include <map>
+#include <queue>
+#include <tuple>
+
+#include "mesh/crossing_triangles.h"
+#include "repair/fill_holes.h"
+#include "split/close_scan.h"
+#include "split/crossing_search.h"
+
+namespace spheretree::builder {
+
+using Eigen::Vector3d;
+
+namespace {
+
+using Loop = std::vector<std::uint32_t>;
+
+constexpr std::size_t kMostSpanned = 3000;  // vertices of a loop that is spanned at once
+constexpr int kMostWidened = 20;            // rounds of widening holes whose filling crosses something
+constexpr double kFillDensity = 1.5;        // of the finer filling, in triangles along the edges of its border
+constexpr int kNearRings = 3;               // of the scan round a hole, that its filling is tested against
+constexpr double kSearchCell = 3;           // mean edges of the scan: side of a cube of the search
+
+/// Every border loop but the outer one.
+std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
+  const Loop outer = findOuterLoop(mesh);
+  std::vector<Loop> loops = findHoleLoops(mesh);
+  std::erase(loops, outer);
+  return loops;
+}
+
+/// One attempt at filling all loops of a scan.
+class Filling {
+ public:
+  explicit Filling(ScanSurface& s)
+      : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, cellOf(s.mesh)) {}
+
+  /// Triangles of the scan that have to go first, true for each; empty if all is filled. `widen`: rings round holes
+  /// that cannot be filled go in any case. `is_last`: what cannot be filled well is filled all the same.
+  std::vector<char> run(const std::vector<Loop>& loops, bool widen, bool is_last) {
+    findNear(loops);
+    for (const Loop& loop : loops) fill(loop, widen, is_last);
+    if (!is_any_dropped_) return {};
+    for (std::size_t t = 0; t < scanned_; ++t)
+      for (const std::uint32_t v : mesh_.triangles[t]) is_dropped_[t] |= is_bad_[v];
+    return std::move(is_dropped_);
+  }
+
+ private:
+  static double cellOf(const TriangleMesh& mesh) {
+    double length = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) length += (mesh.corner(t, 1) - mesh.corner(t, 0)).norm();
+    return length > 0 ? kSearchCell * length / static_cast<double>(mesh.triangles.size()) : 1;
+  }
+
+  void findNear(const std::vector<Loop>& loops) {
+    is_bad_.assign(mesh_.positions.size(), 0);
+    is_dropped_.assign(scanned_, 0);
+    std::vector<char> is_near(mesh_.positions.size(), 0);
+    for (const Loop& loop : loops)
+      for (const std::uint32_t v : loop) is_near[v] = 1;
+    const auto isNear = [&](const Triangle& t) { return is_near[t[0]] || is_near[t[1]] || is_near[t[2]]; };
+    for (int ring = 1; ring < kNearRings; ++ring) {
+      std::vector<std::uint32_t> more;
+      for (const Triangle& t : mesh_.triangles)
+        if (isNear(t)) more.insert(more.end(), t.begin(), t.end());
+      for (const std::uint32_t v : more) is_near[v] = 1;
+    }
+    for (std::uint32_t t = 0; t < scanned_; ++t)
+      if (isNear(mesh_.triangles[t])) search_.add(mesh_.triangles[t]), scan_triangle_.push_back(t);
+  }
+
+  void fill(const Loop& loop, bool widen, bool is_last) {
+    const std::size_t points = mesh_.positions.size();
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      std::vector<Triangle> filling;
+      if (attempt < 2 && loop.size() <= kMostSpanned) filling = spanLoop(mesh_, loop);
+      if (attempt == 1 && !filling.empty()) refineSpan(mesh_, filling, kFillDensity);
+      if (attempt == 2) filling = fan(loop);
+      if (filling.empty()) continue;
+      const auto pairs = search_.against(filling);
+      std::vector<char> is_bad = badTriangles(filling, loop);
+      const bool is_good = pairs.empty() && std::count(is_bad.begin(), is_bad.end(), 1) == 0;
+      if (is_good || (is_last && attempt == 2)) return accept(filling, loop);
+      mesh_.positions.resize(points);
+      if (attempt == (loop.size() <= kMostSpanned ? 0 : 2)) noteBad(filling, pairs, is_bad, widen);
+    }
+    is_any_dropped_ = true;
+  }
+
+  /// What has to go where a filling cannot be: triangles that it crosses; the ring round the corners of those of its
+  /// triangles that are bad, cross each other, or with `widen` cross anything.
+  void noteBad(const std::vector<Triangle>& filling, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+               std::vector<char>& is_bad, bool widen) {
+    const auto old_count = static_cast<std::uint32_t>(scan_triangle_.size());
+    for (const auto& [first, second] : pairs) {
+      const bool is_scan = first < old_count && scan_triangle_[first] != EdgeFaces::kNone;
+      if (is_scan) is_dropped_[scan_triangle_[first]] = 1;
+      if (widen || !is_scan) is_bad[second - old_count] = 1;
+      if (first >= old_count) is_bad[first - old_count] = 1;
+    }
+    for (std::size_t i = 0; i < filling.size(); ++i)
+      for (const std::uint32_t v : filling[i])
+        if (is_bad[i] && v < is_bad_.size()) is_bad_[v] = 1;
+  }
+
+  std::vector<Triangle> fan(const Loop& loop) {
+    std::vector<Triangle> filling;
+    const auto hub = static_cast<std::uint32_t>(mesh_.positions.size());
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t v : loop) middle += mesh_.positions[v] / static_cast<double>(loop.size());
+    mesh_.positions.push_back(middle);
+    for (std::size_t k = 0; k < loop.size(); ++k) filling.push_back({loop[k], loop[(k + 1) % loop.size()], hub});
+    return filling;
+  }
+
+  /// True for triangles that are flat, or have an edge other than those of the loop that the scan has, too.
+  std::vector<char> badTriangles(const std::vector<Triangle>& filling, const Loop& loop) const {
+    std::map<std::uint32_t, std::uint32_t> next;
+    for (std::size_t k = 0; k < loop.size(); ++k) next[loop[k]] = loop[(k + 1) % loop.size()];
+    std::vector<char> is_bad(filling.size(), 0);
+    for (std::size_t i = 0; i < filling.size(); ++i) {
+      const Triangle& t = filling[i];
+      is_bad[i] = isFlat(mesh_.positions, t);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (std::max(a, b) >= is_bad_.size()) continue;  // a new vertex
+        if (const auto at = next.find(a); at != next.end() && at->second == b) continue;
+        if (faces_.face(a, b) != EdgeFaces::kNone || faces_.face(b, a) != EdgeFaces::kNone) is_bad[i] = 1;
+      }
+    }
+    return is_bad;
+  }
+
+  void accept(const std::vector<Triangle>& filling, const Loop& loop) {
+    for (std::size_t v = s_.vertex_region.size(); v < mesh_.positions.size(); ++v) {  // a new vertex goes with the nearest one
+      std::uint32_t nearest = loop[0];
+      for (const std::uint32_t u : loop)
+        if ((mesh_.positions[u] - mesh_.positions[v]).squaredNorm() < (mesh_.positions[nearest] - mesh_.positions[v]).squaredNorm())
+          nearest = u;
+      s_.vertex_region.push_back(s_.vertex_region[nearest]);
+    }
+    for (const Triangle& t : filling) {
+      search_.add(t);
+      scan_triangle_.push_back(EdgeFaces::kNone);
+      mesh_.triangles.push_back(t);
+      s_.is_invented.push_back(1);
+    }
+  }
+
+  ScanSurface& s_;
+  TriangleMesh& mesh_;
+  std::size_t scanned_;
+  EdgeFaces faces_;  // of the scan
+  CrossingSearch search_;
+  std::vector<std::uint32_t> scan_triangle_;  // of each triangle in the search; kNone: of a filling
+  std::vector<char> is_bad_, is_dropped_;
+  bool is_any_dropped_ = false;
+};
+
+}  // namespace
+
+std::size_t dropCrossings(ScanSurface& s) {
+  const auto pairs = findCrossingTriangles(s.mesh, kMostSplitCrossings).pairs;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> crossed;
+  for (const auto& [a, b] : pairs) crossed[a].push_back(b), crossed[b].push_back(a);
+  using Entry = std::tuple<std::size_t, double, std::uint32_t>;  // number of pairs, - area, triangle
+  std::map<std::uint32_t, std::size_t> count;
+  std::priority_queue<Entry> queue;
+  for (const auto& [t, others] : crossed) {
+    count[t] = others.size();
+    queue.emplace(others.size(), -triangleArea(s.mesh, t), t);
+  }
+  std::vector<char> is_dropped(s.mesh.triangles.size(), 0);
+  std::size_t dropped = 0;
+  while (!queue.empty()) {
+    const auto [pairs_left, area, t] = queue.top();
+    queue.pop();
+    if (is_dropped[t] || pairs_left != count[t] || pairs_left == 0) continue;
+    is_dropped[t] = 1;
+    ++dropped;
+    for (const std::uint32_t u : crossed[t])
+      if (!is_dropped[u] && --count[u] > 0) queue.emplace(count[u], -triangleArea(s.mesh, u), u);
+  }
+  if (dropped > 0) dropTriangles(s, is_dropped);
+  return dropped;
+}
+
+std::size_t fillScanHoles(ScanSurface& s) {
+  for (int round = 0;; ++round) {
+    const std::size_t scanned = s.mesh.triangles.size(), points = s.mesh.positions.size();
+    const std::vector<Loop> loops = loopsToFill(s.mesh);
+    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMostWidened);
+    if (is_dropped.empty()) return loops.size();
+    s.mesh.positions.resize(points);
+    s.vertex_region.resize(points);
+    s.mesh.triangles.resize(scanned);
+    dropTriangles(s, is_dropped);
+  }
+}
+
+}  // namespace spheretree::builder
