@@ -60,15 +60,17 @@ class Splitter {
     surface_.region_label = pieces.region_label;
     progress_.check();
     progress_.stage("cut");
+    const double before = surfaceArea(surface_.mesh),
+                 base = std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0);
     const std::size_t crossed = dropCrossings(surface_);
-    if (crossed > 0)
-      out_.notes.push_back("The scan crosses itself: " + std::to_string(crossed) + " triangles that do were left out and filled.");
-    const double base = std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0);
     clearBase(surface_, out_.up, base);
     out_.holes = fillScanHoles(surface_);
     for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
       if (!surface_.is_invented[t]) kept_area_ += triangleArea(surface_.mesh, t);
     out_.lost_area = std::max(0.0, out_.scan_area - kept_area_);
+    if (crossed > 0)
+      out_.notes.push_back("The scan crosses itself: " + std::to_string(crossed) + " triangles were left out, and with those round them " +
+                           number(before - kept_area_) + " mm2 of it was filled.");
     cutLabels(surface_, settings_.smooth_mm);
     progress_.check();
     progress_.stage("close");
