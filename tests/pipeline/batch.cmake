@@ -8,6 +8,8 @@ if(Python3_FOUND)
   add_test(NAME pipeline.cohort_recovery COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/cohort_recovery.py
     $<TARGET_FILE:spheretree>)
   set_tests_properties(pipeline.cohort_recovery PROPERTIES LABELS pipeline TIMEOUT 600 SKIP_RETURN_CODE 77)
+  add_test(NAME pipeline.cohort_shares COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/cohort_shares.py $<TARGET_FILE:spheretree>)
+  set_tests_properties(pipeline.cohort_shares PROPERTIES LABELS pipeline TIMEOUT 3600)
   add_test(NAME pipeline.dental_scene COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/dental_scene.py $<TARGET_FILE:spheretree>
     $<TARGET_FILE:make_samples> $<TARGET_FILE:haptic-player> ${SPHERETREE_SHARED_DIR}/meshes ${CMAKE_CURRENT_BINARY_DIR}/dental_scene)
   set_tests_properties(pipeline.dental_scene PROPERTIES LABELS pipeline TIMEOUT 1800 SKIP_RETURN_CODE 77)
