@@ -122,7 +122,7 @@ case_player_scenario() {
   says '"schema": "spheretree.stability/1"' out
   says '"verdict": "holds"' out
   if grep -q "^F17" out; then fail "the table among the JSON"; fi
-  expect 0 --scenario F7 --share 0.01 --quality quick --modes constrained,points,volume,continuous
+  expect 0 --scenario F7 --share 0.01 --quality quick --turned 0 --modes constrained,points,volume,continuous
   says "constrained *points *volume *continuous" out
   expect 0 --scenario F17 --quality quick --modes continuous
   says "only for paper and constrained" out

@@ -36,6 +36,7 @@ struct Options {
                       progress = "auto";
   std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
+  int turned = 1;
   bool list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
@@ -71,7 +72,7 @@ int runBench(const Options& options, builder::Progress& progress) try {
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
-  Bench bench{bodies, {options.share}, progress};
+  Bench bench{bodies, {options.share, options.turned}, progress};
   if (options.view.isAsked()) {
     if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
     return viewScenario(options.view, *scenarios.front(), bench, progress);
@@ -173,6 +174,31 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   return end == PlayEnd::Interrupted ? kExitInterrupted : kExitOk;
 }
 
+void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
+  cli.add_option(
+         "--modes", o.modes,
+         "With --scenario: who renders, by commas, of paper, constrained and the published methods points, volume, continuous; default "
+         "paper,constrained")
+      ->needs(scenario);
+  cli.add_option("--chart", o.chart,
+                 "With --scenario: also compares the --modes on four bodies and three sizes, and writes one page (.html)")
+      ->needs(scenario);
+  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
+  cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
+      ->check(CLI::IsMember({"quick", "standard"}))
+      ->needs(scenario);
+  cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
+      ->check(numberIn(0.001, 1))
+      ->needs(scenario);
+  cli.add_option(
+         "--turned", o.turned,
+         "With --scenario: so often again, with a fifth of the repetitions, on bodies that are turned, scaled and of other seeds, 0 "
+         "to 20; default 1")
+      ->check(CLI::Range(0, 20))
+      ->needs(scenario);
+}
+
 void addOptions(CLI::App& cli, Options& o) {
   cli.name(kProgram);
   cli.set_version_flag("--version", kGenerator);
@@ -230,22 +256,7 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_option("--record", o.play.record, "Writes one row of CSV for each step")->excludes(scenario);
   cli.add_flag("--json", o.json, "Prints the summary, or the figures of the scenarios, as JSON");
   cli.add_flag("--list", o.list, "Lists the scenarios");
-  cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
-  cli.add_option(
-         "--modes", o.modes,
-         "With --scenario: who renders, by commas, of paper, constrained and the published methods points, volume, continuous; default "
-         "paper,constrained")
-      ->needs(scenario);
-  cli.add_option("--chart", o.chart,
-                 "With --scenario: also compares the --modes on four bodies and three sizes, and writes one page (.html)")
-      ->needs(scenario);
-  cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
-  cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
-      ->check(CLI::IsMember({"quick", "standard"}))
-      ->needs(scenario);
-  cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
-      ->check(numberIn(0.001, 1))
-      ->needs(scenario);
+  addScenarioOptions(cli, o, scenario);
   cli.add_option("--progress", o.progress, "auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
   cli.add_flag("-q,--quiet", o.quiet, "Say nothing on stderr but errors");

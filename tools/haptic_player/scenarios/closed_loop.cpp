@@ -82,8 +82,7 @@ ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings
     loop.sent.push_back(simulated.actuated());
     loop.poses.push_back(simulated.truePose());
     loop.lowest_energy = std::min(loop.lowest_energy, simulated.energy());
-    loop.leak +=
-        (0.5 + settings.delay) * squeezed(rig.scene().coupling(), displacementBetween(last, simulated.truePose()), loop.sent.back());
+    loop.leak += (0.5 + settings.delay) * squeezed(rig.coupling(), displacementBetween(last, simulated.truePose()), loop.sent.back());
     last = simulated.truePose();
   }
   simulated.stop();

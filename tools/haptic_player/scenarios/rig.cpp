@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "coupling_wrench.h"
 #include "scenarios/scenario.h"
 #include "servo_loop.h"
 
@@ -32,16 +33,36 @@ runtime::ContactSurface surfaceOf(Mode mode, const std::vector<PlacedBody>& obje
 
 }  // namespace
 
+Configuration Rig::toRuntime(const Configuration& pose, const BodyFrame& frame) {
+  return {frame.scale * (frame.world * pose.position), frame.world * pose.orientation * frame.turn.conjugate()};
+}
+
+runtime::StepResult Rig::fromRuntime(runtime::StepResult r) const {
+  const BodyFrame& frame = tool_.frame;
+  const Quaternion back = frame.world.conjugate();
+  r.graphic = {(back * r.graphic.position) / frame.scale, back * r.graphic.orientation * frame.turn};
+  r.wrench = {back * r.wrench.force, (back * r.wrench.torque) / frame.scale};
+  r.limited_wrench = runtime::limited(r.wrench, {});
+  return r;
+}
+
 Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options)
     : tool_(tool),
-      objects_(std::move(objects)),
+      objects_([&] {
+        for (PlacedBody& object : objects) object.pose = toRuntime(object.pose, object.body->frame);
+        return std::move(objects);
+      }()),
       mode_(mode),
       options_(options),
-      leaves_(tool.tree, options.reference_point, objects_, surfaceOf(mode, objects_, options.contact)) {
+      leaves_(tool.tree, tool.frame.scale * (tool.frame.turn * options.reference_point), objects_,
+              surfaceOf(mode, objects_, options.contact)) {
+  const double scale = tool.frame.scale;
+  const Eigen::Vector3d reference_point = scale * (tool.frame.turn * options.reference_point);
+  const runtime::Coupling& k = options.coupling;
   runtime::SceneDescription description;
   description.tool = tool.tree;
-  description.reference_point = options.reference_point;
-  description.coupling = options.coupling;
+  description.reference_point = reference_point;
+  description.coupling = {k.translation / scale, k.rotation * scale, k.damping / scale, k.rotation_damping * scale};
   carried_.resize(objects_.size(), Eigen::Vector3d::Zero());
   for (const PlacedBody& object : objects_) {
     const auto body = static_cast<std::uint32_t>(options.moving ? description.objects.size() + 1 : 0);
@@ -51,28 +72,30 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);
-  double spacing = options.mesh_spacing;
+  double spacing = scale * options.mesh_spacing;
   if (!isOurs(mode)) {
-    renderer_ = makeRenderer(mode, {&tool, options.reference_point, objects_, options.coupling, scene_.byteCount()});
+    renderer_ = makeRenderer(mode, {&tool, reference_point, objects_, description.coupling, scene_.byteCount()});
     if (spacing == 0) spacing = kSpacing * tool.field.diagonal();
   }
-  if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, options.reference_point, objects_, spacing);
+  if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, reference_point, objects_, spacing);
 }
 
 runtime::StepResult Rig::to(const Configuration& haptic) {
   runtime::StageTimes times;
+  const Configuration there = toRuntime(haptic, tool_.frame);
   const double start = threadTime();
-  const runtime::StepResult result =
-      renderer_ ? renderer_->step(haptic) : runtime::step(scene_, haptic, runtimeMode(mode_), *workspace_, &times);
+  const runtime::StepResult raw =
+      renderer_ ? renderer_->step(there) : runtime::step(scene_, there, runtimeMode(mode_), *workspace_, &times);
   const double total = threadTime() - start;
+  const runtime::StepResult result = fromRuntime(raw);
   times_.add(total);
   work_.push_back(result.work);
   last_ =
       recordedStep(tick_++, haptic, result, times, total, renderer_ ? std::span<const runtime::Contact>() : runtime::contacts(*workspace_));
   double penetration = 0;
   if (result.pairs > 0 || result.active > 0) {
-    if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(result.graphic));
-    penetration = renderer_ ? mesh_penetration_ : leaves_.at(result.graphic);
+    if (meshes_ && tick_ % 10 == 0) mesh_penetration_ = std::max(mesh_penetration_, meshes_->at(raw.graphic));
+    penetration = renderer_ ? mesh_penetration_ : leaves_.at(raw.graphic);
     leaf_penetration_ = std::max(leaf_penetration_, penetration);
   }
   if (options_.keep_rows && rows_.size() < kMostRows) {
@@ -96,7 +119,10 @@ void Rig::restart() {
   runtime::reset(*workspace_);
 }
 
-void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
+void Rig::resetTo(const Configuration& graphic) { runtime::resetTo(toRuntime(graphic, tool_.frame), *workspace_); }
+
+void Rig::moveObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
+  const Eigen::Vector3d way = tool_.frame.scale * (tool_.frame.world * scenario_way);
   objects_[object].pose.position += way;
   runtime::moveObject(object, objects_[object].pose, *workspace_);
   if (renderer_) renderer_->moveObject(object, objects_[object].pose);
@@ -104,7 +130,8 @@ void Rig::moveObject(std::size_t object, const Eigen::Vector3d& way) {
   if (meshes_) meshes_->moveObject(object, way);
 }
 
-void Rig::carryObject(std::size_t object, const Eigen::Vector3d& way) {
+void Rig::carryObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
+  const Eigen::Vector3d way = tool_.frame.scale * (tool_.frame.world * scenario_way);
   objects_[object].pose.position += way;
   carried_[object] += way;
   runtime::moveBody(static_cast<std::uint32_t>(object + 1), {carried_[object], kUpright}, *workspace_);

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -22,7 +23,8 @@ struct Figure {
   std::string quantity, unit;
   double pass;
   double value;
-  bool informative = false;  // the model's own limit is reported, not judged
+  bool informative = false;        // the model's own limit is reported, not judged
+  std::optional<double> turned{};  // the worst on bodies that are turned, scaled and of other seeds
 };
 
 /// What a scenario gives in one mode.
@@ -40,10 +42,13 @@ struct Outcome {
   }
 };
 
-/// How much to run: `share` of the repetitions that the table asks for.
+/// How much to run: `share` of the repetitions that the table asks for; and in the constrained mode kTurnedShare of
+/// them again on bodies that are turned, scaled and of other seeds, `turned` times.
 struct BenchSettings {
   double share = 1;  // in (0, 1]
+  int turned = 1;    // >= 0
 };
+inline constexpr double kTurnedShare = 0.2;
 
 struct Bench {
   BodyLibrary& bodies;
@@ -53,7 +58,9 @@ struct Bench {
   int repetitions(int full, int least) const { return std::max(least, static_cast<int>(full * settings.share)); }
 };
 
-/// A tool among objects in one mode, driven step by step; keeps every step, measures on the way.
+/// A tool among objects in one mode, driven step by step; keeps every step, measures on the way. Poses, forces and
+/// options are those of the scenario; the runtime works in the frames of the bodies (BodyFrame), with a stiffness that
+/// gives the same forces there. Penetrations are mm of the runtime.
 class Rig {
  public:
   struct Options {
@@ -75,19 +82,25 @@ class Rig {
   /// Forgets the contact; the next step starts at its pose.
   void restart();
   /// At once, as an object that is put elsewhere.
-  void moveObject(std::size_t object, const Eigen::Vector3d& way);
+  void moveObject(std::size_t object, const Eigen::Vector3d& scenario_way);
   /// During the next step; needs Options::moving.
-  void carryObject(std::size_t object, const Eigen::Vector3d& way);
+  void carryObject(std::size_t object, const Eigen::Vector3d& scenario_way);
 
   /// Of all steps, or as many as fit: the first 200,000.
   const std::vector<RecordedStep>& rows() const { return rows_; }
   std::size_t mark() const { return rows_.size(); }
   std::span<const RecordedStep> since(std::size_t mark) const { return std::span(rows_).subspan(mark); }
   const RecordedStep& last() const { return last_; }
+  const runtime::Coupling& coupling() const { return options_.coupling; }
+  /// mm of the runtime for each mm of the scenario.
+  double scale() const { return tool_.frame.scale; }
+  /// Of our own modes, in the frame of the runtime.
   const runtime::Scene& scene() const { return scene_; }
-  /// Of our own modes.
   runtime::Workspace& workspace() { return *workspace_; }
-  LeafPenetration& leaves() { return leaves_; }
+  /// Starts anew with the graphic tool here; our own modes alone.
+  void resetTo(const Configuration& graphic);
+  /// Of the tool's leaves at this pose, in one of the objects or (-1) all.
+  double leafDepth(const Configuration& pose, int object = -1) { return leaves_.at(toRuntime(pose, tool_.frame), object); }
   /// Deepest so far; of a renderer that knows no leaves: that of the meshes, at every 10th step [mm].
   double leafPenetration() const { return leaf_penetration_; }
   double meshPenetration() const { return mesh_penetration_; }
@@ -97,9 +110,12 @@ class Rig {
   void finish(Outcome& outcome);
 
  private:
+  static Configuration toRuntime(const Configuration& pose, const BodyFrame& frame);
+  runtime::StepResult fromRuntime(runtime::StepResult result) const;
+
   const Body& tool_;
-  std::vector<PlacedBody> objects_;
-  std::vector<Eigen::Vector3d> carried_;  // (object) from where it was at the start
+  std::vector<PlacedBody> objects_;       // in the runtime
+  std::vector<Eigen::Vector3d> carried_;  // (object) from where it was at the start, in the runtime
   Mode mode_;
   Options options_;
   runtime::Scene scene_;
@@ -131,7 +147,8 @@ struct Scenario {
   std::string alias;  // "deep"
   std::string title;
   std::function<Outcome(Bench&, Mode)> run;
-  bool for_all = true;  // false: it asks our runtime or builder itself, so that other renderers have no part in it
+  bool for_all = true;    // false: it asks our runtime or builder itself, so that other renderers have no part in it
+  bool is_turned = true;  // false: what it does has no direction
 };
 
 /// All, in the order of the table.

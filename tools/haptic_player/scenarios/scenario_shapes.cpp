@@ -314,35 +314,42 @@ builder::BuildSettings BodyLibrary::settingsFor(const std::string& name, const T
   return settings;
 }
 
-const Body& BodyLibrary::get(const std::string& name) {
-  if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
-  TriangleMesh mesh = BodyLibrary::mesh(name);
-  const builder::BuildSettings settings = settingsFor(name, mesh);
-  return make(name, std::move(mesh), settings);
+BodyFrame BodyLibrary::frameOf(const std::string& name) const {
+  BodyFrame frame;
+  if (variant_ == 0) return frame;
+  std::mt19937_64 engine(variant_);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; };
+  const auto rotation = [&] {
+    Eigen::Vector4d q;
+    do {
+      for (double& x : q) x = uniform(-1, 1);
+    } while (!(q.norm() > 0.1 && q.norm() < 1));
+    return Quaternion(q[0], q[1], q[2], q[3]).normalized();
+  };
+  frame.scale = std::exp2(uniform(std::log2(0.8), std::log2(1.25)));
+  frame.world = rotation();
+  for (const char c : name) engine.seed(engine() ^ static_cast<unsigned char>(c));
+  frame.turn = rotation();
+  return frame;
 }
 
-PlacedBody BodyLibrary::variant(const std::string& name, std::uint64_t variant, const Eigen::Vector3d& place) {
-  std::mt19937_64 engine(variant);
-  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; };
-  const double scale = std::exp2(uniform(std::log2(0.8), std::log2(1.25)));
-  Eigen::Vector4d q;
-  do {
-    for (double& x : q) x = uniform(-1, 1);
-  } while (!(q.norm() > 0.1 && q.norm() < 1));
-  const Quaternion turn = Quaternion(q[0], q[1], q[2], q[3]).normalized();
+const Body& BodyLibrary::get(const std::string& name) {
+  const std::string known = variant_ == 0 ? name : name + " " + std::to_string(variant_);
+  if (const auto found = bodies_.find(known); found != bodies_.end()) return *found->second;
   TriangleMesh mesh = BodyLibrary::mesh(name);
   builder::BuildSettings settings = settingsFor(name, mesh);
-  settings.seed += variant;
-  for (Eigen::Vector3d& p : mesh.positions) p = turn * (scale * p);
-  const Body& body = make(name + " " + std::to_string(variant), std::move(mesh), settings);
-  return {&body, {scale * place, turn.conjugate()}};
+  const BodyFrame frame = frameOf(name);
+  if (variant_ > 0)
+    for (Eigen::Vector3d& p : mesh.positions) p = frame.scale * (frame.turn * p);
+  settings.seed += variant_;
+  return make(known, std::move(mesh), settings, frame);
 }
 
-const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings) {
+const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings, const BodyFrame& frame) {
   if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
   SphereTree tree = this->tree(mesh, settings);
   builder::DistanceField field(mesh);
-  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), contact_}).first->second;
+  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), contact_, frame}).first->second;
 }
 
 const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::BuildSettings& settings) {

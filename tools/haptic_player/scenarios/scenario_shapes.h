@@ -36,12 +36,20 @@ TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest);
 
 /// A body with its tree and its exact distance.
+/// The frame of a body's mesh: a point p of its scenario is scale * (turn * p) there. All bodies of a library have one
+/// scale, and the world of the runtime is turned as a whole, too: by `world`.
+struct BodyFrame {
+  double scale = 1;
+  Quaternion turn{1, 0, 0, 0}, world{1, 0, 0, 0};
+};
+
 struct Body {
   std::string name;
   TriangleMesh mesh;
   SphereTree tree;
   builder::DistanceField field;
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // what is felt of it
+  BodyFrame frame{};
 };
 
 struct PlacedBody {
@@ -62,14 +70,14 @@ class BodyLibrary {
   /// spent where its scenario works.
   /// @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
-  /// The same body turned, scaled by 0.8 to 1.25 and with another seed, all by `variant`, and where it has to stand so
-  /// that its origin is at `scale * place` in the world and its axes are the world's.
-  PlacedBody variant(const std::string& name, std::uint64_t variant, const Eigen::Vector3d& place = Eigen::Vector3d::Zero());
-  /// The mesh alone, of any of these names.
+  /// From now on get() makes every body turned, each its own way, all scaled by the same 0.8 to 1.25, and with another
+  /// seed. 0: as they were written. A Rig takes poses and wrenches there and back, so that a scenario does not notice.
+  void setVariant(std::uint64_t variant) { variant_ = variant; }
+  /// The mesh alone, of any of these names, as it was written.
   static TriangleMesh mesh(const std::string& name);
   builder::Quality quality() const { return quality_; }
-  /// A body of its own under a name that is not taken; the same name again is the same body.
-  const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings);
+  /// A body of its own under a name that is not taken; the same name again is the same body. `frame`: of its mesh.
+  const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings, const BodyFrame& frame = {});
   /// @throws builder::Cancelled, formats::FileError if the cache cannot be written
   const SphereTree& tree(const TriangleMesh& mesh, const builder::BuildSettings& settings);
   /// What is said to be going on again once a tree is built.
@@ -78,6 +86,9 @@ class BodyLibrary {
  private:
   builder::BuildSettings settingsFor(const std::string& name, const TriangleMesh& mesh) const;
 
+  BodyFrame frameOf(const std::string& name) const;
+
+  std::uint64_t variant_ = 0;
   builder::Quality quality_;
   runtime::ContactSurface contact_;
   builder::Progress& progress_;

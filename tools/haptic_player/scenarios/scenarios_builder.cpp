@@ -183,8 +183,8 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
 }  // namespace
 
 std::vector<Scenario> builderScenarios() {
-  return {{"F12", "degenerate", "Degenerate medial axes (builder)", degenerate, false},
-          {"F22", "leaves", "No more leaves than needed", noMoreThanNeeded, false}};
+  return {{"F12", "degenerate", "Degenerate medial axes (builder)", degenerate, false, false},
+          {"F22", "leaves", "No more leaves than needed", noMoreThanNeeded, false, false}};
 }
 
 }  // namespace spheretree::player

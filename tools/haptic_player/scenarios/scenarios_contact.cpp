@@ -103,16 +103,14 @@ Ripple rippleOf(Rig& rig) {
 }
 
 // The same leaves spent in two ways: where the scenario works, as a scene's regions of work ask for; and evenly, as
-// published, also with the body turned, scaled and of another seed.
+// published.
 struct Detail {
   const char *suffix, *label;
-  std::uint64_t variant = 0;
   PlacedBody body(Bench& bench, const char* name, const Eigen::Vector3d& place = Eigen::Vector3d::Zero()) const {
-    if (variant > 0) return bench.bodies.variant(std::string(name) + suffix, variant, place);
     return {&bench.bodies.get(std::string(name) + suffix), {place, kUpright}};
   }
 };
-constexpr const char *kAtWork = ", detail where the tool goes", *kEven = ", even detail", *kTurned = ", even detail, turned and scaled";
+constexpr const char *kAtWork = ", detail where the tool goes", *kEven = ", even detail";
 
 void add(Outcome& out, const Detail& detail, const char* quantity, const char* unit, double value, double pass, bool is_judged = true) {
   out.add(std::string(quantity) + detail.label, unit, value, pass);
@@ -127,7 +125,7 @@ std::string leavesOf(const Body& body) { return std::to_string(body.tree.statist
 Outcome ripple(Bench& bench, Mode mode) {
   Outcome out;
   double deepest = 0;
-  for (const Detail& detail : {Detail{"", kEven}, Detail{"", kTurned, 1}, Detail{"_work", kAtWork}}) {
+  for (const Detail& detail : {Detail{"", kEven}, Detail{"_work", kAtWork}}) {
     const bool is_at_work = detail.label == kAtWork;
     const PlacedBody placed = detail.body(bench, "slab");
     const Body& slab = *placed.body;
@@ -200,7 +198,7 @@ double slideInGroove(Rig& rig) {
 Outcome edges(Bench& bench, Mode mode) {
   Outcome out;
   double deepest = 0;
-  for (const Detail& detail : {Detail{"_work", kAtWork}, Detail{"", kEven}, Detail{"", kTurned, 2}}) {
+  for (const Detail& detail : {Detail{"_work", kAtWork}, Detail{"", kEven}}) {
     const bool is_at_work = detail.label == kAtWork;
     const PlacedBody cube_there = detail.body(bench, "cube", {-10, 0, -10}),  // its edge on the y axis, solid where x < 0 and z < 0
         groove_there = detail.body(bench, "groove");
@@ -248,19 +246,24 @@ void sweepInSulcus(Rig& rig) {
   rig.moveTo(at + Eigen::Vector3d(0, 3, 2), 20);
 }
 
-// From side to side over a crown, 1 below its highest point, in four headings.
-void sweepOverCrown(Rig& rig, const Body& tooth) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : tooth.mesh.positions) box.extend(p);
-  const Eigen::Vector3d top(box.center().x(), box.center().y(), box.max().z() + kFineReference);
+// From side to side over cusps and fissures of a crown, 1 to 4 below its highest point, in four headings. Returns the
+// share of the steps in which the tool touched it.
+double sweepOverCrown(Rig& rig, const Eigen::AlignedBox3d& tooth) {
+  const Eigen::Vector3d top(tooth.center().x(), tooth.center().y(), tooth.max().z() + kFineReference);
+  int touching = 0, steps = 0;
   for (int k = 0; k < 4; ++k) {
     const double heading = 0.4 + k * std::numbers::pi / 4;
-    const Eigen::Vector3d way = 0.4 * box.sizes().head<2>().minCoeff() * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
+    const Eigen::Vector3d way = 0.4 * tooth.sizes().head<2>().minCoeff() * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
+    const Eigen::Vector3d down(0, 0, -1 - k);
     rig.restart();
     rig.to({top - way + Eigen::Vector3d(0, 0, 1), kUpright});
-    rig.moveTo(top - way + Eigen::Vector3d(0, 0, -1), 20);
-    rig.moveTo(top + way + Eigen::Vector3d(0, 0, -1), 20);
+    rig.moveTo(top - way + down, 20);
+    const std::size_t mark = rig.mark();
+    rig.moveTo(top + way + down, 20);
+    for (const RecordedStep& row : rig.since(mark)) touching += row.active > 0 || row.wrench.force.norm() > 0;
+    steps += static_cast<int>(rig.mark() - mark);
   }
+  return static_cast<double>(touching) / steps;
 }
 
 // F5: the probe swept over a ridge, over a box corner, through a sulcus, and over a molar.
@@ -270,23 +273,17 @@ Outcome jumps(Bench& bench, Mode mode) {
   Rig::Options options, fine_options;
   options.reference_point = kProbeReference;
   fine_options.reference_point = {0, 0, kFineReference};
-  double deepest = 0;
-  for (const Detail& detail : {Detail{"", ""}, Detail{"", ", turned and scaled", 3}}) {
-    const PlacedBody ridge = detail.body(bench, "ridge"), sulcus = detail.body(bench, "sulcus");
-    Rig over_ridge(probe, {ridge}, mode, options), in_sulcus(fine, {sulcus}, mode, fine_options);
-    sweepOverRidge(over_ridge);
-    sweepInSulcus(in_sulcus);
-    add(out, detail, "L-ratio over a convex ridge", "1", largestLRatio(over_ridge.since(0), {}), 1.01);
-    add(out, detail, "force step in the sulcus over max(0.1 N, 7 %)", "1", largestForceJump(in_sulcus.since(0), {}), 1);
-    add(out, detail, "torque step in the sulcus over max(5 N mm, 13 %)", "1", largestTorqueJump(in_sulcus.since(0), {}), 1);
-    deepest = std::max({deepest, over_ridge.leafPenetration(), in_sulcus.leafPenetration()});
-    if (detail.variant > 0) continue;
-    out.note =
-        "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
-        "the probe there is 0.6 mm thick, and the walls stand off by up to " +
-        text(leafOverhang(*sulcus.body)) + " mm.";
-    over_ridge.finish(out);
-  }
+  const Body& sulcus = bench.bodies.get("sulcus");
+  Rig over_ridge(probe, {{&bench.bodies.get("ridge"), {}}}, mode, options), in_sulcus(fine, {{&sulcus, {}}}, mode, fine_options);
+  sweepOverRidge(over_ridge);
+  sweepInSulcus(in_sulcus);
+  out.add("L-ratio over a convex ridge", "1", largestLRatio(over_ridge.since(0), {}), 1.01);
+  out.add("force step in the sulcus over max(0.1 N, 7 %)", "1", largestForceJump(in_sulcus.since(0), {}), 1);
+  out.add("torque step in the sulcus over max(5 N mm, 13 %)", "1", largestTorqueJump(in_sulcus.since(0), {}), 1);
+  out.note =
+      "Where the hand is deep below convex spheres the nearest point of the model moves faster than the hand. The sulcus is 1.5 mm wide: "
+      "the probe there is 0.6 mm thick, and the walls stand off by up to " +
+      text(leafOverhang(sulcus)) + " mm.";
   const Eigen::Vector3d up = kProbeReference;
   Rig over_corner(probe, {{&cube, {}}}, mode, options);
   over_corner.to({up + Eigen::Vector3d(6, 6, 11.5), kUpright});
@@ -295,11 +292,17 @@ Outcome jumps(Bench& bench, Mode mode) {
   out.add("L-ratio over a box corner", "1", largestLRatio(over_corner.since(0), {}), 1.01);
   const Body& molar = bench.bodies.get("molar");
   Rig over_crown(fine, {{&molar, {}}}, mode, fine_options);
-  sweepOverCrown(over_crown, molar);
+  Eigen::AlignedBox3d tooth;
+  for (const Eigen::Vector3d& p : BodyLibrary::mesh("molar").positions) tooth.extend(p);
+  const double touched = sweepOverCrown(over_crown, tooth);
   out.add("force step over a molar's crown over max(0.1 N, 7 %)", "1", largestForceJump(over_crown.since(0), {}), 1);
   out.add("torque step over a molar's crown over max(5 N mm, 13 %)", "1", largestTorqueJump(over_crown.since(0), {}), 1);
-  deepest = std::max({deepest, over_corner.leafPenetration(), over_crown.leafPenetration()});
-  out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
+  out.add("share of the way over the crown off the tooth", "%", 100 * (1 - touched), 50);
+  out.add(
+      "penetration of leaf spheres", "mm",
+      std::max({over_ridge.leafPenetration(), in_sulcus.leafPenetration(), over_corner.leafPenetration(), over_crown.leafPenetration()}),
+      kPenetrationPass);
+  over_ridge.finish(out);
   return out;
 }
 
@@ -365,7 +368,7 @@ Outcome born(Bench& bench, Mode mode) {
       p += way;  // 1 m/s
       const runtime::StepResult r = rig.to({p, kUpright});
       if (r.active == 0) continue;
-      first = std::max(first, rig.leaves().at(r.graphic));
+      first = std::max(first, rig.leafDepth(r.graphic));
       for (int k = 0; k < 5; ++k) rig.to({p, kUpright});
       break;
     }
@@ -447,11 +450,11 @@ Outcome insideRows(Bench& bench, Mode mode) {
       if (small.tree.isLeaf(n)) return small.tree.cover[n];
     return small.tree.cover[0];
   }();
-  const double touch = 2 * static_cast<double>(leaf.radius);
+  const double touch = 2 * static_cast<double>(leaf.radius) / rig.scale();
   double error = 0;
   for (int k = 0; k <= 19; ++k) {
     const Configuration inside{{0.6 * 0.1 * k, 0, 0.8 * 0.1 * k}, kUpright};
-    runtime::resetTo(inside, rig.workspace());
+    rig.resetTo(inside);
     runtime::StepResult r = rig.to(inside);
     if (mode == Mode::Constrained)
       for (int n = 0; n < 9; ++n) r = rig.to(inside);

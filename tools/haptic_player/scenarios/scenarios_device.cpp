@@ -31,15 +31,14 @@ Outcome squeezed(Bench& bench, Mode mode) {
       unanswered += !isFinite(r.graphic);
       force = std::max(force, r.limited_wrench.force.norm());
       if (n % 10) continue;
-      const double a = slot.leaves().at(r.graphic, 0), b = slot.leaves().at(r.graphic, 1);
+      const double a = slot.leafDepth(r.graphic, 0), b = slot.leafDepth(r.graphic, 1);
       beyond_half = std::max(beyond_half, std::max(a, b) - 0.5 * (a + b));
       unlogged += std::max(a, b) > 2 * runtime::kGapTolerance && !(r.faults & (runtime::kPenetrating | runtime::kRowsConflict));
     }
   };
   squeeze(0.0005, 4200);
   squeeze(-0.0005, 4200);
-  for (int n = 0; n < 100 && slot.leaves().at(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside)
-    slot.to({{0.3, 0, 0}, kUpright});
+  for (int n = 0; n < 100 && slot.leafDepth(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside) slot.to({{0.3, 0, 0}, kUpright});
   // A block jumps 2 into a ball that rests on it.
   const Body &ball = bench.bodies.get("ball"), &block = bench.bodies.get("block");
   Rig jump(ball, {{&block, {}}}, mode);
@@ -51,7 +50,7 @@ Outcome squeezed(Bench& bench, Mode mode) {
     const runtime::StepResult r = jump.to({{0, 0, 5}, kUpright});
     unanswered += !isFinite(r.graphic);
     force = std::max(force, r.limited_wrench.force.norm());
-    if (jump.leaves().at(r.graphic) <= kPenetrationPass) break;
+    if (jump.leafDepth(r.graphic) <= kPenetrationPass) break;
   }
   out.add("steps without an answer", "1", unanswered, 0);
   out.add("penetration beyond half of the forced overlap", "mm", beyond_half, kPenetrationPass);
@@ -87,7 +86,7 @@ Outcome startInContact(Bench& bench, Mode mode) {
     last = sent;
     return sent.force.norm();
   };
-  runtime::resetTo({{0, 0, 8}, kUpright}, rig.workspace());  // the graphic tool starts outside, the hand 10 deep
+  rig.resetTo({{0, 0, 8}, kUpright});  // the graphic tool starts outside, the hand 10 deep
   double early = 0, after_jump = 0, z = -5;
   while (tick < 500) early = std::max(early, drive(z));
   while (tick < 3000) drive(z = std::min(10.0, z + 0.02));
@@ -175,7 +174,7 @@ Outcome saturation(Bench& bench, Mode mode) {
     for (double z = -50; z < 30;) {
       z = std::min(30.0, z + speed / 1000);
       const runtime::StepResult r = rig.to({{4, 0, z}, rotationOf({0, 0, 89 * kDegree})});
-      const bool is_free = rig.leaves().at(rig.last().haptic) == 0;
+      const bool is_free = rig.leafDepth(rig.last().haptic) == 0;
       run = is_free && r.wrench.force.norm() > 1e-6 ? run + 1 : 0;
       late = std::max(late, run);
     }

@@ -104,16 +104,16 @@ Outcome crush(Bench& bench, Mode mode) {
       const runtime::StepResult r = rig.to({{0, 0, 0.4}, kUpright});
       unanswered += !isFinite(r.graphic);
       force = std::max(force, r.limited_wrench.force.norm());
-      const double a = rig.leaves().at(r.graphic, 0), b = rig.leaves().at(r.graphic, 1), both = a + b;
+      const double a = rig.leafDepth(r.graphic, 0), b = rig.leafDepth(r.graphic, 1), both = a + b;
       if (r.faults == 0) free_depth = std::max(free_depth, std::max(a, b));
       beyond_half = std::max(beyond_half, std::max(a, b) - 0.5 * both);
       unlogged += std::max(a, b) > kPenetrationPass && !(r.faults & (runtime::kPenetrating | runtime::kRowsConflict));
     }
   };
   int closing = 0;
-  while (closing < 400 && (rig.leaves().at(rig.last().graphic, 0) + rig.leaves().at(rig.last().graphic, 1)) < 1) go(0.05, 1), ++closing;
+  while (closing < 400 && (rig.leafDepth(rig.last().graphic, 0) + rig.leafDepth(rig.last().graphic, 1)) < 1) go(0.05, 1), ++closing;
   go(-0.05, closing);
-  for (; recovery < 100 && rig.leaves().at(rig.last().graphic) > kPenetrationPass; ++recovery) rig.to({{0, 0, 0.4}, kUpright});
+  for (; recovery < 100 && rig.leafDepth(rig.last().graphic) > kPenetrationPass; ++recovery) rig.to({{0, 0, 0.4}, kUpright});
   out.add("steps without an answer", "1", unanswered, 0);
   out.add("penetration while no fault bit is set", "mm", free_depth, kPenetrationPass);
   out.add("penetration beyond half of the forced overlap", "mm", beyond_half, 0.05);
@@ -183,7 +183,7 @@ Outcome jumpingBody(Bench& bench, Mode mode) {
         const runtime::StepResult r = rig.to({hand, kUpright});
         force = std::max(force, r.limited_wrench.force.norm());
       }
-      deepest = std::max(deepest, rig.leaves().at(rig.last().graphic));
+      deepest = std::max(deepest, rig.leafDepth(rig.last().graphic));
     }
     through += rig.last().graphic.position.z() < height;
     if (run == 0) rig.finish(out);

@@ -32,6 +32,20 @@ Json poseJson(const Configuration& pose) {
   return {{"position_mm", {pose.position.x(), pose.position.y(), pose.position.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
+/// The scenario on bodies that are turned, scaled and of other seeds: notes the worst of each figure in `outcome`.
+void runTurned(const Scenario& scenario, Bench& bench, Mode mode, Outcome& outcome) {
+  Bench less{bench.bodies, {bench.settings.share * kTurnedShare, 0}, bench.progress};
+  for (int n = 1; n <= bench.settings.turned; ++n) {
+    bench.bodies.setVariant(static_cast<std::uint64_t>(n));
+    const Outcome turned = scenario.run(less, mode);
+    bench.bodies.setVariant(0);
+    for (std::size_t i = 0; i < outcome.figures.size(); ++i) {
+      std::optional<double>& worst = outcome.figures[i].turned;
+      worst = worst ? std::max(*worst, turned.figures[i].value) : turned.figures[i].value;
+    }
+  }
+}
+
 /// The one whose bodies and notes stand for the scenario.
 const Outcome& leading(const ScenarioResult& r) {
   const auto ours = r.outcomes.find(Mode::Constrained);
@@ -50,6 +64,7 @@ Json figureJson(const ScenarioResult& r, std::size_t i) {
   if (r.outcomes.contains(Mode::Constrained)) json["verdict"] = verdicts["constrained"];
   if (r.outcomes.contains(Mode::Paper)) json["paper_verdict"] = verdicts["paper"];
   json["verdicts"] = verdicts;
+  if (figure.turned) json["turned"] = number(*figure.turned);
   return json;
 }
 
@@ -123,7 +138,9 @@ std::vector<const Scenario*> selectScenarios(const std::string& names) {
   return chosen;
 }
 
-bool holds(const Figure& figure) { return figure.informative || figure.value <= figure.pass; }  // NaN does not hold
+bool holds(const Figure& figure) {  // NaN does not hold
+  return figure.informative || (figure.value <= figure.pass && (!figure.turned || *figure.turned <= figure.pass));
+}
 
 bool holds(const Outcome& outcome) {
   return std::all_of(outcome.figures.begin(), outcome.figures.end(), [](const Figure& f) { return holds(f); });
@@ -141,6 +158,7 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<con
     const Mode mode = modes[k];
     if (!isOurs(mode) && !scenario.for_all) continue;
     Outcome outcome = scenario.run(bench, mode);
+    if (mode == Mode::Constrained && scenario.is_turned) runTurned(scenario, bench, mode, outcome);
     if (!folder.empty() && !outcome.recording.empty()) {
       formats::makeFolder(folder);
       const std::string file = scenario.id + "." + std::string(name(mode)) + ".csv";
@@ -166,7 +184,7 @@ std::string tableHead(std::span<const Mode> modes) {
     std::snprintf(cell, sizeof cell, " %11s", std::string(name(mode)).c_str());
     text += cell;
   }
-  return text + "  verdict\n";
+  return text + "      turned  verdict\n";
 }
 
 std::string tableRows(const ScenarioResult& r, std::span<const Mode> modes) {
@@ -187,7 +205,8 @@ std::string tableRows(const ScenarioResult& r, std::span<const Mode> modes) {
         std::snprintf(cell, sizeof cell, " %11.4g", found->second.figures[i].value);
       text += cell;
     }
-    text += "  " + verdictOf(f) + "\n";
+    std::snprintf(cell, sizeof cell, f.turned ? " %11.4g" : "           -", f.turned.value_or(0));
+    text += cell + ("  " + verdictOf(f)) + "\n";
   }
   return text;
 }

@@ -32,7 +32,8 @@ bool holds(const Outcome& outcome);
 /// column penetration_mm at the end, in `folder` (empty: nowhere) and out of memory. @throws formats::FileError
 ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<const Mode> modes, const std::filesystem::path& folder);
 
-/// The heads of the columns, and the lines of a scenario: its title, then one line for each figure.
+/// The heads of the columns, that of the constrained mode on turned bodies among them, and the lines of a scenario: its
+/// title, then one line for each figure.
 std::string tableHead(std::span<const Mode> modes);
 std::string tableRows(const ScenarioResult& result, std::span<const Mode> modes);
 
