@@ -24,10 +24,17 @@ std::string verdict(const std::vector<PatientResult>& patients) {
   const std::size_t ok = with(PatientState::Ok);
   if (ok == patients.size()) return "<p><span class=\"good\">All " + std::to_string(ok) + " patients are built</span> as asked for.</p>\n";
   std::string out = "<p><span class=\"bad\">" + std::to_string(patients.size() - ok) + " of " + std::to_string(patients.size()) +
-                    " patients are not as asked for</span>: ";
+                    (patients.size() - ok == 1 ? " patients is" : " patients are") + " not as asked for</span>: ";
   for (const PatientState state : {PatientState::Refused, PatientState::Failed, PatientState::Missed})
     out += std::to_string(with(state)) + " " + nameOf(state) + (state == PatientState::Missed ? ".</p>\n" : ", ");
   return out;
+}
+
+/// In the largest unit of which there is one.
+std::pair<std::string, std::string> workBox(double seconds) {
+  if (seconds < 60) return {"seconds of work", shortNumber(seconds)};
+  if (seconds < 3600) return {"minutes of work", shortNumber(seconds / 60)};
+  return {"hours of work", shortNumber(seconds / 3600)};
 }
 
 }  // namespace
@@ -36,8 +43,8 @@ Report cohortReport(const std::filesystem::path& folder) {
   const std::vector<PatientResult> patients = pipeline::readCohortLogs(folder);
   Report report;
   HtmlTable table{"Patients, the worst first",
-                  {"patient", "state", "worst overhang / tolerance", "worst object", "built", "unchanged", "failed", "missed", "leaves",
-                   "seconds", "what went wrong"},
+                  {"patient", "state", "what went wrong", "worst overhang / tolerance", "worst object", "built", "unchanged", "failed",
+                   "missed", "leaves", "seconds"},
                   {}};
   Json rows = Json::array();
   double seconds = 0;
@@ -45,15 +52,14 @@ Report cohortReport(const std::filesystem::path& folder) {
   for (const PatientResult& p : patients) {
     seconds += p.seconds, leaves += p.leaves;
     rows.push_back(toJson(p));
-    table.rows.push_back({escaped(p.name), stateCell(p.state), p.worst_ratio ? shortNumber(*p.worst_ratio) : "\u2013",
-                          escaped(p.worst_object), std::to_string(p.built), std::to_string(p.cached), std::to_string(p.failed),
-                          std::to_string(p.missed), std::to_string(p.leaves), shortNumber(p.seconds), escaped(p.error)});
+    table.rows.push_back({escaped(p.name), stateCell(p.state), "<span class=\"wrap words\">" + escaped(p.error) + "</span>",
+                          p.worst_ratio ? shortNumber(*p.worst_ratio) : "\u2013", escaped(p.worst_object), std::to_string(p.built),
+                          std::to_string(p.cached), std::to_string(p.failed), std::to_string(p.missed), std::to_string(p.leaves),
+                          shortNumber(p.seconds)});
   }
   Page page("Cohort " + folder.filename().string(), verdict(patients));
   page.addSection("patients", "Patients",
-                  figureBoxes({{"patients", std::to_string(patients.size())},
-                               {"leaves", std::to_string(leaves)},
-                               {"hours of work", shortNumber(seconds / 3600)}}) +
+                  figureBoxes({{"patients", std::to_string(patients.size())}, {"leaves", std::to_string(leaves)}, workBox(seconds)}) +
                       table.html() +
                       "<p class=\"note\">refused: the scene cannot be read; failed: some object has no tree; missed: some tolerance is not "
                       "met. One patient: spheretree report FOLDER/PATIENT.</p>\n");

@@ -65,12 +65,8 @@ std::vector<std::string> meanCharts(const std::vector<MeanFigures>& means) {
 /// Worst overhang of every level of the trees, and of other programs' spheres, against their number.
 std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
   const double percent = 100 / mesh.diagonal_mm;
-  ScatterChart chart{"Spheres against accuracy",
-                     "Spheres",
-                     "Worst overhang [% of the diagonal]",
-                     {} {},
-                     {},
-                     false};  // no front: what leaves surface bare is no better for its small overhang
+  ScatterChart chart{"Spheres against accuracy", "Spheres", "Worst overhang [% of the diagonal]", {}, {}};
+  chart.front = false;  // what leaves surface bare is no better for its small overhang
   const auto add = [&](const std::string& series, const std::string& title, const builder::LevelEvaluation& level) {
     ChartPoint p;
     p.x = static_cast<double>(level.spheres);
