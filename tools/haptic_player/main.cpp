@@ -32,8 +32,8 @@ using namespace spheretree::tool;
 struct Options {
   PlaySettings play;
   ViewOptions view;
-  std::string device, mode = "constrained", modes = "paper,constrained", contact = "skin", clock = "real", scenario, quality = "standard",
-                      progress = "auto";
+  std::string device, mode = "constrained", tissue = "large", modes = "paper,constrained", contact = "skin", clock = "real", scenario,
+                      quality = "standard", progress = "auto";
   std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
   int turned = 1;
@@ -150,6 +150,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
   play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
+  play_settings.large_motion = options.tissue == "large";
   if (std::error_code none; std::filesystem::is_directory(play_settings.scene, none)) play_settings.scene /= "scene.json";
   const RunFiles files;
   for (const std::filesystem::path& input : {play_settings.trajectory, play_settings.scene})
@@ -199,6 +200,14 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
       ->needs(scenario);
 }
 
+void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
+  cli.add_option("--tissue", o.tissue,
+                 "How soft tissue moves, in constrained mode: large, by a solver in a thread of its own; small, by its compliance at rest")
+      ->check(CLI::IsMember({"large", "small"}))
+      ->capture_default_str()
+      ->excludes(scenario);
+}
+
 void addOptions(CLI::App& cli, Options& o) {
   cli.name(kProgram);
   cli.set_version_flag("--version", kGenerator);
@@ -230,6 +239,7 @@ void addOptions(CLI::App& cli, Options& o) {
   cli.add_option("--contact", o.contact, "What the tool rests on in constrained mode: the skin of objects that have one, or their leaves")
       ->check(CLI::IsMember({"skin", "leaves"}))
       ->capture_default_str();
+  addTissueOption(cli, o, scenario);
   cli.add_option("--clock", o.clock,
                  "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real. Scenarios are stepped")
       ->check(CLI::IsMember({"real", "stepped"}));

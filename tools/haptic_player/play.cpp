@@ -139,11 +139,20 @@ const char* endName(PlayEnd end) {
 
 }  // namespace
 
-RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording) {
+bool movesTissue(const PlaySettings& settings, const runtime::Scene& scene) {
+  if (!settings.large_motion || settings.mode != runtime::Mode::Constrained) return false;
+  for (std::size_t object = 0; object < scene.objectCount(); ++object)
+    if (scene.tissue(object)) return true;
+  return false;
+}
+
+RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording, bool has_tissue) {
   RunIdentity identity{kSampleScene,
                        std::string("mode=") + modeName(settings.mode) +
                            " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves"),
                        {"molar"}};
+  identity.has_tissue = has_tissue;
+  if (has_tissue) identity.settings += " tissue=large";
   if (settings.scene.empty()) return identity;
   identity.objects.clear();
   const formats::SceneFile scene = formats::readScene(settings.scene);
@@ -224,8 +233,10 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   if (observer) observer->onScene(description);
   const std::optional<device::ToolMount> mount = mountOf(file, settings.device);
   if (!device) device = openInput(settings, scene, mount, observer);
+  const bool has_tissue = movesTissue(settings, scene);
   std::unique_ptr<RecordingWriter> recording;
-  if (!settings.record.empty()) recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record));
+  if (!settings.record.empty())
+    recording = std::make_unique<RecordingWriter>(settings.record, identityOf(settings, settings.record, has_tissue));
   const BodyPaths bodies(file, settings.scene);
   ServoLoop::Options options;
   options.bodies = &bodies;
@@ -233,6 +244,9 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   options.mode = settings.mode;
   options.wait = !real;
   options.real_time_thread = real && settings.device != DeviceKind::Phantom;  // the vendor's thread has a priority of its own
+  std::optional<TissueMotion> tissue;
+  if (has_tissue) tissue.emplace(scene, real ? TissueMotion::Clock::Real : TissueMotion::Clock::Stepped);
+  options.tissue = tissue ? &*tissue : nullptr;
   ServoLoop loop(scene, recording.get(), options, observer ? observer->streams() : nullptr);
   const device::EmergencyStop emergency_stop;  // from here on Ctrl-C means the device first
   progress.check();
@@ -256,6 +270,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
              {"clock", real ? "real" : "stepped"}, {"end", endName(end)}};
   summary.update(loop.statistics().toJson());
   summary["missed_deadlines"] = status.late_ticks;
+  if (has_tissue) summary["tissue_states"] = loop.tissueStates();
   summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)},
                           {"memory_locked", locked}};
   summary["safety_events"] = status.safety_so_far;

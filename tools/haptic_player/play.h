@@ -34,6 +34,7 @@ struct PlaySettings {
   std::string hand = "fine";      // of the simulated device
   device::PhantomSettings phantom;
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;
+  bool large_motion = true;  // of soft tissue, in constrained mode; else by the compliance of its rest alone
   bool status_line = false;
 };
 
@@ -71,8 +72,11 @@ runtime::SceneDescription describeScene(const std::filesystem::path& path, build
 /// `description`, checked and compiled; `path` of its file for messages. @throws formats::FormatError
 runtime::Scene compiledScene(const runtime::SceneDescription& description, const std::filesystem::path& path);
 
+/// Whether runs of these settings need a solver for soft tissue in `scene`.
+bool movesTissue(const PlaySettings& settings, const runtime::Scene& scene);
+
 /// How a recording of a run with these settings names what it belongs to.
-RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording);
+RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording, bool has_tissue);
 
 /// The scene of a file that names trees, or the built-in sample, compiled.
 /// @throws formats::FileError, formats::FormatError, builder::Cancelled

@@ -46,6 +46,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity 
     : ring_(capacity), path_(path), identity_(std::move(identity)), file_(path) {
   std::string header(recordingHeader());
   header.insert(header.size() - 1, ",scene,settings,touched,friction_n,slip_mm_s,hinges_deg");
+  if (identity_.has_tissue) header.insert(header.size() - 1, ",tissue_states");
   file_.append(header);
   thread_ = std::thread([this] { drain(); });
 }
@@ -73,6 +74,11 @@ void RecordingWriter::appendFullRow(std::string& text, const RecordedStep& row) 
     text.back() = ';';
   }
   if (identity_.hinges > 0) text.pop_back();
+  if (identity_.has_tissue) {
+    text += ',';
+    appendNumber(text, row.tissue_states);
+    text.pop_back();
+  }
   text += '\n';
 }
 

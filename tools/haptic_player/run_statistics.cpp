@@ -8,7 +8,8 @@
 namespace spheretree::player {
 namespace {
 
-constexpr std::array<const char*, 6> kFaultNames{"pairs_full", "work_limit", "qp_stopped", "rows_conflict", "penetrating", "bad_input"};
+constexpr std::array<const char*, 7> kFaultNames{"pairs_full",  "work_limit", "qp_stopped",   "rows_conflict",
+                                                 "penetrating", "bad_input",  "tissue_frozen"};
 
 }  // namespace
 

@@ -66,7 +66,7 @@ class RunStatistics {
   Wrench last_wrench_;
   double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;
   std::uint64_t steps_ = 0, over_by_clock_ = 0, over_by_processor_ = 0;
-  std::array<std::uint64_t, 6> faults_{};
+  std::array<std::uint64_t, 7> faults_{};
 };
 
 }  // namespace spheretree::player

@@ -33,10 +33,12 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     steerHinges(options_.bodies->anglesAt(time));
     options_.bodies->moveTo(time, hinges_, workspace_);
   }
+  if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);
   const runtime::StepResult result = runtime::step(scene_, tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
   row.hinges = hinges_;
+  row.tissue_states = tissue_states_;
   statistics_.add(row, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
   time_.store(total_us, std::memory_order_relaxed);
@@ -116,7 +118,8 @@ RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const
           strongest ? strongest->object : kUntouched,
           friction.norm(),
           strongest ? strongest->slip.norm() : 0,
-          {}};
+          {},
+          0};
 }
 
 }  // namespace spheretree::player

@@ -14,6 +14,7 @@
 #include "spheretree/device/tool_mount.h"
 #include "spheretree/runtime/step.h"
 #include "streams/live_streams.h"
+#include "tissue_motion.h"
 
 namespace spheretree::player {
 
@@ -22,6 +23,7 @@ class ServoLoop final : public device::Renderer {
   struct Options {
     runtime::Mode mode = runtime::Mode::Constrained;
     bool wait = false;                       // a full ring of the recording holds up the loop instead of losing rows
+    TissueMotion* tissue = nullptr;          // large motion of soft tissue; must outlive the loop
     const BodyPaths* bodies = nullptr;       // where bodies are at each tick; must outlive the loop
     std::optional<device::ToolMount> mount;  // absent: the device gives the pose of the tool, in the world
     bool real_time_thread = false;           // the first step asks for a real-time priority for its thread
@@ -39,6 +41,8 @@ class ServoLoop final : public device::Renderer {
 
   // After the last step.
   const RunStatistics& statistics() const { return statistics_; }
+  TissueMotion* tissue() const { return options_.tissue; }
+  std::uint32_t tissueStates() const { return tissue_states_; }  // that were taken over
   // From any thread.
   double force() const { return force_.load(std::memory_order_relaxed); }                // of the last step [N]
   double time() const { return time_.load(std::memory_order_relaxed); }                  // that it took [us]
@@ -56,6 +60,7 @@ class ServoLoop final : public device::Renderer {
   runtime::Workspace workspace_;
   RunStatistics statistics_;
   std::uint64_t ticks_ = 0;
+  std::uint32_t tissue_states_ = 0;
   HingeAngles hinges_{};
   std::array<bool, kMostHinges> is_steered_{};
   std::atomic<std::uint64_t> begun_{0}, ended_{0};  // steps

@@ -23,7 +23,6 @@ constexpr int kMostHalvings = 12;     // of a step along a direction
 constexpr double kSufficient = 1e-4;  // Armijo's constant, as in J. Nocedal, S. Wright, Numerical Optimization
 constexpr double kRounding = 1e-13;   // of a sum of energies
 constexpr double kMostInverted = 0.05;
-constexpr double kMostPoissonAtRest = 0.4;  // of the matrix: nearer to 0.5 plain tetrahedra lock, which the energy does not
 
 using Field = std::vector<Vector3d>;
 
@@ -71,14 +70,14 @@ struct TissueSolver::State {
   bool run(std::span<const Vector3d> forces, double tolerance, int most_iterations);
 };
 
-// Linear tetrahedra, with less of what keeps their volume.
+// Plain linear tetrahedra: stiffer than the energy at rest, so that full steps seldom go too far.
 bool TissueSolver::State::factorise(const Tissue& tissue) {
   std::vector<char> fixed(tissue.nodes.size(), 0);
   for (const std::uint32_t node : tissue.fixed) fixed[node] = 1;
   std::int32_t rows = 0;
   for (const char is_fixed : fixed) row.push_back(is_fixed ? -1 : 3 * rows++);
   if (rows == 0) return false;
-  const double nu = std::min(tissue.material.poisson, kMostPoissonAtRest), mu = elements.mu(), lambda = 2 * mu * nu / (1 - 2 * nu);
+  const double nu = tissue.material.poisson, mu = elements.mu(), lambda = 2 * mu * nu / (1 - 2 * nu);
   std::vector<Eigen::Triplet<double>> entries;
   for (const Element& e : elements.elements()) {
     Eigen::Matrix<double, 3, 4> g;

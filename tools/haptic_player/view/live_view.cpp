@@ -35,7 +35,7 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
   state.limits = {scene.wrench_limits.force, std::nullopt, std::nullopt, std::nullopt, 1000.0};
 }
 
-void RunShown::update() {
+void RunShown::update(TissueMotion* tissue) {
   view::Pane& shown = pane();
   if (!state.frozen) {
     streams.steps.drain([&](const RecordedStep& step) {
@@ -47,6 +47,7 @@ void RunShown::update() {
   shown.has_state = streams.state.refresh() || shown.has_state;
   shown.state = streams.state.front();
   shown.carriers = bodies_.posesAt(shown.state.step.time, shown.state.step.hinges);
+  if (tissue) shown.tissue = tissue->shapes();
   for (std::size_t k = 0; k < state.hinges.size(); ++k) {
     state.hinges[k].now = shown.state.step.hinges[k];
     streams.hinges.degree[k].store(state.hinges[k].wish.value_or(std::numeric_limits<double>::quiet_NaN()), std::memory_order_relaxed);
@@ -169,7 +170,7 @@ void LiveView::toggleRecording(ServoLoop& loop) try {
     return;
   }
   const std::filesystem::path name = nextRecording();
-  recording_ = std::make_unique<RecordingWriter>(name, identityOf(settings_, name));
+  recording_ = std::make_unique<RecordingWriter>(name, identityOf(settings_, name, loop.tissue() != nullptr));
   (void)loop.record(recording_.get());
   state.message.clear();
 } catch (const formats::FileError& error) {
@@ -189,7 +190,7 @@ bool LiveView::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
   }
   const double seconds = window_.begin();
   const Clock::time_point begun = Clock::now();
-  shown_.update();
+  shown_.update(loop.tissue());
   if (!has_camera_ && shown_.pane().has_state) {
     const view::Layout layout = view::layoutOf(state, window_.width(), window_.height(), window_.interface().scale());
     state.camera = view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic.position, options_.wish, layout.panes[0]);

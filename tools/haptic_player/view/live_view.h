@@ -14,6 +14,7 @@
 #include "recording.h"
 #include "run_statistics.h"
 #include "streams/live_streams.h"
+#include "tissue_motion.h"
 #include "window/window.h"
 
 namespace spheretree::player {
@@ -26,8 +27,9 @@ class RunShown {
 
   /// The stage, its name, and notes on what cannot be shown.
   void setScene(const runtime::SceneDescription& scene, const std::filesystem::path& path);
-  /// Takes over what the loop has published since, and hands it what the panels wish of hinges.
-  void update();
+  /// Takes over what the loop has published since, and hands it what the panels wish of hinges. `tissue`: of
+  /// the run; null: none moves by a solver.
+  void update(TissueMotion* tissue);
   const view::Stage& stage() const { return stage_; }
   view::Pane& pane() { return state.panes[0]; }
 

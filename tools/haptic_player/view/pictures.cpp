@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "program_end.h"
+#include "servo_loop.h"
 #include "spheretree/formats/file_io.h"
 #include "view/run_panel.h"
 
@@ -64,11 +65,11 @@ void PictureObserver::onScene(const runtime::SceneDescription& scene) {
   maker_ = std::make_unique<view::PictureMaker>(settings_.width, settings_.height, settings_.scale, shown_.state);
 }
 
-bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop&) {
+bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
   if (status.ticks == 0) return true;
   const std::uint64_t step = status.ticks - 1;
   if (settings_.steps.has(step)) {
-    shown_.update();
+    shown_.update(loop.tissue());
     const std::vector<view::Lamp> safety = safetyLamps(status.safety, status.safety_so_far);
     shown_.pane().lamps.insert(shown_.pane().lamps.end(), safety.begin(), safety.end());
     if (count_++ == 0)
@@ -76,7 +77,7 @@ bool PictureObserver::onTurn(const device::DeviceStatus& status, ServoLoop&) {
           view::wishedCamera(shown_.stage(), shown_.pane().state.step.graphic.position, settings_.wish, maker_->layout().panes[0]);
     drawPicture(*maker_, settings_, step);
   } else {
-    shown_.update();
+    shown_.update(loop.tissue());
   }
   return step < settings_.steps.last;
 }

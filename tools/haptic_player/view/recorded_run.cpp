@@ -28,7 +28,8 @@ class RunReader {
         penetration_(table_.find("penetration_mm")),
         scene_(table_.find("scene")),
         settings_(table_.find("settings")),
-        hinges_(table_.find("hinges_deg")) {
+        hinges_(table_.find("hinges_deg")),
+        tissue_(table_.find("tissue_states")) {
     for (std::size_t c = 0; c < kColumns.size(); ++c) at_[c] = table_.require(kColumns[c], "give a recording of haptic-player --record");
   }
 
@@ -77,6 +78,7 @@ class RunReader {
     step.qp_us = real(29);
     step.total_us = real(30);
     if (hinges_) step.hinges = angles();
+    if (tissue_) step.tissue_states = static_cast<std::uint32_t>(table_.count(*tissue_, 0xffffffffu));
     if (penetration_) step.penetration = table_.number(*penetration_);
     if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time runs backwards");
     if (out_.steps.empty()) {
@@ -87,7 +89,7 @@ class RunReader {
   }
 
   formats::CsvTable table_;
-  std::optional<std::size_t> penetration_, scene_, settings_, hinges_;
+  std::optional<std::size_t> penetration_, scene_, settings_, hinges_, tissue_;
   std::array<std::size_t, kColumns.size()> at_{};
   RecordedRun out_;
 };
@@ -140,21 +142,34 @@ view::LiveState ShownRun::at(std::size_t step) const {
   return out;
 }
 
-ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode, const BodyPaths& bodies) {
+TissueShapes ShownRun::tissueAt(std::size_t step) const {
+  if (tissue.empty()) return {};
+  return tissue[std::min<std::size_t>((steps[step].tissue_states - steps[0].tissue_states) / kShownStates, tissue.size() - 1)];
+}
+
+ShownRun shownRun(std::vector<RecordedStep> steps, const runtime::Scene& scene, runtime::Mode mode, const BodyPaths& bodies,
+                  TissueMotion* tissue) {
   ShownRun out;
   out.steps = std::move(steps);
   runtime::Workspace workspace(scene);
   std::size_t differ = 0;
+  const std::uint32_t first = out.steps.empty() ? 0 : out.steps[0].tissue_states;
+  std::uint32_t states = first > 0 ? first - 1 : 0;
   out.contact_begin.push_back(0);
   for (const RecordedStep& step : out.steps) {
     bodies.moveTo(step.time, step.hinges, workspace);
     // A recording may begin in the middle of a run.
     if (out.contact_begin.size() == 1) runtime::resetTo(step.graphic, workspace);
+    if (tissue) tissue->take(step.tick, workspace, step.tissue_states != states);
+    if (tissue && step.tissue_states != states && (step.tissue_states - first) / kShownStates >= out.tissue.size())
+      out.tissue.push_back(tissue->shapes());
+    states = step.tissue_states;
     if (isSame(step, runtime::step(scene, step.haptic, mode, workspace))) {
       for (const runtime::Contact& contact : runtime::contacts(workspace)) out.contacts.push_back(shownContact(contact));
     } else {
       ++differ;
       runtime::resetTo(step.graphic, workspace);
+      if (tissue) tissue->restart();
     }
     out.contact_begin.push_back(static_cast<std::uint32_t>(out.contacts.size()));
   }

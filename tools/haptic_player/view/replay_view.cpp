@@ -2,6 +2,7 @@
 #include "view/replay_view.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "play.h"
 #include "program_end.h"
@@ -32,7 +33,9 @@ ReplayedRun replayedRun(const std::filesystem::path& recording, const std::files
   out.title = recording.filename().string();
   out.stage = std::make_unique<view::Stage>(stageOf(description, path, out.notes));
   out.bodies = readBodyPaths(path);
-  out.run = shownRun(std::move(run.steps), compiled, mode, out.bodies);
+  std::optional<TissueMotion> tissue;
+  if (run.identity.settings.find("tissue=large") != std::string::npos) tissue.emplace(compiled, TissueMotion::Clock::Replay);
+  out.run = shownRun(std::move(run.steps), compiled, mode, out.bodies, tissue ? &*tissue : nullptr);
   if (!out.run.note.empty()) out.notes.push_back(out.run.note);
   return out;
 }
@@ -66,6 +69,7 @@ void Replay::update() {
     view::Pane& pane = state.panes[k];
     const std::size_t step = std::min(playback.step(), run.steps.size() - 1);
     pane.state = run.at(step);
+    pane.tissue = run.tissueAt(step);
     pane.carriers = runs_[k].bodies.posesAt(pane.state.step.time, pane.state.step.hinges);
     const std::span<const view::PlotSample> samples(samples_[k]);
     pane.figures = figuresOf(run.steps[step], view::stepTimes(view::lastOf(samples.first(step + 1), 2)));

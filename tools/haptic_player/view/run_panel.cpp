@@ -23,7 +23,9 @@ constexpr Meaning kFaults[] = {
     {runtime::kWorkLimit, "work limit", "The step used up its budget; the graphic tool goes on in the next one."},
     {runtime::kQpStopped, "solver stopped", "The solver of the step stopped early; its answer is safe but not the best."},
     {runtime::kRowsConflict, "conflict", "The contacts contradict each other: the answer has the smallest worst violation."},
-    {runtime::kBadInput, "bad input", "The pose of the hand was not finite or too far away: the tool rests, and the force decays."}};
+    {runtime::kBadInput, "bad input", "The pose of the hand was not finite or too far away: the tool rests, and the force decays."},
+    {runtime::kTissueFrozen, "tissue frozen",
+     "The solver of the soft tissue is at a loss: it gives way from its last good state, by its compliance at rest."}};
 
 constexpr Meaning kSafety[] = {
     {device::kForceClamped, "force limit", "The force was cut to the largest that is allowed.", false},

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "view/shown_stage.h"
 
+#include "model/moved_surface.h"
 #include "molar.h"
 #include "pipeline/batch/mesh_store.h"
 #include "pipeline/part_choice.h"
 #include "probe.h"
+#include "soft_tissue.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"
 
@@ -54,8 +56,13 @@ view::Stage stageOf(const runtime::SceneDescription& scene, const std::filesyste
   };
   stage.tool = add(scene.tool, 0);
   stage.reference_point = scene.reference_point;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    stage.objects.push_back({add(*scene.objects[i].tree, i + 1), scene.objects[i].pose, scene.objects[i].body});
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    view::PlacedObject& object =
+        stage.objects.emplace_back(view::PlacedObject{add(*scene.objects[i].tree, i + 1), scene.objects[i].pose, scene.objects[i].body});
+    const view::Surface& mesh = stage.bodies[object.body].mesh;
+    if (scene.objects[i].tissue && !mesh.empty())
+      object.soft = std::make_shared<const view::MovedSurface>(mesh, scene.objects[i].tissue->tissue);
+  }
   stage.force_limit = scene.wrench_limits.force;
   stage.torque_limit = scene.wrench_limits.torque;
   return stage;

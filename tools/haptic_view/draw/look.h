@@ -47,7 +47,8 @@ struct ShownState {
   Configuration haptic, graphic;
   Wrench wrench;  // on the hand
   std::span<const ShownContact> contacts;
-  std::span<const Configuration> carriers;  // where what moves is; what is missing stands at the identity
+  std::span<const std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue; may be empty [mm]
+  std::span<const Configuration> carriers;               // where what moves is; what is missing stands at the identity
   Configuration poseOf(const PlacedObject& object) const {
     return object.carrier == 0 || object.carrier > carriers.size() ? object.pose : composed(carriers[object.carrier - 1], object.pose);
   }

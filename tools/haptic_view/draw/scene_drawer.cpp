@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "draw/shaders.h"
+#include "model/moved_surface.h"
 
 namespace spheretree::view {
 /// Locations of what the shaders of solids share.
@@ -331,6 +332,12 @@ void SceneDrawer::draw(const Camera& camera, const Look& look, const ShownState&
     if (!look.shows(i)) continue;
     const PlacedObject& object = stage_.objects[i];
     const bool many = stage_.objects.size() > 1;
+    const bool is_moved = object.soft && i < state.tissue.size() && !state.tissue[i].empty();
+    if (is_moved && (look.objects == Geometry::Meshes || look.objects == Geometry::Contact)) {
+      const BodyBuffers::Tinted now(gl_, object.soft->at(state.tissue[i], stage_.bodies[object.body].colour));
+      drawSurface(pass, now, state.poseOf(object), {});
+      continue;
+    }
     drawBody(pass, object.body, state.poseOf(object), look.objects, stage_.bodies[object.body].colour, !many);
   }
   pass.cut_now = {};

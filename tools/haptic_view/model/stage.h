@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,10 +55,13 @@ struct Body {
   bool empty() const { return mesh.empty() && levels.empty(); }
 };
 
+class MovedSurface;
+
 struct PlacedObject {
   std::size_t body = 0;
-  Configuration pose;         // of the body's frame in the world, where its carrier stands at the identity
-  std::uint32_t carrier = 0;  // what moves it: n is the nth of ShownState::carriers, 0 the world
+  Configuration pose;                                  // of the body's frame in the world, where its carrier stands at the identity
+  std::uint32_t carrier = 0;                           // what moves it: n is the nth of ShownState::carriers, 0 the world
+  std::shared_ptr<const MovedSurface> soft = nullptr;  // its mesh, if it is soft tissue; null: it is rigid
 };
 
 struct Stage {

@@ -17,6 +17,7 @@ ShownState shownState(const Pane& pane) {
   out.wrench = pane.state.step.wrench;
   out.contacts = {pane.state.contacts.data(), pane.state.contact_count};
   out.carriers = pane.carriers;
+  out.tissue = pane.tissue;
   return out;
 }
 

@@ -36,8 +36,9 @@ struct Pane {
   std::string title;
   bool has_state = false;
   LiveState state;
-  std::vector<Configuration> carriers;  // where what moves is
-  std::span<const PlotSample> samples;  // in order; of a replay all of the run
+  std::vector<Configuration> carriers;               // where what moves is
+  std::vector<std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue [mm]
+  std::span<const PlotSample> samples;               // in order; of a replay all of the run
   std::vector<FigureLine> figures;
   std::vector<Lamp> lamps;
   std::vector<std::string> notes;

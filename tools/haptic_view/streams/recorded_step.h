@@ -29,6 +29,7 @@ struct RecordedStep {
   double friction = 0;                 // all of it: length of its sum over the contacts [N]
   double slip = 0;                     // of the contact with the largest force: how fast it rubs [mm/s]
   HingeAngles hinges{};                // of the bodies with a hinge, in the order of the scene
+  std::uint32_t tissue_states = 0;     // of soft tissue that were taken over so far
 };
 
 }  // namespace spheretree::player

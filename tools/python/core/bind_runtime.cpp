@@ -207,6 +207,7 @@ shapes as of step() [mm]. Raises ValueError.)")
   faults["ROWS_CONFLICT"] = static_cast<int>(runtime::kRowsConflict);
   faults["PENETRATING"] = static_cast<int>(runtime::kPenetrating);
   faults["BAD_INPUT"] = static_cast<int>(runtime::kBadInput);
+  faults["TISSUE_FROZEN"] = static_cast<int>(runtime::kTissueFrozen);
   module.attr("Fault") = int_flag("Fault", faults, py::arg("module") = "spheretree");
 }
 

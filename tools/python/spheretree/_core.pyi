@@ -134,6 +134,7 @@ class Fault(IntFlag):
     ROWS_CONFLICT: int
     PENETRATING: int
     BAD_INPUT: int
+    TISSUE_FROZEN: int
 
 class Renderer:
     def __init__(self, scene: Scene, mode: str = ...) -> None: ...
