@@ -53,7 +53,8 @@ TEST(TissueMotion, AReplayTakesTheSameStatesAndGivesTheSameBytes) {
     ASSERT_EQ(a.wrench.force, b.wrench.force) << tick;
     ASSERT_EQ(a.graphic.position, b.graphic.position) << tick;
   }
-  EXPECT_EQ(last, 60u) << "one every 10 ms";
+  EXPECT_GT(last, 30u);
+  EXPECT_LT(last, 60u) << "one every 10 ms, from the first touch on";
   const TissueShapes& shapes = one.tissue->shapes();
   ASSERT_EQ(shapes.size(), 2u);
   EXPECT_TRUE(shapes[0].empty());
@@ -86,7 +87,7 @@ TEST(TissueMotion, TissueThatNothingTouchesCostsNothing) {
     states = far.tissue->take(tick, *far.workspace);
     (void)far.to({12, 10, 40});
   }
-  EXPECT_EQ(states, 100u) << "and then it rests";
+  EXPECT_EQ(states, 0u);
 }
 
 }  // namespace

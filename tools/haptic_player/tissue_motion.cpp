@@ -7,11 +7,6 @@
 #include "spheretree/formats/errors.h"
 
 namespace spheretree::player {
-namespace {
-
-constexpr int kQuiet = 100;  // states under no force, after which tissue is at rest
-
-}  // namespace
 
 TissueMotion::TissueMotion(const runtime::Scene& scene, Clock clock) : clock_(clock) {
   TissueShapes rest(scene.objectCount());
@@ -23,7 +18,7 @@ TissueMotion::TissueMotion(const runtime::Scene& scene, Clock clock) : clock_(cl
     if (!body.motion)
       throw formats::FormatError("object " + std::to_string(object) + ": " + fault + ". Soften it again, or play it with --tissue small.");
     body.taken = body.solved = body.motion->restState();
-    rest[object].assign(tissue->nodes.size(), Eigen::Vector3f::Zero());
+    rest[object] = body.shape = std::vector<Eigen::Vector3f>(tissue->nodes.size(), Eigen::Vector3f::Zero());
     bodies_.push_back(std::move(body));
   }
   for (int slot = 0; slot < 3; ++slot) shapes_.publish(rest), (void)shapes_.refresh();
@@ -43,25 +38,23 @@ std::uint32_t TissueMotion::take(std::uint64_t tick, runtime::Workspace& workspa
                      : clock_ == Clock::Stepped ? tick % kTissueTicks == 0
                                                 : is_due;
   if (!takes || empty()) return taken_;
-  bool is_pressed = false;
-  for (const Body& body : bodies_) {
-    const std::span<const float> forces = runtime::tissueForces(body.object, workspace);
-    is_pressed = is_pressed || std::any_of(forces.begin(), forces.end(), [](float f) { return f != 0; });
-  }
-  quiet_ = is_pressed ? 0 : quiet_ + 1;
-  if (quiet_ > kQuiet) {
-    quiet_ = kQuiet;
-    return taken_;
-  }
+  bool has_work = false;
   for (Body& body : bodies_) {
-    if (has_solved_) {
+    const std::span<const float> forces = runtime::tissueForces(body.object, workspace);
+    const bool is_pressed = std::any_of(forces.begin(), forces.end(), [](float f) { return f != 0; });
+    body.quiet = is_pressed ? 0 : std::min(body.quiet + 1, kQuiet);
+    has_work = has_work || body.quiet < kQuiet;
+  }
+  if (!has_work) return taken_;
+  for (Body& body : bodies_) {
+    if (body.is_solved) {
       std::swap(body.taken, body.solved);
       runtime::aimTissue(body.object, body.taken.leaves, body.taken.is_frozen, workspace);
     }
+    body.is_solved = body.quiet < kQuiet;
     const std::span<const float> forces = runtime::tissueForces(body.object, workspace);
     std::copy(forces.begin(), forces.end(), body.forces.begin());
   }
-  has_solved_ = true;
   ++taken_;
   if (clock_ == Clock::Real) {
     phase_.store(kAsked, std::memory_order_release);
@@ -75,9 +68,11 @@ std::uint32_t TissueMotion::take(std::uint64_t tick, runtime::Workspace& workspa
 void TissueMotion::solve() noexcept {
   TissueShapes& shapes = shapes_.back();
   for (Body& body : bodies_) {
-    body.motion->advance(body.forces, body.solved);
-    std::vector<Eigen::Vector3f>& shape = shapes[body.object];
-    for (std::size_t i = 0; i < shape.size(); ++i) shape[i] = body.solved.displacements[i].cast<float>();
+    if (body.is_solved) {
+      body.motion->advance(body.forces, body.solved);
+      for (std::size_t i = 0; i < body.shape.size(); ++i) body.shape[i] = body.solved.displacements[i].cast<float>();
+    }
+    std::copy(body.shape.begin(), body.shape.end(), shapes[body.object].begin());
   }
   shapes_.publish();
 }
@@ -95,9 +90,11 @@ void TissueMotion::run() noexcept {
 }
 
 void TissueMotion::restart() noexcept {
-  for (Body& body : bodies_) body.motion->reset();
-  has_solved_ = false;
-  quiet_ = 0;
+  for (Body& body : bodies_) {
+    body.motion->reset();
+    body.quiet = kQuiet;
+    body.is_solved = false;
+  }
 }
 
 const TissueShapes& TissueMotion::shapes() noexcept {

@@ -16,6 +16,7 @@
 
 namespace spheretree::player {
 
+inline constexpr int kQuiet = 100;                 // states under no force, after which tissue is at rest
 inline constexpr std::uint64_t kTissueTicks = 10;  // from state to state in lock step
 
 /// What a view shows: displacements of the nodes of each object, empty if it is rigid [mm].
@@ -50,7 +51,10 @@ class TissueMotion {
     std::size_t object;
     std::unique_ptr<tissue::MovingTissue> motion;
     std::vector<float> forces;
-    tissue::TissueState taken, solved;  // held by the workspace; of the solver
+    tissue::TissueState taken, solved;        // held by the workspace; of the solver
+    int quiet = kQuiet;                       // states in a row under no force
+    std::vector<Eigen::Vector3f> shape = {};  // the newest
+    bool is_solved = false;                   // there will be a new one in `solved`
   };
   enum Phase : int { kSolved, kAsked, kEnding };
 
@@ -59,8 +63,6 @@ class TissueMotion {
 
   const Clock clock_;
   std::vector<Body> bodies_;
-  bool has_solved_ = false;
-  int quiet_ = 0;  // states in a row under no force
   std::uint32_t taken_ = 0;
   std::atomic<int> phase_{kSolved};  // whose turn it is with the bodies
   view::TripleBuffer<TissueShapes> shapes_;
