@@ -24,6 +24,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
   }
   begun_.fetch_add(1);
+  if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // its solver is no part of a step
   runtime::StageTimes times;
   const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
@@ -33,7 +34,6 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     steerHinges(options_.bodies->anglesAt(time));
     options_.bodies->moveTo(time, hinges_, workspace_);
   }
-  if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);
   const runtime::StepResult result = runtime::step(scene_, tool, options_.mode, workspace_, &times);
   const double total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
