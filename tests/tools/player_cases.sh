@@ -61,7 +61,7 @@ case_player_usage() {
     # shellcheck disable=SC2086
     expect 2 --scenario F17 $bad
   done
-  expect 0 --scenario F17 --device simulated --mode constrained --clock stepped --seconds 1 --json
+  expect 0 --scenario F17 --turned 0 --device simulated --mode constrained --clock stepped --seconds 1 --json
   expect 2 --scenario F99
   says "F22 (leaves)" err
   cp path.csv before
@@ -118,13 +118,13 @@ case_player_scenario() {
   says "^F17 " out
   says "1 scenario, 0 fall short" out
   says '"schema": "spheretree.stability/1"' stability/stability.json
-  expect 0 --scenario inside --quality quick --json
+  expect 0 --scenario inside --turned 0 --quality quick --json
   says '"schema": "spheretree.stability/1"' out
   says '"verdict": "holds"' out
   if grep -q "^F17" out; then fail "the table among the JSON"; fi
   expect 0 --scenario F7 --share 0.01 --quality quick --turned 0 --modes constrained,points,volume,continuous
   says "constrained *points *volume *continuous" out
-  expect 0 --scenario F17 --quality quick --modes continuous
+  expect 0 --scenario F17 --turned 0 --quality quick --modes continuous
   says "only for paper and constrained" out
 }
 
