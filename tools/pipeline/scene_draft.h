@@ -22,11 +22,11 @@ struct ToleranceMatch {
 
 struct SceneDraftSettings {
   std::vector<std::filesystem::path> files;  // meshes in any format of formats::readMesh, or trees (.stree)
-  std::string tool;                          // the name of a part or object, or a file; "": by its name, or a ball
-  std::string unit;                          // of all files, glTF included; "": mm, glTF m
-  std::optional<double> tolerance_mm;        // of every object that no pattern matches, and of the tool
-  std::vector<ToleranceMatch> matches;       // a later one goes before an earlier one
-  std::optional<double> reach_mm;            // radius of formats::Reach
+  std::string tool = {};                     // the name of a part or object, or a file; "": by its name, or a ball
+  std::string unit = {};                     // of all files, glTF included; "": mm, glTF m
+  std::optional<double> tolerance_mm = {};   // of every object that no pattern matches, and of the tool
+  std::vector<ToleranceMatch> matches = {};  // a later one goes before an earlier one
+  std::optional<double> reach_mm = {};       // radius of formats::Reach
 };
 
 struct SceneDraft {

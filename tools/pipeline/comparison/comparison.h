@@ -66,7 +66,7 @@ struct MeshFigures {
   double diagonal_mm = 0, area_mm2 = 0, volume_mm3 = 0;
   double leaves = 0;            // that a full tree has: the limits are for as many spheres
   builder::CoverLimits limits;  // on the overhang of any cover
-  std::vector<OtherFigures> others;
+  std::vector<OtherFigures> others = {};
 };
 
 /// One tree of one mesh.
