@@ -47,7 +47,7 @@ struct ComparedMesh {
   double unit_mm = 1;          // that it was read in
   TriangleMesh mesh;           // sound
   TriangleMesh to_cover;       // what repair has taken out of `mesh` and trees cover all the same
-  std::vector<OtherSpheres> others;
+  std::vector<OtherSpheres> others = {};
 };
 
 /// By the measures of every level of a tree; how long they took to make is not known.

@@ -48,10 +48,10 @@ std::size_t reportFaults(const BatchResult& result) {
     ++missed;
     const pipeline::TreeFigures& figures = object.figures;
     // With regions of work, the largest overhang is elsewhere as a rule, where more is allowed.
-    const std::string missed =
-        figures.isGraded() ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met; the best result was written."
-                           : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
-    say("spheretree: " + object.name + ": " + missed + " Allow more levels or a larger tolerance_mm.");
+    const std::string what = figures.isGraded()
+                                 ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met; the best result was written."
+                                 : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
+    say("spheretree: " + object.name + ": " + what + " Allow more levels or a larger tolerance_mm.");
   }
   return missed;
 }
