@@ -46,7 +46,7 @@ case_soften_batch() {
 {"schema": "spheretree.scene/1", "tool": {"name": "probe", "mesh": "tool.obj", "levels": 2},
  "defaults": {"quality": "quick", "levels": 3},
  "objects": [{"name": "bone", "mesh": "tool.obj", "position_mm": [0, 0, -6], "levels": 2},
-             {"name": "ring", "mesh": "torus.obj",
+             {"name": "ring", "mesh": "torus.obj", "levels": 4,
               "soft": {"young_kpa": 15, "tetrahedra": 800, "fixed": [{"inside": "bone"}, {"box": {"low_mm": [-20, -20, -9], "high_mm": [20, 20, -1]}}]}}]}
 S
   expect 0 batch scene.json -o made -q
