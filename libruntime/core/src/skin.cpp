@@ -135,7 +135,7 @@ class PatchCheck {
 
 }  // namespace
 
-bool operator==(const Skin& a, const Skin& b) {
+[[gnu::cold]] bool operator==(const Skin& a, const Skin& b) {  // small, not fast
   const auto same = [](const auto& x, const auto& y, auto&& equal) {
     return x.size() == y.size() && std::equal(x.begin(), x.end(), y.begin(), equal);
   };
