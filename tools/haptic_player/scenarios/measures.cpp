@@ -29,6 +29,10 @@ LeafPenetration::LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& 
     : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
   for (const Ball& b : tool_) reach_ = std::max(reach_, b.centre.norm());
   for (const PlacedBody& object : objects) {
+    if (object.body->soft) {  // not where it was
+      objects_.push_back({object.body, object.pose, false, {}, {Eigen::Vector3d::Zero(), 0}});
+      continue;
+    }
     const bool has_skin = contact == runtime::ContactSurface::Skin && !object.body->tree.skin.empty();
     Object made{object.body, object.pose, has_skin, leavesOf(object.body->tree, object.pose), {Eigen::Vector3d::Zero(), 0}};
     for (const Ball& b : made.balls) made.around.centre += b.centre / static_cast<double>(made.balls.size());

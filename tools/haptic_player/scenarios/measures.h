@@ -15,8 +15,9 @@
 namespace spheretree::player {
 
 /// How deep the leaf spheres of the tool are in what they must stay out of, every leaf of it, in double: the leaves of
-/// an object, or, of one whose skin is felt, its mesh less what the skin's tolerances allow. Pairs that are farther
-/// apart than the tool can have moved since they were tested are not tested again.
+/// an object, or, of one whose skin is felt, its mesh less what the skin's tolerances allow. Soft
+/// tissue, which is elsewhere, is left out. Pairs that are farther apart than the tool can have moved since they were
+/// tested are not tested again.
 class LeafPenetration {
  public:
   LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& reference_point, std::span<const PlacedBody> objects,

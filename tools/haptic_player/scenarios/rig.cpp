@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 
 #include "coupling_wrench.h"
 #include "scenarios/scenario.h"
 #include "servo_loop.h"
+#include "tissue_motion.h"
 
 namespace spheretree::player {
 
@@ -66,12 +68,21 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
   carried_.resize(objects_.size(), Eigen::Vector3d::Zero());
   for (const PlacedBody& object : objects_) {
     const auto body = static_cast<std::uint32_t>(options.moving ? description.objects.size() + 1 : 0);
-    description.objects.push_back({object.body->tree, object.pose, body, options.friction});
+    const std::optional<SoftPart>& soft = object.body->soft;
+    description.objects.push_back({soft ? soft->tree : object.body->tree, object.pose, body, options.friction});
+    if (soft) description.objects.back().tissue = soft->model;
   }
   description.contact = surfaceOf(mode, objects_, options.contact);
   std::string fault;
   if (!runtime::compileScene(description, scene_, fault)) throw std::runtime_error(fault);
   workspace_ = std::make_unique<runtime::Workspace>(scene_);
+  for (std::size_t i = 0; mode == Mode::Constrained && options.large_motion && i < objects_.size(); ++i) {
+    if (!objects_[i].body->soft) continue;
+    std::unique_ptr<tissue::MovingTissue> motion = tissue::MovingTissue::make(*scene_.tissue(i), fault);
+    if (!motion) throw std::runtime_error(fault);
+    const tissue::TissueState rest = motion->restState();
+    moving_.push_back({i, std::move(motion), rest, rest, {}});
+  }
   double spacing = scale * options.mesh_spacing;
   if (!isOurs(mode)) {
     renderer_ = makeRenderer(mode, {&tool, reference_point, objects_, description.coupling, scene_.byteCount()});
@@ -80,9 +91,27 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
   if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, reference_point, objects_, spacing);
 }
 
+// As the player does in lock step: the steps take the state of the forces kTissueTicks ago, the solver those of now.
+void Rig::moveTissue() {
+  if (solver_ == Solver::Stalls) return;
+  for (MovingObject& soft : moving_) {
+    std::swap(soft.taken, soft.solved);
+    runtime::aimTissue(soft.object, soft.taken.leaves, soft.taken.is_frozen, *workspace_);
+    const std::span<const float> forces = runtime::tissueForces(soft.object, *workspace_);
+    soft.forces.assign(forces.begin(), forces.end());
+    if (solver_ == Solver::Diverges) std::fill(soft.forces.begin(), soft.forces.end(), std::numeric_limits<float>::quiet_NaN());
+    soft.motion->advance(soft.forces, soft.solved);
+  }
+}
+
+bool Rig::isFrozen() const {
+  return std::any_of(moving_.begin(), moving_.end(), [](const MovingObject& soft) { return soft.taken.is_frozen; });
+}
+
 runtime::StepResult Rig::to(const Configuration& haptic) {
   runtime::StageTimes times;
   const Configuration there = toRuntime(haptic, tool_.frame);
+  if (tick_ % kTissueTicks == 0) moveTissue();
   const double start = threadTime();
   const runtime::StepResult raw =
       renderer_ ? renderer_->step(there) : runtime::step(scene_, there, runtimeMode(mode_), *workspace_, &times);

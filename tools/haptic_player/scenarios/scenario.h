@@ -15,6 +15,7 @@
 #include "scenarios/measures.h"
 #include "scenarios/scenario_shapes.h"
 #include "spheretree/runtime/step.h"
+#include "spheretree/tissue/moving_tissue.h"
 
 namespace spheretree::player {
 
@@ -70,6 +71,7 @@ class Rig {
     bool keep_rows = true;
     runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // of bodies that do not say leaves themselves
     double friction = 0;                                              // of all objects
+    bool large_motion = true;                                         // of soft tissue: by a solver in lock step
     bool moving = false;                                              // each object has a body of its own: carryObject()
   };
   Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options);
@@ -85,6 +87,12 @@ class Rig {
   void moveObject(std::size_t object, const Eigen::Vector3d& scenario_way);
   /// During the next step; needs Options::moving.
   void carryObject(std::size_t object, const Eigen::Vector3d& scenario_way);
+
+  /// What the solver of large motion does from now on: it gives no new states, or is given forces that are not finite.
+  enum class Solver { Runs, Stalls, Diverges };
+  void setSolver(Solver solver) { solver_ = solver; }
+  /// Whether the newest state that the steps have been given is said to be frozen.
+  bool isFrozen() const;
 
   /// Of all steps, or as many as fit: the first 200,000.
   const std::vector<RecordedStep>& rows() const { return rows_; }
@@ -112,6 +120,7 @@ class Rig {
  private:
   static Configuration toRuntime(const Configuration& pose, const BodyFrame& frame);
   runtime::StepResult fromRuntime(runtime::StepResult result) const;
+  void moveTissue();
 
   const Body& tool_;
   std::vector<PlacedBody> objects_;       // in the runtime
@@ -121,6 +130,14 @@ class Rig {
   runtime::Scene scene_;
   std::unique_ptr<runtime::Workspace> workspace_;
   std::unique_ptr<Renderer> renderer_;  // of a mode that is not ours
+  struct MovingObject {
+    std::size_t object;
+    std::unique_ptr<tissue::MovingTissue> motion;
+    tissue::TissueState taken, solved;  // held by the workspace; of the solver
+    std::vector<float> forces;
+  };
+  std::vector<MovingObject> moving_;  // tissue in large motion
+  Solver solver_ = Solver::Runs;
   LeafPenetration leaves_;
   std::unique_ptr<MeshPenetration> meshes_;
   std::vector<RecordedStep> rows_;
@@ -160,6 +177,7 @@ std::vector<Scenario> numericScenarios();     // rotations, rows, units
 std::vector<Scenario> builderScenarios();     // hard meshes, leaves
 std::vector<Scenario> deviceScenarios();      // moving objects, safety
 std::vector<Scenario> rubbingScenarios();     // friction, bodies that move
+std::vector<Scenario> tissueScenarios();      // soft tissue
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 
 /// For notes: three digits, or as many as asked for.

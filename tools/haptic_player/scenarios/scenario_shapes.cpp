@@ -166,6 +166,7 @@ const std::map<std::string, Recipe>& recipes() {
       // error of every figure that is compared with a ball.
       {"ball", {[] { return ball(5); }, 2, 0.0125}},
       {"small_ball", {[] { return ball(1); }, 2, 0.0025}},
+      {"tip", {[] { return ball(3); }, 2, 0.0075}},
       {"probe", {[] { return capsule(1, 100); }}},
       {"fine_probe", {[] { return capsule(0.3, 40); }}},
       {"cube", {cube}},

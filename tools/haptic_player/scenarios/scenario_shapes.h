@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,6 @@ TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 /// less than half).
 TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest);
 
-/// A body with its tree and its exact distance.
 /// The frame of a body's mesh: a point p of its scenario is scale * (turn * p) there. All bodies of a library have one
 /// scale, and the world of the runtime is turned as a whole, too: by `world`.
 struct BodyFrame {
@@ -43,6 +43,13 @@ struct BodyFrame {
   Quaternion turn{1, 0, 0, 0}, world{1, 0, 0, 0};
 };
 
+/// Soft tissue as the runtime takes it.
+struct SoftPart {
+  runtime::SharedTree tree;
+  std::shared_ptr<const runtime::TissueModel> model;
+};
+
+/// A body with its tree and its exact distance.
 struct Body {
   std::string name;
   TriangleMesh mesh;
@@ -50,6 +57,7 @@ struct Body {
   builder::DistanceField field;
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;  // what is felt of it
   BodyFrame frame{};
+  std::optional<SoftPart> soft{};  // none: rigid
 };
 
 struct PlacedBody {
@@ -70,8 +78,13 @@ class BodyLibrary {
   /// spent where its scenario works.
   /// @throws std::invalid_argument, formats::FileError
   const Body& get(const std::string& name);
-  /// From now on get() makes every body turned, each its own way, all scaled by the same 0.8 to 1.25, and with another
-  /// seed. 0: as they were written. A Rig takes poses and wrenches there and back, so that a scenario does not notice.
+  /// A box of soft tissue, Poisson's ratio 0.45, tetrahedra by formula. "soft_block": 24 x 20 x 12, its top at z = 0,
+  /// held below, 15 kPa; "cheek": 30 x 30 x 2, its middle at z = 0, held at its rim, 30 kPa.
+  /// @throws std::out_of_range for another name
+  const Body& getSoft(const std::string& name);
+  /// From now on get() and getSoft() make every body turned, each its own way, all scaled by the same 0.8 to 1.25, and
+  /// with another seed. 0: as they were written. A Rig takes poses and wrenches there and back, so that a scenario does
+  /// not notice.
   void setVariant(std::uint64_t variant) { variant_ = variant; }
   /// The mesh alone, of any of these names, as it was written.
   static TriangleMesh mesh(const std::string& name);
