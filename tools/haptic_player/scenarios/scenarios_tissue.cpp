@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadius = 3;         // of the tip
+constexpr double kTipRadius = 3;      // of the tip
 constexpr double kMostForce = 8;      // WrenchLimits [N]
 constexpr double kEnergyPass = 0.05;  // [mJ]
 
@@ -26,7 +26,7 @@ Rig::Options tissueOptions(bool is_large) {
 /// Down at `speed` until the tool is `depth` below the surface z = 0: where the hand then is. It gives up 12 mm deeper.
 Vector3d press(Rig& rig, const Vector3d& over, double depth, double speed = 10) {
   Vector3d hand = over;
-  for (const double end = over.z() - 2 - depth - 12; hand.z() > end && rig.last().graphic.position.z() > kRadius - depth;)
+  for (const double end = over.z() - 2 - depth - 12; hand.z() > end && rig.last().graphic.position.z() > kTipRadius - depth;)
     rig.to({hand -= Vector3d(0, 0, speed / 1000), kUpright});
   return hand;
 }
@@ -85,7 +85,7 @@ void addRules(Outcome& out, const Rig& rig, const std::string& which) {
 /// tissue gives because its states are late gets less then.
 Outcome poke(Bench& bench, Mode mode) {
   Outcome out;
-  const Vector3d start(1, -0.7, kRadius + 1);
+  const Vector3d start(1, -0.7, kTipRadius + 1);
   const auto rigOf = [&](bool is_large) {
     return Rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode, tissueOptions(is_large));
   };
@@ -122,7 +122,7 @@ Outcome squeeze(Bench& bench, Mode mode) {
   for (const bool is_large : {true, false}) {
     const std::vector<PlacedBody> objects{{&bench.bodies.getSoft("cheek"), {}}, {&bench.bodies.get("slab"), {{0, 0, -2}, kUpright}}};
     Rig rig(bench.bodies.get("tip"), objects, mode, tissueOptions(is_large));
-    const Vector3d start(0.6, 0.4, kRadius + 2), low(0.6, 0.4, kRadius - 6);
+    const Vector3d start(0.6, 0.4, kTipRadius + 2), low(0.6, 0.4, kTipRadius - 6);
     rig.to({start, kUpright});
     rig.moveTo(low, 20);
     hold(rig, low, 500);
@@ -147,7 +147,7 @@ Outcome slipOff(Bench& bench, Mode mode) {
     const std::vector<PlacedBody> objects{{&bench.bodies.getSoft("soft_block"), {{-12, 0, 0}, kUpright}},
                                           {&bench.bodies.get("block"), {{30, 0, 0.5}, kUpright}}};
     Rig rig(bench.bodies.get("tip"), objects, mode, tissueOptions(is_large));
-    const Vector3d start(-9, 0.5, kRadius + 1);
+    const Vector3d start(-9, 0.5, kTipRadius + 1);
     rig.to({start, kUpright});
     const Vector3d hand = press(rig, start, 1);
     hold(rig, hand, 200);
@@ -180,7 +180,7 @@ Outcome fastCheek(Bench& bench, Mode mode) {
     const Rig::Options options = tissueOptions(is_large);
     Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("cheek"), {}}}, mode, options);
     const Vector3d across(dice.uniform(-8, 8), dice.uniform(-8, 8), 0),
-        start = across + Vector3d(0, 0, side * (kRadius + 1.1 + dice.uniform(0, 1)));
+        start = across + Vector3d(0, 0, side * (kTipRadius + 1.1 + dice.uniform(0, 1)));
     rig.to({start, kUpright});
     const Vector3d past = across - Vector3d(0, 0, side * 9);
     rig.moveTo(past, 1000);
@@ -217,14 +217,14 @@ void sway(Rig& rig, const Vector3d& hand, const Look& look) {
 Outcome stalls(Bench& bench, Mode mode) {
   Outcome out;
   Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode);
-  const Vector3d start(1, -0.7, kRadius + 1);
+  const Vector3d start(1, -0.7, kTipRadius + 1);
   rig.to({start, kUpright});
   const Vector3d hand = press(rig, start, 2);
   hold(rig, hand, 500);
   const Vector3d before = rig.last().wrench.force;
   rig.setSolver(Rig::Solver::Stalls);
   double away = 0;
-  sway(rig, hand, [&] { away = std::max(away, kRadius - rig.last().graphic.position.z()); });
+  sway(rig, hand, [&] { away = std::max(away, kTipRadius - rig.last().graphic.position.z()); });
   rig.setSolver(Rig::Solver::Runs);
   hold(rig, hand, 500);
   const double off = (rig.last().wrench.force - before).norm() / before.norm();
@@ -242,7 +242,7 @@ Outcome stalls(Bench& bench, Mode mode) {
 Outcome diverges(Bench& bench, Mode mode) {
   Outcome out;
   Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode);
-  const Vector3d start(1, -0.7, kRadius + 1);
+  const Vector3d start(1, -0.7, kTipRadius + 1);
   rig.to({start, kUpright});
   const Vector3d hand = press(rig, start, 2);
   hold(rig, hand, 500);
@@ -254,8 +254,8 @@ Outcome diverges(Bench& bench, Mode mode) {
   };
   sway(rig, hand, look);
   double height = 0;
-  for (Vector3d out_at = rig.last().haptic.position; out_at.z() < kRadius + 5; out_at.z() += 0.01)
-    if (rig.to({out_at, kUpright}).wrench.force.norm() > 0) height = out_at.z() - kRadius;
+  for (Vector3d out_at = rig.last().haptic.position; out_at.z() < kTipRadius + 5; out_at.z() += 0.01)
+    if (rig.to({out_at, kUpright}).wrench.force.norm() > 0) height = out_at.z() - kTipRadius;
   const double held = rig.last().wrench.force.norm();
   rig.setSolver(Rig::Solver::Runs);
   hold(rig, rig.last().haptic.position, 500);

@@ -21,7 +21,7 @@ struct SoftRecipe {
   std::function<bool(const Vector3d&)> is_held;  // what does not move
 };
 
-const std::map<std::string, SoftRecipe>& recipes() {
+const std::map<std::string, SoftRecipe>& softRecipes() {
   static const std::map<std::string, SoftRecipe> all{
       {"soft_block", {{Vector3d(-12, -10, -12), Vector3d(12, 10, 0)}, {8, 6, 4}, 15, [](const Vector3d& p) { return p.z() < -11.9; }}},
       {"cheek",
@@ -66,7 +66,7 @@ TetrahedronList fill(const Eigen::AlignedBox3d& box, const std::array<std::uint3
 const Body& BodyLibrary::getSoft(const std::string& name) {
   const std::string known = variant_ == 0 ? name : name + " " + std::to_string(variant_);
   if (const auto found = bodies_.find(known); found != bodies_.end()) return *found->second;
-  const SoftRecipe& recipe = recipes().at(name);
+  const SoftRecipe& recipe = softRecipes().at(name);
   const BodyFrame frame = frameOf(name);
   const auto put = [&](std::vector<Vector3d>& points) {
     for (Vector3d& p : points) p = frame.scale * (frame.turn * p);
