@@ -79,7 +79,7 @@ void addJoints(XmlElement& body, const Joint& joint) {
   }
   if (joint.kind == JointKind::Floating) {
     for (int axis = 0; axis < 3; ++axis) one(joint.name + "_" + "xyz"[axis], "slide", Eigen::Vector3d::Unit(axis));
-    one(joint.name + "_turn", "ball", {});
+    one(joint.name + "_turn", "ball", Eigen::Vector3d::Zero());
   }
 }
 
