@@ -14,7 +14,8 @@ import subprocess
 import sys
 import time
 
-from torus import write_torus
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "support"))
+from torus import write_torus  # noqa: E402
 
 KILLS, SHARDS, SEED, RINGS = 20, 4, 1, 8
 program, make_samples, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])

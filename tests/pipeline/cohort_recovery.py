@@ -13,7 +13,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from torus import write_torus
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from torus import write_torus  # noqa: E402
 
 KILLS, PATIENTS, OBJECTS = 20, 6, 3
 

@@ -11,7 +11,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from torus import write_torus
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from torus import write_torus  # noqa: E402
 
 IS_LONG = os.environ.get("SPHERETREE_LONG") == "1"
 PATIENTS, SHARDS = (1000, 8) if IS_LONG else (8, 2)

@@ -16,6 +16,9 @@ import tempfile
 import termios
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from torus import write_torus  # noqa: E402
+
 spheretree, player = (str(Path(p).resolve()) for p in sys.argv[1:3])
 failures = []
 
@@ -91,20 +94,7 @@ def trial(words, columns, term, cwd):
 
 def prepare(folder):
     subprocess.run([spheretree, "--version"], check=True, capture_output=True)
-    import math
-    n = 60
-    rows = []
-    for i in range(n):
-        for j in range(n):
-            u, v = 2 * math.pi * i / n, 2 * math.pi * j / n
-            r = 10 + 3 * math.cos(v)
-            rows.append(f"v {r * math.cos(u):.9f} {r * math.sin(u):.9f} {3 * math.sin(v):.9f}")
-    for i in range(n):
-        for j in range(n):
-            a, b = i * n + j + 1, (i + 1) % n * n + j + 1
-            c, d = (i + 1) % n * n + (j + 1) % n + 1, i * n + (j + 1) % n + 1
-            rows += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
-    (folder / "torus.obj").write_text("\n".join(rows) + "\n")
+    write_torus(folder / "torus.obj", 10, 60)
     (folder / "torus.scene.json").write_text(
         '{"schema": "spheretree.scene/1", "tool": {"name": "tool", "mesh": "torus.obj", "levels": 3},'
         ' "objects": [{"name": "a", "mesh": "torus.obj"}, {"name": "b", "mesh": "torus.obj", "levels": 3}]}')

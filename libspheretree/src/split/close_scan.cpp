@@ -126,20 +126,10 @@ Base baseUnder(const TriangleMesh& mesh, const Loop& loop, const Vector3d& up, d
 /// Triangles of the mesh that a base crosses, and those at the corners of a base that crosses itself; empty if there
 /// are none. Looks at what is within some rings of the loop.
 std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, const Base& base) {
-  std::vector<char> is_near(mesh.positions.size(), 0);
-  for (const std::uint32_t v : loop) is_near[v] = 1;
-  const auto isNear = [&](const Triangle& t) { return is_near[t[0]] || is_near[t[1]] || is_near[t[2]]; };
-  for (int ring = 0; ring < kBaseRings; ++ring) {
-    std::vector<std::uint32_t> more;
-    for (const Triangle& t : mesh.triangles)
-      if (isNear(t)) more.insert(more.end(), t.begin(), t.end());
-    for (const std::uint32_t v : more) is_near[v] = 1;
-  }
+  const std::vector<std::uint32_t> index = trianglesNear(mesh, loop, kBaseRings);
   TriangleMesh both{mesh.positions, {}, {}, {}};
   both.positions.insert(both.positions.end(), base.points.begin(), base.points.end());
-  std::vector<std::uint32_t> index;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    if (isNear(mesh.triangles[t])) both.triangles.push_back(mesh.triangles[t]), index.push_back(t);
+  for (const std::uint32_t t : index) both.triangles.push_back(mesh.triangles[t]);
   both.triangles.insert(both.triangles.end(), base.triangles.begin(), base.triangles.end());
   std::vector<char> is_dropped(mesh.triangles.size(), 0), is_bad(mesh.positions.size(), 0);
   bool is_any = false;

@@ -60,18 +60,10 @@ class Filling {
   void findNear(const std::vector<Loop>& loops) {
     is_bad_.assign(mesh_.positions.size(), 0);
     is_dropped_.assign(scanned_, 0);
-    std::vector<char> is_near(mesh_.positions.size(), 0);
-    for (const Loop& loop : loops)
-      for (const std::uint32_t v : loop) is_near[v] = 1;
-    const auto isNear = [&](const Triangle& t) { return is_near[t[0]] || is_near[t[1]] || is_near[t[2]]; };
-    for (int ring = 1; ring < kNearRings; ++ring) {
-      std::vector<std::uint32_t> more;
-      for (const Triangle& t : mesh_.triangles)
-        if (isNear(t)) more.insert(more.end(), t.begin(), t.end());
-      for (const std::uint32_t v : more) is_near[v] = 1;
-    }
-    for (std::uint32_t t = 0; t < scanned_; ++t)
-      if (isNear(mesh_.triangles[t])) search_.add(mesh_.triangles[t]), scan_triangle_.push_back(t);
+    Loop borders;
+    for (const Loop& loop : loops) borders.insert(borders.end(), loop.begin(), loop.end());
+    scan_triangle_ = trianglesNear(mesh_, borders, kNearRings);
+    for (const std::uint32_t t : scan_triangle_) search_.add(mesh_.triangles[t]);
   }
 
   void fill(const Loop& loop, bool widen, bool is_last) {

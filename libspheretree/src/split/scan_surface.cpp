@@ -23,6 +23,22 @@ std::uint32_t EdgeFaces::face(std::uint32_t from, std::uint32_t to) const {
   return kNone;
 }
 
+std::vector<std::uint32_t> trianglesNear(const TriangleMesh& mesh, std::span<const std::uint32_t> loop, int rings) {
+  std::vector<char> is_reached(mesh.positions.size(), 0);
+  for (const std::uint32_t v : loop) is_reached[v] = 1;
+  std::vector<std::uint32_t> near;
+  for (int ring = 0; ring < rings; ++ring) {
+    near.clear();
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Triangle& corners = mesh.triangles[t];
+      if (is_reached[corners[0]] || is_reached[corners[1]] || is_reached[corners[2]]) near.push_back(t);
+    }
+    for (const std::uint32_t t : near)
+      for (const std::uint32_t v : mesh.triangles[t]) is_reached[v] = 1;
+  }
+  return near;
+}
+
 namespace {
 
 /// Drops triangles until each edge has at most one in each direction; the larger ones stay.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,9 @@ class EdgeFaces {
   };
   std::vector<Entry> entries_;  // by from, in the order of the triangles
 };
+
+/// Triangles at the vertices of a loop, then those at the vertices of these, and so on, `rings` times; indices ascend.
+std::vector<std::uint32_t> trianglesNear(const TriangleMesh& mesh, std::span<const std::uint32_t> loop, int rings);
 
 /// Makes the surface manifold by leaving out triangles: at edges with more than two, or with two that run the same way,
 /// those beyond one in each direction; at vertices in which several fans meet, all but the largest fan. Returns the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What closes a scan and shares its inside out: holes, base, walls. Known answers on a field of heights.
+// What closes a scan and shares its inside out: base, walls. Known answers on a field of heights.
 #include "split/part_solids.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,6 @@
 #include "mesh/crossing_triangles.h"
 #include "mesh/mesh_edges.h"
 #include "split/close_scan.h"
-#include "split/fill_scan.h"
 #include "support/mesh_measures.h"
 
 namespace spheretree::builder {
@@ -55,8 +54,6 @@ double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_
   return volume;
 }
 
-double flat(double, double) { return 0; }
-
 /// Along every edge as many triangles run one way as the other.
 bool isClosed(const TriangleMesh& mesh) {
   bool closed = true;
@@ -67,37 +64,6 @@ bool isClosed(const TriangleMesh& mesh) {
     closed = closed && balance == 0;
   });
   return closed;
-}
-
-TEST(FillScanHoles, AHoleInAPlateIsFilledByItsArea) {
-  ScanSurface s = fieldOf(6, 0.5, flat, [](const Vector3d& p) { return p.cwiseAbs().maxCoeff() > 1.5; });
-  const std::size_t scanned = s.mesh.triangles.size();
-  s.region.clear();  // it comes with the cut
-  EXPECT_EQ(fillScanHoles(s), 1u);
-  EXPECT_NEAR(surfaceArea(s.mesh), 144, 1e-9);
-  ASSERT_EQ(s.is_invented.size(), s.mesh.triangles.size());
-  double invented = 0;
-  for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t) {
-    EXPECT_EQ(s.is_invented[t] != 0, t >= scanned);
-    if (s.is_invented[t]) invented += triangleArea(s.mesh, t);
-  }
-  EXPECT_NEAR(invented, 9, 1e-9);
-}
-
-TEST(DropCrossings, OfTwoSheetsThatCrossNothingIsLeftThatDoes) {
-  ScanSurface s = fieldOf(5, 0.5, flat);
-  const ScanSurface steep = fieldOf(5, 0.5, [](double x, double y) { return 0.9 * x + 0.1 * y + 0.05; });
-  const auto first = static_cast<std::uint32_t>(s.mesh.positions.size());
-  s.mesh.positions.insert(s.mesh.positions.end(), steep.mesh.positions.begin(), steep.mesh.positions.end());
-  for (Triangle t : steep.mesh.triangles) {
-    for (std::uint32_t& v : t) v += first;
-    s.mesh.triangles.push_back(t);
-  }
-  s.vertex_region.resize(s.mesh.positions.size(), kGumRegion);
-  s.is_invented.assign(s.mesh.triangles.size(), 0);
-  EXPECT_GT(dropCrossings(s), 20u);
-  EXPECT_EQ(findCrossingTriangles(s.mesh, 1).pairs.size(), 0u);
-  EXPECT_EQ(dropCrossings(s), 0u) << "once is enough";
 }
 
 TEST(AddBase, MakesASlabOfTheKnownVolumeHoweverItLies) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -49,6 +50,21 @@ TEST(EdgeFaces, FindsTheTriangleOfEachDirectedEdge) {
       const auto found = wanted.find({a, b});
       ASSERT_EQ(faces.face(a, b), found == wanted.end() ? EdgeFaces::kNone : found->second);
     }
+}
+
+TEST(TrianglesNear, EachRingTouchesTheOneBefore) {
+  const TriangleMesh mesh = test::sphereMesh(3, 3);
+  const std::vector<std::uint32_t> one{5};
+  std::set<std::uint32_t> corners{5};
+  for (int rings = 1; rings <= 4; ++rings) {
+    std::vector<std::uint32_t> wanted;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      if (std::any_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), [&](std::uint32_t v) { return corners.count(v) > 0; }))
+        wanted.push_back(t);
+    EXPECT_EQ(trianglesNear(mesh, one, rings), wanted) << rings;
+    for (const std::uint32_t t : wanted) corners.insert(mesh.triangles[t].begin(), mesh.triangles[t].end());
+  }
+  EXPECT_TRUE(trianglesNear(mesh, {}, 3).empty());
 }
 
 TEST(MakeManifold, LeavesASoundSurfaceAlone) {

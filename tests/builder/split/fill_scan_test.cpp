@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "split/fill_scan.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/crossing_triangles.h"
+#include "repair/fill_holes.h"
+#include "support/mesh_measures.h"
+#include "support/shapes.h"
+
+namespace spheretree::builder {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Without the triangles for whose middle `isLeftOut` is true.
+template <class IsLeftOut>
+ScanSurface scanOf(TriangleMesh mesh, const IsLeftOut& isLeftOut) {
+  std::vector<Triangle> kept;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!isLeftOut((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3)) kept.push_back(mesh.triangles[t]);
+  mesh.triangles = kept;
+  ScanSurface scan;
+  scan.vertex_region.assign(mesh.positions.size(), kGumRegion);
+  scan.is_invented.assign(kept.size(), 0);
+  scan.mesh = std::move(mesh);
+  return scan;
+}
+
+std::size_t crossings(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMostSplitCrossings).pairs.size(); }
+
+/// A square sheet z = 0 of 20 by 20 cells of 1 mm.
+TriangleMesh sheet() {
+  constexpr std::uint32_t kCells = 20;
+  TriangleMesh mesh;
+  for (std::uint32_t j = 0; j <= kCells; ++j)
+    for (std::uint32_t i = 0; i <= kCells; ++i) mesh.positions.emplace_back(i, j, 0);
+  for (std::uint32_t j = 0; j < kCells; ++j)
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      const std::uint32_t a = j * (kCells + 1) + i, b = a + kCells + 1;
+      mesh.triangles.push_back({a, a + 1, b + 1});
+      mesh.triangles.push_back({a, b + 1, b});
+    }
+  return mesh;
+}
+
+bool isInHole(const Vector3d& p) { return std::abs(p.x() - 10) < 3 && std::abs(p.y() - 10) < 3; }
+
+TEST(DropCrossings, LeavesASurfaceThatDoesNotCrossItselfAlone) {
+  ScanSurface scan = scanOf(test::sphereMesh(3, 3), [](const Vector3d& p) { return p.z() < 0; });
+  const std::vector<Triangle> before = scan.mesh.triangles;
+  EXPECT_EQ(dropCrossings(scan), 0u);
+  EXPECT_EQ(scan.mesh.triangles, before);
+}
+
+TEST(DropCrossings, TakesTheTriangleThatCrossesMostOthersFirst) {
+  ScanSurface scan = scanOf(sheet(), [](const Vector3d&) { return false; });
+  const auto first = static_cast<std::uint32_t>(scan.mesh.positions.size());
+  // A blade through many triangles of the sheet: it alone has to go.
+  scan.mesh.positions.insert(scan.mesh.positions.end(), {{2.3, 5.4, -1}, {15.3, 6.7, -1}, {9.1, 6.1, 4}});
+  scan.mesh.triangles.push_back({first, first + 1, first + 2});
+  scan.vertex_region.resize(scan.mesh.positions.size(), kGumRegion);
+  scan.is_invented.push_back(0);
+  ASSERT_GT(crossings(scan.mesh), 10u);
+  EXPECT_EQ(dropCrossings(scan), 1u);
+  EXPECT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(scan.mesh.triangles, sheet().triangles);
+}
+
+TEST(DropCrossings, OfTwoSheetsThatCrossNothingIsLeftThatDoes) {
+  TriangleMesh both = sheet();
+  const auto first = static_cast<std::uint32_t>(both.positions.size());
+  for (const Vector3d& p : sheet().positions) both.positions.emplace_back(p.x(), p.y(), 0.9 * p.x() + 0.1 * p.y() - 9.95);
+  for (Triangle t : sheet().triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  ScanSurface scan = scanOf(both, [](const Vector3d&) { return false; });
+  EXPECT_GT(dropCrossings(scan), 20u);
+  EXPECT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(dropCrossings(scan), 0u) << "once is enough";
+}
+
+TEST(FillScanHoles, FillsAllLoopsButTheLongestAndKeepsTheScan) {
+  const auto isHole = [](const Vector3d& p) {
+    return p.z() < -1 || (p - Vector3d(0, 0, 3)).norm() < 0.7 || (p - Vector3d(3, 0, 0)).norm() < 0.9;
+  };
+  ScanSurface scan = scanOf(test::sphereMesh(3, 4), isHole);
+  const std::vector<Triangle> before = scan.mesh.triangles;
+  EXPECT_EQ(fillScanHoles(scan), 2u);
+  EXPECT_EQ(findHoleLoops(scan.mesh).size(), 1u) << "the outer border";
+  EXPECT_EQ(crossings(scan.mesh), 0u);
+  ASSERT_GT(scan.mesh.triangles.size(), before.size());
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), scan.mesh.triangles.begin())) << "nothing is lost";
+  ASSERT_EQ(scan.is_invented.size(), scan.mesh.triangles.size());
+  for (std::size_t t = 0; t < scan.is_invented.size(); ++t) EXPECT_EQ(scan.is_invented[t] != 0, t >= before.size());
+  EXPECT_EQ(scan.vertex_region.size(), scan.mesh.positions.size());
+}
+
+TEST(FillScanHoles, AHoleInAPlateIsFilledByItsArea) {
+  ScanSurface scan = scanOf(sheet(), isInHole);
+  EXPECT_NEAR(surfaceArea(scan.mesh), 400 - 36, 1e-9);
+  EXPECT_EQ(fillScanHoles(scan), 1u);
+  EXPECT_NEAR(surfaceArea(scan.mesh), 400, 1e-9);
+}
+
+// The filling of least bending of the hole would cross the blade that stands in it.
+TEST(FillScanHoles, AFillingThatCannotPassLosesWhatItCrosses) {
+  ScanSurface scan = scanOf(sheet(), isInHole);
+  const std::size_t scanned = scan.mesh.triangles.size();
+  const auto first = static_cast<std::uint32_t>(scan.mesh.positions.size());
+  scan.mesh.positions.insert(scan.mesh.positions.end(), {{8, 9.6, -2}, {12, 10.3, -2}, {12, 10.3, 2}, {8, 9.6, 2}});
+  scan.mesh.triangles.push_back({first, first + 1, first + 2});
+  scan.mesh.triangles.push_back({first, first + 2, first + 3});
+  scan.vertex_region.resize(scan.mesh.positions.size(), kGumRegion);
+  scan.is_invented.resize(scan.mesh.triangles.size(), 0);
+  ASSERT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(fillScanHoles(scan), 1u);
+  EXPECT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(findHoleLoops(scan.mesh).size(), 1u) << "the outer border";
+  EXPECT_EQ(static_cast<std::size_t>(std::count(scan.is_invented.begin(), scan.is_invented.end(), 0)), scanned) << "only the blade went";
+}
+
+}  // namespace
+}  // namespace spheretree::builder
