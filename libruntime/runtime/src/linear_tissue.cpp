@@ -65,8 +65,8 @@ class LinearTissue final : public SoftTissue {
   void predict(const ContactQp& qp) override;
   float predictedBound(std::uint32_t object, std::uint32_t row, bool& is_stop) const override;
   void press(const ContactQp& qp) override;
-  void aim(std::size_t object, std::span<const Sphere> leaves, bool is_frozen) override {
-    surfaces_[object]->aim(leaves);
+  void aim(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen) override {
+    surfaces_[object]->aim(leaves, tangent);
     frozen_[object] = is_frozen;
   }
   std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
@@ -238,11 +238,14 @@ const Tissue* Scene::tissue(std::size_t object) const {
   return model ? model->tissue.get() : nullptr;
 }
 
-bool aimTissue(std::size_t object, std::span<const Sphere> leaves, bool is_frozen, Workspace& workspace) noexcept {
+bool aimTissue(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen,
+               Workspace& workspace) noexcept {
   StepMemory& memory = workspace.memory();
   if (object >= memory.objects.size() || !memory.isTissue(object) || leaves.size() != memory.scene.shapeOf(object).nodes.size())
     return false;
-  memory.tissue->aim(object, leaves, is_frozen);
+  if (!tangent.load.empty() && (tangent.rates.size() != leaves.size() || tangent.load.size() != memory.tissue->forces(object).size()))
+    return false;
+  memory.tissue->aim(object, leaves, tangent, is_frozen);
   return true;
 }
 

@@ -10,11 +10,16 @@ namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using Eigen::Vector4d;
 
-constexpr double kMostShare = 0.5;  // of the distance to what holds the tissue: it gives way by this at most
-constexpr double kArrived = 1e-4;   // of its aim the base goes the rest at once [mm]
+constexpr double kMostShare = 0.5;    // of the distance to what holds the tissue: it gives way by this at most
+constexpr double kArrived = 1e-4;     // of its aim the base goes the rest at once [mm]
+constexpr double kLoadPart = 0.75;    // of a change of the load, that the base follows in the next step
+constexpr double kMostLoad = 2;       // of that of the state: beyond, the base stays
+constexpr double kSteadyLoad = 1e-6;  // a smaller change waits for more
 
 Vector3d vectorOf(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
+Vector4d vectorOf(const Sphere& s) { return {s.x, s.y, s.z, s.radius}; }
 
 // Part of the distance from the point of a leaf to the nearest node that stays.
 float mostGiveOf(const Tissue& tissue, std::uint32_t leaf) {
@@ -76,7 +81,10 @@ void SoftSurface::reset() {
   for (std::uint32_t leaf = 0; leaf < base_.size(); ++leaf) base_[leaf] = restOf(leaf);
   put_ = base_;
   aim_ = {};
-  has_arrived_ = true;
+  load_ = {};
+  rates_ = {};
+  amount_ = 1;
+  left_ = 0;
   radius_ = shape_.radius;
   has_moved_ = false;
 }
@@ -205,34 +213,54 @@ SoftSurface::Ball SoftSurface::restOf(std::uint32_t leaf) const {
   return {{c[0], c[1], c[2]}, static_cast<double>(shape_.leaves.spheres[slots_[leaf]].radius)};
 }
 
-void SoftSurface::aim(std::span<const Sphere> leaves) {
-  aim_ = leaves;
-  has_arrived_ = leaves.size() != base_.size();
+double SoftSurface::loadOf(const Field& forces) const {
+  if (load_.empty()) return 1;
+  double sum = 0;
+  for (std::size_t i = 0; i < load_.size(); ++i) sum += static_cast<double>(load_[i]) * static_cast<double>(forces[i]);
+  return std::clamp(sum, 0.0, kMostLoad);
 }
 
+Vector4d SoftSurface::rateOf(std::size_t leaf) const { return rates_.empty() ? Vector4d(Vector4d::Zero()) : vectorOf(rates_[leaf]); }
+
+// From the base to where the aim has it under the load that it follows.
+Vector4d SoftSurface::leftOf(std::size_t leaf) const {
+  Vector4d left = vectorOf(aim_[leaf]) + (amount_ - 1) * rateOf(leaf);
+  left.head<3>() += offset_ - base_[leaf].centre;
+  left[3] -= base_[leaf].radius;
+  return left;
+}
+
+void SoftSurface::aim(std::span<const Sphere> leaves, const TissueTangent& tangent) {
+  aim_ = leaves;
+  load_ = tangent.load;
+  rates_ = tangent.rates;
+  amount_ = loadOf(force_);
+  left_ = most_rate_ = 0;
+  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
+    left_ = std::max(left_, leftOf(leaf).lpNorm<1>());
+    most_rate_ = std::max(most_rate_, rateOf(leaf).lpNorm<1>());
+  }
+}
+
+// With the load at once; of what is then left, a part.
 void SoftSurface::followAim(double part, double most) {
-  const auto aimOf = [&](std::size_t leaf) {
-    const Sphere& s = aim_[leaf];
-    return Ball{Vector3d(s.x, s.y, s.z) + offset_, static_cast<double>(s.radius)};
-  };
-  double largest = 0;
+  const double change = kLoadPart * (loadOf(force_) - amount_);
+  if (left_ == 0 && std::abs(change) < kSteadyLoad) return;
+  if (left_ <= kArrived) part = 1;
+  const double farthest = std::abs(change) * most_rate_ + part * left_, share = farthest > most ? most / farthest : 1;
+  if (!std::isfinite(farthest)) return;
   for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
-    const Ball to = aimOf(leaf);
-    largest = std::max(largest, (to.centre - base_[leaf].centre).norm() + std::abs(to.radius - base_[leaf].radius));
+    const Vector4d way = share * (change * rateOf(leaf) + part * leftOf(leaf));
+    base_[leaf].centre += way.head<3>();
+    base_[leaf].radius += way[3];
   }
-  if (!std::isfinite(largest)) return;
-  has_arrived_ = largest <= kArrived;
-  const double share = has_arrived_ ? 1 : std::min(part, most / largest);
-  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
-    const Ball to = aimOf(leaf);
-    base_[leaf].centre += share * (to.centre - base_[leaf].centre);
-    base_[leaf].radius += share * (to.radius - base_[leaf].radius);
-  }
+  amount_ += share * change;
+  left_ *= 1 - share * part;
   has_moved_ = true;
 }
 
 void SoftSurface::beginStep(double part, double most) {
-  if (!has_arrived_) followAim(part, most);
+  if (aim_.size() == base_.size()) followAim(part, most);
   if (!has_moved_) return;
   has_moved_ = false;
   start_force_ = force_;

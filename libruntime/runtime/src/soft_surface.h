@@ -2,7 +2,8 @@
 // The leaves of soft tissue as they are now. Small motion: displacements are linear in the forces that press, by the
 // compliance matrix of the surface (core's TissueResponse). A leaf keeps its radius and goes where its point goes.
 // Large motion: the leaves count from a base that a solver outside of the step says, with its radii, not from rest.
-// The base goes there within some 40 ms, evenly and no faster than aimed leaves may go in a step. Between two states of
+// The base goes there within some 40 ms, evenly, and in the next steps with the load, as the solver says of its state;
+// no faster than aimed leaves may go in a step. Between two states of
 // which each is covered by its leaves, the leaves on the way cover the states on the way: a ball is convex.
 //
 // At the beginning of a step the leaves are put to where their points are. Within the step each gives way along the
@@ -45,8 +46,8 @@ class SoftSurface {
   /// The base goes `part` of its way, but no leaf farther than `most` [mm]; then puts the leaves to where their points
   /// are. Cost: about 10 ns a leaf, 5 ns more while the base moves, 50 ns for each block in which a leaf was put anew.
   void beginStep(double part, double most);
-  /// Where the base goes from now on: leaves as they are in the file. Held until the next call.
-  void aim(std::span<const Sphere> leaves);
+  /// Where the base goes from now on: leaves as they are in the file. Held until the next call, as is the tangent.
+  void aim(std::span<const Sphere> leaves, const TissueTangent& tangent);
   std::span<const float> forces() const { return force_; }
   /// At rest again.
   void reset();
@@ -84,6 +85,9 @@ class SoftSurface {
   };
 
   Ball restOf(std::uint32_t leaf) const;
+  double loadOf(const Field& forces) const;
+  Eigen::Vector4d rateOf(std::size_t leaf) const;
+  Eigen::Vector4d leftOf(std::size_t leaf) const;
   void followAim(double part, double most);
   Eigen::Vector3d at(const Field& field, std::uint32_t leaf) const;
   void respond(const Field& forces, Field& out) const;
@@ -103,7 +107,11 @@ class SoftSurface {
   Field start_force_, start_;     // both when the step began
   std::vector<Ball> base_, put_;  // (leaf) without what the forces do; as it was put last
   std::span<const Sphere> aim_;   // where the base goes; empty: it stays
-  bool has_arrived_ = true;
+  std::span<const float> load_;   // of the TissueTangent, as
+  std::span<const Sphere> rates_;
+  double amount_ = 1;     // of the load, that the base has followed
+  double left_ = 0;       // the farthest way of a leaf to its aim, change of its radius included [mm]
+  double most_rate_ = 0;  // of all leaves, summed up likewise
   std::vector<char> block_marked_;
   bool has_moved_ = false;                     // since the leaves were put last, or has forces on it
   std::vector<std::uint32_t> near_, near_at_;  // pressed nodes that are near; (pressed node) its index among them, or ~0u

@@ -49,7 +49,7 @@ class SoftTissue {
   virtual void press(const ContactQp& qp) = 0;
 
   // Large motion: aimTissue() and tissueForces() of step.h.
-  virtual void aim(std::size_t object, std::span<const Sphere> leaves, bool is_frozen) = 0;
+  virtual void aim(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen) = 0;
   virtual std::span<const float> forces(std::size_t object) const = 0;
 
  protected:

@@ -101,6 +101,13 @@ struct TissueResponse {
   }
 };
 
+/// How the leaves of a state follow a load that grows or falls. The amount of the load is  load . forces  over the
+/// pressed nodes: 1 for the forces of the state.
+struct TissueTangent {
+  std::vector<float> load;    // x, y, z of each pressed node [1/N]
+  std::vector<Sphere> rates;  // (leaves) of the centre and of the radius, for each 1 of the amount [mm]
+};
+
 struct Tissue {
   TissueMaterial material;
   std::vector<std::array<double, 3>> nodes;              // at rest [mm]

@@ -122,12 +122,14 @@ bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspac
 std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept;
 
 /// And its answer: the leaves as they are under these forces, less what the compliance of the rest says that the
-/// forces do, in the frame of the file's spheres. The leaves go most of the way there in 40 ms, by at most 0.25 mm in a
-/// step, and push the tool ahead; while it has no way out they wait. `leaves` is held until the next call or reset.
+/// forces do, in the frame of the file's spheres; and how they go with the load from there. The leaves go most of the
+/// way in 40 ms, with the load at once, by at most 0.25 mm in a step, and push the tool ahead; while it has no way out
+/// they wait. `leaves` and `tangent`, which may be empty, are held until the next call or reset.
 /// `is_frozen`: the solver is at a loss and gives its last good state; steps say so by kTissueFrozen. False, and
 /// nothing changes, if the object is rigid or does not have so many leaves. Cost of a step with it: about 15 ns a leaf
 /// while they are on the way.
-bool aimTissue(std::size_t object, std::span<const Sphere> leaves, bool is_frozen, Workspace& workspace) noexcept;
+bool aimTissue(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen,
+               Workspace& workspace) noexcept;
 
 /// Where a body is: on its way if the last step ran out of work. `body` < Scene::bodyCount().
 Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept;
