@@ -231,31 +231,31 @@ float allowanceOf(const SkinPatch& patch, float tolerance) {
 }
 
 // The smallest circle about the flat triangle, made large enough for the control points of the patch, whose hull holds
-// it.
+// it. Its centre is the middle of the longest side, or that of the circumcircle where no angle is a right one or wider.
 Sphere enclose(const SkinPatch& patch) {
   const Vector3f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
-  Vector3f centre = Vector3f::Zero();
-  float least = std::numeric_limits<float>::infinity();
-  const auto offer = [&](const Vector3f& middle) {
-    const float square = std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()});
-    if (square < least) least = square, centre = middle;
-  };
-  offer(0.5f * (a + b));
-  offer(0.5f * (b + c));
-  offer(0.5f * (c + a));
-  const Vector3f u = b - a, v = c - a, n = u.cross(v);
-  if (n.squaredNorm() > 0) offer(a + (n.cross(u) * v.squaredNorm() + v.cross(n) * u.squaredNorm()) / (2 * n.squaredNorm()));
-  double square = 0;
-  const auto hold = [&](const Vector3f& p) { square = std::max(square, (p - centre).cast<double>().squaredNorm()); };
-  for (std::size_t k = 0; k < 3; ++k) {
-    hold(patch.position[k]);
-    hold(controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]));
+  const Vector3f ab = b - a, ac = c - a;
+  const float ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = (c - b).squaredNorm();
+  Vector3f centre;
+  if (ab2 + ac2 <= bc2) {
+    centre = 0.5f * (b + c);
+  } else if (ab2 + bc2 <= ac2) {
+    centre = 0.5f * (a + c);
+  } else if (ac2 + bc2 <= ab2) {
+    centre = 0.5f * (a + b);
+  } else {
+    const float at_a = bc2 * (ab2 + ac2 - bc2), at_b = ac2 * (ab2 + bc2 - ac2), at_c = ab2 * (ac2 + bc2 - ab2);
+    centre = a + (at_b * ab + at_c * ac) / (at_a + at_b + at_c);
   }
-  const double radius = std::sqrt(square);
-  // (p - centre) is rounded once for each axis, the norm a few times in double, the result once: 4 units in the last
+  float square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
+    square = std::max({square, (patch.position[k] - centre).squaredNorm(), (control - centre).squaredNorm()});
+  }
+  // A control point and a difference are rounded a few times for each axis, the norm as often: 8 units in the last
   // place hold it all.
-  const double size = std::max({radius, static_cast<double>(centre.cwiseAbs().maxCoeff())});
-  return {centre.x(), centre.y(), centre.z(), static_cast<float>(radius + 4 * size * std::numeric_limits<float>::epsilon())};
+  const float radius = std::sqrt(square), size = std::max(radius, centre.cwiseAbs().maxCoeff());
+  return {centre.x(), centre.y(), centre.z(), radius + 8 * size * std::numeric_limits<float>::epsilon()};
 }
 
 std::string findFault(const Skin& skin) {

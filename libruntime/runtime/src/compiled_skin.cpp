@@ -3,15 +3,31 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace spheretree::runtime {
 namespace {
 
-std::uint16_t packed(float component) {
-  const float scaled = component * kNormalScale;
-  return static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
+using PackedDirection = std::array<std::uint16_t, 3>;
+
+std::vector<PackedDirection> packedNormals(std::span<const SkinNode> nodes) {
+  std::vector<PackedDirection> out(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float scaled = nodes[i].normal[static_cast<Eigen::Index>(axis)] * kNormalScale;
+      out[i][axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
+    }
+  return out;
+}
+
+std::vector<float> swingsOf(const Skin& skin) {
+  std::vector<float> out;
+  out.reserve(skin.edges.size());
+  for (const SkinEdge& e : skin.edges) out.push_back(swingOf(skin, e));
+  return out;
 }
 
 void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
@@ -41,23 +57,26 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   CompiledSkin out;
   if (skin.empty()) return out;
   out.tolerance = skin.tolerance;
+  // What triangles share is made once: a vertex stands in six of them, an edge in two.
   const SkinNodes nodes(skin);
+  const std::vector<PackedDirection> vertex_normals = packedNormals(nodes.ofVertices()), edge_normals = packedNormals(nodes.ofEdges());
+  const std::vector<float> swings = swingsOf(skin);
   const Eigen::Vector3f shift = origin.cast<float>();
   std::vector<Sphere> spheres(skin.triangles.size());
-  out.patch = std::vector<CompiledPatch>(skin.triangles.size());
+  out.patch.reserve(skin.triangles.size());
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+    const SkinTriangle& triangle = skin.triangles[t];
     const SkinPatch patch = nodes.patchOf(t);
-    CompiledPatch& to = out.patch[t];
+    CompiledPatch& to = out.patch.emplace_back();
     spheres[t] = enclose(patch);
-    for (std::size_t i = 0; i < 6; ++i) {
-      putPosition(patch.position[i] + shift, to.position[i]);
-      for (std::size_t axis = 0; axis < 3; ++axis) to.normal[i][axis] = packed(patch.normal[i][static_cast<Eigen::Index>(axis)]);
-    }
+    for (std::size_t i = 0; i < 6; ++i) putPosition(patch.position[i] + shift, to.position[i]);
     to.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
     float swing = 0;  // of the side that swings out farthest
     for (std::size_t k = 0; k < 3; ++k) {
+      std::copy_n(vertex_normals[triangle.vertex[k]].begin(), 3, to.normal[k]);
+      std::copy_n(edge_normals[triangle.edge[k]].begin(), 3, to.normal[3 + k]);
       to.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
-      swing = std::max(swing, swingOf(skin, skin.edges[skin.triangles[t].edge[k]]));
+      swing = std::max(swing, swings[triangle.edge[k]]);
     }
     to.flags |= roundedUp(swing / skin.tolerance, kSwingMask) << kSwingShift | roundedUp(leanOf(patch), kLeanMask) << kLeanShift;
   }

@@ -18,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,8 @@ class SkinNodes {
   /// `skin` must be sound and outlive this.
   explicit SkinNodes(const Skin& skin);
   SkinPatch patchOf(std::size_t triangle) const;
+  std::span<const SkinNode> ofVertices() const { return vertices_; }
+  std::span<const SkinNode> ofEdges() const { return edges_; }
 
  private:
   const Skin& skin_;
