@@ -144,6 +144,8 @@ def figures(cases, variation, wing):
         evaluates = words[0] == "evaluate"
         mesh, *options = words[1:] if evaluates else words
         program, tree = BUILD / "tools/spheretree/spheretree", WORK / "tree.stree"
+        for old in (tree, WORK / "report.json"):
+            old.unlink(missing_ok=True)
         try:
             subprocess.run([program, "build", WORK / f"{mesh}.obj", "-o", tree, "-q", "--threads", "1", "--report", WORK / "report.json", *options],
                            env=environment, capture_output=True, timeout=300)

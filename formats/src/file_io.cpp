@@ -26,7 +26,9 @@ std::atomic<FileObserver*> observer{nullptr};
 bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
 
 [[noreturn]] void failRead(const std::filesystem::path& path, int error) {
-  throw FileError(shownName(path) + ": cannot be read: " + reason(error) + ". Check the name and the permissions.");
+  const std::string advice =
+      error == EISDIR ? "Name files in it, as " + (path / "*").string() + " does." : "Check the name and the permissions.";
+  throw FileError(shownName(path) + ": cannot be read: " + reason(error) + ". " + advice);
 }
 
 [[noreturn]] void failWrite(const std::filesystem::path& path, int error) {

@@ -198,6 +198,16 @@ TEST(FileObserver, EndsWaitingForAPipeWhenASignalComes) {
   ::sigaction(SIGUSR1, &before, nullptr);
 }
 
+TEST(FileIo, SaysHowToNameTheFilesOfAFolder) {
+  const test::ScratchFolder folder;
+  try {
+    (void)readFile(folder.path());
+    ADD_FAILURE() << "a folder was read";
+  } catch (const FileError& e) {
+    EXPECT_NE(std::string(e.what()).find("Name files in it, as " + (folder.path() / "*").string()), std::string::npos) << e.what();
+  }
+}
+
 TEST(WholeFiles, AppearTogetherOrNotAtAll) {
   const test::ScratchFolder folder;
   const auto path = [&](int k) { return folder.path() / std::to_string(k); };

@@ -42,16 +42,19 @@ class RunShown {
   std::size_t times_due_ = 0;
 };
 
+/// What a window and a picture have in common.
+struct ViewSettings {
+  int width = 1280, height = 800;
+  double scale = 0;  // of text and marks; 0: that of the display, 1 for pictures
+  view::Look look;
+  view::CameraWish wish;
+  bool panels = true, follow = false;
+};
+
 class LiveView final : public PlayObserver {
  public:
-  struct Options {
+  struct Options : ViewSettings {
     view::HandSource hand = view::HandSource::Mouse;
-    view::Look look;
-    view::CameraWish wish;
-    bool follow = false;
-    int width = 1280, height = 800;
-    double scale = 0;
-    bool panels = true;
   };
   /// Opens the window. `settings` must outlive it. @throws view::ViewError
   LiveView(const Options& options, const PlaySettings& settings);

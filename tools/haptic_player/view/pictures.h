@@ -28,14 +28,9 @@ std::array<int, 2> pictureSize(const std::string& text);
 /// OUT.png for one picture; OUT.00042.png for the 42nd of several.
 std::filesystem::path pictureName(const std::filesystem::path& out, const PictureSteps& steps, std::uint64_t step);
 
-struct PictureSettings {
+struct PictureSettings : ViewSettings {
   std::filesystem::path out;
   PictureSteps steps;
-  int width = 1280, height = 800;
-  double scale = 1;
-  view::Look look;
-  view::CameraWish wish;
-  bool panels = true, follow = false;
 };
 
 /// Under the name that pictureName() says. @throws formats::FileError

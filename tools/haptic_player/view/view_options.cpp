@@ -67,35 +67,26 @@ view::CameraWish wishOf(const ViewOptions& o) {
   return wish;
 }
 
-LiveView::Options windowOf(const ViewOptions& o) {
-  LiveView::Options out;
-  out.look = lookOf(o);
-  out.scale = o.scale;
-  out.panels = o.panels == "on";
-  out.wish = wishOf(o);
-  out.follow = o.follow;
+ViewSettings settingsOf(const ViewOptions& o) {
+  ViewSettings out;
   if (!o.size.empty()) {
     const auto [width, height] = pictureSize(o.size);
     out.width = width;
     out.height = height;
   }
+  out.scale = o.scale;
+  out.look = lookOf(o);
+  out.wish = wishOf(o);
+  out.panels = o.panels == "on";
+  out.follow = o.follow;
   return out;
 }
 
+LiveView::Options windowOf(const ViewOptions& o) { return {settingsOf(o)}; }
+
 PictureSettings picturesOf(const ViewOptions& o) {
-  PictureSettings out;
-  out.out = o.picture;
-  out.steps = pictureSteps(o.at.empty() ? "2000" : o.at);
-  out.scale = o.scale > 0 ? o.scale : 1;
-  out.look = lookOf(o);
-  out.panels = o.panels == "on";
-  out.wish = wishOf(o);
-  out.follow = o.follow;
-  if (!o.size.empty()) {
-    const auto [width, height] = pictureSize(o.size);
-    out.width = width;
-    out.height = height;
-  }
+  PictureSettings out{settingsOf(o), o.picture, pictureSteps(o.at.empty() ? "2000" : o.at)};
+  if (!(out.scale > 0)) out.scale = 1;
   return out;
 }
 
