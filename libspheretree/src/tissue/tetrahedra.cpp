@@ -62,15 +62,39 @@ Tetrahedra turned(const Tetrahedra& found) {
     std::array<std::uint32_t, 4>& c = solid.corners[t];
     if (std::any_of(c.begin(), c.end(), [&](std::uint32_t node) { return node >= solid.nodes.size(); }))
       throw BuildError("tetrahedra: tetrahedron " + std::to_string(t) + " names a node that does not exist");
-    double volume = volumeOf(solid, t);
-    if (volume < 0) std::swap(c[2], c[3]), volume = -volume;
-    double longest = 0;
-    for (std::size_t a = 0; a < 4; ++a)
-      for (std::size_t b = a + 1; b < 4; ++b) longest = std::max(longest, (solid.nodes[c[a]] - solid.nodes[c[b]]).norm());
-    if (!(volume > kLeastShape * longest * longest * longest))
-      throw BuildError("tetrahedra: tetrahedron " + std::to_string(t) + " is flat");
+    if (volumeOf(solid, t) < 0) std::swap(c[2], c[3]);
   }
   return solid;
+}
+
+bool isFlat(const Tetrahedra& solid, std::size_t t) {
+  const std::array<std::uint32_t, 4>& c = solid.corners[t];
+  double longest = 0;
+  for (std::size_t a = 0; a < 4; ++a)
+    for (std::size_t b = a + 1; b < 4; ++b) longest = std::max(longest, (solid.nodes[c[a]] - solid.nodes[c[b]]).norm());
+  return !(volumeOf(solid, t) > kLeastShape * longest * longest * longest);
+}
+
+// Four vertices of the surface that lie in a plane can make a flat tetrahedron along it. Without it the surface is the
+// same to rounding, with the other sides of that tetrahedron as its triangles.
+void dropFlatAlongSurface(Tetrahedra& solid) {
+  for (;;) {
+    std::vector<char> flat(solid.corners.size()), drop(flat.size(), 0);
+    for (std::size_t t = 0; t < flat.size(); ++t) flat[t] = isFlat(solid, t);
+    const auto first = std::find(flat.begin(), flat.end(), 1);
+    if (first == flat.end()) return;
+    const std::vector<Side> sides = sortedSides(solid);
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      const bool is_shared = (i > 0 && sides[i - 1].key == sides[i].key) || (i + 1 < sides.size() && sides[i + 1].key == sides[i].key);
+      if (!is_shared) drop[sides[i].tetrahedron] = flat[sides[i].tetrahedron];
+    }
+    if (std::find(drop.begin(), drop.end(), 1) == drop.end())
+      throw BuildError("tetrahedra: tetrahedron " + std::to_string(first - flat.begin()) + ", inside the surface, is flat");
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < drop.size(); ++t)
+      if (!drop[t]) solid.corners[kept++] = solid.corners[t];
+    solid.corners.resize(kept);
+  }
 }
 
 void dropUnusedNodes(Tetrahedra& solid) {
@@ -106,6 +130,7 @@ Tetrahedra solidOf(const Tetrahedra& found, const TriangleMesh& surface) {
   std::erase_if(solid.corners, [&](const std::array<std::uint32_t, 4>& c) {
     return winding.at((solid.nodes[c[0]] + solid.nodes[c[1]] + solid.nodes[c[2]] + solid.nodes[c[3]]) / 4) < 0.5;
   });
+  dropFlatAlongSurface(solid);
   dropUnusedNodes(solid);
   const double volume = volumeOf(solid), wanted = signedVolume(surface);
   if (!(std::abs(volume - wanted) <= kVolumeError * wanted))

@@ -21,9 +21,9 @@ double volumeOf(const Tetrahedra& solid, std::size_t tetrahedron);
 double volumeOf(const Tetrahedra& solid);
 
 /// `found`, checked against the closed `surface` that it is to fill, and put in order: tetrahedra turned to positive
-/// volume, those in cavities and nodes of no tetrahedron left out, nodes in the order of `found`.
-/// @throws BuildError if an index is out of range, a number is not finite, a tetrahedron is flat, a face has more than
-/// two tetrahedra, or the volume differs from that of the surface by more than 1e-6 of it.
+/// volume; those in cavities, flat ones along the surface and nodes of no tetrahedron left out; nodes in their order.
+/// @throws BuildError if an index is out of range, a number is not finite, a tetrahedron inside is flat, a face has
+/// more than two tetrahedra, or the volume differs from that of the surface by more than 1e-6 of it.
 Tetrahedra solidOf(const Tetrahedra& found, const TriangleMesh& surface);
 
 /// Faces of one tetrahedron only, wound outward; vertices are the nodes, all of them. `owner`, if given: the

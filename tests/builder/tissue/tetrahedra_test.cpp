@@ -40,6 +40,25 @@ TEST(Tetrahedra, AreTurnedAndThoseInACavityDropped) {
   EXPECT_NEAR(volumeOf(solidOf(found, surface)), 26, 1e-12);
 }
 
+// Over the square of a cell on top, as a mesher may leave one where four points of the surface lie in a plane.
+TEST(Tetrahedra, FlatOnesAlongTheSurfaceAreDropped) {
+  const TriangleMesh surface = test::boxMesh(Vector3d::Zero(), Vector3d::Constant(3));
+  const Tetrahedra whole = test::boxTetrahedra({3, 3, 3}, {3, 3, 3});
+  Tetrahedra found = whole;
+  const auto at = [&](double x, double y) {
+    for (std::uint32_t i = 0; i < found.nodes.size(); ++i)
+      if ((found.nodes[i] - Vector3d(x, y, 3)).norm() < 1e-9) return i;
+    return std::uint32_t{0};
+  };
+  found.corners.insert(found.corners.begin() + 5, {at(1, 1), at(2, 1), at(2, 2), at(1, 2)});
+  const Tetrahedra solid = solidOf(found, surface);
+  EXPECT_EQ(solid.corners, whole.corners);
+  EXPECT_TRUE(checkMesh(boundaryOf(solid)).clean());
+  for (std::size_t t = 0; t < found.corners.size(); ++t)  // a node moved into a plane of its neighbours, inside
+    if (found.nodes[found.corners[t][0]] == Vector3d(1, 1, 1)) found.nodes[found.corners[t][0]] = Vector3d(1, 1, 2);
+  EXPECT_THROW(solidOf(found, surface), BuildError);
+}
+
 TEST(Tetrahedra, WhatDoesNotFillTheSurfaceIsRefused) {
   const TriangleMesh surface = test::boxMesh(Vector3d::Zero(), Vector3d::Constant(3));
   const Tetrahedra whole = test::boxTetrahedra({3, 3, 3}, {3, 3, 3});
