@@ -213,7 +213,10 @@ SoftSettings readSoft(const JsonElement& e) {
 void readCouplingAndLimits(const JsonElement& root, SceneFile& scene) {
   if (root.has("coupling")) {
     const JsonElement coupling = root.at("coupling");
-    coupling.onlyKeys({"translation_n_per_mm", "rotation_n_mm_per_rad", "damping_n_s_per_mm", "rotation_damping_n_mm_s_per_rad"});
+    coupling.onlyKeys({"translation_n_per_mm", "rotation_n_mm_per_rad", "damping_n_s_per_mm", "rotation_damping_n_mm_s_per_rad", "mass_kg",
+                       "inertia_kg_mm2"});
+    if (coupling.has("mass_kg")) scene.mass_kg = within(coupling.at("mass_kg"), 0, 1e3);
+    if (coupling.has("inertia_kg_mm2")) scene.inertia_kg_mm2 = within(coupling.at("inertia_kg_mm2"), 0, 1e9);
     if (coupling.has("damping_n_s_per_mm")) scene.damping_n_s_per_mm = within(coupling.at("damping_n_s_per_mm"), 0, 1e6);
     if (coupling.has("rotation_damping_n_mm_s_per_rad"))
       scene.rotation_damping_n_mm_s_per_rad = within(coupling.at("rotation_damping_n_mm_s_per_rad"), 0, 1e9);
@@ -506,6 +509,8 @@ std::string sceneText(const SceneFile& scene) {
   out["coupling"] = {{"translation_n_per_mm", scene.translation_n_per_mm}, {"rotation_n_mm_per_rad", scene.rotation_n_mm_per_rad}};
   if (scene.damping_n_s_per_mm > 0) out["coupling"]["damping_n_s_per_mm"] = scene.damping_n_s_per_mm;
   if (scene.rotation_damping_n_mm_s_per_rad > 0) out["coupling"]["rotation_damping_n_mm_s_per_rad"] = scene.rotation_damping_n_mm_s_per_rad;
+  if (scene.mass_kg > 0) out["coupling"]["mass_kg"] = scene.mass_kg;
+  if (scene.inertia_kg_mm2 > 0) out["coupling"]["inertia_kg_mm2"] = scene.inertia_kg_mm2;
   out["limits"] = {{"force_n", scene.force_n}, {"torque_n_mm", toJson(scene.torque_n_mm)}};
   out["tool"] = toJson(scene.tool);
   if (scene.tool.reference_point.empty())

@@ -21,7 +21,7 @@ using test::replaced;
 constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
  "defaults": {"builder": "cover", "levels": 4, "tolerance_mm": 0.1},
  "coupling": {"translation_n_per_mm": 2.0, "rotation_n_mm_per_rad": 900.0, "damping_n_s_per_mm": 0.001,
-              "rotation_damping_n_mm_s_per_rad": 0.5},
+              "rotation_damping_n_mm_s_per_rad": 0.5, "mass_kg": 0.05, "inertia_kg_mm2": 20},
  "limits": {"force_n": 7.5, "torque_n_mm": [100, 90, 48]},
  "tool": {"name": "probe", "mesh": "probe.obj", "reference_point_mm": [1, 2, 3], "tolerance_mm": 0.05, "friction": 0.1},
  "bodies": [{"name": "jaw", "hinge": {"point_mm": [0, 60, 20], "axis": [0, 0, 2], "angle_deg": [[0, 0], [1, 20], [3.5, 0]]}},
@@ -82,6 +82,8 @@ TEST(SceneFile, ReadsEveryField) {
   EXPECT_EQ(s.tool.friction, 0.1);
   EXPECT_EQ(s.damping_n_s_per_mm, 0.001);
   EXPECT_EQ(s.rotation_damping_n_mm_s_per_rad, 0.5);
+  EXPECT_EQ(s.mass_kg, 0.05);
+  EXPECT_EQ(s.inertia_kg_mm2, 20);
   ASSERT_EQ(s.bodies.size(), 2u);
   ASSERT_TRUE(s.bodies[0].hinge);
   EXPECT_EQ(s.bodies[0].hinge->axis, Eigen::Vector3d(0, 0, 1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Friction, objects that give way, damping. Subject: mode constrained of step.h
+// Friction, objects that give way, damping, mass of the tool. Subject: mode constrained of step.h
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -248,6 +248,97 @@ TEST(Damping, OfTheStretchAndNoneInFreeSpace) {
   EXPECT_LT(r.wrench.force.norm(), 1e-9);
 }
 
+// x[n+1] (k + M) = (2 x[n] - x[n-1]) M, with M = m/T^2, has the solution x[0] r^n cos(n angle), r = cos(angle)
+// = sqrt(M / (k + M)), for a tool that starts at rest.
+TEST(Mass, SwingsOnTheSpringAsTheImplicitRuleSays) {
+  for (const bool is_turn : {false, true})
+    for (const double step_time : {0.001, 0.0005}) {
+      SceneDescription d = onPlate(test::oneBallTree(1), 0);
+      d.coupling = {1, 1000, 0, 0, 0.05, 50};
+      d.step_time = step_time;
+      Rig rig(d);
+      const double by_mass = 0.05e-3 / (step_time * step_time), r = std::sqrt(by_mass / (1 + by_mass)), angle = std::acos(r);
+      const Vector3d first(0.3, -0.2, 0.1), home(0, 0, 20);
+      resetTo(is_turn ? Configuration{home, rotationOf(0.1 * first)} : Configuration{home + first, kUpright}, *rig.workspace);
+      for (int n = 1; n <= 2000; ++n) {
+        const StepResult result = rig.to(home);
+        const Vector3d x = is_turn ? Vector3d(10 * rotationVector(result.graphic.orientation)) : Vector3d(result.graphic.position - home);
+        ASSERT_LT((x - first * (std::pow(r, n) * std::cos(n * angle))).norm(), 1e-9) << is_turn << ' ' << n;
+        const Vector3d on_hand = is_turn ? Vector3d(result.wrench.torque / 100) : result.wrench.force;
+        ASSERT_LT((on_hand - x).norm(), 1e-8);  // the hand feels the spring alone
+      }
+    }
+}
+
+TEST(Mass, ChangesNothingOfTheForceAtRest) {
+  SceneDescription d = onPlate(test::oneBallTree(1), 0);
+  d.coupling.mass = 0.1;
+  d.coupling.inertia = 100;
+  d.coupling.damping = 0.01;
+  Rig rig(d);
+  rig.to({0, 0, 1.5});
+  StepResult r;
+  for (int n = 0; n < 2000; ++n) r = rig.to({0, 0, 1.5 - 0.001 * std::min(n, 1000)});
+  EXPECT_NEAR(r.wrench.force.z(), 0.5, 1e-3);
+  EXPECT_LT(r.wrench.force.head<2>().norm() + r.wrench.torque.norm(), 1e-9);
+  ASSERT_EQ(contacts(*rig.workspace).size(), 1u);
+  EXPECT_NEAR(contacts(*rig.workspace)[0].force, r.wrench.force.z(), 1e-3);
+}
+
+// The energy that the hand has put in, less what spring and mass hold, is lost for ever, whatever the hand does. A
+// wrench that is held for a step gives (k + c / T) d^2 for a way d of the hand at most: the leak of sampling.
+TEST(Mass, GivesNoEnergyBeyondTheLeakOfSampling) {
+  for (const double damping : {0.0, 0.002})
+    for (const double friction : {0.0, 0.4}) {
+      SceneDescription d = onPlate(flatFoot(), friction);
+      d.coupling = {1, 1000, damping, 1000 * damping, 0.05, 50};
+      Rig rig(d);
+      Random random(7);
+      Configuration hand{{0, 0, 2}, kUpright}, last;
+      Displacement velocity;
+      Wrench held;
+      double taken = 0, leak = 0, stored = 0;
+      bool has_touched = false;
+      for (int n = 0; n < 5000; ++n) {
+        velocity.translation =
+            0.95 * velocity.translation + test::randomPoint(random, 0.01) - 0.002 * (hand.position - Vector3d(0, 0, 0.8));
+        velocity.rotation = 0.95 * velocity.rotation + test::randomPoint(random, 0.0005) - 0.002 * rotationVector(hand.orientation);
+        const Configuration before = hand;
+        hand = moved(hand, velocity);
+        if (n > 0) {
+          const Displacement way = displacementBetween(before, hand);
+          taken -= held.force.dot(way.translation) + held.torque.dot(way.rotation);
+          leak += (1 + damping / 0.001) * way.translation.squaredNorm() + 1000 * (1 + damping / 0.001) * way.rotation.squaredNorm();
+        }
+        const StepResult r = rig.to(hand.position, hand.orientation);
+        const Displacement stretch = displacementBetween(hand, r.graphic),
+                           motion = displacementBetween(n > 0 ? last : r.graphic, r.graphic);
+        stored = 0.5 * (stretch.translation.squaredNorm() + 1000 * stretch.rotation.squaredNorm()) +
+                 0.5 * 50 * (motion.translation.squaredNorm() + 1000 * motion.rotation.squaredNorm());
+        held = r.wrench;
+        last = r.graphic;
+        has_touched = has_touched || r.active > 0;
+        ASSERT_GE(taken + leak, stored - 1e-3 * (1 + taken + leak)) << n;
+      }
+      EXPECT_TRUE(has_touched);
+      EXPECT_GT(stored, 0);
+    }
+}
+
+// A tool that a body pushes goes on by its mass; one that is pushed out of an object does not.
+TEST(Mass, IsNotThrownOutOfAnObject) {
+  SceneDescription d = onPlate(test::oneBallTree(1), 0);
+  d.coupling.mass = 0.05;
+  Rig rig(d);
+  rig.to({0, 0, 1.5});
+  StepResult r;
+  for (int n = 0; n < 200; ++n) r = rig.to({0, 0, 1});
+  ASSERT_TRUE(moveObject(0, {{0, 0, -0.5}, kUpright}, *rig.workspace));  // by 0.5 mm through the tool
+  double highest = 0;
+  for (int n = 0; n < 200; ++n) highest = std::max(highest, rig.to({0, 0, 1}).graphic.position.z());
+  EXPECT_LT(highest, 1.501);
+}
+
 TEST(SceneDescription, RefusesFrictionStiffnessAndDampingOutOfRange) {
   Scene scene;
   std::string fault;
@@ -262,6 +353,8 @@ TEST(SceneDescription, RefusesFrictionStiffnessAndDampingOutOfRange) {
   EXPECT_TRUE(refused([](SceneDescription& d) { d.tool_friction = std::nan(""); }));
   EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].stiffness = -1; }));
   EXPECT_TRUE(refused([](SceneDescription& d) { d.coupling.damping = -1; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.coupling.mass = -1; }));
+  EXPECT_TRUE(refused([](SceneDescription& d) { d.coupling.inertia = std::nan(""); }));
   EXPECT_TRUE(refused([](SceneDescription& d) { d.step_time = 0; }));
   EXPECT_TRUE(refused([](SceneDescription& d) { d.objects[0].body = 5000; }));
 }

@@ -142,13 +142,14 @@ TEST(Runtime, TellsTheContacts) {
   EXPECT_EQ(c.tool_leaf, 0u);
 }
 
-TEST(Runtime, BodiesFrictionStiffnessAndDamping) {
+TEST(Runtime, BodiesFrictionStiffnessDampingAndMass) {
   OnSphere on;
   st_renderer_destroy(on.renderer);
   EXPECT_EQ(st_scene_set_body(on.c.scene, 0, 1), 0);
   EXPECT_EQ(st_scene_set_friction(on.c.scene, 0, 0.4), 0);
   EXPECT_EQ(st_scene_set_tool_friction(on.c.scene, 0.1), 0);
   EXPECT_EQ(st_scene_set_damping(on.c.scene, 1e-4, 0.1), 0);
+  EXPECT_EQ(st_scene_set_mass(on.c.scene, 1e-4, 0.05), 0);
   EXPECT_EQ(st_scene_set_step_time(on.c.scene, 0.002), 0);
   EXPECT_EQ(st_scene_set_stiffness(on.c.scene, 0, 9), 0);
   EXPECT_EQ(st_scene_set_stiffness(on.c.scene, 1, 9), -1);

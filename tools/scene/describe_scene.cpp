@@ -71,7 +71,9 @@ runtime::SceneDescription describeScene(const formats::SceneFile& file, const st
     d.objects.push_back(
         {loaded.tree, object.pose, bodyNumber(file, object.body), object.friction, object.stiffness_n_per_mm, loaded.tissue});
   }
-  d.coupling = {file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad};
+  d.coupling = {
+      file.translation_n_per_mm, file.rotation_n_mm_per_rad, file.damping_n_s_per_mm, file.rotation_damping_n_mm_s_per_rad, file.mass_kg,
+      file.inertia_kg_mm2};
   d.wrench_limits = {file.force_n, file.torque_n_mm};
   d.step_limits = runtime::defaultLimits(d.objects.size());
   return d;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kMostFriction = 2;  // rubber on dry stone has 1; beyond, nothing is known to slide
 constexpr double kFarthest = 1e7;    // [mm]; beyond it float cannot tell a micrometre from ten metres away
+constexpr double kMostMass = 1e3;    // more than anything that a hand moves [kg]
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -27,6 +28,8 @@ std::string faultInSettings(const SceneDescription& d) {
   if (!inRange(d.coupling.damping, 0, 1e6)) return bad("damping of the translation [N s/mm]", d.coupling.damping, "within 0 .. 1e6");
   if (!inRange(d.coupling.rotation_damping, 0, 1e9))
     return bad("damping of the rotation [N mm s/rad]", d.coupling.rotation_damping, "within 0 .. 1e9");
+  if (!inRange(d.coupling.mass, 0, kMostMass)) return bad("mass of the tool [kg]", d.coupling.mass, "within 0 .. 1e3");
+  if (!inRange(d.coupling.inertia, 0, 1e6 * kMostMass)) return bad("inertia of the tool [kg mm^2]", d.coupling.inertia, "within 0 .. 1e9");
   if (!inRange(d.tool_friction, 0, kMostFriction)) return bad("friction of the tool", d.tool_friction, "within 0 .. 2");
   if (!inRange(d.step_time, 1e-5, 1)) return bad("time of a step [s]", d.step_time, "within 1e-5 .. 1");
   if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
@@ -160,8 +163,10 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   out->wrench_limits = d.wrench_limits;
   out->step_limits = d.step_limits;
   out->step_time = d.step_time;
-  out->pull.translation = d.coupling.translation + d.coupling.damping / d.step_time;
-  out->pull.rotation = d.coupling.rotation + d.coupling.rotation_damping / d.step_time;
+  const double by_mass = 1e-3 / (d.step_time * d.step_time);  // 1 kg mm/s^2 is 1e-3 N, 1 kg mm^2/s^2 1e-3 N mm
+  out->inertia = {by_mass * d.coupling.mass, by_mass * d.coupling.inertia};
+  out->pull.translation = d.coupling.translation + d.coupling.damping / d.step_time + out->inertia.translation;
+  out->pull.rotation = d.coupling.rotation + d.coupling.rotation_damping / d.step_time + out->inertia.rotation;
   out->angle_length = std::sqrt(out->pull.rotation / out->pull.translation);
   if (const std::string why = compileTool(d, *out); !why.empty()) {
     fault = "tool: " + why;

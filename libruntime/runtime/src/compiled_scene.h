@@ -45,8 +45,9 @@ struct CompiledScene {
   double step_time = 0.001;      // [s]
   double objects_reach = 0;      // no point of an object is farther from its anchor [mm]
   Coupling coupling;
-  Coupling pull;  // spring and damper in one, as a step of this length feels them: stiffness + damping / step time
-  bool has_friction = false, has_soft = false;                               // of any kind
+  Coupling pull;                                // all in one spring, as a step of length T feels it: stiffness + damping / T + mass / T^2
+  Coupling inertia;                             // the last part of this stiffness
+  bool has_friction = false, has_soft = false;  // of any kind
   std::unique_ptr<SoftTissue> (*make_tissue)(StepMemory& memory) = nullptr;  // null: there is none
   WrenchLimits wrench_limits;
   StepLimits step_limits;

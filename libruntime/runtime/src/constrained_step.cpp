@@ -88,6 +88,7 @@ class ConstrainedStep {
   double nearest_ = kInfinity;     // to the haptic pose, some pieces ago [mm, scaled]
   Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
   bool has_last_ = false;
+  bool was_inside_ = false;
   bool is_settled_ = false;  // the last QP is that of the haptic pose at `now_`, and says to stay
 };
 
@@ -133,6 +134,9 @@ void ConstrainedStep::run() {
   }
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
   noteContacts();
+  // The way out of an object is no motion that goes on.
+  if (scene_.inertia.translation + scene_.inertia.rotation > 0)
+    memory_.motion = was_inside_ ? Displacement() : displacementBetween(start_, memory_.graphic);
 }
 
 // The bodies go to where they are to be, and the tool, which stays but for what pushes it, goes out of their way. In
@@ -247,7 +251,10 @@ bool ConstrainedStep::findPairs() {
     return false;
   }
   addFelt();
-  if (depth_ > kGapTolerance) change_ = kAnyChange;
+  if (depth_ > kGapTolerance) {
+    change_ = kAnyChange;
+    was_inside_ = true;
+  }
   used_ = 0;
   stale_ = false;
   record();

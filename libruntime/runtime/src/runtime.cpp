@@ -170,6 +170,14 @@ int st_scene_set_damping(st_scene* scene, double translation_n_s_per_mm, double 
   });
 }
 
+int st_scene_set_mass(st_scene* scene, double mass_kg, double inertia_kg_mm2) {
+  return guarded(scene, [&]() -> std::string {
+    scene->description.coupling.mass = mass_kg;
+    scene->description.coupling.inertia = inertia_kg_mm2;
+    return {};
+  });
+}
+
 int st_scene_set_step_time(st_scene* scene, double seconds) {
   return guarded(scene, [&]() -> std::string {
     scene->description.step_time = seconds;

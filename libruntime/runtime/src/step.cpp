@@ -17,7 +17,7 @@ void forget(StepMemory& memory) {
   memory.answer = {};
   memory.depth = 0;
   memory.wrench = {};
-  memory.stretch = {};
+  memory.stretch = memory.motion = {};
   std::fill(memory.give.begin(), memory.give.end(), 0.0);
   memory.haptic = memory.graphic = {};
   memory.euler = {};
@@ -35,14 +35,20 @@ void start(const Configuration& graphic_tool, StepMemory& memory) {
   memory.euler = {angles[0], angles[1], angles[2]};
 }
 
-// Spring and damper, the latter by the change of the stretch s since the last step:  k s + c (s - s_last) / T
-// = (k + c / T) (s - s_last (c / T) / (k + c / T)):  a spring alone, of the pull's stiffness, from a place that lags.
-// This is Euler's implicit method, for s is what the tool has at the end of the step.
-Configuration dampedAim(const Configuration& haptic, const StepMemory& memory) {
-  const Coupling &coupling = memory.scene.coupling, &pull = memory.scene.pull;
-  if (coupling.damping == 0 && coupling.rotation_damping == 0) return haptic;
-  return moved(haptic, {(1 - coupling.translation / pull.translation) * memory.stretch.translation,
-                        (1 - coupling.rotation / pull.rotation) * memory.stretch.rotation});
+// Spring, damper and mass by Euler's implicit method, for the stretch s is what the tool has at the end of the step:
+//   k s + c (s - s_last) / T + m (s - s_free) / T^2  =  (k + c / T + m / T^2) (s - s_aim)
+// with s_free where the tool, without a force, would be by its motion of the last step. So it is a spring alone, of the
+// pull's stiffness, from a place s_aim that lags.
+Configuration pulledTo(const Configuration& haptic, const StepMemory& memory, Displacement& free) {
+  const CompiledScene& scene = memory.scene;
+  const Coupling &coupling = scene.coupling, &pull = scene.pull, &inertia = scene.inertia;
+  if (pull.translation == coupling.translation && pull.rotation == coupling.rotation) return haptic;
+  free = displacementBetween(haptic, moved(memory.graphic, memory.motion));
+  const auto part = [](double k, double all, double mass, const Eigen::Vector3d& last, const Eigen::Vector3d& ahead) {
+    return Eigen::Vector3d((1 - (k + mass) / all) * last + mass / all * ahead);
+  };
+  return moved(haptic, {part(coupling.translation, pull.translation, inertia.translation, memory.stretch.translation, free.translation),
+                        part(coupling.rotation, pull.rotation, inertia.rotation, memory.stretch.rotation, free.rotation)});
 }
 
 }  // namespace
@@ -55,22 +61,28 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     result.faults = kBadInput;
     memory.wrench.force *= 0.9;
     memory.wrench.torque *= 0.9;
+    memory.motion = {};
   } else {
     const Configuration haptic{haptic_tool.position, haptic_tool.orientation.normalized()};
     if (!memory.started) start(haptic, memory);
     if (memory.bodies.size() > 1) startMotions(memory);
     StepParts parts(memory, times, result);
     Configuration aim = haptic;
+    Displacement free;
     if (mode == Mode::Paper) {
       memory.contact_count = 0;
       paperStep(parts, haptic);
     } else {
-      aim = dampedAim(haptic, memory);
+      aim = pulledTo(haptic, memory, free);
       if (memory.tissue) result.faults |= memory.tissue->beginStep();
       constrainedStep(parts, aim);
       memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
       memory.stretch = displacementBetween(haptic, memory.graphic);
+      // What the mass takes does not come from the hand.
+      const Coupling& inertia = memory.scene.inertia;
+      memory.wrench.force -= inertia.translation * (memory.stretch.translation - free.translation);
+      memory.wrench.torque -= inertia.rotation * (memory.stretch.rotation - free.rotation);
       const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
       memory.euler = {angles[0], angles[1], angles[2]};
     }

@@ -74,6 +74,7 @@ struct StepMemory {
   std::unique_ptr<SoftTissue> tissue;                           // null: there is none
   double depth = 0;                                             // of the tool in something when the last step ended [mm]
   Displacement stretch;                                         // of spring and damper when the last step ended
+  Displacement motion;                                          // of the graphic tool in the last step, if it goes on by its mass
   QpAnswer answer;                                              // of the last QP
   std::array<Contact, kMostContacts> contacts{};
   std::uint8_t contact_count = 0;

@@ -64,7 +64,8 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
   runtime::SceneDescription description;
   description.tool = tool.tree;
   description.reference_point = reference_point;
-  description.coupling = {k.translation / scale, k.rotation * scale, k.damping / scale, k.rotation_damping * scale};
+  description.coupling = {k.translation / scale,      k.rotation * scale, k.damping / scale,
+                          k.rotation_damping * scale, k.mass / scale,     k.inertia * scale};
   carried_.resize(objects_.size(), Eigen::Vector3d::Zero());
   for (const PlacedBody& object : objects_) {
     const auto body = static_cast<std::uint32_t>(options.moving ? description.objects.size() + 1 : 0);

@@ -117,6 +117,7 @@ struct SceneFile {
   double rotation_n_mm_per_rad = 1000;         // > 0, coupling
   double damping_n_s_per_mm = 0;               // >= 0, coupling
   double rotation_damping_n_mm_s_per_rad = 0;  // >= 0, coupling
+  double mass_kg = 0, inertia_kg_mm2 = 0;      // >= 0, coupling: of the tool that is felt
   double force_n = 8;                          // > 0, limit of the force
   Eigen::Vector3d torque_n_mm{188, 188, 48};   // > 0, limit of each component
   SceneItem tool;

@@ -129,6 +129,9 @@ ST_API int st_scene_set_friction(st_scene* scene, size_t object, double coeffici
 ST_API int st_scene_set_stiffness(st_scene* scene, size_t object, double stiffness_n_per_mm);
 /* A damper beside the spring of the coupling, both >= 0, default 0; not in mode ST_PAPER. */
 ST_API int st_scene_set_damping(st_scene* scene, double translation_n_s_per_mm, double rotation_n_mm_s_per_rad);
+/* Mass of the graphic tool at its reference point, and its inertia about it, the same for all axes; both >= 0, default
+ * 0; not in mode ST_PAPER. */
+ST_API int st_scene_set_mass(st_scene* scene, double mass_kg, double inertia_kg_mm2);
 /* Both > 0; defaults 1 N/mm and 1000 N mm/rad. */
 ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, double rotation_n_mm_per_rad);
 /* All > 0; defaults 8 N for the vector, 188, 188 and 48 N mm for the components. */

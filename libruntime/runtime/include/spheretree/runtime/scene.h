@@ -18,13 +18,15 @@
 
 namespace spheretree::runtime {
 
-/// The spring, and the damper beside it, between haptic and graphic tool. Stiffness > 0, damping >= 0; none in the mode
-/// of the paper.
+/// The spring, and the damper beside it, between haptic and graphic tool, and the mass of the latter. Stiffness > 0,
+/// damping and mass >= 0; the mode of the paper has the spring alone.
 struct Coupling {
   double translation = 1;       // [N/mm]
   double rotation = 1000;       // [N mm/rad]
   double damping = 0;           // [N s/mm]
   double rotation_damping = 0;  // [N mm s/rad]
+  double mass = 0;              // at the reference point [kg]
+  double inertia = 0;           // about it, the same for all axes [kg mm^2]
 };
 
 /// Largest wrench that is rendered; all > 0.
