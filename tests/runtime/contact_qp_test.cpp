@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -281,6 +282,58 @@ TEST(ContactQp, StickingIsExact) {
     EXPECT_NEAR(qp.rows[0].multiplier, 1, 1e-9);
     EXPECT_NEAR(qp.discs[0].force[0], -std::min(pull, 0.2), 1e-8);
   }
+}
+
+// Contacts of a random tool, pressed and dragged: where the law itself is asked for and found, the forces obey it, and
+// a problem of cones with the slip of the answer, which the same forces solve, has the same answer.
+TEST(ContactQp, CoulombsLawIsThatOfConesWithTheSlipOfTheAnswer) {
+  Random random(5);
+  int found = 0, slipping = 0, sticking = 0;
+  for (int run = 0; run < 2000; ++run) {
+    ContactQp qp;
+    qp.row_count = qp.disc_count = 1 + run % 3;
+    Vector6 press = Vector6::Zero();
+    for (int k = 0; k < qp.row_count; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      const Eigen::Vector3d n = (Eigen::Vector3d(0, 0, 1) + 0.5 * random.inCube(1)).normalized(), arm = random.inCube(1),
+                            t0 = n.unitOrthogonal(), t1 = n.cross(t0);
+      qp.rows[at].a << n, arm.cross(n);
+      press += qp.rows[at].a;
+      qp.rows[at].multiplier = 1;
+      qp.discs[at].across[0] << t0, arm.cross(t0);
+      qp.discs[at].across[1] << t1, arm.cross(t1);
+      qp.discs[at].law = random.between(0.05, 0.8);
+      qp.discs[at].row = k;
+    }
+    qp.target = 0.5 * randomVector(random, 1) - press;
+    solveContactQp(qp);
+    if (!qp.converged) continue;
+    ++found;
+    ContactQp cones = qp;
+    for (int k = 0; k < qp.disc_count; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      FrictionDisc &disc = qp.discs[at], &cone = cones.discs[at];
+      const double slip = std::hypot(disc.across[0].dot(qp.y), disc.across[1].dot(qp.y)), force = std::hypot(disc.force[0], disc.force[1]),
+                   allowed = disc.law * qp.rows[at].multiplier;
+      ASSERT_LE(force, allowed * (1 + 1e-9));
+      if (slip > 1e-5) {
+        ASSERT_NEAR(force, allowed, 1e-9 * (1 + allowed));
+        ++slipping;
+      } else {
+        ++sticking;
+      }
+      cone.friction = disc.law;
+      cone.law = 0;
+      cone.slip = slip;
+      cones.rows[at].multiplier = 0;  // the cone presses in its place
+    }
+    solveContactQp(cones);
+    ASSERT_TRUE(cones.converged);
+    ASSERT_LT((cones.y - qp.y).norm(), 1e-6) << run;
+  }
+  EXPECT_GT(found, 1000);
+  EXPECT_GT(slipping, 300);
+  EXPECT_GT(sticking, 500);
 }
 
 TEST(ContactQp, SpringsInSeries) {

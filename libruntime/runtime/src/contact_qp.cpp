@@ -26,9 +26,11 @@ class Round {
         penalty_(penalty),
         most_newton_steps_(most_newton_steps),
         tissue_(6 + qp.group_count),
-        size_(6 + qp.group_count + qp.tissue_count) {}
+        size_(6 + qp.group_count + qp.tissue_count),
+        has_law_(qp.disc_count > 0 && qp.discs[0].law > 0) {}
 
-  void solve();
+  /// False: it stopped short of the minimum.
+  bool solve();
   /// Takes the multipliers over. What the rows and discs lack [mm].
   double update();
 
@@ -46,10 +48,11 @@ class Round {
   const double penalty_;
   const int most_newton_steps_;
   const int tissue_, size_;  // where the coordinates of tissue begin; all of them
-  Coordinates gradient_{};
+  const bool has_law_;
+  Coordinates gradient_;
   double hessian_[kMostCoordinates][kMostCoordinates];
-  std::array<double, kMostContactRows> multiplier_{}, pressure_{};
-  std::array<std::array<double, 2>, kMostContactRows> force_{};
+  std::array<double, kMostContactRows> multiplier_, pressure_, radius_;
+  std::array<std::array<double, 2>, kMostContactRows> force_;
 };
 
 double dot(const Vector6& a, const Coordinates& x) {
@@ -101,8 +104,11 @@ double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with
   const double v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
   // What the tool feels is -f.
   const double w[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]}, length = std::sqrt(w[0] * w[0] + w[1] * w[1]);
-  const bool slips = length > d.radius;
-  const double scale = slips ? d.radius / length : 1, f[2] = {scale * w[0], scale * w[1]};
+  double& radius = radius_[static_cast<std::size_t>(k)];
+  if (!has_law_) radius = d.radius;
+  if (has_law_ && with_derivatives) radius = d.law * multiplier_[static_cast<std::size_t>(d.row)];
+  const bool slips = length > radius;
+  const double scale = slips ? radius / length : 1, f[2] = {scale * w[0], scale * w[1]};
   force_[static_cast<std::size_t>(k)] = {-f[0], -f[1]};
   if (with_derivatives) {
     const double across = slips ? 1 / (length * length) : 0;  // along w the force of a slip does not change
@@ -201,15 +207,17 @@ bool Round::newtonStep(Coordinates& step) const {
   return true;
 }
 
-void Round::solve() {
-  Coordinates x{}, step{};
+bool Round::solve() {
+  Coordinates x, step;
   for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = coordinate(i);
   double value = evaluate(x, true);
-  const double enough = 1e-10 * (1 + qp_.target.norm());
-  while (qp_.iterations < most_newton_steps_) {
+  const double enough = (has_law_ ? 0.1 * qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
+  bool is_least = false;
+  for (;;) {
     double square = 0, slope = 0;
     for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
-    if (square <= enough * enough || !newtonStep(step)) break;
+    is_least = square <= enough * enough;
+    if (is_least || qp_.iterations >= most_newton_steps_ || !newtonStep(step)) break;
     ++qp_.iterations;
     for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step[static_cast<std::size_t>(i)];
     const Coordinates from = x;
@@ -217,14 +225,18 @@ void Round::solve() {
     for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
         x[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step[static_cast<std::size_t>(i)];
-      next = evaluate(x, n == 0);  // the whole step is usual
+      next = evaluate(x, n == 0 && !has_law_);  // the whole step is usual
       if (next <= value + 1e-4 * part * slope + 1e-15 * std::abs(value)) break;
     }
     const bool is_rounding = !(next < value) && -slope < 1e-14 * (1 + std::abs(value));
-    value = part < 1 ? evaluate(x, true) : next;
-    if (is_rounding) break;
+    value = part < 1 || has_law_ ? evaluate(x, true) : next;
+    if (is_rounding) {
+      is_least = !has_law_;
+      break;
+    }
   }
   for (int i = 0; i < size_; ++i) coordinate(i) = x[static_cast<std::size_t>(i)];
+  return is_least;
 }
 
 double Round::update() {
@@ -255,16 +267,17 @@ void solveContactQp(ContactQp& qp) noexcept {
     for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
       Round round(qp, penalty, most_newton_steps);
       const Vector6 before = qp.y;
-      round.solve();
-      qp.converged = round.update() <= qp.tolerance && (qp.y - before).norm() <= qp.tolerance;
+      const bool is_least = round.solve();
+      qp.converged = round.update() <= qp.tolerance && (qp.disc_count > 0 ? is_least : (qp.y - before).norm() <= qp.tolerance);
       penalty = std::min(kMostPenalty, kPenaltyGrowth * penalty);
     }
   };
   double guess = 0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) guess += qp.rows[k].multiplier;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.disc_count); ++k) guess += qp.discs[k].pressure;
-  if (guess > 0) rounds(kWarmPenalty, kWarmNewtonSteps);
-  rounds(kLeastPenalty, kMostNewtonSteps);
+  const bool has_law = qp.disc_count > 0 && qp.discs[0].law > 0;
+  if (guess > 0 || has_law) rounds(kWarmPenalty, kWarmNewtonSteps);
+  if (!has_law) rounds(kLeastPenalty, kMostNewtonSteps);
 }
 
 }  // namespace spheretree::runtime

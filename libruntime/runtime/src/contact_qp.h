@@ -13,7 +13,8 @@
 // its row where it slips by more than `slip` (G. De Saxce, Z.-Q.
 // Feng. The bipotential method. Math. Comput. Modelling 28, 1998): with slip_i = |T_i y - origin_i| the answer obeys
 // Coulomb's law. The problem is strictly convex: one answer, whatever the order of rows. Where T_i y = origin_i the
-// contact sticks, exactly.
+// contact sticks, exactly. In place of a disc of a given radius or a cone, Coulomb's law itself can be asked for:
+// nothing is minimised then, and an answer may not be found.
 //
 // Method: augmented Lagrangian, whose inner problem is smooth but for its second derivative and is solved by a Newton
 // method. M. Hestenes. Multiplier and gradient methods. JOTA 4, 1969. R. T. Rockafellar. Augmented Lagrangians and
@@ -42,7 +43,8 @@ struct ContactRow {
 struct FrictionDisc {
   std::array<Vector6, 2> across{Vector6::Zero(), Vector6::Zero()};  // rows of T
   std::array<double, 2> origin{};
-  double radius = 0;              // >= 0; of a disc
+  double radius = 0;              // >= 0; of a disc, if `law` is 0
+  double law = 0;                 // > 0: Coulomb's; the radius is that of the answer, `law` times the multiplier of the row `row`
   std::array<double, 2> force{};  // on the tool, against T y - origin; in: a guess
   double friction = 0;            // > 0: a cone about the row `row`, which presses with its multiplier and `pressure`
   double slip = 0, pressure = 0;  // >= 0; pressure in: a guess

@@ -9,13 +9,10 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostFrictionRounds = 3;  // the first with discs; where their radii are not those of the answer, with cones
+constexpr int kMostFrictionRounds = 3;  // by Coulomb's law as it is; where that does not converge, with discs and then with cones
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
 constexpr int kMostScans = 24;                                 // rows that are taken in
-constexpr double kRadiusTolerance = 5e-3;                      // of a radius: then it is that of its multiplier
 constexpr double kForceTolerance = 1e-6;                       // of residuals: gaps are floats, and known no better [mm, scaled]
-constexpr double kGuessTolerance = 1e-4;                       // of those of a round with radii that may be wrong [mm, scaled]
-constexpr double kLeastForce = 1e-6;                           // of friction that counts [mm, scaled]
 constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
 constexpr float kOutOfTheWay = -1e30f;
 
@@ -43,16 +40,19 @@ class ContactSolver {
   template <class Work>
   void forSoftRows(const Work& work);
   [[gnu::noinline]] void restoreSoft();
-  void start();
+  [[gnu::noinline]] void start();
+  bool holdsAsBefore();
+  void predict();
   int takeIn(std::uint32_t row, double multiplier, bool is_stop = false);
   [[gnu::noinline]] int placeOf(std::uint32_t row, bool is_stop) const;
   int groupOf(std::uint32_t object);
   void addDisc(int k, const RowName& name);
   bool takeInViolated();
-  bool radiiAgree() const;
+  void makeDiscs();
   void makeCones();
   void joinCones();
   void solveRounds();
+  [[gnu::noinline]] void solve();
   void solveScans();
   void keep();
 
@@ -64,15 +64,15 @@ class ContactSolver {
   const Vector6 target_;
   const CarriedPiece* carried_;
   ContactQp qp_;
-  std::array<std::uint32_t, kMostContactRows> row_{};  // of the scan, of each row of the problem
-  std::array<double, kMostContactRows> pressed_{};     // multipliers to begin with
-  std::array<int, kMostContactRows> disc_{};           // of each row, or -1
-  std::array<double, kMostContactRows> friction_{};    // coefficient times weight, of each disc's row
-  std::array<Tangents, kMostContactRows> tangents_{};  // of each disc
-  bool has_cones_ = false;
+  std::array<std::uint32_t, kMostContactRows> row_;              // of the scan, of each row of the problem
+  std::array<double, kMostContactRows> pressed_;                 // multipliers to begin with
+  std::array<int, kMostContactRows> disc_;                       // of each row, or -1
+  std::array<double, kMostContactRows> friction_;                // coefficient times weight, of each disc's row
+  std::array<Tangents, kMostContactRows> tangents_;              // of each disc
+  enum class Law { Coulomb, Discs, Cones } law_ = Law::Coulomb;  // of the discs
   std::array<std::uint32_t, kMostGroups> group_object_{};
   std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
-  std::array<bool, kMostContactRows> is_stop_{};   // of each row: of tissue that gives way no farther
+  std::array<bool, kMostContactRows> is_stop_;     // of each row: of tissue that gives way no farther
 };
 
 template <class Work>
@@ -114,6 +114,7 @@ int ContactSolver::groupOf(std::uint32_t object) {
   bound.give = -1;
   bound.b = -kMostGive * scene_.least_contact / group_scale_[at];
   row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
+  is_stop_[static_cast<std::size_t>(qp_.row_count)] = false;
   disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
   return g;
 }
@@ -176,29 +177,43 @@ void ContactSolver::addDisc(int k, const RowName& name) {
     const Vector6 z = parts_.scaledVector(motionAt(body, carried_->part, tool.position));
     for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
   }
-  disc.radius = friction_[d] * qp_.rows[at].multiplier;
   disc.row = k;
-  if (has_cones_) disc.friction = friction_[d];
+  disc.radius = friction_[d] * qp_.rows[at].multiplier;
+  if (law_ == Law::Coulomb) disc.law = friction_[d];
+  if (law_ == Law::Cones) disc.friction = friction_[d];
 }
 
-// The rows that held before, with the multipliers that they had; and those that the QP without friction finds, with the
-// ones that it predicts.
+// The rows that held before, with the multipliers that they had.
 void ContactSolver::start() {
-  const QpAnswer predicted = memory_.answer;
+  qp_.row_count = qp_.disc_count = qp_.group_count = 0;
+  qp_.y.setZero();
+  qp_.target = target_;
+  qp_.tolerance = kForceTolerance;
   if (memory_.tissue)
     for (auto& row : qp_.tissue) row.fill(0);
   for (std::size_t k = 0; k < memory_.active_count; ++k) {
     const std::uint32_t row = parts_.rowOf(pairs_, memory_.active_names[k]);
     if (row != ~0u) takeIn(row, memory_.active_multiplier[k]);
   }
+}
+
+// Whether the contacts that held before hold the tool now, and no other does: then there is nothing to predict.
+bool ContactSolver::holdsAsBefore() {
+  if (carried_ || scene_.has_soft || !parts_.rubs || memory_.active_count == 0) return false;
+  start();
+  solve();
+  return qp_.converged && !takeInViolated();
+}
+
+// And those that the QP without friction finds, with the multipliers that it predicts.
+void ContactSolver::predict() {
+  const QpAnswer& predicted = memory_.answer;
   for (std::size_t k = 0; k < predicted.active_count; ++k)
     takeIn(predicted.active[k], carried_ ? 0 : predicted.multiplier[k],
            memory_.isTissue(parts_.nameOfRow(pairs_, predicted.active[k]).object));
   for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
     for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k)
       qp_.tissue_given[m] += qp_.tissue[k][m] * qp_.rows[k].multiplier;
-  qp_.target = target_;
-  qp_.tolerance = kForceTolerance;
 }
 
 // The row that the answer violates most; false: none, or there is no room for it.
@@ -235,22 +250,21 @@ bool ContactSolver::takeInViolated() {
   return is_violated && takeIn(worst.row, 0, is_stop) >= 0;
 }
 
-// Coulomb's law: the force is what the row presses with, times the coefficient, or less where nothing slips.
-bool ContactSolver::radiiAgree() const {
-  for (std::size_t d = 0; d < static_cast<std::size_t>(qp_.disc_count); ++d) {
-    const FrictionDisc& disc = qp_.discs[d];
-    const double allowed = friction_[d] * qp_.rows[static_cast<std::size_t>(disc.row)].multiplier,
-                 force = std::hypot(disc.force[0], disc.force[1]);
-    const bool slips = force > (1 - kRadiusTolerance) * disc.radius;
-    if (force > (1 + kRadiusTolerance) * allowed + kLeastForce) return false;
-    if (slips && disc.radius < (1 - kRadiusTolerance) * allowed) return false;
+// Back to the multipliers to begin with, for radii that stay.
+void ContactSolver::makeDiscs() {
+  law_ = Law::Discs;
+  for (int k = 0; k < qp_.row_count; ++k) qp_.rows[static_cast<std::size_t>(k)].multiplier = pressed_[static_cast<std::size_t>(k)];
+  for (int d = 0; d < qp_.disc_count; ++d) {
+    FrictionDisc& disc = qp_.discs[static_cast<std::size_t>(d)];
+    disc.law = 0;
+    disc.force = {};
+    disc.radius = friction_[static_cast<std::size_t>(d)] * qp_.rows[static_cast<std::size_t>(disc.row)].multiplier;
   }
-  return true;
 }
 
 // The forces of cones obey the law whatever the slip is that they start from: that of the round before.
 void ContactSolver::makeCones() {
-  has_cones_ = true;
+  law_ = Law::Cones;
   for (int d = 0; d < qp_.disc_count; ++d) {
     const auto at = static_cast<std::size_t>(d);
     FrictionDisc& disc = qp_.discs[at];
@@ -267,32 +281,35 @@ void ContactSolver::joinCones() {
     qp_.rows[static_cast<std::size_t>(qp_.discs[d].row)].multiplier += qp_.discs[d].pressure;
 }
 
+void ContactSolver::solve() {
+  solveContactQp(qp_);
+  parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
+  parts_.result.work += static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
+}
+
 void ContactSolver::solveScans() {
   for (int scan = 0; scan < kMostScans; ++scan) {
-    solveContactQp(qp_);
-    parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
-    parts_.result.work +=
-        static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
-    if (!takeInViolated()) break;
+    solve();
+    const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0;
+    if (is_lost || !takeInViolated()) break;
   }
 }
 
 void ContactSolver::solveRounds() {
-  if (carried_ || qp_.disc_count == 0) {  // while bodies move the tool presses with what it pressed before
+  if (carried_ || qp_.disc_count == 0) {
     solveScans();
     return;
   }
-  qp_.tolerance = kGuessTolerance;
   solveScans();
-  qp_.tolerance = kForceTolerance;
-  if (radiiAgree()) solveScans();
   int rounds = 1;
-  if (!radiiAgree())
-    for (; rounds < kMostFrictionRounds; ++rounds) {
-      makeCones();
-      solveScans();
-      joinCones();
-    }
+  if (!qp_.converged) {
+    rounds = kMostFrictionRounds;
+    makeDiscs();
+    solveScans();
+    makeCones();
+    solveScans();
+    joinCones();
+  }
   parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, static_cast<std::uint32_t>(rounds));
 }
 
@@ -331,17 +348,25 @@ void ContactSolver::keep() {
 }
 
 double ContactSolver::run() {
+  if (carried_) law_ = Law::Discs;  // while bodies move the tool presses with what it pressed before
   if (memory_.tissue) memory_.tissue->begin(pairs_, rows_, carried_ != nullptr);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
       memory_.soft_b[i] = rows_.b[i];
       rows_.b[i] = memory_.isTissue(object) ? memory_.tissue->stop(object, i) : kOutOfTheWay;
     });
-  const double back = parts_.solve(rows_, target_);
-  restoreSoft();
-  if (memory_.answer.status != QpStatus::Optimal) return back;
-  start();
-  solveRounds();
+  double back = 0;
+  if (holdsAsBefore()) {
+    memory_.answer.status = QpStatus::Optimal;
+    parts_.result.friction_rounds = std::max(parts_.result.friction_rounds, 1u);
+  } else {
+    back = parts_.solve(rows_, target_);
+    restoreSoft();
+    if (memory_.answer.status != QpStatus::Optimal) return back;
+    start();
+    predict();
+    solveRounds();
+  }
   keep();
   return back;
 }
