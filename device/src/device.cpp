@@ -28,6 +28,7 @@ SafetySettings narrowed(SafetySettings settings, const DeviceInfo& info) {
   settings.max_torque = settings.max_torque.cwiseMin(info.max_torque);
   settings.continuous_force = std::min(settings.continuous_force, info.continuous_force);
   settings.continuous_torque = settings.continuous_torque.cwiseMin(info.continuous_torque);
+  settings.delay = info.delay;
   return settings;
 }
 
@@ -81,6 +82,8 @@ Wrench Device::tick(DeviceState state) noexcept {
   last_time_ = state.time;
   if (rearm_.exchange(false, std::memory_order_relaxed)) safety_.rearm();
   if (EmergencyStop::requested()) safety_.emergencyStop();
+  state.added = safety_.passivity().added();
+  state.debt = safety_.passivity().debt();
   const Wrench wrench = safety_.limit(state, renderer_->render(state));
   ticks_.fetch_add(1, std::memory_order_relaxed);
   safety_bits_.store(safety_.events(), std::memory_order_relaxed);

@@ -56,12 +56,17 @@ std::string findFault(const SafetySettings& s) {
                           {"pose_jump", s.pose_jump, tiny, kLargest},
                           {"warm", s.warm, tiny, 1},
                           {"cool", s.cool, tiny, s.warm},
-                          {"thermal_rate", s.thermal_rate, tiny, 0.5}};
+                          {"thermal_rate", s.thermal_rate, tiny, 0.5},
+                          {"passivity_damping", s.passivity_damping, tiny, kLargest},
+                          {"delay", static_cast<double>(s.delay), 0, kMostDelay}};
   return outOfRange(ranges);
 }
 
 Safety::Safety(const SafetySettings& settings) noexcept
-    : settings_(settings), guarded_(settings.start_guard), gain_(settings.start_guard ? 0 : 1) {}
+    : settings_(settings),
+      guarded_(settings.start_guard),
+      gain_(settings.start_guard ? 0 : 1),
+      passivity_(settings.delay, settings.passivity_damping) {}
 
 void Safety::rearm() noexcept {
   if (!off_) return;
@@ -90,9 +95,22 @@ Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcep
       out = clamped(slewed({gain_ * wanted.force, gain_ * wanted.torque}), state.handle.orientation, false);
     }
   }
+  if (settings_.passivity_control) out = controlled(state.handle, out);
   sent_ = out;
   followContact(elapsed);
   return sent_;
+}
+
+/// The last rule, since it has to know what is sent.
+Wrench Safety::controlled(const Configuration& handle, const Wrench& wrench) noexcept {
+  if (events_ & kBadPose) {
+    passivity_.lose();
+    return wrench;
+  }
+  const Wrench out = passivity_.control(handle, wrench);
+  if (passivity_.added().force.isZero(0) && passivity_.added().torque.isZero(0)) return wrench;
+  events_ |= kPassivityControl;
+  return clamped(out, handle.orientation, false);
 }
 
 /// The rules that leave no choice but zero.

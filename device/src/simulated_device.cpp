@@ -78,7 +78,8 @@ SimulatedDevice::SimulatedDevice(const SimulatedSettings& settings) : settings_(
            .max_force = settings_.max_force,
            .continuous_force = settings_.continuous_force,
            .max_torque = settings_.max_torque,
-           .continuous_torque = settings_.continuous_torque};
+           .continuous_torque = settings_.continuous_torque,
+           .delay = settings_.delay};
   begin(Clock::Stepped);
 }
 

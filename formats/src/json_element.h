@@ -70,6 +70,10 @@ class JsonElement {
   // Values
   bool isNull() const { return value_.is_null(); }
   bool isText() const { return value_.is_string(); }
+  bool truth() const {
+    if (!value_.is_boolean()) fail("is neither true nor false");
+    return value_.get<bool>();
+  }
   double number() const {
     if (!value_.is_number()) fail("is not a number");
     const double value = value_.get<double>();

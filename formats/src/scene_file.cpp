@@ -459,8 +459,9 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
   if (tool.has("reference_point_mm")) scene.tool.reference_point_mm = vector(tool.at("reference_point_mm"));
 
   if (root.has("device")) {
-    root.at("device").onlyKeys({"position_mm", "quaternion_wxyz"});
+    root.at("device").onlyKeys({"position_mm", "quaternion_wxyz", "passivity_control"});
     scene.device = readPose(root.at("device"));
+    if (root.at("device").has("passivity_control")) scene.passivity_control = root.at("device").at("passivity_control").truth();
   }
   readBodies(root, scene);
   const JsonElement objects = root.at("objects");
@@ -523,6 +524,7 @@ std::string sceneText(const SceneFile& scene) {
     out["device"] = OrderedJson::object();
     addPose(out["device"], scene.device);
   }
+  if (scene.passivity_control) out["device"]["passivity_control"] = true;
   if (!scene.bodies.empty()) {
     out["bodies"] = OrderedJson::array();
     for (const SceneBody& body : scene.bodies) out["bodies"].push_back(toJson(body));

@@ -145,6 +145,10 @@ TEST(SceneFile, MakesAQuaternionAUnit) {
 
 TEST(SceneFile, KeepsHowTheToolIsHeldAndWhereTheDeviceStands) {
   EXPECT_EQ(sceneText(parseScene(kLeast, "a")).find("device"), std::string::npos);
+  SceneFile controlled = parseScene(kLeast, "a");
+  EXPECT_FALSE(controlled.passivity_control);
+  controlled.passivity_control = true;
+  EXPECT_TRUE(parseScene(sceneText(controlled), "a").passivity_control);
   std::string text = kLeast;
   text.insert(text.find("\"tool\": {") + 9, "\"position_mm\": [0, 0, -60], \"quaternion_wxyz\": [0, 0, 1, 0], ");
   text.insert(1, "\"device\": {\"position_mm\": [5, -40, 7]}, ");

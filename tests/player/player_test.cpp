@@ -362,6 +362,33 @@ TEST(Play, AnEmergencyStopEndsWithTheWholeRecording) {
   EXPECT_LE(summary["steps"].get<std::uint64_t>(), 2u);
 }
 
+TEST(Play, PassivityControlIsRecorded) {
+  const test::ScratchFolder folder;
+  builder::Progress progress;
+  PlaySettings settings;
+  settings.clock = device::Clock::Stepped;
+  settings.seconds = 2;  // on the way down, and pressing
+  settings.record = folder.path() / "run.csv";
+  settings.passivity_control = true;
+  nlohmann::ordered_json summary;
+  EXPECT_EQ(play(settings, progress, summary), PlayEnd::Complete);
+  const std::string text = slurp(settings.record);
+  EXPECT_NE(text.find(",passivity_n,passivity_nmm,passivity_mj\n"), std::string::npos);
+  EXPECT_GT(summary["passivity_control"]["steps"].get<std::uint64_t>(), 0u);
+  EXPECT_GT(summary["passivity_control"]["largest_debt_mj"].get<double>(), 0);
+  EXPECT_TRUE(summary["safety_events"].get<std::uint32_t>() & device::kPassivityControl);
+  // The rows say so as often as the summary: those in which one of the last three columns but one is above 0.
+  std::uint64_t acted = 0;
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    const std::size_t debt = line.rfind(','), torque = line.rfind(',', debt - 1), force = line.rfind(',', torque - 1);
+    acted += std::stod(line.substr(force + 1)) > 0 || std::stod(line.substr(torque + 1)) > 0;
+  }
+  EXPECT_EQ(acted, summary["passivity_control"]["steps"].get<std::uint64_t>());
+}
+
 TEST(Play, TheTourTouchesTheObject) {
   const runtime::Scene scene = ballOnPlate();
   const device::IntendedPath path = tourOf(scene);

@@ -57,7 +57,7 @@ case_player_usage() {
     expect 2 scene.json $bad
     [ -s err ] || fail "no message for $bad"
   done
-  for bad in "--record run.csv" "--trajectory path.csv" "--device replay" "--device phantom" "--hand firm"; do
+  for bad in "--record run.csv" "--trajectory path.csv" "--device replay" "--device phantom" "--hand firm" "--passivity-control"; do
     # shellcheck disable=SC2086
     expect 2 --scenario F17 $bad
   done
@@ -66,6 +66,8 @@ case_player_usage() {
   says "F22 (leaves)" err
   cp path.csv before
   expect 2 scene.json --trajectory path.csv --clock stepped --record path.csv
+  expect 2 scene.json --trajectory path.csv --clock stepped --passivity-control
+  says "nobody feels the wrench" err
   cmp before path.csv || fail "the trajectory was written over"
 }
 

@@ -142,6 +142,8 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   refuseStrayOptions(cli, device);
+  if (device == "replay" && play_settings.passivity_control)
+    throw UsageError("--passivity-control is not for --device replay: nobody feels the wrench");
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
   if (device == "phantom" && !play_settings.trajectory.empty())
     throw UsageError("--trajectory is not for --device phantom: there the hand moves");
@@ -250,6 +252,10 @@ void addOptions(CLI::App& cli, Options& o) {
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
+  cli.add_flag("--passivity-control", o.play.passivity_control,
+               "Damping takes back the energy that sampling and delay give to the hand; else as the scene's device says. Not with "
+               "--device replay")
+      ->excludes(scenario);
   cli.add_option("--hd-library", o.play.phantom.library,
                  "With --device phantom: path of the vendor's library; default: where the loader looks")
       ->excludes(scenario);

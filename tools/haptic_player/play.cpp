@@ -146,12 +146,17 @@ bool movesTissue(const PlaySettings& settings, const runtime::Scene& scene) {
   return false;
 }
 
+bool controlsPassivity(const PlaySettings& settings, const formats::SceneFile& scene) {
+  return settings.device != DeviceKind::Replay && (settings.passivity_control || scene.passivity_control);
+}
+
 RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path& recording, bool has_tissue) {
   RunIdentity identity{kSampleScene,
                        std::string("mode=") + modeName(settings.mode) +
                            " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves"),
                        {"molar"}};
   identity.has_tissue = has_tissue;
+  identity.has_passivity = controlsPassivity(settings, settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene));
   if (has_tissue) identity.settings += " tissue=large";
   if (settings.scene.empty()) return identity;
   identity.objects.clear();
@@ -255,6 +260,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   device::SafetySettings safety;
   safety.max_force = scene.wrenchLimits().force;
   safety.max_torque = scene.wrenchLimits().torque;
+  safety.passivity_control = controlsPassivity(settings, file);
   device->start(loop, safety, settings.clock);
   runDevice(*device, settings, loop, observer);
   const device::DeviceStatus status = device->status();
@@ -274,6 +280,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   summary["real_time"] = {{"priority", loop.priorityError() < 0 ? Json(nullptr) : Json(loop.priorityError() == 0)},
                           {"memory_locked", locked}};
   summary["safety_events"] = status.safety_so_far;
+  if (safety.passivity_control) summary["passivity_control"] = loop.statistics().passivityJson();
   if (observer) observer->addTo(summary);
   if (recording) summary["recording"] = {{"file", settings.record.string()}, {"rows_lost", recording->lost()}};
   return end;

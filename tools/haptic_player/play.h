@@ -34,7 +34,8 @@ struct PlaySettings {
   std::string hand = "fine";      // of the simulated device
   device::PhantomSettings phantom;
   runtime::ContactSurface contact = runtime::ContactSurface::Skin;
-  bool large_motion = true;  // of soft tissue, in constrained mode; else by the compliance of its rest alone
+  bool large_motion = true;        // of soft tissue, in constrained mode; else by the compliance of its rest alone
+  bool passivity_control = false;  // or the scene says so; never with a replay, whose wrench nobody feels
   bool status_line = false;
 };
 

@@ -47,6 +47,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, RunIdentity 
   std::string header(recordingHeader());
   header.insert(header.size() - 1, ",scene,settings,touched,friction_n,slip_mm_s,hinges_deg");
   if (identity_.has_tissue) header.insert(header.size() - 1, ",tissue_states");
+  if (identity_.has_passivity) header.insert(header.size() - 1, ",passivity_n,passivity_nmm,passivity_mj");
   file_.append(header);
   thread_ = std::thread([this] { drain(); });
 }
@@ -77,6 +78,11 @@ void RecordingWriter::appendFullRow(std::string& text, const RecordedStep& row) 
   if (identity_.has_tissue) {
     text += ',';
     appendNumber(text, row.tissue_states);
+    text.pop_back();
+  }
+  if (identity_.has_passivity) {
+    text += ',';
+    for (const double value : {row.passivity_force, row.passivity_torque, row.passivity_debt}) appendNumber(text, value);
     text.pop_back();
   }
   text += '\n';

@@ -25,11 +25,13 @@ struct RunIdentity {
   std::vector<std::string> objects = {};  // names, for the column touched
   std::size_t hinges = 0;                 // how many angles the column hinges_deg has
   bool has_tissue = false;                // there is a column tissue_states
+  bool has_passivity = false;             // and those of passivity control
 };
 inline constexpr const char* kSampleScene = "sample";  // the built-in one
 
 /// The header line of the numbers, with its end of line. RecordingWriter adds the columns scene, settings, touched,
-/// friction_n, slip_mm_s and hinges_deg, and tissue_states where tissue moves by a solver.
+/// friction_n, slip_mm_s and hinges_deg, tissue_states where tissue moves by a solver, and passivity_n,
+/// passivity_nmm and passivity_mj with passivity control.
 std::string_view recordingHeader();
 
 /// Appends one line. Numbers are the shortest decimals that read back as the same double: same run, same bytes.

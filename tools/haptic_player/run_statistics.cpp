@@ -67,6 +67,10 @@ void RunStatistics::add(const RecordedStep& row, double processor_us) noexcept {
   last_wrench_ = row.wrench;
   largest_force_ = std::max(largest_force_, row.wrench.force.norm());
   penetration_ = std::max(penetration_, row.penetration);
+  passivity_steps_ += row.passivity_force > 0 || row.passivity_torque > 0;
+  passivity_force_ = std::max(passivity_force_, row.passivity_force);
+  passivity_torque_ = std::max(passivity_torque_, row.passivity_torque);
+  passivity_debt_ = std::max(passivity_debt_, row.passivity_debt);
   for (std::size_t k = 0; k < faults_.size(); ++k) faults_[k] += row.faults >> k & 1;
   ++steps_;
 }
@@ -87,6 +91,13 @@ nlohmann::ordered_json RunStatistics::toJson() const {
           {"wrench_step", {{"force_n", force_step_}, {"torque_n_mm", torque_step_}}},
           {"energy_mj", {{"smallest", energy_.smallest()}, {"largest", energy_.largest()}, {"final", energy_.energy()}}},
           {"faults", faults}};
+}
+
+nlohmann::ordered_json RunStatistics::passivityJson() const {
+  return {{"steps", passivity_steps_},
+          {"largest_force_n", passivity_force_},
+          {"largest_torque_n_mm", passivity_torque_},
+          {"largest_debt_mj", passivity_debt_}};
 }
 
 }  // namespace spheretree::player

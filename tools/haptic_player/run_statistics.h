@@ -59,12 +59,16 @@ class RunStatistics {
   const TimeHistogram& total() const { return total_; }
   /// For --json: steps, time_us, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
   nlohmann::ordered_json toJson() const;
+  /// For --json: steps in which passivity control did something, and the largest of it.
+  nlohmann::ordered_json passivityJson() const;
 
  private:
   TimeHistogram find_, rows_, qp_, total_, processor_;
   PassivityObserver energy_;
   Wrench last_wrench_;
   double force_step_ = 0, torque_step_ = 0, penetration_ = 0, largest_force_ = 0;
+  double passivity_force_ = 0, passivity_torque_ = 0, passivity_debt_ = 0;
+  std::uint64_t passivity_steps_ = 0;
   std::uint64_t steps_ = 0, over_by_clock_ = 0, over_by_processor_ = 0;
   std::array<std::uint64_t, 7> faults_{};
 };

@@ -39,6 +39,9 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
   RecordedStep row = recordedStep(ticks_++, tool, result, times, total_us, runtime::contacts(workspace_));
   row.hinges = hinges_;
   row.tissue_states = tissue_states_;
+  row.passivity_force = state.added.force.norm();
+  row.passivity_torque = state.added.torque.norm();
+  row.passivity_debt = state.debt;
   statistics_.add(row, threadTime() - processor_start);
   force_.store(row.wrench.force.norm(), std::memory_order_relaxed);
   time_.store(total_us, std::memory_order_relaxed);
@@ -119,6 +122,9 @@ RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const
           friction.norm(),
           strongest ? strongest->slip.norm() : 0,
           {},
+          0,
+          0,
+          0,
           0};
 }
 

@@ -64,7 +64,7 @@ device::SimulatedSettings handAt(const char* hand, int delay, Friction friction,
   return settings;
 }
 
-ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps) {
+ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps, Passivity passivity) {
   device::SimulatedDevice simulated(settings);
   LoopRenderer renderer(rig);
   device::SafetySettings safety;
@@ -74,6 +74,7 @@ ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings
   safety.ramp_force_slew = safety.ramp_torque_slew = 1e5;
   safety.ramp = 0.001;
   safety.fade_force = 1e5;
+  safety.passivity_control = passivity == Passivity::Controlled;
   simulated.start(renderer, safety, device::Clock::Stepped);
   ClosedLoop loop;
   Configuration last = simulated.truePose();

@@ -27,9 +27,12 @@ enum class Friction { On, Off };  // Coulomb's, of the device; the viscous one s
 /// A hand by its name, `delay` whole steps late.
 device::SimulatedSettings handAt(const char* hand, int delay, Friction friction, device::IntendedPath path);
 
+enum class Passivity { Free, Controlled };  // by the device: docs/device.md
+
 /// Without start guard and ramp: a bench asks for the renderer's own behaviour. Ctrl-C ends it. @throws
 /// builder::Cancelled
-ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps);
+ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps,
+                   Passivity passivity = Passivity::Free);
 
 /// Of a signal of 1 kHz from 30 to 500 Hz: Welch's method, Hann windows of 1000 samples that overlap by half. 0 for
 /// less than one window.

@@ -30,6 +30,8 @@ struct RecordedStep {
   double slip = 0;                     // of the contact with the largest force: how fast it rubs [mm/s]
   HingeAngles hinges{};                // of the bodies with a hinge, in the order of the scene
   std::uint32_t tissue_states = 0;     // of soft tissue that were taken over so far
+  // Of the step before: what passivity control added, and what it has still to take back [N, N mm, mJ].
+  double passivity_force = 0, passivity_torque = 0, passivity_debt = 0;
 };
 
 }  // namespace spheretree::player

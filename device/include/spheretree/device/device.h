@@ -26,6 +26,7 @@ struct DeviceInfo {
   Eigen::Vector3d continuous_torque = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   bool renders_torque = true;  // false: 6 degrees of freedom in, 3 out
   bool can_step = true;        // takes Clock::Stepped
+  int delay = 0;               // whole servo steps from a pose to the wrench that answers it
 };
 
 enum class DeviceFault : std::uint8_t {

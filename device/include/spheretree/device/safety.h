@@ -7,6 +7,7 @@
 #include <string>
 
 #include "spheretree/core/rigid.h"
+#include "spheretree/device/passivity.h"
 
 namespace spheretree::device {
 
@@ -21,6 +22,8 @@ struct DeviceState {
   bool released = false;      // no hand holds it (safety switch), or the device took its forces off for a moment
   double temperature = 0;     // of the hottest motor, 0..1; 0 where the device does not say
   bool failed = false;        // communication, timer or hardware fault: the last step of this run
+  Wrench added;               // by passivity control to the wrench of the step before; zero: it did nothing
+  double debt = 0;            // energy that it has still to take back then; below 0: none [mJ]
 };
 
 /// What a renderer answers.
@@ -51,6 +54,9 @@ struct SafetySettings {
   double warm = 0.7, cool = 0.5;                          // temperature: limits shrink above, grow back below; 0 < cool <= warm
   double thermal_rate = 1e-3;                             // by which share in one step; (0, 0.5]
   std::uint32_t release_buttons = 1;                      // while one of these is held: zero
+  bool passivity_control = false;                         // take back what sampling and delay give: passivity.h
+  double passivity_damping = 0.01;                        // by no more damping than this [N s/mm]
+  int delay = 0;                                          // steps from a pose to its wrench, 0..kMostDelay; the device says it
 };                                                        // what has no range above: (0, 1e6]
 
 /// Bits: which rules were at work in a step.
@@ -58,17 +64,18 @@ enum SafetyEvent : std::uint32_t {
   kForceClamped = 1,
   kTorqueClamped = 2,
   kSlewLimited = 4,
-  kStartGuard = 8,         // waiting for a nearly zero wrench
-  kRamp = 16,              // coming back
-  kStaleModel = 32,        // the contacts are old, or the servo was late
-  kForcesOff = 64,         // until rearm()
-  kReleased = 128,         // button, or no hand
-  kTooFast = 256,          // fast and strong
-  kWarmMotors = 512,       // limits are below the set ones
-  kRendererFailed = 1024,  // no valid wrench: the last one held, then faded
-  kBadPose = 2048,         // not finite, or jumped
-  kDeviceFailed = 4096,    // zero for the rest of this run
-  kEmergencyStop = 8192,   // zero for the rest of this run
+  kStartGuard = 8,            // waiting for a nearly zero wrench
+  kRamp = 16,                 // coming back
+  kStaleModel = 32,           // the contacts are old, or the servo was late
+  kForcesOff = 64,            // until rearm()
+  kReleased = 128,            // button, or no hand
+  kTooFast = 256,             // fast and strong
+  kWarmMotors = 512,          // limits are below the set ones
+  kRendererFailed = 1024,     // no valid wrench: the last one held, then faded
+  kBadPose = 2048,            // not finite, or jumped
+  kDeviceFailed = 4096,       // zero for the rest of this run
+  kEmergencyStop = 8192,      // zero for the rest of this run
+  kPassivityControl = 16384,  // damping was added
 };
 
 /// Empty if all settings are in range, else a sentence that names the setting, its value and its range.
@@ -85,8 +92,9 @@ class Safety {
   Wrench limit(const DeviceState& state, const Rendered& rendered) noexcept;
 
   std::uint32_t events() const noexcept { return events_; }  // SafetyEvent bits of the last limit()
-  void rearm() noexcept;                                     // ends kForcesOff: guard and ramp
-  void emergencyStop() noexcept { halted_ = true; }          // zero from now on
+  const PassivityControl& passivity() const noexcept { return passivity_; }
+  void rearm() noexcept;                             // ends kForcesOff: guard and ramp
+  void emergencyStop() noexcept { halted_ = true; }  // zero from now on
 
  private:
   bool mayRender(const DeviceState& state, double elapsed) noexcept;
@@ -96,6 +104,7 @@ class Safety {
   void followTemperature(double temperature) noexcept;
   void restart() noexcept;
   Wrench clamped(const Wrench& wrench, const Quaternion& handle, bool report) noexcept;
+  Wrench controlled(const Configuration& handle, const Wrench& wrench) noexcept;
   Wrench slewed(const Wrench& wrench) noexcept;
   void followContact(double elapsed) noexcept;
 
@@ -115,6 +124,7 @@ class Safety {
   Eigen::Vector3d last_position_ = Eigen::Vector3d::Zero();
   Wrench valid_;  // the last that the renderer stood by
   Wrench sent_;
+  PassivityControl passivity_;
 };
 
 }  // namespace spheretree::device

@@ -125,7 +125,8 @@ struct SceneFile {
   std::vector<WorkRegion> work;
   std::optional<Reach> reach;
   std::vector<SceneBody> bodies;
-  Configuration device;  // its frame (+x right, +y up, +z to the user) in the world
+  Configuration device;            // its frame (+x right, +y up, +z to the user) in the world
+  bool passivity_control = false;  // of the device
 };
 
 /// Where `path` of a scene file leads: relative to the folder that `scene_path` is in.

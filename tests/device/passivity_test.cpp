@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/device/passivity.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "press.h"
+
+namespace spheretree::device {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A motion that is given, and what a renderer means at each place: the energy that the hand puts into what is sent.
+struct Driven {
+  double energy = 0, lowest = 0, leak = 0, stored = 0;  // [mJ]; the last two of a spring of 1 N/mm, 1000 N mm/rad
+  int actions = 0;
+};
+
+Driven drive(int delay, bool is_controlled, bool is_turn, const std::function<double(double, double)>& force) {
+  PassivityControl control(delay, 0.01);
+  std::vector<Wrench> sent(static_cast<std::size_t>(delay) + 1);
+  Driven run;
+  double last = 0;
+  for (int n = 0; n < 4000; ++n) {
+    const double x = std::sin(0.02 * n) + 0.2 * std::sin(0.053 * n), way = n > 0 ? x - last : 0, f = force(x, way);
+    const Configuration pose = is_turn ? Configuration{{0, 0, 0}, rotationOf({0, 0.01 * x, 0})} : Configuration{{0, 0, x}, {1, 0, 0, 0}};
+    const Wrench& held = sent[sent.size() - 1 - static_cast<std::size_t>(delay)];
+    run.energy -= is_turn ? 0.01 * held.torque.y() * way : held.force.z() * way;
+    run.lowest = std::min(run.lowest, run.energy);
+    run.leak += (0.5 + delay) * (is_turn ? 0.1 : 1) * way * way;
+    last = x;
+    run.stored = (is_turn ? 0.05 : 0.5) * x * x;
+    const Wrench meant = is_turn ? Wrench{{0, 0, 0}, {0, 10 * f, 0}} : Wrench{{0, 0, f}, {0, 0, 0}};
+    sent.push_back(is_controlled ? control.control(pose, meant) : meant);
+    run.actions += is_controlled && !control.added().force.isZero(0);
+    run.actions += is_controlled && !control.added().torque.isZero(0);
+  }
+  return run;
+}
+
+TEST(PassivityControl, TakesBackWhatHoldAndDelayGive) {
+  const auto spring = [](double x, double) { return -x; };
+  for (const bool is_turn : {false, true})
+    for (const int delay : {0, 1, 3}) {
+      const Driven bare = drive(delay, false, is_turn, spring), controlled = drive(delay, true, is_turn, spring);
+      EXPECT_NEAR(bare.energy, bare.stored - bare.leak, 0.02 * bare.leak) << "the closed form";
+      EXPECT_GT(bare.leak, is_turn ? 0.03 : 0.3);
+      EXPECT_GT(controlled.lowest, -0.05 * bare.leak) << delay;
+      EXPECT_GT(controlled.actions, 1000);
+    }
+}
+
+// A spring that pushes back harder on the way out than on the way in.
+TEST(PassivityControl, TakesBackWhatARendererGives) {
+  const auto active = [](double x, double way) { return x * way < 0 ? -1.3 * x : -x; };
+  EXPECT_LT(drive(0, false, false, active).energy, -3);
+  EXPECT_GT(drive(0, true, false, active).lowest, -0.3 * 0.5 * 1.2 * 1.2);  // of one way out
+}
+
+TEST(PassivityControl, LeavesWhatGivesNothingToTheBit) {
+  PassivityControl control(1, 0.01);
+  for (int n = 0; n < 1000; ++n) {  // a weight, which the hand lifts and lowers
+    const Wrench weight{{0, 0.1, -0.7}, {3, 0, 0}};
+    const Wrench sent = control.control({{0, 0, 0.25 * (n % 100)}, {1, 0, 0, 0}}, weight);
+    if (n < 101) continue;  // it was not there before
+    ASSERT_EQ(sent.force, weight.force);
+    ASSERT_EQ(sent.torque, weight.torque);
+  }
+  // Nothing is sent in free space, whatever is owed.
+  for (int n = 0; n < 100; ++n) ASSERT_TRUE(control.control({{0, 0.1 * n, 0}, {1, 0, 0, 0}}, {}).force.isZero(0));
+}
+
+struct LoggedWall final : Renderer {
+  spheretree::test::Wall wall;
+  int actions = 0;
+  Rendered render(const DeviceState& state) noexcept override {
+    actions += !state.added.force.isZero(0);
+    return wall.render(state);
+  }
+};
+
+struct Ring {
+  double swing = 0, lowest_energy = 0;
+  std::uint32_t events = 0;
+};
+
+Ring tap(const char* hand, int delay, double stiffness, bool is_controlled) {
+  SimulatedSettings s;
+  s.hand = *findHand(hand);
+  s.delay = delay;
+  s.coulomb = s.coulomb_rotation = 0;
+  s.max_force = 100;
+  const double depth = 8000 / s.hand.stiffness, stop = (1 + depth) / 300;
+  s.path = [=](double t) { return Configuration{{0, 0, std::max(1 - 300 * t, -depth)}, {1, 0, 0, 0}}; };
+  SimulatedDevice device(s);
+  LoggedWall wall;
+  wall.wall.stiffness = stiffness;
+  SafetySettings safety = spheretree::test::noSafety();
+  safety.passivity_control = is_controlled;
+  device.start(wall, safety, Clock::Stepped);
+  Ring ring;
+  double low = 1e9, high = -1e9;
+  int actions = 0;
+  for (int n = 0; n < 1000 * stop + 2500; ++n) {
+    device.step();
+    actions += (device.status().safety & kPassivityControl) != 0;
+    ring.lowest_energy = std::min(ring.lowest_energy, device.energy());
+    if (n < 1000 * stop + 1000) continue;
+    low = std::min(low, device.actuated().force.z());
+    high = std::max(high, device.actuated().force.z());
+  }
+  EXPECT_LE(std::abs(actions - wall.actions), 1) << "the renderer knows of each action a step later";
+  ring.swing = high - low;
+  ring.events = device.status().safety_so_far;
+  return ring;
+}
+
+// Without Coulomb friction no wall of 2 N/mm is quiet by itself one step late.
+TEST(PassivityControl, QuietensAWallThatIsTooStiffForItsDelay) {
+  for (const char* hand : {"light", "fine", "arm", "firm"}) {
+    const Ring quiet = tap(hand, 1, 2, true);
+    EXPECT_LT(quiet.swing, 0.1) << hand;
+    EXPECT_GT(quiet.lowest_energy, -0.05) << hand;
+    EXPECT_TRUE(quiet.events & kPassivityControl);
+  }
+  const Ring loud = tap("light", 1, 2, false);
+  EXPECT_GT(loud.swing, 10);
+  EXPECT_LT(loud.lowest_energy, -100);
+  EXPECT_FALSE(loud.events & kPassivityControl);
+}
+
+TEST(PassivityControl, SettingsOutOfRangeAreRefused) {
+  SafetySettings s;
+  s.passivity_damping = 0;
+  EXPECT_NE(findFault(s).find("passivity_damping"), std::string::npos);
+  s = {};
+  s.delay = kMostDelay + 1;
+  EXPECT_NE(findFault(s).find("delay"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace spheretree::device
