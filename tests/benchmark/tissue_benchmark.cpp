@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Figures of soft tissue that need no file, as JSON: a ball pressed into a block, against a finer block; times of a
+// state by the number of nodes, of a refit, and of a step. benchmarks/tissue.py makes a table of them.
+//   tissue_benchmark
+#include <time.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/builder/soften_tree.h"
+#include "spheretree/runtime/step.h"
+#include "spheretree/tissue/moving_tissue.h"
+#include "support/shape_trees.h"
+#include "support/shapes.h"
+#include "support/tetrahedra.h"
+
+namespace {
+
+using namespace spheretree;
+using Eigen::Vector3d;
+using Field = std::vector<Vector3d>;
+using Cells = std::array<std::uint32_t, 3>;
+
+const Vector3d kBlock(40, 40, 20);  // 15 kPa, Poisson's ratio 0.45, held below [mm]
+constexpr double kBall = 8, kDepth = 5;
+
+/// Of the processor, for this thread [us].
+double now() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
+}
+
+double percentile(std::vector<double> times, double share) {
+  std::sort(times.begin(), times.end());
+  return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+}
+
+Tissue blockOf(const Cells& cells) {
+  const TetrahedronList solid = test::boxTetrahedra(kBlock, cells);
+  Tissue tissue;
+  tissue.material = {15, 0.45, 1040};
+  for (const Vector3d& p : solid.nodes) {
+    if (p.z() < 1e-9) tissue.fixed.push_back(static_cast<std::uint32_t>(tissue.nodes.size()));
+    tissue.nodes.push_back({p.x(), p.y(), p.z()});
+  }
+  tissue.tetrahedra = solid.corners;
+  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue has some
+  return tissue;
+}
+
+double volumeOf(const Tissue& tissue, std::span<const Vector3d> u) {
+  double sum = 0;
+  for (const auto& c : tissue.tetrahedra) {
+    const auto p = [&](std::size_t k) { return Vector3d(Vector3d(tissue.nodes[c[k]].data()) + u[c[k]]); };
+    sum += (p(1) - p(0)).cross(p(2) - p(0)).dot(p(3) - p(0)) / 6;
+  }
+  return sum;
+}
+
+struct Pressed {
+  double force = 0;         // [N]
+  double depth_left = 0;    // of the node that is deepest in the ball [mm]
+  double volume_ratio = 1;  // of the block
+};
+
+/// The ball, without friction, kDepth below the middle of the top; no node of the block is in it. Without trees, leaves
+/// and compliances: the multipliers of the nodes by Uzawa's method, the shape under them by the solver.
+Pressed pressNodes(const Cells& cells) {
+  const Tissue tissue = blockOf(cells);
+  std::string fault;
+  const auto solver = tissue::TissueSolver::make(tissue, fault);
+  if (!solver) std::fprintf(stderr, "%s\n", fault.c_str()), std::exit(1);
+  Field forces(tissue.nodes.size(), Vector3d::Zero());
+  std::vector<std::size_t> top;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const Vector3d p(tissue.nodes[i].data());
+    if (p.z() > kBlock.z() - 1e-9 && (p - Vector3d(20, 20, 20)).norm() < 1.6 * kBall) top.push_back(i);
+  }
+  std::vector<double> press(top.size(), 0);
+  // Half of what a single node resists with: rough patterns of forces need no more, and smooth ones come in time.
+  const double spacing = kBlock.x() / cells[0], step = 0.5 * 0.015 * spacing;
+  Pressed out;
+  constexpr int kRamp = 30, kRounds = 200;
+  for (int round = 1; round <= kRounds; ++round) {
+    const double depth = kDepth * std::min(1.0, static_cast<double>(round) / kRamp);
+    const Vector3d centre(20, 20, kBlock.z() + kBall - depth);
+    out = {};
+    for (std::size_t k = 0; k < top.size(); ++k) {
+      const Vector3d from = Vector3d(tissue.nodes[top[k]].data()) + solver->displacements()[top[k]] - centre;
+      const double inside = kBall - from.norm();
+      press[k] = std::max(0.0, press[k] + step * inside);
+      forces[top[k]] = press[k] * from.normalized();
+      out.force -= forces[top[k]].z();
+      out.depth_left = std::max(out.depth_left, inside);
+    }
+    solver->advance(forces, 3);
+  }
+  out.force = std::abs(out.force);
+  out.volume_ratio = volumeOf(tissue, solver->displacements()) / (kBlock.x() * kBlock.y() * kBlock.z());
+  return out;
+}
+
+/// The same as a player feels it.
+struct FeltBlock {
+  runtime::SharedTree shared;
+  std::shared_ptr<const Tissue> tissue;
+  runtime::Scene scene;
+  std::unique_ptr<runtime::Workspace> workspace;
+  std::unique_ptr<tissue::MovingTissue> motion;
+  tissue::TissueState states[2];
+  int steps = 0;
+
+  FeltBlock(const Cells& cells, int leaves) {
+    const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), kBlock);
+    const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(test::quartered(boundary))));
+    builder::Progress progress;
+    builder::BuildSettings settings;
+    settings.levels = 5;
+    settings.most_leaves = leaves;
+    settings.quality = builder::Quality::Quick;
+    settings.soft_share = 0.5;
+    SphereTree tree = builder::buildSphereTree(mesh, settings, progress).tree;
+    tissue = std::make_shared<const Tissue>(builder::softenTree(
+        mesh, tree, boundary, test::boxTetrahedra(kBlock, cells), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
+        progress));
+    shared = std::move(tree);
+    std::string fault;
+    runtime::SceneDescription d;
+    d.tool = test::oneBallTree(kBall);
+    d.objects.push_back({});
+    d.objects[0].tree = shared;
+    d.objects[0].tissue = runtime::tissueModel(shared, tissue, fault);
+    if (!fault.empty() || !compileScene(d, scene, fault)) std::fprintf(stderr, "%s\n", fault.c_str()), std::exit(1);
+    workspace = std::make_unique<runtime::Workspace>(scene);
+    motion = tissue::MovingTissue::make(*tissue, fault);
+    states[0] = states[1] = motion->restState();
+  }
+  runtime::StepResult to(const Vector3d& p) {
+    if (steps++ % 10 == 0) {
+      std::swap(states[0], states[1]);
+      aimTissue(0, states[0].leaves, states[0].tangent, states[0].is_frozen, *workspace);
+      motion->advance(tissueForces(0, *workspace), states[1]);
+    }
+    return step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace);
+  }
+  /// Down until the tool is kDepth below the top, and until the force is settled.
+  runtime::StepResult press() {
+    const double wanted = kBlock.z() + kBall - kDepth;
+    Vector3d hand(20.3, 19.8, kBlock.z() + kBall + 1);
+    runtime::StepResult r = to(hand);
+    for (; r.graphic.position.z() > wanted; r = to(hand)) hand.z() -= 0.02;
+    for (int i = 0; i < 600; ++i) {
+      hand.z() += 0.03 * (wanted - r.graphic.position.z());
+      r = to(hand);
+    }
+    return r;
+  }
+};
+
+struct Times {
+  double median, p99;
+};
+
+template <class Work>
+Times timesOf(int rounds, const Work& work) {
+  std::vector<double> times;
+  for (int i = 0; i < rounds; ++i) {
+    const double start = now();
+    work(i);
+    times.push_back(now() - start);
+  }
+  return {percentile(times, 0.5), percentile(times, 0.99)};
+}
+
+void printTimes(const char* name, const Times& t, const char* end = ",\n") {
+  std::printf("  \"%s\": {\"median_us\": %.1f, \"p99_us\": %.1f}%s", name, t.median, t.p99, end);
+}
+
+void stateTimes() {
+  std::printf("  \"states\": [");
+  const char* comma = "";
+  for (const Cells& cells : {Cells{6, 6, 4}, Cells{9, 9, 6}, Cells{12, 12, 7}, Cells{15, 15, 8}}) {
+    const Tissue tissue = blockOf(cells);
+    std::string fault;
+    const auto solver = tissue::TissueSolver::make(tissue, fault);
+    Field forces(tissue.nodes.size(), Vector3d::Zero()), moved = forces;
+    const Times t = timesOf(20, [&](int round) {
+      for (std::size_t i = 0; i < forces.size(); ++i)
+        if ((Vector3d(tissue.nodes[i].data()) - Vector3d(20, 20, 20)).norm() < 6) forces[i].z() = -0.002 * round;
+      solver->advance(forces, tissue::kIterations);
+      solver->respond(forces, tissue::kTangentIterations, moved);
+    });
+    std::printf("%s\n    {\"nodes\": %zu, \"tetrahedra\": %zu, \"median_ms\": %.2f, \"p99_ms\": %.2f}", comma, tissue.nodes.size(),
+                tissue.tetrahedra.size(), t.median / 1000, t.p99 / 1000);
+    comma = ",";
+  }
+  std::printf("],\n");
+}
+
+void leafTimes(FeltBlock& felt) {
+  const Tissue& tissue = *felt.tissue;
+  tissue::TissueState state = felt.motion->restState();
+  Field positions(tissue.surface.size());
+  printTimes("refit", timesOf(2000, [&](int) {
+               moveSurface(tissue, state.displacements, positions);
+               moveLeaves(tissue, state.displacements, positions, state.leaves);
+             }));
+  // Far away from the tool: what a step spends on leaves that rest, and on leaves that are on their way.
+  reset(*felt.workspace);
+  const Vector3d away(20, 20, 60);
+  printTimes("step_free_at_rest", timesOf(2000, [&](int) {
+               step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
+             }));
+  std::vector<Sphere> other = state.leaves;
+  for (Sphere& s : other) s.z += 5;
+  printTimes("step_free_on_the_way", timesOf(2000, [&](int i) {
+               if (i % 20 == 0) aimTissue(0, i % 40 == 0 ? other : state.leaves, {}, false, *felt.workspace);
+               step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
+             }));
+}
+
+void stepTimes(FeltBlock& felt) {
+  reset(*felt.workspace);
+  felt.motion->reset();
+  felt.states[0] = felt.states[1] = felt.motion->restState();
+  std::vector<double> times;
+  for (int i = 0; i < 4000; ++i) {  // pressed by 1 to 4 mm, and dragged
+    const Vector3d p(20 + 8 * std::sin(0.004 * i), 20, kBlock.z() + kBall - 2 + 2 * std::cos(0.003 * i));
+    if (felt.steps % 10 == 0) felt.to(p);  // with the state; it is no part of the step
+    const double start = now();
+    felt.to(p);
+    times.push_back(now() - start);
+  }
+  printTimes("step_in_contact", {percentile(times, 0.5), percentile(times, 0.99)});
+  std::printf("  \"step_in_contact_p999_us\": %.1f\n", percentile(times, 0.999));
+}
+
+}  // namespace
+
+int main() {
+  const Cells usual{10, 10, 5}, fine{22, 22, 14};
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  std::printf("{\n");
+  FeltBlock felt(usual, 2304);
+  std::printf("  \"leaves\": %zu,\n  \"nodes\": %zu,\n", felt.tissue->leaves.anchors.size(), felt.tissue->nodes.size());
+  const runtime::StepResult r = felt.press();
+  const Tissue& tissue = *felt.tissue;
+  const double felt_volume = volumeOf(tissue, felt.motion->solver().displacements()) / (kBlock.x() * kBlock.y() * kBlock.z());
+  std::printf("  \"felt_force_n\": %.4f,\n  \"felt_depth_mm\": %.4f,\n  \"felt_volume\": %.5f,\n", r.wrench.force.z(),
+              kBlock.z() + kBall - r.graphic.position.z(), felt_volume);
+  for (const auto& [name, cells] : {std::pair{"nodes_force", usual}, std::pair{"reference_force", fine}}) {
+    const Pressed p = pressNodes(cells);
+    std::printf("  \"%s_n\": %.4f,\n  \"%s_inside_mm\": %.4f,\n  \"%s_volume\": %.5f,\n", name, p.force, name, p.depth_left, name,
+                p.volume_ratio);
+  }
+  stateTimes();
+  leafTimes(felt);
+  stepTimes(felt);
+  std::printf("}\n");
+  return 0;
+}
