@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of the builder do. Writes build/vary/figures.csv
+"""tools/vary_constants.py [PATTERN...]: what half and twice each constant of builder and runtime do. Writes build/vary/figures.csv
 
-Builds the program once, in a copy of the checkout in which every numeric constant of libspheretree/src asks the environment for a
-factor, then runs it for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors 0.5, 1 and 2. Figures: the
-error (bound of the overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each
-summed over the cases of the constant's wing and divided by those of factor 1. Rows of docs/constants.md of the kind `measured` come from here."""
+Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and libruntime/runtime/src
+asks the environment for a factor, then runs them for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors
+0.5, 1 and 2. FILE is below these folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the
+overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each summed over the cases
+of the constant's wing and divided by those of factor 1. Of the runtime, along the teeth of the sample mouth: the largest step of the
+force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of the kind `measured` come from here."""
 import csv
 import fnmatch
 import json
@@ -64,14 +66,21 @@ def rewritten(text, name, keep):
     return DECLARATION.sub(declaration, text)
 
 
+def shortened(name):
+    for folder, prefix in (("libspheretree/src/", ""), ("libruntime/runtime/src/", "runtime/")):
+        if name.startswith(folder):
+            return prefix + name.removeprefix(folder)
+    return None
+
+
 def make_copy(keep):
     constants = []
     for name in subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines():
         target = SOURCE / name
         target.parent.mkdir(parents=True, exist_ok=True)
         data = (ROOT / name).read_bytes() if (ROOT / name).is_file() else b""
-        if name.startswith("libspheretree/src/") and name.endswith((".h", ".cpp")):
-            short = name.removeprefix("libspheretree/src/")
+        short = shortened(name)
+        if short and name.endswith((".h", ".cpp")):
             text = rewritten(data.decode(), short, keep)
             constants += re.findall(r'varied<[^>]*>\("([^"]+)"', text)
             data = text.encode()
@@ -81,7 +90,7 @@ def make_copy(keep):
     return constants
 
 
-def build():
+def build(targets):
     """Builds; constants that have to be constant expressions are left alone, as the compiler names them."""
     keep = set()
     WORK.mkdir(parents=True, exist_ok=True)
@@ -91,13 +100,13 @@ def build():
         constants = make_copy(keep)
         subprocess.run(["cmake", "-S", SOURCE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DSPHERETREE_TESTS=OFF",
                         f"-DCMAKE_CXX_FLAGS=-w -include {WORK}/varied.h", *launcher], check=True, stdout=subprocess.DEVNULL)
-        run = subprocess.run(["ninja", "-k0", "-C", BUILD, "spheretree", "make_samples"], capture_output=True, text=True)
+        run = subprocess.run(["ninja", "-k0", "-C", BUILD, *targets], capture_output=True, text=True)
         if run.returncode == 0:
             return constants
-        found = {f"{path}:{name}" for path, name in re.findall(r"libspheretree/src/([\w/.]+):\d+:\d+: (?:error|note):[^\n]*?‘(?:[\w:{}]*::)?(k[A-Z]\w*)’",
-                                                                run.stdout)}
+        found = {f"{shortened(path)}:{name}" for path, name in re.findall(
+            r"((?:libspheretree|libruntime/runtime)/src/[\w/.]+):\d+:\d+: (?:error|note):[^\n]*?‘(?:[\w:{}]*::)?(k[A-Z]\w*)’", run.stdout)}
         found |= {c for c in constants for path, name in [c.split(":")]
-                  if re.search(rf"{re.escape(path)}:\d+:\d+: [^\n]*\n[^\n]*\b{name}\b", run.stdout)}
+                  if re.search(rf"/{re.escape(path.removeprefix('runtime/'))}:\d+:\d+: [^\n]*\n[^\n]*\b{name}\b", run.stdout)}
         if not found - keep:
             sys.exit(run.stdout[-3000:])
         keep |= found
@@ -161,10 +170,28 @@ def figures(cases, variation, wing):
     return error, size, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
+def step_figures(variation):
+    """Largest step of the force [N], 99.9th percentile of a step's processor time [us], processor time of the run."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run = subprocess.run([BUILD / "tools/haptic_player/haptic-player", WORK / "trees/scene.json", "--trajectory", WORK / "inspection.csv",
+                          "--clock", "stepped", "--json"], env=os.environ | {"SPHERETREE_VARY": variation}, capture_output=True, text=True)
+    if run.returncode != 0:
+        return None
+    summary = json.loads(run.stdout)
+    return (summary["wrench_step"]["force_n"], summary["time_us"]["processor"]["p99_9"],
+            resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+
+
 def main():
     patterns = sys.argv[1:] or ["*"]
-    constants = [c for c in build() if any(fnmatch.fnmatch(c, pattern) for pattern in patterns)]
-    subprocess.run([BUILD / "samples/make_samples/make_samples", WORK], check=True, stdout=subprocess.DEVNULL)
+    player = ["haptic-player"] if any(p.startswith(("runtime/", "*")) for p in patterns) else []
+    constants = [c for c in build(["spheretree", "make_samples", *player]) if any(fnmatch.fnmatch(c, pattern) for pattern in patterns)]
+    samples = BUILD / "samples/make_samples/make_samples"
+    subprocess.run([samples, WORK], check=True, stdout=subprocess.DEVNULL)
+    if player:
+        subprocess.run([samples, "--mouth", WORK], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([BUILD / "tools/spheretree/spheretree", "batch", WORK / "mouth.scene.json", "-o", WORK / "trees", "-q", "--quality", "quick"],
+                       check=True)
     broken_molar(WORK)
     fine_molar(WORK)
     base = {}
@@ -172,11 +199,12 @@ def main():
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["constant", "factor", "error", "bytes", "time"])
         for constant in constants:
-            key = next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
+            of_runtime = constant.startswith("runtime/")
+            key = "runtime" if of_runtime else next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
             if key not in base:
-                base[key] = figures(CASES[key], "", key)
+                base[key] = step_figures("") if of_runtime else figures(CASES[key], "", key)
             for factor in (0.5, 2):
-                found = figures(CASES[key], f"{constant}={factor}", key)
+                found = step_figures(f"{constant}={factor}") if of_runtime else figures(CASES[key], f"{constant}={factor}", key)
                 row = [f"{a / b:.4f}" for a, b in zip(found, base[key])] if found and base[key] else ["failed"] * 3
                 writer.writerow([constant, factor, *row])
                 file.flush()
