@@ -7,7 +7,8 @@ asks the environment for a factor, then runs them for each constant whose FILE:N
 0.5, 1 and 2. FILE is below these folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the
 overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each summed over the cases
 of the constant's wing and divided by those of factor 1. Of the runtime, along the teeth of the sample mouth: the largest step of the
-force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of the kind `measured` come from here."""
+force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of
+the kind `measured` come from here."""
 import csv
 import fnmatch
 import json

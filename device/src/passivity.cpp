@@ -35,9 +35,6 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
   }
   double owed = debt();
   for (std::size_t k = 0; k < delay; ++k) owed -= energyOf(actions_[k], way);  // on its way to the motors
-  std::shift_right(sent_.begin(), sent_.end(), 1);
-  std::shift_right(actions_.begin(), actions_.end(), 1);
-  actions_[0] = {};
   std::shift_right(ways_.begin(), ways_.end(), 1);
   ways_[0] = way;
   Displacement mean;
@@ -46,13 +43,22 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
     mean.rotation += w.rotation / kSpan;
   }
   const double square = mean.translation.squaredNorm() + kLever * kLever * mean.rotation.squaredNorm();
-  if (owed > 0 && square > 0 && !isZero(wrench)) {
-    // On a way like the last ones this takes what is owed.
-    const double damping = std::min(owed / square, most_damping_ / kServoPeriod);
-    actions_[0] = {-damping * mean.translation, -damping * kLever * kLever * mean.rotation};
-  }
-  sent_[0] = {wrench.force + actions_[0].force, wrench.torque + actions_[0].torque};
-  return sent_[0];
+  if (!(owed > 0 && square > 0) || isZero(wrench)) return wrench;
+  // On a way like the last ones this takes what is owed.
+  const double damping = std::min(owed / square, most_damping_ / kServoPeriod);
+  return {wrench.force - damping * mean.translation, wrench.torque - damping * kLever * kLever * mean.rotation};
+}
+
+void PassivityControl::lose(const Wrench& wrench) noexcept {
+  has_pose_ = false;
+  meant_wrench_ = wrench;
+}
+
+void PassivityControl::sent(const Wrench& wrench) noexcept {
+  std::shift_right(sent_.begin(), sent_.end(), 1);
+  std::shift_right(actions_.begin(), actions_.end(), 1);
+  sent_[0] = wrench;
+  actions_[0] = {wrench.force - meant_wrench_.force, wrench.torque - meant_wrench_.torque};
 }
 
 }  // namespace spheretree::device

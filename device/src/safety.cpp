@@ -103,14 +103,16 @@ Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcep
 
 /// The last rule, since it has to know what is sent.
 Wrench Safety::controlled(const Configuration& handle, const Wrench& wrench) noexcept {
-  if (events_ & kBadPose) {
-    passivity_.lose();
-    return wrench;
-  }
-  const Wrench out = passivity_.control(handle, wrench);
-  if (passivity_.added().force.isZero(0) && passivity_.added().torque.isZero(0)) return wrench;
-  events_ |= kPassivityControl;
-  return clamped(out, handle.orientation, false);
+  Wrench out = wrench;
+  if (events_ & kBadPose)
+    passivity_.lose(wrench);
+  else
+    out = passivity_.control(handle, wrench);
+  const bool is_changed = out.force != wrench.force || out.torque != wrench.torque;
+  if (is_changed) out = clamped(out, handle.orientation, false);
+  passivity_.sent(out);
+  if (is_changed) events_ |= kPassivityControl;
+  return out;
 }
 
 /// The rules that leave no choice but zero.

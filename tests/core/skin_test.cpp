@@ -212,6 +212,21 @@ TEST(Enclose, HoldsThePatchAndItsFlatTriangle) {
     }
 }
 
+// Products of squares of lengths underflow long before the lengths do.
+TEST(Enclose, HoldsTrianglesOfAnySize) {
+  for (const float size : {1e-30f, 1e-20f, 1e-13f, 1e-11f, 1e-8f, 1e3f, 1e7f})
+    for (const float flat : {0.0f, 0.3f, 0.8f, 1.7f}) {
+      const Vector3f a(0, 0, 0), b(size, 0, 0), c(0.5f * size, flat * size, 0);
+      SkinPatch patch{};
+      patch.position = {a, b, c, 0.5f * (a + b), 0.5f * (b + c), 0.5f * (c + a)};
+      const Sphere s = enclose(patch);
+      ASSERT_TRUE(std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.radius)) << size << ' ' << flat;
+      const Vector3d centre(s.x, s.y, s.z);
+      for (const Vector3f& p : {a, b, c}) EXPECT_LE((p.cast<double>() - centre).norm(), double{s.radius}) << size << ' ' << flat;
+      EXPECT_LE(double{s.radius}, 2 * std::max(1.0, double{flat}) * double{size} + 1e-18);
+    }
+}
+
 TEST(Enclose, IsTheSmallestCircleOfAFlatTriangle) {
   SkinPatch patch{};
   const auto set = [&](const Vector3f& a, const Vector3f& b, const Vector3f& c) {

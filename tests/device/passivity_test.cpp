@@ -37,6 +37,7 @@ Driven drive(int delay, bool is_controlled, bool is_turn, const std::function<do
     run.stored = (is_turn ? 0.05 : 0.5) * x * x;
     const Wrench meant = is_turn ? Wrench{{0, 0, 0}, {0, 10 * f, 0}} : Wrench{{0, 0, f}, {0, 0, 0}};
     sent.push_back(is_controlled ? control.control(pose, meant) : meant);
+    if (is_controlled) control.sent(sent.back());
     run.actions += is_controlled && !control.added().force.isZero(0);
     run.actions += is_controlled && !control.added().torque.isZero(0);
   }
@@ -67,12 +68,37 @@ TEST(PassivityControl, LeavesWhatGivesNothingToTheBit) {
   for (int n = 0; n < 1000; ++n) {  // a weight, which the hand lifts and lowers
     const Wrench weight{{0, 0.1, -0.7}, {3, 0, 0}};
     const Wrench sent = control.control({{0, 0, 0.25 * (n % 100)}, {1, 0, 0, 0}}, weight);
+    control.sent(sent);
     if (n < 101) continue;  // it was not there before
     ASSERT_EQ(sent.force, weight.force);
     ASSERT_EQ(sent.torque, weight.torque);
   }
   // Nothing is sent in free space, whatever is owed.
-  for (int n = 0; n < 100; ++n) ASSERT_TRUE(control.control({{0, 0.1 * n, 0}, {1, 0, 0, 0}}, {}).force.isZero(0));
+  for (int n = 0; n < 100; ++n) {
+    ASSERT_TRUE(control.control({{0, 0.1 * n, 0}, {1, 0, 0, 0}}, {}).force.isZero(0));
+    control.sent({});
+  }
+}
+
+// Motors that cannot do what they are asked to leave the rest of the debt.
+TEST(PassivityControl, CountsWhatTheMotorsGet) {
+  double debt[2];
+  for (const bool is_limited : {false, true}) {
+    PassivityControl control(0, 1);
+    double given = 0;               // to the hand [mJ]
+    for (int n = 0; n < 40; ++n) {  // pushed along its way, then hardly
+      const Wrench meant{{0, 0, n < 20 ? 1 : 1e-9}, {0, 0, 0}};
+      Wrench out = control.control({{0, 0, 0.1 * n}, {1, 0, 0, 0}}, meant);
+      ASSERT_NEAR(control.debt(), given, 1e-12);
+      if (is_limited) out.force.z() = std::max(out.force.z(), n < 20 ? 0.9 : -0.02);
+      control.sent(out);
+      EXPECT_EQ(control.added().force, out.force - meant.force);
+      given += 0.1 * out.force.z();
+    }
+    debt[is_limited] = control.debt();
+  }
+  EXPECT_LT(debt[0], 1e-6);
+  EXPECT_GT(debt[1], 1);
 }
 
 struct LoggedWall final : Renderer {

@@ -339,6 +339,18 @@ TEST(Mass, IsNotThrownOutOfAnObject) {
   EXPECT_LT(highest, 1.501);
 }
 
+TEST(Mass, ForgetsItsSpeedWhereTheModeOfThePaperTakesOver) {
+  SceneDescription d = onPlate(test::oneBallTree(1), 0);
+  d.coupling = {1, 1000, 0.005, 0, 0.05, 50};
+  Rig rig(d);
+  for (int n = 0; n < 100; ++n) rig.to({0.1 * n, 0, 5});
+  const Configuration there{{10, 0, 5}, {1, 0, 0, 0}};
+  step(rig.scene, there, Mode::Paper, *rig.workspace);
+  const StepResult r = step(rig.scene, there, Mode::Constrained, *rig.workspace);
+  EXPECT_LT((r.graphic.position - there.position).norm(), 1e-12);
+  EXPECT_LT(r.wrench.force.norm(), 1e-12);
+}
+
 TEST(SceneDescription, RefusesFrictionStiffnessAndDampingOutOfRange) {
   Scene scene;
   std::string fault;

@@ -156,11 +156,11 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
                            " contact=" + (settings.contact == runtime::ContactSurface::Skin ? "skin" : "leaves"),
                        {"molar"}};
   identity.has_tissue = has_tissue;
-  identity.has_passivity = controlsPassivity(settings, settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene));
+  const formats::SceneFile scene = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
+  identity.has_passivity = controlsPassivity(settings, scene);
   if (has_tissue) identity.settings += " tissue=large";
   if (settings.scene.empty()) return identity;
   identity.objects.clear();
-  const formats::SceneFile scene = formats::readScene(settings.scene);
   for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
   for (const formats::SceneBody& body : scene.bodies) identity.hinges += body.hinge ? 1 : 0;
   identity.hinges = std::min(identity.hinges, kMostHinges);

@@ -244,10 +244,11 @@ Sphere enclose(const SkinPatch& patch) {
   } else if (ac2 + bc2 <= ab2) {
     centre = 0.5f * (a + b);
   } else {
-    const float at_a = bc2 * (ab2 + ac2 - bc2), at_b = ac2 * (ab2 + bc2 - ac2), at_c = ab2 * (ac2 + bc2 - ab2);
-    centre = a + (at_b * ab + at_c * ac) / (at_a + at_b + at_c);
+    const float at_a = bc2 * (ab2 + ac2 - bc2), at_b = ac2 * (ab2 + bc2 - ac2), at_c = ab2 * (ac2 + bc2 - ab2), sum = at_a + at_b + at_c;
+    centre = a;
+    if (sum > 0) centre += (at_b * ab + at_c * ac) / sum;  // else it underflows
   }
-  float square = 0;
+  float square = 16 * std::numeric_limits<float>::min();  // more than what underflows of the squares below
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
     square = std::max({square, (patch.position[k] - centre).squaredNorm(), (control - centre).squaredNorm()});

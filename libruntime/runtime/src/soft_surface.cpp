@@ -89,17 +89,6 @@ void SoftSurface::reset() {
   has_moved_ = false;
 }
 
-Vector3d SoftSurface::at(const Field& field, std::uint32_t leaf) const {
-  const PressPoint& point = model_.points[leaf];
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode) continue;
-    const float* const u = field.data() + 3 * std::size_t{point.node[k]};
-    sum += static_cast<double>(point.weight[k]) * Vector3d(u[0], u[1], u[2]);
-  }
-  return sum;
-}
-
 Vector3d SoftSurface::response(std::uint32_t of, std::uint32_t on, const Vector3d& force) const {
   const PressPoint &from = model_.points[on], &to = model_.points[of];
   Vector3d sum = Vector3d::Zero();
@@ -276,7 +265,7 @@ void SoftSurface::beginStep(double part, double most) {
 }
 
 void SoftSurface::putLeaf(std::uint32_t leaf) {
-  const Vector3d centre = base_[leaf].centre + at(now_, leaf);
+  const Vector3d centre = base_[leaf].centre + displacement(leaf);
   put_[leaf] = {centre, base_[leaf].radius};
   const std::uint32_t slot = slots_[leaf];
   const auto radius = static_cast<float>(base_[leaf].radius);

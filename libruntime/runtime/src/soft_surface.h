@@ -53,10 +53,10 @@ class SoftSurface {
   void reset();
 
   /// Of the point of a leaf: where it is, off its base and off its place at rest.
-  Eigen::Vector3d displacement(std::uint32_t leaf) const { return at(now_, leaf); }
-  Eigen::Vector3d travelled(std::uint32_t leaf) const { return at(now_, leaf) + base_[leaf].centre - restOf(leaf).centre; }
+  Eigen::Vector3d displacement(std::uint32_t leaf) const { return model_.points[leaf].displacementIn(now_); }
+  Eigen::Vector3d travelled(std::uint32_t leaf) const { return displacement(leaf) + base_[leaf].centre - restOf(leaf).centre; }
   /// Of the leaf: off where beginStep() had put it.
-  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return at(now_, leaf) + base_[leaf].centre - put_[leaf].centre; }
+  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return displacement(leaf) + base_[leaf].centre - put_[leaf].centre; }
   double grownSinceRefit(std::uint32_t leaf) const { return base_[leaf].radius - put_[leaf].radius; }
   double mostGive(std::uint32_t leaf) const { return static_cast<double>(model_.most_give[leaf]); }
 
@@ -89,7 +89,6 @@ class SoftSurface {
   Eigen::Vector4d rateOf(std::size_t leaf) const;
   Eigen::Vector4d leftOf(std::size_t leaf) const;
   void followAim(double part, double most);
-  Eigen::Vector3d at(const Field& field, std::uint32_t leaf) const;
   void respond(const Field& forces, Field& out) const;
   void putLeaf(std::uint32_t leaf);
   void encloseBlocks();

@@ -71,6 +71,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     Displacement free;
     if (mode == Mode::Paper) {
       memory.contact_count = 0;
+      memory.stretch = memory.motion = {};
       paperStep(parts, haptic);
     } else {
       aim = pulledTo(haptic, memory, free);

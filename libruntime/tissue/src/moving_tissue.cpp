@@ -120,16 +120,7 @@ void MovingTissue::place(std::span<const Vector3d> nodes, std::vector<Vector3d>&
 }
 
 // Of the point of a leaf, by C, under the forces of the last good state.
-Vector3d MovingTissue::give(std::size_t leaf) const {
-  const PressPoint& point = tissue_.response.points[leaf];
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode) continue;
-    const float* const r = response_.data() + 3 * std::size_t{point.node[k]};
-    sum += static_cast<double>(point.weight[k]) * Vector3d(r[0], r[1], r[2]);
-  }
-  return sum;
-}
+Vector3d MovingTissue::give(std::size_t leaf) const { return tissue_.response.points[leaf].displacementIn(response_); }
 
 void MovingTissue::makeState(std::span<const float> forces, TissueState& state) noexcept {
   place(solver_->displacements(), state.displacements, state.leaves);

@@ -21,12 +21,15 @@ class PassivityControl {
   /// `delay`: 0..kMostDelay. `most_damping`: of the translation [N s/mm]; of the rotation kLever^2 times as much.
   PassivityControl(int delay, double most_damping) noexcept : delay_(delay), most_damping_(most_damping) {}
 
-  /// What is to be sent at this pose in place of `wrench`; once each servo step. Both about the position of the pose.
+  /// What is to be sent at this pose in place of `wrench`. Both about the position of the pose. Each servo step calls
+  /// it, then sent(); or lose() and sent() if the pose is not known.
   Wrench control(const Configuration& pose, const Wrench& wrench) noexcept;
-  /// The next pose is no motion from the last one.
-  void lose() noexcept { has_pose_ = false; }
+  /// The next pose is no motion from the last one, and nothing was added in this step.
+  void lose(const Wrench& wrench) noexcept;
+  /// What the motors get: as control() said, or less within their limits.
+  void sent(const Wrench& wrench) noexcept;
 
-  /// Of the last control(): what it added to the wrench; zero: nothing.
+  /// Of the last step: what was added to the wrench; zero: nothing.
   const Wrench& added() const noexcept { return actions_[0]; }
   /// Energy that was given beyond what the renderer means, and is to be taken back; below 0: less was given [mJ].
   double debt() const noexcept;

@@ -80,12 +80,23 @@ struct TissueLeaves {
 };
 
 /// Where a force on a leaf acts: a point of a triangle of the tetrahedra's surface.
+inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that stays where it is
 struct PressPoint {
   std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kHeldNode
   std::array<float, 3> weight;        // >= 0; they add up to 1
+
+  /// Of the point, when the pressed nodes move by `nodes`: x, y, z of each.
+  Eigen::Vector3d displacementIn(std::span<const float> nodes) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (node[k] == kHeldNode) continue;
+      const float* const u = nodes.data() + 3 * std::size_t{node[k]};
+      sum += static_cast<double>(weight[k]) * Eigen::Vector3d(u[0], u[1], u[2]);
+    }
+    return sum;
+  }
 };
 static_assert(sizeof(PressPoint) == 24);
-inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that stays where it is
 
 /// Small motion: displacements of the surface are linear in the forces on it. `matrix` is the inverse of the stiffness
 /// matrix, condensed to the surface: symmetric and positive definite.
