@@ -89,11 +89,13 @@ def others(options):
     reference = f["reference_force_n"]
     rows = [
         ("ball of 8 mm, 5 mm deep in a block: force of a player's tissue over the reference", f'{f["felt_force_n"]:.3f} / {reference:.3f} N'),
-        ("the same, solver alone, with the nodes of the player's", f'{f["nodes_force_n"]:.3f} / {reference:.3f} N'),
-        ("volume of the block then, solver alone and reference", f'{f["nodes_force_volume"]:.4f}, {f["reference_force_volume"]:.4f}'),
+        ("the same, solver alone, with the nodes of the player's", f'{f["faces_force_n"]:.3f} / {reference:.3f} N'),
+        ("the same, multipliers at the nodes alone: with the player's nodes, with those of the reference",
+         f'{f["nodes_force_n"]:.3f}, {f["nodes_reference_force_n"]:.3f} N'),
+        ("volume of the block then, player's tissue and reference", f'{f["felt_volume"]:.4f}, {f["reference_volume"]:.4f}'),
         (f'refit of {f["leaves"]} leaves: median, p99', f'{f["refit"]["median_us"]:.0f}, {f["refit"]["p99_us"]:.0f} us'),
         ("step in free space, tissue at rest: median, p99", f'{f["step_free_at_rest"]["median_us"]:.1f}, {f["step_free_at_rest"]["p99_us"]:.1f} us'),
-        ("the same, its leaves on their way: median, p99", f'{f["step_free_on_the_way"]["median_us"]:.1f}, {f["step_free_on_the_way"]["p99_us"]:.1f} us'),
+        ("the same, its surface on its way: median, p99", f'{f["step_free_on_the_way"]["median_us"]:.1f}, {f["step_free_on_the_way"]["p99_us"]:.1f} us'),
         ("step in contact with tissue: median, p99, p99.9",
          f'{f["step_in_contact"]["median_us"]:.0f}, {f["step_in_contact"]["p99_us"]:.0f}, {f["step_in_contact_p999_us"]:.0f} us'),
     ]

@@ -109,6 +109,74 @@ Pressed pressNodes(const Cells& cells) {
   return out;
 }
 
+/// A point of a face of the top that the ball may press on, with its multiplier.
+struct FacePoint {
+  std::array<std::uint32_t, 3> corner;
+  Vector3d weight;
+  double press = 0;
+};
+
+std::vector<FacePoint> pointsOfTop(const Tissue& tissue, std::vector<std::array<std::uint32_t, 3>>& top) {
+  std::vector<FacePoint> points;
+  for (const std::array<std::uint32_t, 3>& face : outerFaces(tissue)) {
+    const auto isTop = [&](std::uint32_t v) { return tissue.nodes[v][2] > kBlock.z() - 1e-9; };
+    if (!std::all_of(face.begin(), face.end(), isTop)) continue;
+    top.push_back(face);
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t v : face) middle += Vector3d(tissue.nodes[v].data()) / 3;
+    if ((middle - Vector3d(20, 20, 20)).norm() > 1.6 * kBall) continue;
+    points.push_back({face, Vector3d::Constant(1.0 / 3)});  // and towards each corner: the middles of its four quarters
+    for (int k = 0; k < 3; ++k) points.push_back({face, Vector3d::Constant(1.0 / 6) + 0.5 * Vector3d::Unit(k)});
+  }
+  return points;
+}
+
+/// As pressNodes(), but between the nodes the ball presses, too: on four points of each face, which bulges as the
+/// normals at its corners say.
+Pressed pressFaces(const Cells& cells) {
+  const Tissue tissue = blockOf(cells);
+  std::string fault;
+  const auto solver = tissue::TissueSolver::make(tissue, fault);
+  if (!solver) std::fprintf(stderr, "%s\n", fault.c_str()), std::exit(1);
+  std::vector<std::array<std::uint32_t, 3>> top;
+  std::vector<FacePoint> points = pointsOfTop(tissue, top);
+  Field forces(tissue.nodes.size()), normals(tissue.nodes.size());
+  const double spacing = kBlock.x() / cells[0], step = 0.5 * 0.015 * spacing / 8;  // of pressNodes(), for eight points a node
+  const auto placeOf = [&](std::uint32_t v) { return Vector3d(Vector3d(tissue.nodes[v].data()) + solver->displacements()[v]); };
+  Pressed out;
+  constexpr int kRamp = 30, kRounds = 400;
+  for (int round = 1; round <= kRounds; ++round) {
+    const double depth = kDepth * std::min(1.0, static_cast<double>(round) / kRamp);
+    const Vector3d centre(20, 20, kBlock.z() + kBall - depth);
+    std::fill(normals.begin(), normals.end(), Vector3d::Zero());
+    std::fill(forces.begin(), forces.end(), Vector3d::Zero());
+    for (const auto& f : top)
+      for (const std::uint32_t v : f) normals[v] += (placeOf(f[1]) - placeOf(f[0])).cross(placeOf(f[2]) - placeOf(f[0]));
+    for (Vector3d& n : normals) n.normalize();
+    out = {};
+    for (FacePoint& p : points) {
+      Vector3d at = Vector3d::Zero(), normal = Vector3d::Zero();
+      double bulge = 0;
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t a = p.corner[static_cast<std::size_t>(k)], b = p.corner[static_cast<std::size_t>((k + 1) % 3)];
+        at += p.weight[k] * placeOf(a);
+        normal += p.weight[k] * normals[a];
+        bulge += 0.5 * p.weight[k] * p.weight[(k + 1) % 3] * (placeOf(b) - placeOf(a)).dot(normals[b] - normals[a]);
+      }
+      const Vector3d from = at + bulge * normal.normalized() - centre;
+      p.press = std::max(0.0, p.press + step * (kBall - from.norm()));
+      if (p.press > 0) out.depth_left = std::max(out.depth_left, kBall - from.norm());
+      const Vector3d force = p.press * from.normalized();
+      out.force -= force.z();
+      for (int k = 0; k < 3; ++k) forces[p.corner[static_cast<std::size_t>(k)]] += p.weight[k] * force;
+    }
+    solver->advance(forces, 3);
+  }
+  out.force = std::abs(out.force);
+  out.volume_ratio = volumeOf(tissue, solver->displacements()) / (kBlock.x() * kBlock.y() * kBlock.z());
+  return out;
+}
+
 /// The same as a player feels it.
 struct FeltBlock {
   runtime::SharedTree shared;
@@ -147,7 +215,7 @@ struct FeltBlock {
   runtime::StepResult to(const Vector3d& p) {
     if (steps++ % 10 == 0) {
       std::swap(states[0], states[1]);
-      aimTissue(0, states[0].leaves, states[0].tangent, states[0].is_frozen, *workspace);
+      aimTissue(0, states[0].surface, states[0].is_frozen, *workspace);
       motion->advance(tissueForces(0, *workspace), states[1]);
     }
     return step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace);
@@ -192,12 +260,11 @@ void stateTimes() {
     const Tissue tissue = blockOf(cells);
     std::string fault;
     const auto solver = tissue::TissueSolver::make(tissue, fault);
-    Field forces(tissue.nodes.size(), Vector3d::Zero()), moved = forces;
+    Field forces(tissue.nodes.size(), Vector3d::Zero());
     const Times t = timesOf(20, [&](int round) {
       for (std::size_t i = 0; i < forces.size(); ++i)
         if ((Vector3d(tissue.nodes[i].data()) - Vector3d(20, 20, 20)).norm() < 6) forces[i].z() = -0.002 * round;
       solver->advance(forces, tissue::kIterations);
-      solver->respond(forces, tissue::kTangentIterations, moved);
     });
     std::printf("%s\n    {\"nodes\": %zu, \"tetrahedra\": %zu, \"median_ms\": %.2f, \"p99_ms\": %.2f}", comma, tissue.nodes.size(),
                 tissue.tetrahedra.size(), t.median / 1000, t.p99 / 1000);
@@ -208,22 +275,23 @@ void stateTimes() {
 
 void leafTimes(FeltBlock& felt) {
   const Tissue& tissue = *felt.tissue;
-  tissue::TissueState state = felt.motion->restState();
+  const tissue::TissueState state = felt.motion->restState();
   Field positions(tissue.surface.size());
+  std::vector<Sphere> leaves(tissue.leaves.anchors.size());
   printTimes("refit", timesOf(2000, [&](int) {
                moveSurface(tissue, state.displacements, positions);
-               moveLeaves(tissue, state.displacements, positions, state.leaves);
+               moveLeaves(tissue, state.displacements, positions, leaves);
              }));
-  // Far away from the tool: what a step spends on leaves that rest, and on leaves that are on their way.
+  // Far away from the tool: what a step spends on a surface that rests, and on one that is on its way.
   reset(*felt.workspace);
   const Vector3d away(20, 20, 60);
   printTimes("step_free_at_rest", timesOf(2000, [&](int) {
                step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
              }));
-  std::vector<Sphere> other = state.leaves;
-  for (Sphere& s : other) s.z += 5;
+  std::vector<float> other = state.surface;
+  for (std::size_t i = 2; i < other.size(); i += 3) other[i] += 5;
   printTimes("step_free_on_the_way", timesOf(2000, [&](int i) {
-               if (i % 20 == 0) aimTissue(0, i % 40 == 0 ? other : state.leaves, {}, false, *felt.workspace);
+               if (i % 20 == 0) aimTissue(0, i % 40 == 0 ? other : state.surface, false, *felt.workspace);
                step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
              }));
 }
@@ -257,11 +325,14 @@ int main() {
   const double felt_volume = volumeOf(tissue, felt.motion->solver().displacements()) / (kBlock.x() * kBlock.y() * kBlock.z());
   std::printf("  \"felt_force_n\": %.4f,\n  \"felt_depth_mm\": %.4f,\n  \"felt_volume\": %.5f,\n", r.wrench.force.z(),
               kBlock.z() + kBall - r.graphic.position.z(), felt_volume);
-  for (const auto& [name, cells] : {std::pair{"nodes_force", usual}, std::pair{"reference_force", fine}}) {
-    const Pressed p = pressNodes(cells);
-    std::printf("  \"%s_n\": %.4f,\n  \"%s_inside_mm\": %.4f,\n  \"%s_volume\": %.5f,\n", name, p.force, name, p.depth_left, name,
+  const auto print = [](const char* name, const Pressed& p) {
+    std::printf("  \"%s_force_n\": %.4f,\n  \"%s_inside_mm\": %.4f,\n  \"%s_volume\": %.5f,\n", name, p.force, name, p.depth_left, name,
                 p.volume_ratio);
-  }
+  };
+  print("nodes", pressNodes(usual));
+  print("faces", pressFaces(usual));
+  print("nodes_reference", pressNodes(fine));
+  print("reference", pressFaces(fine));
   stateTimes();
   leafTimes(felt);
   stepTimes(felt);

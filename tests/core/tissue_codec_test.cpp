@@ -15,7 +15,7 @@ namespace {
 
 using test::Bytes;
 
-Tissue sample() { return test::twoTetrahedra(test::threeLevelTree()); }
+Tissue sample() { return test::twoTetrahedra(test::softTree()); }
 
 LoadStatus softStatusOf(const Bytes& bytes, std::string* found = nullptr) {
   SphereTree tree;
@@ -29,7 +29,7 @@ LoadStatus softStatusOf(const Bytes& bytes, std::string* found = nullptr) {
 }
 
 TEST(TissueCodec, ReturnsTreeAndTissueBitForBit) {
-  const SphereTree tree = test::threeLevelTree();
+  const SphereTree tree = test::softTree();
   const Tissue tissue = sample();
   const Bytes bytes = encodeSoftTree(tree, tissue);
   SphereTree tree_again;
@@ -42,26 +42,26 @@ TEST(TissueCodec, ReturnsTreeAndTissueBitForBit) {
 
 TEST(TissueCodec, AReaderOfTreesGetsTheTreeAtRest) {
   SphereTree tree;
-  ASSERT_EQ(decodeSphereTree(encodeSoftTree(test::threeLevelTree(), sample()), tree), LoadStatus::Ok);
-  EXPECT_EQ(tree, test::threeLevelTree());
+  ASSERT_EQ(decodeSphereTree(encodeSoftTree(test::softTree(), sample()), tree), LoadStatus::Ok);
+  EXPECT_EQ(tree, test::softTree());
 }
 
 TEST(TissueCodec, ATreeWithoutTissueHasNone) {
   SphereTree tree;
   Tissue tissue = sample();
-  ASSERT_EQ(decodeSoftTree(encodeSphereTree(test::threeLevelTree()), tree, tissue), LoadStatus::Ok);
+  ASSERT_EQ(decodeSoftTree(encodeSphereTree(test::softTree()), tree, tissue), LoadStatus::Ok);
   EXPECT_TRUE(tissue.empty());
 }
 
 TEST(TissueCodec, RejectsEveryTruncation) {
-  const Bytes whole = encodeSoftTree(test::threeLevelTree(), sample());
+  const Bytes whole = encodeSoftTree(test::softTree(), sample());
   for (std::size_t size = 0; size < whole.size(); ++size)
     EXPECT_NE(softStatusOf(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))), LoadStatus::Ok)
         << "first " << size << " bytes";
 }
 
 TEST(TissueCodec, EveryChangedByteOfTheTissueIsRefusedOrGivesSoundTissue) {  // with the checksum set right
-  std::vector<test::FileSection> sections = test::takeApart(encodeSoftTree(test::threeLevelTree(), sample()));
+  std::vector<test::FileSection> sections = test::takeApart(encodeSoftTree(test::softTree(), sample()));
   test::Random random(1);
   for (const char* name : {"TISS", "TLEA"}) {
     Bytes& bytes = test::sectionOf(sections, name);
@@ -82,7 +82,7 @@ TEST(TissueCodec, EveryChangedByteOfTheTissueIsRefusedOrGivesSoundTissue) {  // 
 }
 
 TEST(TissueCodec, RefusesWrongSizesAndFlags) {
-  const Bytes whole = encodeSoftTree(test::threeLevelTree(), sample());
+  const Bytes whole = encodeSoftTree(test::softTree(), sample());
   std::vector<test::FileSection> sections = test::takeApart(whole);
   test::sectionOf(sections, "TISS").push_back(std::byte{0});
   std::string fault;
@@ -105,7 +105,7 @@ TEST(TissueCodec, RefusesWrongSizesAndFlags) {
 TEST(TissueCodec, UnsoundTissueIsNotWritten) {
   Tissue tissue = sample();
   tissue.fixed = {7};
-  EXPECT_THROW(encodeSoftTree(test::threeLevelTree(), tissue), std::invalid_argument);
+  EXPECT_THROW(encodeSoftTree(test::softTree(), tissue), std::invalid_argument);
 }
 
 }  // namespace

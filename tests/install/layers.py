@@ -22,7 +22,7 @@ ROOMS = {
     "tissue": ("libruntime/tissue", ["core"], ["Eigen/"]),
     "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
     "device": ("device", ["core"], ["Eigen/", "dlfcn.h", "pthread.h", "sched.h", "sys/", "time.h", "unistd.h", "signal.h"]),
-    "builder": ("libspheretree", ["core"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
+    "builder": ("libspheretree", ["core", "tissue"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }
 PUBLIC_HEADERS = {"builder": 13, "runtime": 3}  # at most
 # Each wing may include those named, and what they may include.

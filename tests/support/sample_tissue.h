@@ -3,10 +3,15 @@
 #pragma once
 
 #include "spheretree/core/tissue.h"
+#include "support/sample_skins.h"
+#include "support/sample_trees.h"
 
 namespace spheretree::test {
 
-/// With the leaves of `tree`; what they hold is made up.
+/// A tree with a skin, as that of tissue is.
+inline SphereTree softTree() { return withSkin(withSearch(threeLevelTree(), 2), boxSkin({1, 2, 3})); }
+
+/// With the leaves of `tree`, and the vertices of its skin; what they hold and go with is made up.
 inline Tissue twoTetrahedra(const SphereTree& tree) {
   Tissue tissue;
   tissue.material = {15, 0.45, 1040};
@@ -23,7 +28,8 @@ inline Tissue twoTetrahedra(const SphereTree& tree) {
     tissue.leaves.begin.push_back(static_cast<std::uint32_t>(tissue.leaves.corners.size()));
   }
   tissue.response.pressed = {1, 3};
-  for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) tissue.response.points.push_back({{leaf % 2, kHeldNode, 1}, {0.25f, 0.5f, 0.25f}});
+  for (std::uint32_t v = 0; v < tree.skin.vertices.size(); ++v)
+    tissue.response.points.push_back({{v % 2, kHeldNode, 1}, {0.25f, 0.5f, 0.25f}});
   for (std::size_t i = 0; i < 9 * 2 * 2; ++i) tissue.response.matrix.push_back(static_cast<float>(i) / 8);
   return tissue;
 }

@@ -49,7 +49,7 @@ std::uint32_t TissueMotion::take(std::uint64_t tick, runtime::Workspace& workspa
   for (Body& body : bodies_) {
     if (body.is_solved) {
       std::swap(body.taken, body.solved);
-      runtime::aimTissue(body.object, body.taken.leaves, body.taken.tangent, body.taken.is_frozen, workspace);
+      runtime::aimTissue(body.object, body.taken.surface, body.taken.is_frozen, workspace);
     }
     body.is_solved = body.quiet < kQuiet;
     const std::span<const float> forces = runtime::tissueForces(body.object, workspace);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "describe.h"
 #include "sphere_checks.h"
@@ -74,8 +75,8 @@ std::string findLeafFault(const Tissue& tissue) {
 std::string findResponseFault(const Tissue& tissue) {
   const TissueResponse& response = tissue.response;
   const std::size_t pressed = response.pressed.size(), nodes = tissue.nodes.size();
-  if (response.points.size() != (pressed == 0 ? 0 : tissue.leaves.anchors.size()) || response.matrix.size() != 9 * pressed * pressed)
-    return "the response to forces does not have the size that its nodes and the leaves give it";
+  if ((pressed == 0 && !response.points.empty()) || response.matrix.size() != 9 * pressed * pressed)
+    return "the response to forces does not have the size that its nodes give it";
   for (std::size_t i = 0; i < pressed; ++i)
     if (response.pressed[i] >= nodes || (i > 0 && response.pressed[i] <= response.pressed[i - 1]))
       return describe("pressed node %zu is out of range or out of order", i);
@@ -84,7 +85,7 @@ std::string findResponseFault(const Tissue& tissue) {
       const std::uint32_t node = response.points[i].node[k];
       const float weight = response.points[i].weight[k];
       if ((node >= pressed && node != kHeldNode) || !(weight >= 0 && weight <= 1))
-        return describe("the point of leaf %zu on which forces act is out of range", i);
+        return describe("the point that vertex %zu of the skin goes with is out of range", i);
     }
   if (!std::all_of(response.matrix.begin(), response.matrix.end(), [](float x) { return std::isfinite(x); }))
     return "the response to forces is not finite";
@@ -207,7 +208,26 @@ std::string findFault(const Tissue& tissue, const SphereTree& tree) {
   const std::size_t leaves = levelSet(tree, tree.levelCount() - 1).size();
   if (tissue.leaves.anchors.size() != leaves)
     return describe("the tissue has %zu leaves, the tree %zu", tissue.leaves.anchors.size(), leaves);
+  if (!tissue.response.empty() && tissue.response.points.size() != tree.skin.vertices.size())
+    return describe("the tissue moves %zu vertices of a skin, the tree has %zu", tissue.response.points.size(), tree.skin.vertices.size());
   return {};
+}
+
+std::vector<std::array<std::uint32_t, 3>> outerFaces(const Tissue& tissue) {
+  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};  // from outside
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>>> faces;                  // sorted; as it is
+  for (const std::array<std::uint32_t, 4>& c : tissue.tetrahedra)
+    for (const std::array<std::size_t, 3>& k : kFaces) {
+      const std::array<std::uint32_t, 3> face{c[k[0]], c[k[1]], c[k[2]]};
+      faces.emplace_back(face, face);
+      std::sort(faces.back().first.begin(), faces.back().first.end());
+    }
+  std::sort(faces.begin(), faces.end());
+  std::vector<std::array<std::uint32_t, 3>> outer;
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    if ((i == 0 || faces[i - 1].first != faces[i].first) && (i + 1 == faces.size() || faces[i + 1].first != faces[i].first))
+      outer.push_back(faces[i].second);
+  return outer;
 }
 
 void moveSurface(const Tissue& tissue, std::span<const Vector3d> displacements, std::span<Vector3d> positions) noexcept {

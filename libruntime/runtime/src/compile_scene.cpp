@@ -95,7 +95,7 @@ class ObjectPlacer {
     if (known == out_.shapes.size()) {
       if (!object.tree.isSound())
         if (std::string why = findFault(*object.tree); !why.empty()) return why;
-      out_.shapes.push_back(compileShape(*object.tree, description_.contact == ContactSurface::Skin && !object.tissue));
+      out_.shapes.push_back(compileShape(*object.tree, description_.contact == ContactSurface::Skin || object.tissue));
       out_.shapes.back().of = what;
       out_.shapes.back().tissue = object.tissue;
       if (object.tissue) out_.make_tissue = object.tissue->make;

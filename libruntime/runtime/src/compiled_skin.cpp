@@ -13,13 +13,16 @@ namespace {
 
 using PackedDirection = std::array<std::uint16_t, 3>;
 
+void putNormal(const Eigen::Vector3f& n, std::uint16_t* out) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const float scaled = n[axis] * kNormalScale;
+    out[axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
+  }
+}
+
 std::vector<PackedDirection> packedNormals(std::span<const SkinNode> nodes) {
   std::vector<PackedDirection> out(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float scaled = nodes[i].normal[static_cast<Eigen::Index>(axis)] * kNormalScale;
-      out[i][axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
-    }
+  for (std::size_t i = 0; i < nodes.size(); ++i) putNormal(nodes[i].normal, out[i].data());
   return out;
 }
 
@@ -52,6 +55,18 @@ float leanOf(const SkinPatch& patch) {
 }
 
 }  // namespace
+
+CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& shift, float swing, float allowance) {
+  CompiledPatch out;
+  out.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    putPosition(patch.position[i] + shift, out.position[i]);
+    putNormal(patch.normal[i], out.normal[i]);
+  }
+  for (std::size_t k = 0; k < 3; ++k) out.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
+  out.flags |= roundedUp(swing / allowance, kSwingMask) << kSwingShift | roundedUp(leanOf(patch), kLeanMask) << kLeanShift;
+  return out;
+}
 
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   CompiledSkin out;

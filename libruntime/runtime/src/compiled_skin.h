@@ -37,6 +37,12 @@ struct CompiledSkin {
   bool empty() const { return patch.empty(); }
 };
 
+inline constexpr float kSwingOfOffset = 4.0f / 3.0f * (1 + 1e-6f);  // how far a patch swings out for each 1 of the largest offset of a side
+
+/// The record of one patch, moved by `shift`. `swing`: how far it is from its flat triangle at most; `allowance`: what
+/// its triangle gives way if it is curved, no less [mm]. Normals are of unit length.
+CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& shift, float swing, float allowance);
+
 /// `origin` of the skin's frame less the centre that the compiled skin is about.
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin);
 

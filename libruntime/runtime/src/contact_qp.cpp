@@ -262,7 +262,8 @@ double Round::update() {
 
 void solveContactQp(ContactQp& qp) noexcept {
   qp.iterations = 0;
-  qp.converged = false;
+  qp.converged = qp.disc_count == 0 && solveRowsAlone(qp);
+  if (qp.converged) return;
   const auto rounds = [&qp](double penalty, int most_newton_steps) {
     for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
       Round round(qp, penalty, most_newton_steps);

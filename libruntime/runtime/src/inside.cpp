@@ -50,6 +50,11 @@ bool isWithin(const StepParts& parts, const PairSet& pairs, const PairRun& run) 
   return false;
 }
 
+// Leaves are those of the rest: tissue that is elsewhere keeps its skin.
+bool isWhereItsTreeIs(const StepParts& parts, std::uint32_t object) {
+  return !parts.memory.isTissue(object) || parts.memory.tissue->isAtRest(object);
+}
+
 }  // namespace
 
 void settleSides(StepParts& parts) {
@@ -60,10 +65,12 @@ void settleSides(StepParts& parts) {
   const PairSet touching = parts.search(graphic, 0, PairsOf::ContactSurface);
   const RowSet rows = parts.rows(touching, graphic);
   for (const PairRun& run : touching.runs)
-    if (touching.coarse || smallestGap(rows, run) < -static_cast<float>(kGapTolerance)) memory.feelLeaves(run.object);
+    if (isWhereItsTreeIs(parts, run.object) && (touching.coarse || smallestGap(rows, run) < -static_cast<float>(kGapTolerance)))
+      memory.feelLeaves(run.object);
   const PairSet leaves = parts.search(graphic, 0, PairsOf::LeavesExactly);
   for (const PairRun& run : leaves.runs)
-    if (memory.feelsSkin(run.object) && (leaves.coarse || isWithin(parts, leaves, run))) memory.feelLeaves(run.object);
+    if (memory.feelsSkin(run.object) && isWhereItsTreeIs(parts, run.object) && (leaves.coarse || isWithin(parts, leaves, run)))
+      memory.feelLeaves(run.object);
 }
 
 void leaveInsides(StepParts& parts) {

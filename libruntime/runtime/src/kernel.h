@@ -11,6 +11,14 @@
 
 namespace spheretree::runtime {
 
+/// Where on a soft patch a ball was last taken to touch it, and with which normal.
+struct SoftPoint {
+  float u, v;          // weights of corners 1 and 2
+  float normal[3];     // axes of the object
+  std::uint32_t tool;  // slot of the ball
+  std::uint32_t step;  // in which it stays there
+};
+
 /// An object as the search and the rows see it: what they read of it before the blocks. `patches` is null where leaves
 /// are felt.
 struct alignas(64) ObjectView {
@@ -22,6 +30,11 @@ struct alignas(64) ObjectView {
   const CompiledPatch* patches;        // (triangle)
   const std::uint32_t* items;          // (slot) triangle
   float allowance;                     // what triangles with a curved patch give way [mm]
+  float motion;                        // no point of it moves farther in a step, its body apart [mm]
+  float behind;                        // so far behind a triangle of it a ball is pushed out in front; 0: triangles have two sides [mm]
+  SoftPoint* points;                   // (slot) of tissue
+  std::uint32_t step;                  // of tissue: the points of this step stay
+  bool is_found;                       // of tissue: points that are found now stay for the step
   double to_world[9];                  // axes of the object to world axes, row-major
 };
 
@@ -78,9 +91,13 @@ struct RowRequest {
   const Sphere* object;          // (slot) the same spheres; null: only those of the blocks are kept
   const CompiledPatch* patches;  // (triangle); null: the object's spheres are met
   const std::uint32_t* items;    // (slot) triangle
+  SoftPoint* points;             // as in the view
+  std::uint32_t step;
+  bool is_found;
   float inverse_angle_length;
   float most_gap;   // of felt rows: a plane beside the patch that is farther off is in no one's way [mm]
   float allowance;  // what triangles with a curved patch give way [mm]
+  float behind;     // as in the view
   bool squared;     // RowForm::SquaredDistance, of spheres
   float axes[9];    // row k: the axis of angle k; used if `squared`
   float* a[6];      // written to [0, count + 8), as are the following
@@ -99,6 +116,7 @@ struct KernelTable {
   float (*sphereRows)(const RowRequest&);  // ball and ball; returns the smallest gap
   float (*flatRows)(const RowRequest&);    // ball, less what the patch gives way, and flat triangle; returns the smallest gap
   float (*feltRows)(const RowRequest&);    // ball and patch; a row is in no one's way where the patch is not what holds the ball
+  float (*softRows)(const RowRequest&);    // ball and patch that gives way
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

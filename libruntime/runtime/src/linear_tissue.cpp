@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Soft tissue under small motion: docs/runtime.md, Soft tissue.
+// Soft tissue in a step: docs/runtime.md, Soft tissue.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,23 +16,25 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDependentGive = 1e-9;  // of its own give: less is what the rows before it say already
-constexpr double kAimSeconds = 0.04;     // in which the leaves go most of the way to where they are aimed
+constexpr double kAimSeconds = 0.04;     // in which the surface goes most of the way to where it is aimed
 constexpr double kSqueezed = 0.02;       // deeper in something the tool is squeezed, and tissue waits [mm]
-constexpr double kAimShare = 0.25;       // of the least distance of two centres that touch: in a step they go no farther
+constexpr double kAimMotion = 0.1;       // of a node towards its aim in a step, at most [mm]
 
 class LinearTissue final : public SoftTissue {
  public:
-  explicit LinearTissue(StepMemory& memory)
-      : memory_(memory),
-        scene_(memory.scene),
-        part_(std::min(1.0, scene_.step_time / kAimSeconds)),
-        most_(std::min(kTissueMotion, kAimShare * scene_.least_contact)) {
+  explicit LinearTissue(StepMemory& memory) : memory_(memory), scene_(memory.scene), part_(std::min(1.0, scene_.step_time / kAimSeconds)) {
+    std::size_t nodes = 0;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const CompiledShape& shape = scene_.shapeOf(i);
       is_tissue_.push_back(shape.tissue != nullptr);
       frozen_.push_back(false);
-      surfaces_.push_back(shape.tissue ? std::make_unique<SoftSurface>(static_cast<const LinearModel&>(*shape.tissue), shape) : nullptr);
+      const auto* const model = static_cast<const SoftModel*>(shape.tissue.get());
+      surfaces_.push_back(model ? std::make_unique<SoftSurface>(*model, shape) : nullptr);
+      if (model) nodes = std::max(nodes, model->node_count);
     }
+    rows_.resize(2 * (scene_.step_limits.max_pairs + std::size_t{16}));
+    for (std::vector<double>& field : fields_) field.resize(3 * nodes);
+    sum_.resize(3 * nodes);
   }
 
   void reset() override {
@@ -40,14 +42,15 @@ class LinearTissue final : public SoftTissue {
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->reset(), placeView(i);
   }
+  bool isAtRest(std::size_t object) const override { return surfaces_[object]->isAtRest(); }
   std::uint32_t beginStep() override {
-    const double most = memory_.depth > kSqueezed ? 0 : most_;  // while the tool has no way out it is not pressed farther in
+    const double most = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool has no way out it is not pressed farther in
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->beginStep(part_, most), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
-  void shiftRows(const PairRun& run, const PairSet& set, RowSet& rows) const override;
+  void placePatches(const PairRun& run, const PairSet& set) override;
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(part);
@@ -59,30 +62,29 @@ class LinearTissue final : public SoftTissue {
       s->giveWay(1);
     }
   }
-  void begin(const PairSet& pairs, const RowSet& rows, bool is_carried) override;
-  float stop(std::uint32_t object, std::uint32_t row) const override { return rowOn(object, row).stop; }
+  void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) override;
+  float stop(std::uint32_t row) const override { return rows_[row].stop; }
   void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) override;
   void predict(const ContactQp& qp) override;
-  float predictedBound(std::uint32_t object, std::uint32_t row, bool& is_stop) const override;
+  float predictedBound(std::uint32_t row, bool& is_stop) const override;
   void press(const ContactQp& qp) override;
-  void aim(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen) override {
-    surfaces_[object]->aim(leaves, tangent);
-    frozen_[object] = is_frozen;
-  }
+  bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) override;
   std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
 
  private:
+  /// Of all rows that the QP may take in.
   struct Row {
     SoftSurface* surface;
-    std::uint32_t leaf;
+    SkinPoint point;  // that the ball is on
     Vector3d normal;  // axes of the object
     double given;     // by now, along the normal [mm]
-    float stop;       // b where the tissue gives way no farther
+    double weight;
+    float b, stop;  // as it is; where the tissue gives way no farther
   };
   // A row of the problem, and a coordinate that was made for one.
   struct Pressed {
     SoftSurface* surface = nullptr;  // null: rigid, or a stop
-    std::uint32_t leaf = 0;
+    SoftSurface::Press on;
     Vector3d pull{0, 0, 0};  // what it presses with for a multiplier of 1, axes of the object [N]
   };
   struct Coordinate {
@@ -90,67 +92,80 @@ class LinearTissue final : public SoftTissue {
     std::array<double, kMostContactRows> factor{};
   };
 
-  Row rowOn(std::uint32_t object, std::uint32_t row) const;
+  void addRows(const PairRun& run, const PairSet& set, std::uint32_t first, const RowSet& rows, const Configuration& tool);
 
   StepMemory& memory_;
   const CompiledScene& scene_;
-  const double part_, most_;                            // of the way to an aim, and of it the most [mm], in a step
+  const double part_;                                   // of the way to an aim, in a step
   std::vector<bool> frozen_;                            // (object) who aims it is at a loss
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
-  PairSet pairs_;
-  RowSet rows_;
+  std::vector<Row> rows_;                               // (row) of those on tissue
   bool is_carried_ = false;
   std::array<Pressed, kMostContactRows> pressed_;
+  std::array<std::vector<double>, kMostContactRows> fields_;  // (row of the problem) how near nodes move for a multiplier of 1
   std::array<Coordinate, kMostContactRows> coordinates_;
+  std::vector<double> sum_;  // scratch
 };
 
 void LinearTissue::placeView(std::size_t object) {
-  const SoftSurface* const surface = surfaces_[object].get();
-  if (!surface) return;
+  SoftSurface* const surface = surfaces_[object].get();
+  if (!surface || !memory_.feelsSkin(object)) return;
+  MovedSkin& skin = surface->skin();
   ObjectView& view = memory_.views[object];
-  view.bound = surface->bound();
-  view.spheres = surface->spheres();
-  view.allowance = static_cast<float>(kTissueMotion);  // it may come that much nearer itself, and go as far away before
-  put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(surface->radius() * (1 + 1e-6)));
+  view.bound = skin.bound();
+  view.patches = skin.patches();
+  view.allowance = skin.allowance();
+  view.points = skin.points();
+  view.step = skin.step();
+  view.is_found = false;
+  view.motion = static_cast<float>(kTissueMotion);
+  view.behind = static_cast<float>(kBehind);
+  put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(skin.radius() * (1 + 1e-6)));
 }
 
-void LinearTissue::shiftRows(const PairRun& run, const PairSet& set, RowSet& rows) const {
-  const Eigen::Matrix3d& rotation = memory_.objects[run.object].rotation;
-  const std::vector<std::uint32_t>& item = scene_.shapeOf(run.object).leaves.item;
-  for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
-    const std::uint32_t leaf = item[set.pairs[i] & 0xffff];
-    if (leaf == kNoItem) continue;
-    const SoftSurface& surface = *surfaces_[run.object];
-    const Vector3d moved = rotation * surface.sinceRefit(leaf), a(rows.rows.a[0][i], rows.rows.a[1][i], rows.rows.a[2][i]);
-    rows.b[i] += static_cast<float>(a.dot(moved) + static_cast<double>(rows.weight[i]) * surface.grownSinceRefit(leaf));
-  }
+void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {
+  surfaces_[run.object]->putPatches(set.pairs.subspan(run.begin, run.count));
+  memory_.views[run.object].allowance = surfaces_[run.object]->skin().allowance();
+  memory_.views[run.object].is_found = surfaces_[run.object]->skin().pointsStay();
 }
 
-void LinearTissue::begin(const PairSet& pairs, const RowSet& rows, bool is_carried) {
-  pairs_ = pairs;
-  rows_ = rows;
+void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {
   is_carried_ = is_carried;
   for (Pressed& p : pressed_) p.surface = nullptr;
-  for (const PairRun& run : pairs.runs) {
-    SoftSurface* const surface = surfaces_[run.object].get();
-    if (!surface) continue;
-    surface->forgetNear();
-    for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i)
-      surface->addNear(scene_.shapeOf(run.object).leaves.item[pairs.pairs[i] & 0xffff]);
-  }
+  for (const PairRun& run : pairs.runs)
+    if (memory_.isTissue(run.object)) surfaces_[run.object]->forgetNear(), addRows(run, pairs, 0, rows, tool);
+  for (const PairRun& run : felt.runs)
+    if (memory_.isTissue(run.object)) addRows(run, felt, rows.guarded, rows, tool);
 }
 
-LinearTissue::Row LinearTissue::rowOn(std::uint32_t object, std::uint32_t row) const {
-  Row out;
-  out.surface = surfaces_[object].get();
-  const auto weight = static_cast<double>(rows_.weight[row]);
-  const Vector3d a(rows_.rows.a[0][row], rows_.rows.a[1][row], rows_.rows.a[2][row]);
-  out.leaf = scene_.shapeOf(object).leaves.item[pairs_.pairs[row] & 0xffff];
-  out.normal = memory_.objects[object].rotation.transpose() * a / weight;
-  out.given = -out.normal.dot(out.surface->displacement(out.leaf));
-  const double gone = -out.normal.dot(out.surface->travelled(out.leaf));
-  out.stop = memory_.soft_b[row] - rows_.weight[row] * static_cast<float>(std::max(0.0, out.surface->mostGive(out.leaf) - gone));
-  return out;
+void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t first, const RowSet& rows, const Configuration& tool) {
+  SoftSurface* const surface = surfaces_[run.object].get();
+  const CompiledObject& object = memory_.objects[run.object];
+  const Eigen::Matrix3d to_object = object.rotation.transpose(), turn = to_object * tool.orientation.toRotationMatrix();
+  const Vector3d offset = to_object * (tool.position - object.anchor);
+  for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
+    const std::uint32_t pair = set.pairs[i], triangle = scene_.shapeOf(run.object).skin.tree.item[pair & 0xffff], row = first + i;
+    Row& out = rows_[row];
+    out.surface = surface;
+    out.weight = static_cast<double>(rows.weight[row]);
+    out.b = rows.b[row];
+    out.normal = to_object * Vector3d(rows.rows.a[0][row], rows.rows.a[1][row], rows.rows.a[2][row]) / out.weight;
+    if (const SoftPoint& known = surface->skin().points()[pair & 0xffff]; first > 0 && known.tool == pair >> 16) {
+      const double u = static_cast<double>(known.u), v = static_cast<double>(known.v);
+      out.point = {triangle, {1 - u - v, u, v}};
+    } else {
+      const Sphere& ball = scene_.tool.spheres[pair >> 16];
+      const double beside = static_cast<double>(ball.radius) + std::max(-1.0, -static_cast<double>(out.b) / out.weight);
+      out.point = surface->pointAt(triangle, turn * Vector3d(ball.x, ball.y, ball.z) + offset - std::min(beside, 1e6) * out.normal);
+    }
+    out.given = -out.normal.dot(surface->given(out.point));
+    // A point goes no farther from its place at rest than mostGive(), whichever way it went.
+    const Vector3d travelled = surface->travelled(out.point);
+    const double gone = -out.normal.dot(travelled), most = surface->mostGive(out.point),
+                 room2 = most * most - (travelled.squaredNorm() - gone * gone);
+    out.stop = out.b - static_cast<float>(out.weight * (room2 > 0 ? std::sqrt(room2) - gone : 0));
+    if (first == 0) surface->addNear(triangle);
+  }
 }
 
 // The compliance of the surface at the points of the rows, as a Cholesky factor that grows by a row. A row that gives
@@ -161,19 +176,18 @@ void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint3
   std::array<double, kMostContactRows>& entry = qp.tissue[at];
   pressed.surface = nullptr;
   entry.fill(0);
-  if (!has(object)) return;
-  const Row on = rowOn(object, row);
+  if (!memory_.isTissue(object)) return;
+  const Row& on = rows_[row];
   ContactRow& r = qp.rows[at];
   if (is_stop) {
     r.b = static_cast<double>(on.stop);
     return;
   }
-  const double weight = static_cast<double>(rows_.weight[row]), stiffness = scene_.pull.translation;
-  pressed = {on.surface, on.leaf, stiffness * weight * on.normal};
-  if (!is_carried_) r.b += weight * on.given;  // the coordinates count from rest; in a piece that is carried, from now
-  const auto give = [&](const Pressed& other) {
-    return pressed.pull.dot(on.surface->response(on.leaf, other.leaf, other.pull)) / stiffness;
-  };
+  const double stiffness = scene_.pull.translation;
+  pressed = {on.surface, on.surface->pressOn(on.point), stiffness * on.weight * on.normal};
+  if (!is_carried_) r.b += on.weight * on.given;  // the coordinates count from rest; in a piece that is carried, from now
+  on.surface->respond(pressed.on, pressed.pull, fields_[at]);
+  const auto give = [&](const Pressed& other) { return other.pull.dot(on.surface->meanOf(other.on, fields_[at])) / stiffness; };
   const double own = give(pressed);
   double left = own;
   const auto count = static_cast<std::size_t>(qp.tissue_count);
@@ -196,16 +210,22 @@ void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint3
 }
 
 void LinearTissue::predict(const ContactQp& qp) {
-  for (const PairRun& run : pairs_.runs)
-    if (has(run.object)) surfaces_[run.object]->predictNothing();
-  for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
-    if (const Pressed& p = pressed_[k]; p.surface && qp.rows[k].multiplier > 0) p.surface->predict(p.leaf, -qp.rows[k].multiplier * p.pull);
+  for (const auto& surface : surfaces_) {
+    if (!surface || surface->nearCount() == 0) continue;
+    const std::size_t size = 3 * surface->nearCount();
+    std::fill_n(sum_.begin(), size, 0.0);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) {
+      if (pressed_[k].surface != surface.get() || !(qp.rows[k].multiplier > 0)) continue;
+      for (std::size_t i = 0; i < size; ++i) sum_[i] -= qp.rows[k].multiplier * fields_[k][i];
+    }
+    surface->predict(sum_);
+  }
 }
 
-float LinearTissue::predictedBound(std::uint32_t object, std::uint32_t row, bool& is_stop) const {
-  const Row on = rowOn(object, row);
-  const double then = -on.normal.dot(on.surface->predicted(on.leaf)), more = is_carried_ ? then : then - on.given;
-  const float bound = memory_.soft_b[row] - rows_.weight[row] * static_cast<float>(more);
+float LinearTissue::predictedBound(std::uint32_t row, bool& is_stop) const {
+  const Row& on = rows_[row];
+  const double then = -on.normal.dot(on.surface->predicted(on.point)), more = is_carried_ ? then : then - on.given;
+  const float bound = on.b - static_cast<float>(on.weight * more);
   is_stop = on.stop > bound;
   return std::max(bound, on.stop);
 }
@@ -214,7 +234,14 @@ void LinearTissue::press(const ContactQp& qp) {
   for (const auto& s : surfaces_)
     if (s) s->aimAt(is_carried_);
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
-    if (const Pressed& p = pressed_[k]; p.surface && qp.rows[k].multiplier > 0) p.surface->press(p.leaf, -qp.rows[k].multiplier * p.pull);
+    if (const Pressed& p = pressed_[k]; p.surface && qp.rows[k].multiplier > 0) p.surface->press(p.on, -qp.rows[k].multiplier * p.pull);
+}
+
+bool LinearTissue::aim(std::size_t object, std::span<const float> surface, bool is_frozen) {
+  if (surface.size() != surfaces_[object]->forces().size()) return false;
+  surfaces_[object]->aim(surface);
+  frozen_[object] = is_frozen;
+  return true;
 }
 
 std::unique_ptr<SoftTissue> makeLinearTissue(StepMemory& memory) { return std::make_unique<LinearTissue>(memory); }
@@ -226,9 +253,9 @@ std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shar
   if (fault.empty()) fault = findFault(*tissue, *tree);
   if (fault.empty() && tissue->response.empty())
     fault = "the tissue has no response to forces: it has too many nodes. Soften it with fewer tetrahedra";
+  if (fault.empty() && tree->skin.empty()) fault = "the tree has no skin, which is what is felt of tissue. Build it with one";
   if (!fault.empty()) return nullptr;
-  auto model = std::make_shared<LinearModel>(linearModel(std::move(tissue)));
-  model->tree = tree;
+  auto model = softModel(tree, std::move(tissue));
   model->make = makeLinearTissue;
   return model;
 }
@@ -238,21 +265,14 @@ const Tissue* Scene::tissue(std::size_t object) const {
   return model ? model->tissue.get() : nullptr;
 }
 
-bool aimTissue(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen,
-               Workspace& workspace) noexcept {
-  StepMemory& memory = workspace.memory();
-  if (object >= memory.objects.size() || !memory.isTissue(object) || leaves.size() != memory.scene.shapeOf(object).nodes.size())
-    return false;
-  if (!tangent.load.empty() && (tangent.rates.size() != leaves.size() || tangent.load.size() != memory.tissue->forces(object).size()))
-    return false;
-  memory.tissue->aim(object, leaves, tangent, is_frozen);
-  return true;
+bool aimTissue(std::size_t object, std::span<const float> surface, bool is_frozen, Workspace& workspace) noexcept {
+  SoftTissue* const tissue = workspace.memory().tissue.get();
+  return tissue && tissue->has(object) && tissue->aim(object, surface, is_frozen);
 }
 
 std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept {
-  const StepMemory& memory = workspace.memory();
-  if (object >= memory.objects.size() || !memory.isTissue(object)) return {};
-  return memory.tissue->forces(object);
+  const SoftTissue* const tissue = workspace.memory().tissue.get();
+  return tissue && tissue->has(object) ? tissue->forces(object) : std::span<const float>();
 }
 
 }  // namespace spheretree::runtime

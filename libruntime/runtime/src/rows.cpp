@@ -47,8 +47,12 @@ class Requests {
     request_.bound = view.bound;
     request_.object = view.spheres;
     request_.allowance = view.allowance;
+    request_.behind = view.behind;
     request_.patches = view.patches;
     request_.items = view.items;
+    request_.points = view.points;
+    request_.step = view.step;
+    request_.is_found = view.is_found;
     for (std::size_t k = 0; k < 6; ++k) request_.a[k] = memory_.rowArray(k) + first_row;
     request_.b = memory_.rowArray(kB) + first_row;
     request_.weight = memory_.rowArray(kWeight) + first_row;
@@ -91,10 +95,11 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
 namespace {
 
 // Guarded rows with a larger gap are of nothing that is within `margin`. The patch may be nearer than the flat triangle
-// by the tolerance, and that is what the triangle gives way, at most.
+// by the tolerance, and that is what the triangle gives way, at most. Tissue may come nearer by its motion, and go as
+// far away before.
 float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
   const auto most = static_cast<float>(margin * (1 + 1e-6));
-  return most + 2 * memory.views[object].allowance;
+  return most + 2 * (memory.views[object].allowance + memory.views[object].motion);
 }
 
 }  // namespace
@@ -144,7 +149,8 @@ void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap
   requests.request().most_gap = static_cast<float>(most_gap);
   for (const PairRun& run : felt.runs) {
     const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);
-    rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, memory.kernel->feltRows(request));
+    const float gap = memory.isTissue(run.object) ? memory.kernel->softRows(request) : memory.kernel->feltRows(request);
+    rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, gap);
     rows.rows.count += run.count;
   }
   padRows(memory, rows.rows.count);

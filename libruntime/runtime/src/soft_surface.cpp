@@ -1,155 +1,162 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "soft_surface.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector4d;
+using Eigen::Vector3f;
 
-constexpr double kMostShare = 0.5;    // of the distance to what holds the tissue: it gives way by this at most
-constexpr double kArrived = 1e-4;     // of its aim the base goes the rest at once [mm]
-constexpr double kLoadPart = 0.75;    // of a change of the load, that the base follows in the next step
-constexpr double kMostLoad = 2;       // of that of the state: beyond, the base stays
-constexpr double kSteadyLoad = 1e-6;  // a smaller change waits for more
+constexpr double kArrived = 1e-4;  // of its aim the base goes the rest at once [mm]
 
-Vector3d vectorOf(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
-Vector4d vectorOf(const Sphere& s) { return {s.x, s.y, s.z, s.radius}; }
-
-// Part of the distance from the point of a leaf to the nearest node that stays.
-float mostGiveOf(const Tissue& tissue, std::uint32_t leaf) {
-  const PressPoint& point = tissue.response.points[leaf];
-  Vector3d at = Vector3d::Zero();
-  double held = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode)
-      held += static_cast<double>(point.weight[k]);
-    else
-      at += static_cast<double>(point.weight[k]) * vectorOf(tissue.nodes[tissue.response.pressed[point.node[k]]]);
+// Of x, y, z of each node, the largest length of what `of` says.
+template <class Of>
+double longest(std::size_t size, const Of& of) {
+  float most2 = 0;
+  for (std::size_t i = 0; i < size; i += 3) {
+    const float x = of(i), y = of(i + 1), z = of(i + 2);
+    most2 = std::max(most2, x * x + y * y + z * z);
   }
-  if (held > 0.999) return 0;
-  at /= 1 - held;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t node : tissue.fixed) nearest = std::min(nearest, (vectorOf(tissue.nodes[node]) - at).norm());
-  return static_cast<float>(std::min(kMostShare * nearest, 1e6));
+  return std::sqrt(static_cast<double>(most2));
+}
+
+bool anyIn(const std::vector<float>& field) {
+  return std::any_of(field.begin(), field.end(), [](float f) { return f != 0; });
 }
 
 }  // namespace
 
-LinearModel linearModel(std::shared_ptr<const Tissue> tissue) {
-  LinearModel out;
-  out.node_count = tissue->response.pressed.size();
-  out.points = tissue->response.points;
-  out.matrix = tissue->response.matrix;
-  for (std::uint32_t leaf = 0; leaf < out.points.size(); ++leaf) out.most_give.push_back(mostGiveOf(*tissue, leaf));
-  out.tissue = std::move(tissue);
-  out.bytes = out.points.size() * sizeof(PressPoint) + (out.most_give.size() + out.matrix.size()) * sizeof(float);
-  return out;
-}
-
-SoftSurface::SoftSurface(const LinearModel& model, const CompiledShape& shape)
+SoftSurface::SoftSurface(const SoftModel& model, const CompiledShape& shape)
     : model_(model),
-      shape_(shape),
-      offset_(Vector3d(model.tree->origin_mm.data()) - shape.centre),
-      slots_(model.points.size()),
-      parents_(shape.leaves.bound.size(), kNoItem),
-      bound_(shape.leaves.bound),
-      spheres_(shape.leaves.spheres) {
-  const CompiledTree& leaves = shape.leaves;
-  for (std::size_t slot = 0; slot < leaves.item.size(); ++slot) {
-    if (leaves.item[slot] != kNoItem) slots_[leaves.item[slot]] = static_cast<std::uint32_t>(slot);
-    const BlockLinks& links = leaves.links[slot / 8];
-    if (slot % 8 < links.inner) parents_[links.first_child + slot % 8] = static_cast<std::uint32_t>(slot);
-  }
-  for (Field* field : {&force_, &from_, &to_, &now_, &start_force_, &start_, &predicted_}) *field = Field(3 * model.node_count);
-  for (std::uint32_t leaf = 0; leaf < model.points.size(); ++leaf) base_.push_back(restOf(leaf));
-  block_marked_.assign(bound_.size(), 0);
+      skin_(model, shape),
+      near_at_(model.node_count, ~0u),
+      is_near_(model.vertices.size(), 0),
+      predicted_(model.vertices.size(), Vector3f::Zero()) {
+  for (const SkinTriangle& t : model.tree->skin.triangles) corners_.push_back({t.vertex[0], t.vertex[1], t.vertex[2]});
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_})
+    *field = Field(3 * model.node_count);
   near_.reserve(model.node_count);
-  near_at_.assign(model.node_count, ~0u);
-  reset();
+  near_vertices_.reserve(model.vertices.size());
 }
 
 void SoftSurface::reset() {
-  for (Field* field : {&force_, &from_, &to_, &now_, &start_force_, &start_}) std::fill(field->begin(), field->end(), 0.0f);
-  bound_ = shape_.leaves.bound;
-  spheres_ = shape_.leaves.spheres;
-  for (std::uint32_t leaf = 0; leaf < base_.size(); ++leaf) base_[leaf] = restOf(leaf);
-  put_ = base_;
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_})
+    std::fill(field->begin(), field->end(), 0.0f);
+  skin_.reset();
   aim_ = {};
-  load_ = {};
-  rates_ = {};
-  amount_ = 1;
   left_ = 0;
-  radius_ = shape_.radius;
-  has_moved_ = false;
+  has_moved_ = knows_to_ = false;
 }
 
-Vector3d SoftSurface::response(std::uint32_t of, std::uint32_t on, const Vector3d& force) const {
-  const PressPoint &from = model_.points[on], &to = model_.points[of];
+bool SoftSurface::isAtRest() const { return !anyIn(shift_); }
+
+Vector3d SoftSurface::fieldAt(const SkinPoint& point, const Field& field) const {
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (from.node[i] == kHeldNode) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* const column = model_.column(3 * from.node[i] + axis);
-      const double f = static_cast<double>(from.weight[i]) * force[static_cast<Eigen::Index>(axis)];
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (to.node[k] == kHeldNode) continue;
-        const float* const u = column + 3 * std::size_t{to.node[k]};
-        sum += f * static_cast<double>(to.weight[k]) * Vector3d(u[0], u[1], u[2]);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (point.weight[k] > 0) sum += point.weight[k] * model_.points[corners_[point.triangle][k]].displacementIn(field);
+  return sum;
+}
+
+double SoftSurface::mostGive(const SkinPoint& point) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * static_cast<double>(model_.most_give[corners_[point.triangle][k]]);
+  return sum;
+}
+
+SkinPoint SoftSurface::pointAt(std::uint32_t triangle, const Vector3d& p) const {
+  const CompiledPatch& patch = skin_.patches()[triangle];
+  const auto corner = [&](std::size_t k) { return Vector3d(Eigen::Map<const Vector3f>(patch.position[k]).cast<double>()); };
+  const Vector3d a = corner(0), u = corner(1) - a, v = corner(2) - a, normal = u.cross(v), way = p - a;
+  const double square = normal.squaredNorm();
+  SkinPoint out{triangle, {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+  if (!(square > 0)) return out;
+  const double w1 = std::max(0.0, normal.dot(way.cross(v)) / square), w2 = std::max(0.0, normal.dot(u.cross(way)) / square),
+               w0 = std::max(0.0, 1 - w1 - w2), sum = w0 + w1 + w2;
+  out.weight = {w0 / sum, w1 / sum, w2 / sum};
+  return out;
+}
+
+SoftSurface::Press SoftSurface::pressOn(const SkinPoint& point) const {
+  Press out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PressPoint& vertex = model_.points[corners_[point.triangle][k]];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double weight = point.weight[k] * static_cast<double>(vertex.weight[i]);
+      if (vertex.node[i] == kHeldNode || !(weight > 0)) continue;
+      std::size_t at = 0;
+      while (at < out.count && out.node[at] != vertex.node[i]) ++at;
+      if (at == out.count) {
+        out.node[at] = vertex.node[i];
+        out.weight[at] = 0;
+        ++out.count;
       }
+      out.weight[at] += weight;
     }
   }
-  return sum;
+  return out;
 }
 
 void SoftSurface::forgetNear() {
   for (const std::uint32_t node : near_) near_at_[node] = ~0u;
+  for (const std::uint32_t v : near_vertices_) is_near_[v] = 0;
   near_.clear();
+  near_vertices_.clear();
 }
 
-void SoftSurface::addNear(std::uint32_t leaf) {
-  if (leaf == kNoItem) return;
-  for (const std::uint32_t node : model_.points[leaf].node) {
-    if (node == kHeldNode || near_at_[node] != ~0u) continue;
-    near_at_[node] = static_cast<std::uint32_t>(near_.size());
-    near_.push_back(node);
-  }
-}
-
-void SoftSurface::predictNothing() { std::fill_n(predicted_.begin(), 3 * near_.size(), 0.0f); }
-
-void SoftSurface::predict(std::uint32_t leaf, const Vector3d& force) {
-  const PressPoint& point = model_.points[leaf];
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* const column = model_.column(3 * point.node[k] + axis);
-      const auto f = static_cast<float>(static_cast<double>(point.weight[k]) * force[static_cast<Eigen::Index>(axis)]);
-      for (std::size_t i = 0; i < near_.size(); ++i) {
-        const float* const u = column + 3 * std::size_t{near_[i]};
-        for (std::size_t c = 0; c < 3; ++c) predicted_[3 * i + c] += f * u[c];
-      }
+void SoftSurface::addNear(std::uint32_t triangle) {
+  for (const std::uint32_t v : corners_[triangle]) {
+    if (is_near_[v]) continue;
+    is_near_[v] = 1;
+    near_vertices_.push_back(v);
+    for (const std::uint32_t node : model_.points[v].node) {
+      if (node == kHeldNode || near_at_[node] != ~0u) continue;
+      near_at_[node] = static_cast<std::uint32_t>(near_.size());
+      near_.push_back(node);
     }
   }
 }
 
-Vector3d SoftSurface::predicted(std::uint32_t leaf) const {
-  const PressPoint& point = model_.points[leaf];
+void SoftSurface::respond(const Press& press, const Vector3d& force, std::span<double> near) const {
+  std::fill_n(near.begin(), 3 * near_.size(), 0.0);
+  for (std::size_t p = 0; p < press.count; ++p)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* const column = model_.column(3 * std::size_t{press.node[p]} + axis);
+      const double f = press.weight[p] * force[static_cast<Eigen::Index>(axis)];
+      for (std::size_t i = 0; i < near_.size(); ++i) {
+        const float* const u = column + 3 * std::size_t{near_[i]};
+        for (std::size_t c = 0; c < 3; ++c) near[3 * i + c] += f * static_cast<double>(u[c]);
+      }
+    }
+}
+
+Vector3d SoftSurface::meanOf(const Press& of, std::span<const double> near) const {
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode) continue;
-    const float* const u = predicted_.data() + 3 * std::size_t{near_at_[point.node[k]]};
-    sum += static_cast<double>(point.weight[k]) * Vector3d(u[0], u[1], u[2]);
-  }
+  for (std::size_t p = 0; p < of.count; ++p) sum += of.weight[p] * Vector3d(near.data() + 3 * std::size_t{near_at_[of.node[p]]});
   return sum;
 }
 
-void SoftSurface::respond(const Field& forces, Field& out) const {
+void SoftSurface::predict(std::span<const double> near) {
+  for (const std::uint32_t v : near_vertices_) {
+    const PressPoint& point = model_.points[v];
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k)
+      if (point.node[k] != kHeldNode)
+        sum += static_cast<double>(point.weight[k]) * Vector3d(near.data() + 3 * std::size_t{near_at_[point.node[k]]});
+    predicted_[v] = sum.cast<float>();
+  }
+}
+
+Vector3d SoftSurface::predicted(const SkinPoint& point) const {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * predicted_[corners_[point.triangle][k]].cast<double>();
+  return sum;
+}
+
+void SoftSurface::applyForces(const Field& forces, Field& out) const {
   std::fill(out.begin(), out.end(), 0.0f);
   const std::size_t size = out.size();
   for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -163,144 +170,65 @@ void SoftSurface::respond(const Field& forces, Field& out) const {
 
 void SoftSurface::aimAt(bool from_now) {
   from_ = force_;
+  from_now_ = now_;
+  knows_to_ = false;
   if (from_now)
     to_ = force_;
   else
     std::fill(to_.begin(), to_.end(), 0.0f);
 }
 
-void SoftSurface::press(std::uint32_t leaf, const Vector3d& force) {
-  const PressPoint& point = model_.points[leaf];
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (point.node[k] == kHeldNode) continue;
+void SoftSurface::press(const Press& on, const Vector3d& force) {
+  for (std::size_t p = 0; p < on.count; ++p)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      to_[3 * point.node[k] + axis] += static_cast<float>(static_cast<double>(point.weight[k]) * force[static_cast<Eigen::Index>(axis)]);
-  }
+      to_[3 * std::size_t{on.node[p]} + axis] += static_cast<float>(on.weight[p] * force[static_cast<Eigen::Index>(axis)]);
 }
 
 void SoftSurface::giveWay(double part) {
-  const auto anyIn = [](const Field& field) { return std::any_of(field.begin(), field.end(), [](float f) { return f != 0; }); };
   if (!anyIn(force_) && !anyIn(from_) && !anyIn(to_) && !anyIn(start_force_)) return;  // at rest, and stays there
+  if (!knows_to_) applyForces(to_, to_now_);
+  knows_to_ = true;
+  const auto p = static_cast<float>(part), rest = 1 - p;
+  for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = rest * from_[i] + p * to_[i];
+  for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = rest * from_now_[i] + p * to_now_[i];
+  const double most = longest(now_.size(), [&](std::size_t i) { return now_[i] - start_[i]; });
+  if (most > kTissueMotion) {  // the tissue waits
+    const auto share = static_cast<float>(kTissueMotion / most);
+    for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
+    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
+  }
+  findShift();
+}
+
+void SoftSurface::findShift() {
+  for (std::size_t i = 0; i < shift_.size(); ++i) shift_[i] = base_[i] + now_[i];
   has_moved_ = true;
-  const auto p = static_cast<float>(part);
-  for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = from_[i] + p * (to_[i] - from_[i]);
-  respond(force_, now_);
-  float most2 = 0;
-  for (std::size_t i = 0; i < now_.size(); i += 3) {
-    const float x = now_[i] - start_[i], y = now_[i + 1] - start_[i + 1], z = now_[i + 2] - start_[i + 2];
-    most2 = std::max(most2, x * x + y * y + z * z);
-  }
-  const float most = std::sqrt(most2);
-  if (!(most > static_cast<float>(kTissueMotion))) return;
-  const float share = static_cast<float>(kTissueMotion) / most;  // the tissue waits
-  for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
-  for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
+  skin_.forget();
 }
 
-SoftSurface::Ball SoftSurface::restOf(std::uint32_t leaf) const {
-  const std::array<double, 3>& c = shape_.leaves.exact[slots_[leaf]];
-  return {{c[0], c[1], c[2]}, static_cast<double>(shape_.leaves.spheres[slots_[leaf]].radius)};
+void SoftSurface::aim(std::span<const float> surface) {
+  aim_ = surface;
+  left_ = longest(aim_.size(), [&](std::size_t i) { return aim_[i] - base_[i]; });
 }
 
-double SoftSurface::loadOf(const Field& forces) const {
-  if (load_.empty()) return 1;
-  double sum = 0;
-  for (std::size_t i = 0; i < load_.size(); ++i) sum += static_cast<double>(load_[i]) * static_cast<double>(forces[i]);
-  return std::clamp(sum, 0.0, kMostLoad);
-}
-
-Vector4d SoftSurface::rateOf(std::size_t leaf) const { return rates_.empty() ? Vector4d(Vector4d::Zero()) : vectorOf(rates_[leaf]); }
-
-// From the base to where the aim has it under the load that it follows.
-Vector4d SoftSurface::leftOf(std::size_t leaf) const {
-  Vector4d left = vectorOf(aim_[leaf]) + (amount_ - 1) * rateOf(leaf);
-  left.head<3>() += offset_ - base_[leaf].centre;
-  left[3] -= base_[leaf].radius;
-  return left;
-}
-
-void SoftSurface::aim(std::span<const Sphere> leaves, const TissueTangent& tangent) {
-  aim_ = leaves;
-  load_ = tangent.load;
-  rates_ = tangent.rates;
-  amount_ = loadOf(force_);
-  left_ = most_rate_ = 0;
-  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
-    left_ = std::max(left_, leftOf(leaf).lpNorm<1>());
-    most_rate_ = std::max(most_rate_, rateOf(leaf).lpNorm<1>());
-  }
-}
-
-// With the load at once; of what is then left, a part.
 void SoftSurface::followAim(double part, double most) {
-  const double change = kLoadPart * (loadOf(force_) - amount_);
-  if (left_ == 0 && std::abs(change) < kSteadyLoad) return;
+  if (left_ == 0 || !std::isfinite(left_)) return;
   if (left_ <= kArrived) part = 1;
-  const double farthest = std::abs(change) * most_rate_ + part * left_, share = farthest > most ? most / farthest : 1;
-  if (!std::isfinite(farthest)) return;
-  for (std::size_t leaf = 0; leaf < base_.size(); ++leaf) {
-    const Vector4d way = share * (change * rateOf(leaf) + part * leftOf(leaf));
-    base_[leaf].centre += way.head<3>();
-    base_[leaf].radius += way[3];
-  }
-  amount_ += share * change;
-  left_ *= 1 - share * part;
-  has_moved_ = true;
+  if (part * left_ > most) part = most / left_;
+  for (std::size_t i = 0; i < base_.size(); ++i) base_[i] += static_cast<float>(part) * (aim_[i] - base_[i]);
+  left_ *= 1 - part;
+  findShift();
 }
 
 void SoftSurface::beginStep(double part, double most) {
   if (aim_.size() == base_.size()) followAim(part, most);
+  skin_.beginStep();
   if (!has_moved_) return;
   has_moved_ = false;
   start_force_ = force_;
   start_ = now_;
-  bool any = false;
-  for (std::uint32_t leaf = 0; leaf < put_.size(); ++leaf) {
-    const double still = kRefitMm - std::abs(grownSinceRefit(leaf));
-    if (still > 0 && !(sinceRefit(leaf).squaredNorm() > still * still)) continue;
-    putLeaf(leaf);
-    any = true;
-  }
-  if (any) encloseBlocks();
-}
-
-void SoftSurface::putLeaf(std::uint32_t leaf) {
-  const Vector3d centre = base_[leaf].centre + displacement(leaf);
-  put_[leaf] = {centre, base_[leaf].radius};
-  const std::uint32_t slot = slots_[leaf];
-  const auto radius = static_cast<float>(base_[leaf].radius);
-  spheres_[slot] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()), radius};
-  put(bound_[slot / 8], slot % 8, centre, radius);
-  block_marked_[slot / 8] = 1;
-}
-
-// Balls about what is below inner nodes; the blocks of children stand behind that of their parent.
-void SoftSurface::encloseBlocks() {
-  for (std::size_t b = bound_.size(); b-- > 1;) {
-    if (!block_marked_[b]) continue;
-    block_marked_[b] = 0;
-    const Block& block = bound_[b];
-    Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
-    for (std::size_t lane = 0; lane < 8; ++lane) {
-      if (block.x[lane] == kFarAway) continue;
-      const Eigen::Array3f c(block.x[lane], block.y[lane], block.z[lane]);
-      low = low.min(c), high = high.max(c);
-    }
-    const Vector3d centre = (0.5f * (low + high)).matrix().cast<double>();
-    double radius = 0;
-    for (std::size_t lane = 0; lane < 8; ++lane)
-      if (block.x[lane] != kFarAway)
-        radius =
-            std::max(radius, (Vector3d(block.x[lane], block.y[lane], block.z[lane]) - centre).norm() + static_cast<double>(block.r[lane]));
-    const std::uint32_t parent = parents_[b];
-    put(bound_[parent / 8], parent % 8, centre, static_cast<float>(radius * (1 + 1e-6)));
-    spheres_[parent] = {static_cast<float>(centre.x()), static_cast<float>(centre.y()), static_cast<float>(centre.z()),
-                        static_cast<float>(radius * (1 + 1e-6))};
-    block_marked_[parent / 8] = 1;
-  }
-  block_marked_[0] = 0;
-  const Block& root = bound_[0];
-  radius_ = std::max(shape_.radius, Vector3d(root.x[0], root.y[0], root.z[0]).norm() + static_cast<double>(root.r[0]));
+  skin_.bend(shift_);
+  skin_.refit(shift_);
 }
 
 }  // namespace spheretree::runtime

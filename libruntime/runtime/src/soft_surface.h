@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The leaves of soft tissue as they are now. Small motion: displacements are linear in the forces that press, by the
-// compliance matrix of the surface (core's TissueResponse). A leaf keeps its radius and goes where its point goes.
-// Large motion: the leaves count from a base that a solver outside of the step says, with its radii, not from rest.
-// The base goes there within some 40 ms, evenly, and in the next steps with the load, as the solver says of its state;
-// no faster than aimed leaves may go in a step. Between two states of
-// which each is covered by its leaves, the leaves on the way cover the states on the way: a ball is convex.
+// The surface of soft tissue as it is now. Small motion: displacements are linear in the forces that press, by the
+// compliance matrix of the surface (core's TissueResponse). Large motion: they count from a base that a solver outside
+// of the step says, not from rest. The base goes there within some 40 ms, no faster than kTissueMotion in a step.
 //
-// At the beginning of a step the leaves are put to where their points are. Within the step each gives way along the
-// normal of its row by as much as its point has moved since; one that has moved by less than kRefitMm stays as it was
-// put before. In one step no point moves by more than kTissueMotion: the search looks that much farther, so nothing is
-// passed through.
+// A force on a point of a triangle of the skin is shared by its corners, and by the nodes that they go with. In one
+// step no point moves by more than kTissueMotion: the search looks that much farther, so nothing is passed through.
 // Units: mm, N; frame: axes of the object, about the centre of its shape. Deterministic; no allocation once it is made.
 #pragma once
 
@@ -18,103 +13,95 @@
 #include <span>
 #include <vector>
 
-#include "compiled_scene.h"
-#include "soft_tissue.h"
+#include "moved_skin.h"
+#include "soft_model.h"
 
 namespace spheretree::runtime {
 
-/// How forces move the points of the leaves.
-struct LinearModel : TissueModel {
-  std::size_t node_count = 0;          // pressed nodes
-  std::span<const PressPoint> points;  // (leaf) what a leaf goes with
-  std::vector<float> most_give;        // (leaf) its point moves no farther along a normal [mm]
-  std::span<const float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
-
-  const float* column(std::size_t i) const { return matrix.data() + i * 3 * node_count; }
+/// A point of a triangle of the skin.
+struct SkinPoint {
+  std::uint32_t triangle = 0;
+  std::array<double, 3> weight{};  // of the corners; >= 0, they add up to 1
 };
-LinearModel linearModel(std::shared_ptr<const Tissue> tissue);
 
 class SoftSurface {
  public:
   /// `model` and `shape`, which is that of its tree, outlive this. @throws std::bad_alloc.
-  SoftSurface(const LinearModel& model, const CompiledShape& shape);
+  SoftSurface(const SoftModel& model, const CompiledShape& shape);
 
-  const Block* bound() const { return bound_.data(); }
-  const Sphere* spheres() const { return spheres_.data(); }
-  double radius() const { return radius_; }  // of a ball about the centre that holds all leaves
+  MovedSkin& skin() { return skin_; }
+  const MovedSkin& skin() const { return skin_; }
+  bool isAtRest() const;
 
-  /// The base goes `part` of its way, but no leaf farther than `most` [mm]; then puts the leaves to where their points
-  /// are. Cost: about 10 ns a leaf, 5 ns more while the base moves, 50 ns for each block in which a leaf was put anew.
+  /// The base goes `part` of its way, but no node farther than `most` [mm]; then puts the balls of the search to where
+  /// their triangles are. Cost: MovedSkin::refit().
   void beginStep(double part, double most);
-  /// Where the base goes from now on: leaves as they are in the file. Held until the next call, as is the tangent.
-  void aim(std::span<const Sphere> leaves, const TissueTangent& tangent);
+  /// Where the base goes from now on: x, y, z of each pressed node. Held until the next call.
+  void aim(std::span<const float> surface);
   std::span<const float> forces() const { return force_; }
   /// At rest again.
   void reset();
 
-  /// Of the point of a leaf: where it is, off its base and off its place at rest.
-  Eigen::Vector3d displacement(std::uint32_t leaf) const { return model_.points[leaf].displacementIn(now_); }
-  Eigen::Vector3d travelled(std::uint32_t leaf) const { return displacement(leaf) + base_[leaf].centre - restOf(leaf).centre; }
-  /// Of the leaf: off where beginStep() had put it.
-  Eigen::Vector3d sinceRefit(std::uint32_t leaf) const { return displacement(leaf) + base_[leaf].centre - put_[leaf].centre; }
-  double grownSinceRefit(std::uint32_t leaf) const { return base_[leaf].radius - put_[leaf].radius; }
-  double mostGive(std::uint32_t leaf) const { return static_cast<double>(model_.most_give[leaf]); }
+  /// Puts the patches of these pairs to where they are now.
+  void putPatches(std::span<const std::uint32_t> pairs) { skin_.put(pairs, shift_); }
+  /// The point of a triangle, whose patch was put, that is nearest to `p` up to how much the patch is curved.
+  SkinPoint pointAt(std::uint32_t triangle, const Eigen::Vector3d& p) const;
+  /// Of a point: what forces displace it by, and with the base.
+  Eigen::Vector3d given(const SkinPoint& point) const { return fieldAt(point, now_); }
+  Eigen::Vector3d travelled(const SkinPoint& point) const { return fieldAt(point, shift_); }
+  double mostGive(const SkinPoint& point) const;
 
-  /// How the point of leaf `of` moves under `force` on the point of leaf `on`. Cost: 80 ns.
-  Eigen::Vector3d response(std::uint32_t of, std::uint32_t on, const Eigen::Vector3d& force) const;
+  /// What a force on a point is on the pressed nodes.
+  struct Press {
+    std::array<std::uint32_t, 9> node;
+    std::array<double, 9> weight;
+    std::size_t count = 0;
+  };
+  Press pressOn(const SkinPoint& point) const;
 
-  /// Where points go under forces, without doing it; only the points of leaves that are near.
+  // Where nodes go under forces, without doing it; only nodes that move points which are near.
   void forgetNear();
-  void addNear(std::uint32_t leaf);
-  void predictNothing();
-  void predict(std::uint32_t leaf, const Eigen::Vector3d& force);  // cost: about 0.1 us, and 5 ns for each node that is near
-  Eigen::Vector3d predicted(std::uint32_t leaf) const;
+  void addNear(std::uint32_t triangle);
+  std::size_t nearCount() const { return near_.size(); }
+  /// How the near nodes move under `force` on a point: x, y, z of each. Cost: about 0.1 us for each node pressed, and
+  /// for each ten that are near.
+  void respond(const Press& press, const Eigen::Vector3d& force, std::span<double> near) const;
+  /// The mean of such a field that `of` moves by.
+  Eigen::Vector3d meanOf(const Press& of, std::span<const double> near) const;
+  /// What predicted() answers from.
+  void predict(std::span<const double> near);
+  Eigen::Vector3d predicted(const SkinPoint& point) const;
 
-  /// The forces that press in the piece to come: none, or those of now; then more on one leaf after the other.
+  /// The forces that press in the piece to come: none, or those of now; then more on one point after the other.
   void aimAt(bool from_now);
-  void press(std::uint32_t leaf, const Eigen::Vector3d& force);
+  void press(const Press& on, const Eigen::Vector3d& force);
   /// Goes `part` of the way there, from where aimAt() began; less, if a node would move too far for this step.
   /// Cost: about 5 us for 450 nodes and a few contacts.
   void giveWay(double part);
 
  private:
   using Field = std::vector<float>;  // (pressed node) x, y, z
-  struct Ball {
-    Eigen::Vector3d centre;
-    double radius;
-  };
 
-  Ball restOf(std::uint32_t leaf) const;
-  double loadOf(const Field& forces) const;
-  Eigen::Vector4d rateOf(std::size_t leaf) const;
-  Eigen::Vector4d leftOf(std::size_t leaf) const;
+  Eigen::Vector3d fieldAt(const SkinPoint& point, const Field& field) const;
   void followAim(double part, double most);
-  void respond(const Field& forces, Field& out) const;
-  void putLeaf(std::uint32_t leaf);
-  void encloseBlocks();
+  void findShift();
+  void applyForces(const Field& forces, Field& out) const;
 
-  const LinearModel& model_;
-  const CompiledShape& shape_;
-  const Eigen::Vector3d offset_;        // of the spheres of the file in the frame of the shape [mm]
-  std::vector<std::uint32_t> slots_;    // (leaf) in the compiled tree
-  std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children stand in it
-  double radius_ = 0;
-  std::vector<Block> bound_;
-  std::vector<Sphere> spheres_;
-  Field force_, from_, to_;       // now; where the piece begins; where it leads
-  Field now_;                     // displacements
-  Field start_force_, start_;     // both when the step began
-  std::vector<Ball> base_, put_;  // (leaf) without what the forces do; as it was put last
-  std::span<const Sphere> aim_;   // where the base goes; empty: it stays
-  std::span<const float> load_;   // of the TissueTangent, as
-  std::span<const Sphere> rates_;
-  double amount_ = 1;     // of the load, that the base has followed
-  double left_ = 0;       // the farthest way of a leaf to its aim, change of its radius included [mm]
-  double most_rate_ = 0;  // of all leaves, summed up likewise
-  std::vector<char> block_marked_;
-  bool has_moved_ = false;                     // since the leaves were put last, or has forces on it
-  std::vector<std::uint32_t> near_, near_at_;  // pressed nodes that are near; (pressed node) its index among them, or ~0u
-  std::vector<float> predicted_;               // (near) x, y, z
+  const SoftModel& model_;
+  MovedSkin skin_;
+  std::vector<std::array<std::uint32_t, 3>> corners_;  // (triangle) vertices
+  Field force_, from_, to_;                            // now; where the piece begins; where it leads
+  Field now_, base_, shift_;                           // displacements by the forces; what they count from; both
+  Field from_now_, to_now_;                            // what from_ and to_ do
+  Field start_force_, start_;                          // forces and what they do when the step began
+  bool knows_to_ = false;                              // to_now_ is that of to_
+  std::span<const float> aim_;                         // where the base goes; empty: it stays
+  double left_ = 0;                                    // the farthest way of a node to its aim [mm]
+  bool has_moved_ = false;                             // since the last step began
+  std::vector<std::uint32_t> near_, near_at_;          // pressed nodes that are near; (pressed node) its index among them, or ~0u
+  std::vector<std::uint32_t> near_vertices_;
+  std::vector<char> is_near_;               // (vertex)
+  std::vector<Eigen::Vector3f> predicted_;  // (vertex)
 };
 
 }  // namespace spheretree::runtime

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMostFrictionRounds = 3;  // by Coulomb's law as it is; where that does not converge, with discs and then with cones
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
-constexpr int kMostScans = 24;                                 // rows that are taken in
+constexpr int kMostScans = 36;                                 // rows that are taken in
 constexpr double kForceTolerance = 1e-6;                       // of residuals: gaps are floats, and known no better [mm, scaled]
 constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
 constexpr float kOutOfTheWay = -1e30f;
@@ -223,7 +223,7 @@ bool ContactSolver::takeInViolated() {
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
       bool is_at_stop = false;
       if (memory_.isTissue(object)) {
-        rows_.b[i] = memory_.tissue->predictedBound(object, i, is_at_stop);
+        rows_.b[i] = memory_.tissue->predictedBound(i, is_at_stop);
         return;
       }
       double give = 0;
@@ -243,7 +243,7 @@ bool ContactSolver::takeInViolated() {
   bool is_violated = static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest), is_stop = false;
   if (memory_.tissue && is_violated) {
     const std::uint32_t object = parts_.nameOfRow(pairs_, worst.row).object;
-    if (memory_.isTissue(object)) (void)memory_.tissue->predictedBound(object, worst.row, is_stop);
+    if (memory_.isTissue(object)) (void)memory_.tissue->predictedBound(worst.row, is_stop);
   }
   is_violated = is_violated && placeOf(worst.row, is_stop) < 0;
   restoreSoft();
@@ -349,11 +349,11 @@ void ContactSolver::keep() {
 
 double ContactSolver::run() {
   if (carried_) law_ = Law::Discs;  // while bodies move the tool presses with what it pressed before
-  if (memory_.tissue) memory_.tissue->begin(pairs_, rows_, carried_ != nullptr);
+  if (memory_.tissue) memory_.tissue->begin(pairs_, parts_.felt(), rows_, parts_.contact_pose, carried_ != nullptr);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {
       memory_.soft_b[i] = rows_.b[i];
-      rows_.b[i] = memory_.isTissue(object) ? memory_.tissue->stop(object, i) : kOutOfTheWay;
+      rows_.b[i] = memory_.isTissue(object) ? memory_.tissue->stop(i) : kOutOfTheWay;
     });
   double back = 0;
   if (holdsAsBefore()) {
@@ -392,10 +392,6 @@ void StepParts::letGo() {
 
 void StepParts::shiftSoft(const PairSet& set, std::uint32_t first, RowSet& rows) const {
   for (const PairRun& run : set.runs) {
-    if (memory.isTissue(run.object)) {
-      memory.tissue->shiftRows(run, set, rows);  // it has no felt rows: `first` is 0
-      continue;
-    }
     const auto give = static_cast<float>(memory.give[run.object]);
     if (!(give > 0)) continue;
     for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) rows.b[i] -= give * rows.weight[i];

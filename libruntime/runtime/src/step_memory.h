@@ -17,6 +17,8 @@
 
 namespace spheretree::runtime {
 
+static_assert(kMostContacts == kMostContactRows);
+
 inline constexpr std::size_t kRowArrays = 9;  // of StepMemory::row_memory: six of coefficients, b, weight, felt way
 
 /// What names a row from step to step.
@@ -84,7 +86,8 @@ struct StepMemory {
   void place(std::size_t object, const Configuration& pose);
   /// Puts the object where its body, with this rotation and position, carries it.
   void carry(std::size_t object, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position);
-  bool isTissue(std::size_t object) const { return tissue && tissue->has(static_cast<std::uint32_t>(object)); }
+  /// Not while its leaves are felt, as those of a rigid object.
+  bool isTissue(std::size_t object) const { return tissue && feelsSkin(object) && tissue->has(object); }
   void feelLeaves(std::size_t object);
   void feelSkin(std::size_t object);
 

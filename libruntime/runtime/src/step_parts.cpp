@@ -56,6 +56,9 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.work += 2 * groups(set.pairs.size());
   ++result.linearisations;
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
+  if (memory.tissue && !set.coarse && form == RowForm::TrueDistance)
+    for (const PairRun& run : set.runs)
+      if (memory.isTissue(run.object)) memory.tissue->placePatches(run, set);
   RowSet out = makeRows(set, pose, form, axes, memory);
   if (scene.has_soft) shiftSoft(set, 0, out);
   return out;

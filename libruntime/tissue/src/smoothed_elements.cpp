@@ -4,7 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "edges_of.h"
 
 namespace spheretree::tissue {
 
@@ -55,24 +56,13 @@ SmoothedElements::SmoothedElements(const Tissue& tissue) : nodes_(tissue.nodes.s
   lambda_ = young * nu / ((1 + nu) * (1 - 2 * nu)), mu_ = young / (2 * (1 + nu));
   barrier_ = kBarrier * (lambda_ + 2 * mu_);
   for (const auto& n : tissue.nodes) rest_.emplace_back(n[0], n[1], n[2]);
-  constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kEnds{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends;
-  const auto edgeOf = [](const std::array<std::uint32_t, 4>& c, const std::pair<std::size_t, std::size_t>& k) {
-    return std::pair<std::uint32_t, std::uint32_t>(std::minmax(c[k.first], c[k.second]));
-  };
-  for (const auto& c : tissue.tetrahedra)
-    for (const auto& k : kEnds) ends.push_back(edgeOf(c, k));
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  edges_.resize(ends.size());
+  const EdgeList edges = edgesOf(tissue.tetrahedra);
+  edges_.resize(edges.count);
   for (const auto& c : tissue.tetrahedra) {
     Matrix3d sides;
     for (int k = 0; k < 3; ++k) sides.col(k) = rest_[c[static_cast<std::size_t>(k) + 1]] - rest_[c[0]];
-    Element e{c, {}, sides.inverse(), sides.determinant() / 6};
-    for (std::size_t k = 0; k < 6; ++k) {
-      e.edge[k] = static_cast<std::uint32_t>(std::lower_bound(ends.begin(), ends.end(), edgeOf(c, kEnds[k])) - ends.begin());
-      edges_[e.edge[k]].volume += e.volume / 6;
-    }
+    Element e{c, edges.of_element[elements_.size()], sides.inverse(), sides.determinant() / 6};
+    for (const std::uint32_t edge : e.edge) edges_[edge].volume += e.volume / 6;
     for (const std::uint32_t node : c) nodes_[node].volume += e.volume / 4;
     elements_.push_back(e);
   }

@@ -22,7 +22,6 @@ constexpr std::size_t kMemory = 8;    // pairs of L-BFGS
 constexpr int kMostHalvings = 12;     // of a step along a direction
 constexpr double kSufficient = 1e-4;  // Armijo's constant, as in J. Nocedal, S. Wright, Numerical Optimization
 constexpr double kRounding = 1e-13;   // of a sum of energies
-constexpr double kSmallMove = 1e-4;   // of the node that moves most: a difference of gradients over it is a derivative [mm]
 constexpr double kMostInverted = 0.05;
 
 using Field = std::vector<Vector3d>;
@@ -59,7 +58,7 @@ struct TissueSolver::State {
   Lessons lessons;
 
   // Scratch, (nodes) each.
-  Field now, trial, gradient, trial_gradient, direction, residual, along;
+  Field now, trial, gradient, trial_gradient, direction;
   Eigen::VectorXd right, solution;
 
   explicit State(const Tissue& tissue) : elements(tissue) {}
@@ -70,7 +69,6 @@ struct TissueSolver::State {
   void findDirection();
   double iterate(std::span<const Vector3d> forces, double& value);
   bool run(std::span<const Vector3d> forces, double tolerance, int most_iterations);
-  bool respond(std::span<const Vector3d> load, int iterations, std::span<Vector3d> moved);
 };
 
 // Plain linear tetrahedra: stiffer than the energy at rest, so that full steps seldom go too far.
@@ -101,7 +99,7 @@ bool TissueSolver::State::factorise(const Tissue& tissue) {
   matrix.setFromTriplets(entries.begin(), entries.end());
   at_rest.compute(matrix);
   const Field zero(tissue.nodes.size(), Vector3d::Zero());
-  displacement = now = trial = gradient = trial_gradient = direction = residual = along = zero;
+  displacement = now = trial = gradient = trial_gradient = direction = zero;
   lessons.moves.fill(zero), lessons.changes.fill(zero);
   right.resize(3 * rows), solution.resize(3 * rows);
   if (at_rest.info() != Eigen::Success) return false;
@@ -214,41 +212,6 @@ bool TissueSolver::State::run(std::span<const Vector3d> forces, double tolerance
   return true;
 }
 
-// Conjugate gradients, with what the iterations of the state taught as the preconditioner. The guess is the first
-// direction.
-bool TissueSolver::State::respond(std::span<const Vector3d> load, int iterations, std::span<Vector3d> moved) {
-  if (load.size() != displacement.size() || moved.size() != displacement.size()) return false;
-  for (std::size_t i = 0; i < load.size(); ++i) residual[i] = row[i] >= 0 ? load[i] : Vector3d::Zero();
-  const bool has_guess = dot(residual, moved) > 0;
-  if (has_guess)
-    std::copy(moved.begin(), moved.end(), along.begin());
-  else
-    along = residual, precondition(along);
-  std::fill(moved.begin(), moved.end(), Vector3d::Zero());
-  total(displacement, load, gradient);
-  for (int k = 0; k < iterations; ++k) {
-    double largest2 = 0;
-    for (const Vector3d& v : along) largest2 = std::max(largest2, v.squaredNorm());
-    const double small = kSmallMove / std::sqrt(largest2);
-    if (!std::isfinite(small)) return k > 0;
-    for (std::size_t i = 0; i < trial.size(); ++i) trial[i] = displacement[i] + small * along[i];
-    total(trial, load, trial_gradient);
-    for (std::size_t i = 0; i < trial.size(); ++i) trial_gradient[i] = (trial_gradient[i] - gradient[i]) / small;
-    const double curvature = dot(along, trial_gradient);
-    if (!(curvature > 0)) return k > 0;
-    const double part = dot(along, residual) / curvature;
-    for (std::size_t i = 0; i < trial.size(); ++i) {
-      moved[i] += part * along[i];
-      residual[i] -= part * trial_gradient[i];
-    }
-    direction = residual;
-    precondition(direction);
-    const double back = dot(direction, trial_gradient) / curvature;
-    for (std::size_t i = 0; i < trial.size(); ++i) along[i] = direction[i] - back * along[i];
-  }
-  return true;
-}
-
 TissueSolver::TissueSolver(std::unique_ptr<State> state) : state_(std::move(state)) {}
 TissueSolver::~TissueSolver() = default;
 
@@ -267,10 +230,6 @@ bool TissueSolver::advance(std::span<const Vector3d> forces, int iterations) noe
 
 bool TissueSolver::settle(std::span<const Vector3d> forces, double tolerance, int most_iterations) noexcept {
   return state_->run(forces, tolerance, most_iterations) && state_->last_move <= tolerance;
-}
-
-bool TissueSolver::respond(std::span<const Vector3d> load, int iterations, std::span<Vector3d> moved) noexcept {
-  return state_->respond(load, iterations, moved);
 }
 
 void TissueSolver::reset() noexcept {

@@ -41,8 +41,7 @@ Tissue softenTree(const TriangleMesh& surface, const SphereTree& tree, const Tri
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[leaf]);
   tissue.leaves = cutPieces(surface, leaves, origin, progress);
   tissue.leaves.anchors = anchorLeaves(surface, DistanceField(surface), tissue.surface, solid, leaves, origin);
-  if (!tissue.response.empty())
-    tissue.response.points = pressPoints(outside, tissue.leaves.anchors, tissue.surface, origin, tissue.response.pressed);
+  if (!tissue.response.empty()) tissue.response.points = pressPoints(outside, tree.skin, origin, tissue.response.pressed);
   if (const std::string fault = findFault(tissue, tree); !fault.empty()) throw BuildError("tissue: " + fault);
   return tissue;
 }

@@ -4,16 +4,15 @@
 // Paper: M. Bro-Nielsen, S. Cotin. Real-time volumetric deformable models for surgery simulation using finite elements
 //        and condensation. Computer Graphics Forum 15(3), 1996.
 //
-// A force on a node of the surface is a traction over the triangles round it, largest at the node and zero at its
-// neighbours. The displacement of a node is the mean over the same triangles with the same weights. The displacement
-// under a point force would grow without bound as elements shrink; these are what the elements resolve. A force that
-// is narrower than the triangles of the tetrahedra's surface therefore meets more stiffness than in life. Units: mm, N.
+// The displacement under a force on one node grows as the elements round it shrink, as it does under a point of life:
+// together, the nodes below a tool say what the elements resolve. Units: mm, N.
 #pragma once
 
 #include <span>
 #include <vector>
 
 #include "spheretree/builder/progress.h"
+#include "spheretree/core/skin.h"
 #include "spheretree/core/tissue.h"
 #include "spheretree/core/triangle_mesh.h"
 #include "tissue/elasticity.h"
@@ -29,10 +28,9 @@ inline constexpr std::size_t kMostResponseBytes = 128 << 20;
 /// @throws Cancelled.
 TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& boundary, Progress& progress);
 
-/// For each of `leaves` (relative to `origin`) the point of `boundary` nearest to the point of its anchor, where a
-/// force on the leaf acts. `anchors`, `surface`: of the same tissue. `pressed`: as in the response.
-std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, std::span<const LeafAnchor> anchors,
-                                    std::span<const TissueVertex> surface, const Eigen::Vector3d& origin,
+/// For each vertex of `skin` (relative to `origin`) the point of `boundary` nearest to it, which it goes with.
+/// `pressed`: as in the response.
+std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& skin, const Eigen::Vector3d& origin,
                                     std::span<const std::uint32_t> pressed);
 
 }  // namespace spheretree::builder

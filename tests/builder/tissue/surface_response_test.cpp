@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "spheretree/tissue/tissue_solver.h"
+#include "support/random.h"
 #include "support/tetrahedra.h"
 #include "tissue/tetrahedra.h"
 
@@ -61,63 +63,17 @@ TEST(SurfaceResponse, IsSymmetricAndPositive) {
   for (const std::uint32_t node : r.pressed) EXPECT_GT(block.solid.nodes[node].z(), 0) << "a fixed node";
 }
 
-// Integral over a triangle of its linear hats times the shape functions of quadratic elements, by six points, exact to
-// degree 4 (G. Strang, G. Fix, An Analysis of the Finite Element Method, 1973).
-template <class Visit>
-void integrate(const Visit& visit) {
-  const double a = 0.445948490915965, b = 0.091576213509771, wa = 0.223381589678011, wb = 0.109951743655322;
-  for (std::size_t k = 0; k < 3; ++k)
-    for (const auto& [inner, weight] : {std::pair(a, wa), std::pair(b, wb)}) {
-      std::array<double, 3> hat{inner, inner, inner};
-      hat[k] = 1 - 2 * inner;
-      visit(hat, weight);
-    }
-}
-
-// Against elasticity itself, with traction and mean displacement by another rule of integration.
-TEST(SurfaceResponse, IsWhatElasticitySaysOfTheseTractions) {
+// Against elasticity itself: all forces at once.
+TEST(SurfaceResponse, IsWhatElasticitySaysOfForcesOnNodes) {
   const Tetrahedra solid = test::boxTetrahedra({8, 6, 4}, {3, 2, 2});
-  const TriangleMesh boundary = boundaryOf(solid);
   std::vector<char> fixed;
   for (const Vector3d& p : solid.nodes) fixed.push_back(p.z() < 1e-9);
   Progress progress;
   const Elasticity body(solid, {15, 0.45, 1040}, fixed, progress);
-  const TissueResponse response = surfaceResponse(body, boundary, progress);
-  std::vector<double> area(solid.nodes.size(), 0);
-  std::vector<Vector3d> force(solid.nodes.size(), Vector3d::Zero()), load(body.nodes().position.size(), Vector3d::Zero());
+  const TissueResponse response = surfaceResponse(body, boundaryOf(solid), progress);
+  std::vector<Vector3d> force(solid.nodes.size(), Vector3d::Zero());
   for (const std::uint32_t node : response.pressed) force[node] = Vector3d(0.3 * node - 5, 2, -0.1 * node);
-  const auto sizeOf = [&](std::size_t t) {
-    return (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm() / 2;
-  };
-  for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
-    for (const std::uint32_t node : boundary.triangles[t]) area[node] += sizeOf(t);
-  // Visits each point of integration with the hats there and the quadratic nodes of the triangle with their shape
-  // functions.
-  const auto overBoundary = [&](const auto& visit) {
-    for (std::size_t t = 0; t < boundary.triangles.size(); ++t) {
-      const Triangle& c = boundary.triangles[t];
-      integrate([&](const std::array<double, 3>& l, double weight) {
-        std::vector<std::pair<std::uint32_t, double>> shapes;
-        for (std::size_t k = 0; k < 3; ++k) {
-          shapes.emplace_back(c[k], l[k] * (2 * l[k] - 1));
-          shapes.emplace_back(body.nodes().middle(c[k], c[(k + 1) % 3]), 4 * l[k] * l[(k + 1) % 3]);
-        }
-        visit(c, l, weight * sizeOf(t), shapes);
-      });
-    }
-  };
-  overBoundary([&](const Triangle& c, const auto& l, double weight, const auto& shapes) {
-    Vector3d traction = Vector3d::Zero();
-    for (std::size_t k = 0; k < 3; ++k)
-      if (!fixed[c[k]]) traction += l[k] * force[c[k]] / (area[c[k]] / 3);
-    for (const auto& [node, value] : shapes) load[node] += weight * value * traction;
-  });
-  const std::vector<Vector3d> u = body.displacements(load);
-  std::vector<Vector3d> mean(solid.nodes.size(), Vector3d::Zero());
-  overBoundary([&](const Triangle& c, const auto& l, double weight, const auto& shapes) {
-    for (std::size_t k = 0; k < 3; ++k)
-      for (const auto& [node, value] : shapes) mean[c[k]] += weight * l[k] / (area[c[k]] / 3) * value * u[node];
-  });
+  const std::vector<Vector3d> wanted = body.displacements(force);
   for (std::size_t i = 0; i < response.pressed.size(); ++i) {
     Vector3d found = Vector3d::Zero();
     for (std::size_t k = 0; k < response.pressed.size(); ++k)
@@ -125,8 +81,40 @@ TEST(SurfaceResponse, IsWhatElasticitySaysOfTheseTractions) {
         for (std::size_t x = 0; x < 3; ++x)
           found[static_cast<Eigen::Index>(x)] +=
               static_cast<double>(response.column(k, axis)[3 * i + x]) * force[response.pressed[k]][static_cast<Eigen::Index>(axis)];
-    EXPECT_LT((found - mean[response.pressed[i]]).norm(), 1e-5 * (1 + found.norm()));
+    EXPECT_LT((found - wanted[response.pressed[i]]).norm(), 1e-5 * (1 + found.norm()));
   }
+}
+
+// What a player feels in small motion and in large is one tissue: the solver's, under forces that hardly move it.
+TEST(SurfaceResponse, IsTheSolverUnderSmallForces) {
+  const Tetrahedra solid = test::boxTetrahedra({8, 6, 4}, {4, 3, 2});
+  Tissue tissue;
+  tissue.material = {15, 0.45, 1040};
+  std::vector<char> fixed;
+  for (const Vector3d& p : solid.nodes) {
+    fixed.push_back(p.z() < 1e-9);
+    if (fixed.back()) tissue.fixed.push_back(static_cast<std::uint32_t>(tissue.nodes.size()));
+    tissue.nodes.push_back({p.x(), p.y(), p.z()});
+  }
+  tissue.tetrahedra = solid.corners;
+  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});
+  std::string fault;
+  const auto solver = tissue::TissueSolver::make(tissue, fault);
+  ASSERT_TRUE(solver) << fault;
+  Progress progress;
+  const Elasticity body(solid, tissue.material, fixed, progress);
+  std::vector<Vector3d> force(solid.nodes.size(), Vector3d::Zero());
+  test::Random random(5);
+  for (Vector3d& f : force) f = random.inCube(1e-6);
+  const std::vector<Vector3d> wanted = body.displacements(force);
+  ASSERT_TRUE(solver->settle(force, 1e-12, 500));
+  double largest = 0, off = 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    largest = std::max(largest, wanted[i].norm());
+    off = std::max(off, (solver->displacements()[i] - wanted[i]).norm());
+  }
+  EXPECT_GT(largest, 1e-6);
+  EXPECT_LT(off, 1e-3 * largest);
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ void Rig::moveTissue() {
   if (solver_ == Solver::Stalls) return;
   for (MovingObject& soft : moving_) {
     std::swap(soft.taken, soft.solved);
-    runtime::aimTissue(soft.object, soft.taken.leaves, soft.taken.tangent, soft.taken.is_frozen, *workspace_);
+    runtime::aimTissue(soft.object, soft.taken.surface, soft.taken.is_frozen, *workspace_);
     const std::span<const float> forces = runtime::tissueForces(soft.object, *workspace_);
     soft.forces.assign(forces.begin(), forces.end());
     if (solver_ == Solver::Diverges) std::fill(soft.forces.begin(), soft.forces.end(), std::numeric_limits<float>::quiet_NaN());

@@ -79,7 +79,7 @@ struct TissueLeaves {
   std::vector<TissueCut> cuts;
 };
 
-/// Where a force on a leaf acts: a point of a triangle of the tetrahedra's surface.
+/// A point of a triangle of the tetrahedra's surface.
 inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that stays where it is
 struct PressPoint {
   std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kHeldNode
@@ -102,7 +102,7 @@ static_assert(sizeof(PressPoint) == 24);
 /// matrix, condensed to the surface: symmetric and positive definite.
 struct TissueResponse {
   std::vector<std::uint32_t> pressed;  // nodes of the tetrahedra's surface that can move; ascending
-  std::vector<PressPoint> points;      // (leaves)
+  std::vector<PressPoint> points;      // (vertices of the tree's skin) what each goes with, and where a force on it acts
   std::vector<float> matrix;           // (pressed x 3 axes of the force) x (pressed x 3 axes of the displacement) [mm/N]
 
   bool empty() const { return pressed.empty(); }
@@ -110,13 +110,6 @@ struct TissueResponse {
   std::span<const float> column(std::size_t i, std::size_t axis) const {
     return std::span(matrix).subspan((3 * i + axis) * 3 * pressed.size(), 3 * pressed.size());
   }
-};
-
-/// How the leaves of a state follow a load that grows or falls. The amount of the load is  load . forces  over the
-/// pressed nodes: 1 for the forces of the state.
-struct TissueTangent {
-  std::vector<float> load;    // x, y, z of each pressed node [1/N]
-  std::vector<Sphere> rates;  // (leaves) of the centre and of the radius, for each 1 of the amount [mm]
 };
 
 struct Tissue {
@@ -142,8 +135,11 @@ std::string findFault(const TissueMaterial& material);
 /// O(size).
 std::string findFault(const Tissue& tissue);
 
-/// The same, and whether the tissue has the leaves of `tree`.
+/// The same, and whether the tissue has the leaves of `tree` and moves the vertices of its skin.
 std::string findFault(const Tissue& tissue, const SphereTree& tree);
+
+/// The faces of one tetrahedron alone, counter-clockwise seen from outside; always in the same order.
+std::vector<std::array<std::uint32_t, 3>> outerFaces(const Tissue& tissue);
 
 /// Where the vertices of the surface are when the nodes have moved by `displacements` (one for each node) [mm].
 /// `positions`: one for each vertex. Cost: about 10 ns a vertex.

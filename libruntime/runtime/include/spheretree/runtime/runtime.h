@@ -99,7 +99,7 @@ typedef struct st_contact {
   {                                                                                 \
     sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, {0, 0, 0}, { 0, 0, 0 } \
   }
-#define ST_MOST_CONTACTS 16
+#define ST_MOST_CONTACTS 24
 
 /* "0.1.0" */
 ST_API const char* st_version(void);

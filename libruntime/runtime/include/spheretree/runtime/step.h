@@ -70,7 +70,7 @@ struct Contact {
   Eigen::Vector3d slip{0, 0, 0};      // velocity of the tool's point across the object, world axes [mm/s]
 };
 
-inline constexpr std::size_t kMostContacts = 16;  // 6 without friction: more never hold a rigid body
+inline constexpr std::size_t kMostContacts = 24;  // 6 without friction: more never hold a rigid body
 
 struct StepMemory;
 
@@ -121,15 +121,13 @@ bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspac
 /// pressed nodes [N], axes of its mesh. Empty if the object is rigid. Valid until the next step.
 std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept;
 
-/// And its answer: the leaves as they are under these forces, less what the compliance of the rest says that the
-/// forces do, in the frame of the file's spheres; and how they go with the load from there. The leaves go most of the
-/// way in 40 ms, with the load at once, by at most 0.25 mm in a step, and push the tool ahead; while it has no way out
-/// they wait. `leaves` and `tangent`, which may be empty, are held until the next call or reset.
+/// And its answer: how far the pressed nodes are displaced under these forces, x, y, z of each, less what the
+/// compliance of the rest says that the forces do. The surface goes most of the way in 40 ms, by at most 0.25 mm in a
+/// step, and pushes the tool ahead; while it has no way out it waits. `surface` is held until the next call or reset.
 /// `is_frozen`: the solver is at a loss and gives its last good state; steps say so by kTissueFrozen. False, and
-/// nothing changes, if the object is rigid or does not have so many leaves. Cost of a step with it: about 15 ns a leaf
-/// while they are on the way.
-bool aimTissue(std::size_t object, std::span<const Sphere> leaves, const TissueTangent& tangent, bool is_frozen,
-               Workspace& workspace) noexcept;
+/// nothing changes, if the object is rigid or does not have so many pressed nodes. Cost of a step with it: about 5 ns a
+/// triangle that is on the way.
+bool aimTissue(std::size_t object, std::span<const float> surface, bool is_frozen, Workspace& workspace) noexcept;
 
 /// Where a body is: on its way if the last step ran out of work. `body` < Scene::bodyCount().
 Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept;

@@ -44,11 +44,6 @@ class TissueSolver {
   /// not get there.
   bool settle(std::span<const Eigen::Vector3d> forces, double tolerance, int most_iterations) noexcept;
 
-  /// How the nodes would move from the last state if its stiffness stayed as it is and `load` were added to its forces:
-  /// K moved = load  by conjugate gradients. `moved`: a guess in, such as the answer of a state nearby. False if there
-  /// is no load or the state is not stable along it. No allocation. Cost: each iteration as one of advance().
-  bool respond(std::span<const Eigen::Vector3d> load, int iterations, std::span<Eigen::Vector3d> moved) noexcept;
-
   /// At rest without forces.
   void reset() noexcept;
 

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "moved_skin.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace spheretree::runtime {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr float kMostBend = 1.0f / 8;  // of a side, that it bulges out more than at rest: its ends then lean apart by a radian
+
+// By the smallest turn that takes the direction of `from` to that of `to`.
+Vector3f turned(const Vector3f& v, const Vector3f& from, const Vector3f& to) {
+  const float scale = from.squaredNorm() * to.squaredNorm();
+  if (!(scale > 0)) return v;
+  const float root = std::sqrt(scale), cosine = from.dot(to) / root;
+  if (cosine < -0.99f) return v;
+  const Vector3f axis = from.cross(to) / root, across = axis.cross(v);
+  return v + across + axis.cross(across) / (1 + cosine);
+}
+
+// The lists of lists that name their members, the other way round.
+void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint32_t>& members, std::size_t count,
+            std::vector<std::uint32_t>& out_begin, std::vector<std::uint32_t>& out) {
+  out_begin.assign(count + 1, 0);
+  for (const std::uint32_t m : members)
+    if (m != kHeldNode) ++out_begin[m + 1];
+  for (std::size_t i = 0; i < count; ++i) out_begin[i + 1] += out_begin[i];
+  out.resize(out_begin.back());
+  std::vector<std::uint32_t> next = out_begin;
+  for (std::uint32_t list = 0; list + 1 < begin.size(); ++list)
+    for (std::uint32_t i = begin[list]; i < begin[list + 1]; ++i)
+      if (members[i] != kHeldNode) out[next[members[i]]++] = list;
+}
+
+}  // namespace
+
+MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
+    : model_(model),
+      shape_(shape),
+      skin_(model.tree->skin),
+      offset_((Vector3d(model.tree->origin_mm.data()) - shape.centre).cast<float>()),
+      rest_allowance_(shape.skin.tolerance),
+      parents_(shape.skin.tree.bound.size(), kNoItem),
+      put_shift_(3 * model.node_count),
+      block_marked_(shape.skin.tree.bound.size(), 0),
+      vertices_(model.vertices.size()),
+      middles_(model.edges.size()),
+      fan_normals_(model.fans.size()),
+      places_(model.vertices.size()),
+      bent_(3 * model.node_count),
+      vertex_when_(model.vertices.size(), 0),
+      middle_when_(model.edges.size(), 0),
+      fan_when_(model.fans.size(), 0),
+      place_when_(model.vertices.size(), 0),
+      patch_when_(shape.skin.patch.size(), 0),
+      points_(8 * shape.skin.tree.bound.size()) {
+  const CompiledTree& tree = shape.skin.tree;
+  float longest = 0;
+  for (const SoftModel::Edge& e : model.edges)
+    longest = std::max(longest, (model.vertices[e.end[1]].position - model.vertices[e.end[0]].position).norm());
+  for (const SoftModel::Face& face : model.faces)
+    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (face.rest[(k + 1) % 3] - face.rest[k]).norm());
+  slack_ = 2 * rest_allowance_ + 8.0f / 3 * kMostBend * longest;
+  block_begin_.push_back(0);
+  for (std::size_t b = 0; b < tree.bound.size(); ++b) {
+    std::vector<std::uint32_t> nodes;
+    for (std::size_t slot = 8 * b; slot < 8 * b + 8; ++slot) {
+      if (slot % 8 < tree.links[b].inner) parents_[tree.links[b].first_child + slot % 8] = static_cast<std::uint32_t>(slot);
+      if (tree.item[slot] == kNoItem) continue;
+      for (const std::uint32_t v : skin_.triangles[tree.item[slot]].vertex)
+        for (std::size_t k = 0; k < 3; ++k)
+          if (model.points[v].weight[k] > 0) nodes.push_back(model.points[v].node[k]);
+    }
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    nodes_of_.insert(nodes_of_.end(), nodes.begin(), nodes.end());
+    block_begin_.push_back(static_cast<std::uint32_t>(nodes_of_.size()));
+  }
+  invert(block_begin_, nodes_of_, model.node_count, node_begin_, blocks_of_);
+  reset();
+}
+
+void MovedSkin::reset() {
+  std::fill(put_shift_.begin(), put_shift_.end(), 0.0f);
+  bend(put_shift_);
+  bound_ = shape_.skin.tree.bound;
+  patches_ = shape_.skin.patch;
+  radius_ = shape_.radius;
+  beginStep();
+}
+
+void MovedSkin::bend(std::span<const float> shift) {
+  std::copy(shift.begin(), shift.end(), bent_.begin());
+  ++bends_;
+  allowance_ = rest_allowance_;
+  forget();
+}
+
+const Vector3f& MovedSkin::fanNormal(std::uint32_t fan) {
+  Vector3f& out = fan_normals_[fan];
+  if (fan_when_[fan] == bends_) return out;
+  fan_when_[fan] = bends_;
+  const Vector3f sum = normalOf(model_, model_.fans[fan], bent_);
+  const float square = sum.squaredNorm();
+  out = square > 0 ? Vector3f(sum / std::sqrt(square)) : model_.fans[fan].normal;
+  return out;
+}
+
+const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
+  Vertex& out = vertices_[v];
+  if (vertex_when_[v] == bends_) return out;
+  vertex_when_[v] = bends_;
+  const SkinNode& rest = model_.vertices[v];
+  out.node_normal.setZero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t fan = model_.vertex_fans[v][k];
+    out.node_normal += model_.points[v].weight[k] * (fan == kHeldNode ? rest.normal : fanNormal(fan));
+  }
+  out.normal = turned(rest.normal, model_.vertex_normals[v], out.node_normal);
+  out.bulge = bulgeAt(v) * out.normal;
+  return out;
+}
+
+// A face of the tetrahedra that was bent is not flat: between its nodes it bulges out as their normals say.
+float MovedSkin::bulgeAt(std::uint32_t v) const {
+  const PressPoint& point = model_.points[v];
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const std::uint32_t a = point.node[k], b = point.node[next];
+    const float both = 4 * point.weight[k] * point.weight[next];
+    if (a == kHeldNode || b == kHeldNode || !(both > 0)) continue;
+    const std::uint32_t from = model_.vertex_fans[v][k], to = model_.vertex_fans[v][next];
+    const Vector3f chord = model_.node_places[b] - model_.node_places[a],
+                   way = Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{b}) -
+                         Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{a});
+    const float most = kMostBend * chord.norm(), bend = bendOf(chord + way, fan_normals_[from], fan_normals_[to]) -
+                                                        bendOf(chord, model_.fans[from].normal, model_.fans[to].normal);
+    sum += both * std::clamp(bend, -most, most);
+  }
+  return sum;
+}
+
+const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
+  Middle& out = middles_[e];
+  if (middle_when_[e] == bends_) return out;
+  middle_when_[e] = bends_;
+  const SoftModel::Edge& edge = model_.edges[e];
+  const SkinNode &rest = model_.edge_middles[e], &start = model_.vertices[edge.end[0]], &end = model_.vertices[edge.end[1]];
+  const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
+  const Vector3f normal_at_rest = model_.vertex_normals[edge.end[0]] + model_.vertex_normals[edge.end[1]],
+                 normal_now = from.node_normal + to.node_normal;
+  out.normal = turned(rest.normal, normal_at_rest, normal_now);
+  out.offset.setZero();
+  if (skin_.edges[e].is_sharp != 0) return out;
+  const Vector3f chord_at_rest = end.position - start.position,
+                 chord =
+                     chord_at_rest +
+                     (model_.points[edge.end[1]].displacementIn(bent_) - model_.points[edge.end[0]].displacementIn(bent_)).cast<float>();
+  const float most = kMostBend * chord_at_rest.norm();
+  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.bend, -most, most);
+  out.offset = turned(rest.position, normal_at_rest, normal_now) + bend * out.normal;
+  return out;
+}
+
+const Vector3f& MovedSkin::placeOf(std::uint32_t v, std::span<const float> shift) {
+  Vector3f& out = places_[v];
+  if (place_when_[v] == version_) return out;
+  place_when_[v] = version_;
+  out = model_.vertices[v].position + offset_ + model_.points[v].displacementIn(shift).cast<float>() + bentVertex(v).bulge;
+  return out;
+}
+
+void MovedSkin::putPatch(std::uint32_t t, std::span<const float> shift) {
+  const SkinTriangle& triangle = skin_.triangles[t];
+  SkinPatch patch;
+  float swing2 = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    patch.position[k] = placeOf(triangle.vertex[k], shift);
+    patch.normal[k] = vertices_[triangle.vertex[k]].normal;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Middle& middle = bentMiddle(triangle.edge[k]);
+    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + middle.offset;
+    patch.normal[3 + k] = middle.normal;
+    patch.is_sharp[k] = skin_.edges[triangle.edge[k]].is_sharp != 0;
+    swing2 = std::max(swing2, middle.offset.squaredNorm());
+  }
+  const float swing = kSwingOfOffset * std::sqrt(swing2);
+  allowance_ = std::max(allowance_, swing);
+  patches_[t] = compilePatch(patch, Vector3f::Zero(), swing, allowance_);
+}
+
+void MovedSkin::put(std::span<const std::uint32_t> pairs, std::span<const float> shift) {
+  ++rows_made_;
+  for (const std::uint32_t pair : pairs) {
+    const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff];
+    if (t == kNoItem || patch_when_[t] == version_) continue;
+    patch_when_[t] = version_;
+    putPatch(t, shift);
+  }
+}
+
+void MovedSkin::refit(std::span<const float> shift) {
+  bool any = false;
+  for (std::uint32_t node = 0; node < model_.node_count; ++node) {
+    const float* const now = shift.data() + 3 * node;
+    float* const was = put_shift_.data() + 3 * node;
+    const float x = now[0] - was[0], y = now[1] - was[1], z = now[2] - was[2];
+    if (!(x * x + y * y + z * z > static_cast<float>(kRefitMm * kRefitMm))) continue;
+    std::copy_n(now, 3, was);
+    for (std::uint32_t i = node_begin_[node]; i < node_begin_[node + 1]; ++i) block_marked_[blocks_of_[i]] = 1;
+    any = true;
+  }
+  if (any) encloseBlocks();
+}
+
+// A point of a triangle moves by a mean of the displacements of the nodes that move the block, of which none is farther
+// from the middle of their box than its half diagonal.
+void MovedSkin::shiftBlock(std::size_t b) {
+  Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
+  for (std::uint32_t i = block_begin_[b]; i < block_begin_[b + 1]; ++i) {
+    Eigen::Array3f u = Eigen::Array3f::Zero();
+    if (nodes_of_[i] != kHeldNode) u = Eigen::Map<const Eigen::Array3f>(put_shift_.data() + 3 * std::size_t{nodes_of_[i]});
+    low = low.min(u), high = high.max(u);
+  }
+  const Eigen::Array3f middle = 0.5f * (low + high);
+  const float more = (high - middle).matrix().norm() + slack_;
+  const Block& rest = shape_.skin.tree.bound[b];
+  Block& block = bound_[b];
+  for (std::size_t lane = shape_.skin.tree.links[b].inner; lane < 8; ++lane) {
+    if (rest.x[lane] == kFarAway) continue;
+    block.x[lane] = rest.x[lane] + middle.x();
+    block.y[lane] = rest.y[lane] + middle.y();
+    block.z[lane] = rest.z[lane] + middle.z();
+    block.r[lane] = (rest.r[lane] + more) * (1 + 1e-6f);
+  }
+}
+
+// Balls about what is below inner nodes; the blocks of children stand behind that of their parent.
+void MovedSkin::encloseBlocks() {
+  for (std::size_t b = bound_.size(); b-- > 1;) {
+    if (!block_marked_[b]) continue;
+    block_marked_[b] = 0;
+    if (block_begin_[b + 1] > block_begin_[b]) shiftBlock(b);
+    const Block& block = bound_[b];
+    Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      if (block.x[lane] == kFarAway) continue;
+      const Eigen::Array3f c(block.x[lane], block.y[lane], block.z[lane]);
+      low = low.min(c), high = high.max(c);
+    }
+    const Vector3d centre = (0.5f * (low + high)).matrix().cast<double>();
+    double radius = 0;
+    for (std::size_t lane = 0; lane < 8; ++lane)
+      if (block.x[lane] != kFarAway)
+        radius =
+            std::max(radius, (Vector3d(block.x[lane], block.y[lane], block.z[lane]) - centre).norm() + static_cast<double>(block.r[lane]));
+    const std::uint32_t parent = parents_[b];
+    runtime::put(bound_[parent / 8], parent % 8, centre, static_cast<float>(radius * (1 + 1e-6)));
+    block_marked_[parent / 8] = 1;
+  }
+  block_marked_[0] = 0;
+  const Block& root = bound_[0];
+  radius_ = std::max(shape_.radius, Vector3d(root.x[0], root.y[0], root.z[0]).norm() + static_cast<double>(root.r[0]));
+}
+
+}  // namespace spheretree::runtime
