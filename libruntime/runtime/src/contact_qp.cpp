@@ -262,8 +262,7 @@ double Round::update() {
 
 void solveContactQp(ContactQp& qp) noexcept {
   qp.iterations = 0;
-  qp.converged = qp.disc_count == 0 && solveRowsAlone(qp);
-  if (qp.converged) return;
+  qp.converged = false;
   const auto rounds = [&qp](double penalty, int most_newton_steps) {
     for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
       Round round(qp, penalty, most_newton_steps);

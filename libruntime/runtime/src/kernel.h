@@ -116,7 +116,6 @@ struct KernelTable {
   float (*sphereRows)(const RowRequest&);  // ball and ball; returns the smallest gap
   float (*flatRows)(const RowRequest&);    // ball, less what the patch gives way, and flat triangle; returns the smallest gap
   float (*feltRows)(const RowRequest&);    // ball and patch; a row is in no one's way where the patch is not what holds the ball
-  float (*softRows)(const RowRequest&);    // ball and patch that gives way
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "soft_rows.h"
 #include "soft_surface.h"
 #include "soft_tissue.h"
 #include "spheretree/runtime/scene.h"
@@ -51,6 +52,10 @@ class LinearTissue final : public SoftTissue {
   }
   void placeView(std::size_t object) override;
   void placePatches(const PairRun& run, const PairSet& set) override;
+  float patchRows(const RowRequest& request) const override {
+    return memory_.kernel == avx2Kernel() ? softRowsAvx2(request) : softRowsScalar(request);
+  }
+  bool solveRows(ContactQp& qp) const override { return solveRowsAlone(qp); }
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(part);

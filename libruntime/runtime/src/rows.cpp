@@ -149,7 +149,7 @@ void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap
   requests.request().most_gap = static_cast<float>(most_gap);
   for (const PairRun& run : felt.runs) {
     const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);
-    const float gap = memory.isTissue(run.object) ? memory.kernel->softRows(request) : memory.kernel->feltRows(request);
+    const float gap = memory.isTissue(run.object) ? memory.tissue->patchRows(request) : memory.kernel->feltRows(request);
     rows.smallest_felt_gap = std::min(rows.smallest_felt_gap, gap);
     rows.rows.count += run.count;
   }

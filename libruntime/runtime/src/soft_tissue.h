@@ -18,6 +18,8 @@ inline constexpr double kTissueMotion = 0.25;  // of any point in one step, at m
 inline constexpr double kBehind = 0.4;         // so far behind a triangle of tissue a ball is still pushed out in front of it [mm]
 inline constexpr double kRefitMm = 0.05;       // a ball of the search holds what it is about although that has moved by this [mm]
 
+struct RowRequest;
+
 /// All tissue of a scene, in a StepMemory. `object`, `row`: as in the scene and in the rows of a QP.
 class SoftTissue {
  public:
@@ -33,6 +35,10 @@ class SoftTissue {
   virtual void placeView(std::size_t object) = 0;
   /// Puts the patches of these pairs to where they are now.
   virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
+  /// As the kernel's feltRows(), of patches of tissue.
+  virtual float patchRows(const RowRequest& request) const = 0;
+  /// solveRowsAlone(), which only tissue needs: without it few rows hold the tool.
+  virtual bool solveRows(ContactQp& qp) const = 0;
   /// Goes `part` of the way to where the forces of the last press() lead.
   virtual void giveWay(double part) = 0;
   /// Nothing presses any more.

@@ -282,7 +282,9 @@ void ContactSolver::joinCones() {
 }
 
 void ContactSolver::solve() {
-  solveContactQp(qp_);
+  qp_.iterations = 0;
+  qp_.converged = memory_.tissue && qp_.disc_count == 0 && memory_.tissue->solveRows(qp_);
+  if (!qp_.converged) solveContactQp(qp_);
   parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
   parts_.result.work += static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
 }

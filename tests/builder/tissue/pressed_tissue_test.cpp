@@ -283,6 +283,15 @@ TEST(PressedTissue, TheSamePathGivesTheSameBytesAndAllocatesNothing) {
     EXPECT_EQ(one.to(p).wrench.force, fresh.to(p).wrench.force) << "a reset forgets the state";
 }
 
+TEST(PressedTissue, AllKernelsGiveTheSameBytes) {
+  Rig fast(test::oneBallTree(1.5)), plain(test::oneBallTree(1.5));
+  plain.workspace = std::make_unique<runtime::Workspace>(plain.scene, runtime::Kernel::Scalar);
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d p(8 + 0.02 * i, 9, 13 - 2 * std::sin(0.02 * i));
+    ASSERT_EQ(fast.to(p).wrench.force, plain.to(p).wrench.force) << i;
+  }
+}
+
 TEST(PressedTissue, WhatCannotBeIsRefused) {
   runtime::SceneDescription d = blockUnder(test::oneBallTree(1));
   d.objects[0].stiffness = 1;

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of a ball and a patch of soft tissue; included by one source for each instruction set, as kernel_lanes.h is, and
+// apart from it, so that a program without tissue does not hold them.
+#pragma once
+
+#include "kernel_lanes.h"
+#include "soft_rows.h"
+
+namespace spheretree::runtime {
+namespace {
+
+constexpr int kPointSteps = 4;  // to the point of a soft patch that is nearest to a ball
+
+// The weights u and v of the point of patches that is nearest to balls, near enough: from that of the flat triangle by
+// steps of Gauss and Newton. A tool lies in the dent that it makes, whose centre of curvature is about its own: then
+// every point is about as near, and these steps stay where they are.
+inline void findNearest(const Patches& p, const Quadratic& position, const Vector8& centre, F8& u, F8& v) {
+  const F8 one = splat(1), zero = splat(0);
+  u = v = splat(1.0f / 3);
+  for (int step = 0; step <= kPointSteps; ++step) {
+    const bool is_flat = step == 0;  // the first step is that of the flat triangle, from anywhere in it
+    const Vector8 pu = is_flat ? p.position[1] - p.position[0] : position.alongU(u, v),
+                  pv = is_flat ? p.position[2] - p.position[0] : position.alongV(u, v),
+                  way = centre - (is_flat ? p.position[0] + u * pu + v * pv : position.at(u, v));
+    // A patch that bulges out is farther away beside the point, which makes steps shorter.
+    const F8 bulge_u = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.c)),
+             bulge_v = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.e));
+    const F8 uu = dot(pu, pu) + bulge_u, vv = dot(pv, pv) + bulge_v, uv = dot(pu, pv), det = uu * vv - uv * uv;
+    const I8 regular = det > splat(1e-6f) * uu * vv;
+    const F8 inverse = one / select(regular, det, one), au = dot(way, pu), av = dot(way, pv);
+    u = u + select(regular, (vv * au - uv * av) * inverse, zero);
+    v = v + select(regular, (uu * av - uv * au) * inverse, zero);
+    const F8 excess = splat(0.5f) * largest(zero, u + v - one);
+    u = clamp01(u - excess);
+    v = clamp01(v - excess);
+    const F8 shrink = one / largest(one, u + v);
+    u = u * shrink;
+    v = v * shrink;
+  }
+}
+
+// The ball touches a point of the patch, with the normal of the ball. Once points and normals stay, as they do after
+// the first rows of a step, rows change as the QP says, and the step settles.
+float softRows(const RowRequest& q) {
+  const F8 one = splat(1), zero = splat(0), least_distance = splat(1e-6f);
+  F8 smallest = splat(__builtin_inff());
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]);
+    F8 u, v;
+    findNearest(p, position, balls.centre, u, v);
+    Vector8 way = balls.centre - position.at(u, v);
+    const F8 distance = squareRoot(dot(way, way));
+    Vector8 normal = (one / largest(distance, least_distance)) * way;
+    for (unsigned k = 0; k < 8; ++k) {
+      SoftPoint& point = q.points[balls.slot[k]];
+      const std::uint32_t tool = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
+      if (point.step != q.step || point.tool != tool) {
+        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.is_found ? q.step : 0};
+        continue;
+      }
+      u[k] = point.u, v[k] = point.v;
+      normal.x[k] = point.normal[0], normal.y[k] = point.normal[1], normal.z[k] = point.normal[2];
+    }
+    way = balls.centre - position.at(u, v);
+    const F8 gap = dot(way, normal) - balls.radius;
+    // Its centre has to be outside: whoever is deeper is held by the flat triangle.
+    const I8 in = (distance > least_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
+    smallest = least(smallest, select(in, gap, splat(__builtin_inff())));
+    storeRows(q, i, balls, normal, gap, in);
+  }
+  return leastLane(smallest);
+}
+
+}  // namespace
+}  // namespace spheretree::runtime
