@@ -66,7 +66,7 @@ Nodes searchNodesOf(const SphereTree& tree) {
   return nodes;
 }
 
-// Both trees from the root down; of two nodes that overlap, that which promises more is opened, as at run time.
+// Both trees from the root down; of two nodes that overlap, the one of higher open priority is opened, as at run time.
 class Traversal {
  public:
   Traversal(Nodes tool, Nodes object) : tool_(std::move(tool)), object_(std::move(object)), centre_(tool_.size()) {}

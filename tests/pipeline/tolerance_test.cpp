@@ -156,7 +156,7 @@ std::vector<char> withAPointOfTheirOwn(const TriangleMesh& mesh, const std::vect
 }
 
 // True if the other balls hold all of the surface that one holds.
-bool isNeedless(const TriangleMesh& mesh, const std::vector<builder::Ball>& balls, std::size_t one, double resolution) {
+bool isRedundant(const TriangleMesh& mesh, const std::vector<builder::Ball>& balls, std::size_t one, double resolution) {
   TriangleMesh near;  // the triangles that come near the ball; the others stay covered without it
   near.positions = mesh.positions;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -193,7 +193,7 @@ TEST(Tolerance, NoLeafAddsNothing) {
       for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
         if (needed[leaf] || above[leaf]) continue;
         ++proven;
-        EXPECT_FALSE(isNeedless(named.mesh, leaves, leaf, 1e-4 * boundOf(result))) << "leaf " << leaf;
+        EXPECT_FALSE(isRedundant(named.mesh, leaves, leaf, 1e-4 * boundOf(result))) << "leaf " << leaf;
       }
       std::printf("%-6s %-9s %3zu leaves, %zu of them without a sample of their own and not needed above\n", named.name.c_str(),
                   std::string(name(kind)).c_str(), leaves.size(), proven);

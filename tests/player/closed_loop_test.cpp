@@ -37,7 +37,7 @@ struct Loop {
   Body ball, ground;
   builder::Progress progress;
   BodyLibrary bodies{builder::Quality::Quick, runtime::ContactSurface::Leaves, progress};
-  Bench bench{bodies, {}, progress};
+  ScenarioContext context{bodies, {}, progress};
 
   static Body body(double radius) {
     TriangleMesh mesh = box({-1, -1, -1}, {1, 1, 1});
@@ -46,13 +46,13 @@ struct Loop {
   }
   Loop() : ball(body(5)), ground(body(200)) {}
   ClosedLoop run(double stiffness, int delay, Friction friction, int steps = 3000) {
-    Rig::Options options;
+    ScenarioRun::Options options;
     options.coupling = {stiffness, 1000 * stiffness};
-    Rig rig(ball, {{&ground, {{0, 0, -200}, kUpright}}}, Mode::Constrained, options);
+    ScenarioRun trial(ball, {{&ground, {{0, 0, -200}, kUpright}}}, Mode::Constrained, options);
     const auto path = [](double t) {
       return Configuration{{0, 0, 9 - std::min(100 * t, 12.0) + std::clamp(100 * (t - 2), 0.0, 12.0)}, kUpright};
     };
-    return runHand(bench, rig, handAt("fine", delay, friction, path), steps);
+    return runHand(context, trial, handAt("fine", delay, friction, path), steps);
   }
 };
 

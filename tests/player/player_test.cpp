@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "play.h"
+#include "scenarios/scenario_run.h"
 #include "scenarios/stability.h"
 #include "scene/describe_scene.h"
 #include "servo_loop.h"
@@ -421,9 +422,9 @@ TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {
 TEST(Stability, FrictionAndBodiesThatMoveHold) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
-  Bench bench{bodies, {0.01, 0}, progress};
+  ScenarioContext context{bodies, {0.01, 0}, progress};
   for (const Scenario* scenario : selectScenarios("F23,F24,F25,F26,F27,F28")) {
-    const ScenarioResult result = runScenario(*scenario, bench, std::array{Mode::Paper, Mode::Constrained}, {});
+    const ScenarioResult result = runScenario(*scenario, context, std::array{Mode::Paper, Mode::Constrained}, {});
     EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Paper, Mode::Constrained});
     const bool is_without_friction = scenario->alias == "crush" || scenario->alias == "chatter" || scenario->alias == "body_jump";
     if (is_without_friction) {
@@ -436,9 +437,9 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
 TEST(Stability, SoftTissueWhoseSolverFailsIsNoHarm) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
-  Bench bench{bodies, {0.01, 0}, progress};
+  ScenarioContext context{bodies, {0.01, 0}, progress};
   for (const Scenario* scenario : selectScenarios("stall,diverge")) {
-    const ScenarioResult result = runScenario(*scenario, bench, std::array{Mode::Constrained}, {});
+    const ScenarioResult result = runScenario(*scenario, context, std::array{Mode::Constrained}, {});
     for (const Figure& figure : result.outcomes.at(Mode::Constrained).figures) {
       if (figure.unit != "mJ") {
         EXPECT_TRUE(holds(figure)) << scenario->id << ' ' << figure.quantity << ' ' << figure.value;
@@ -452,19 +453,20 @@ TEST(Stability, SoftTissueWhoseSolverFailsIsNoHarm) {
 TEST(Stability, TurnedBodiesFeelAsTheyWereWritten) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.reference_point = {0, 0, 1};
   options.coupling.damping = 0.001;
   std::vector<runtime::StepResult> plain, turned;
   for (const std::uint64_t variant : {0, 5}) {
     bodies.setVariant(variant);
-    Rig rig(bodies.get("small_ball"), {{&bodies.get("small_ball"), {{0.1, 0, 0}, rotationOf({0, 0, 0.3})}}}, Mode::Constrained, options);
-    EXPECT_EQ(rig.scale() != 1, variant > 0);
+    ScenarioRun trial(bodies.get("small_ball"), {{&bodies.get("small_ball"), {{0.1, 0, 0}, rotationOf({0, 0, 0.3})}}}, Mode::Constrained,
+                      options);
+    EXPECT_EQ(trial.scale() != 1, variant > 0);
     for (int n = 0; n < 400; ++n) {
       const Configuration hand{{-1 + 0.005 * n, 0.002 * n, 2.2}, rotationOf({0.001 * n, 0, 0.001 * n})};
-      (variant > 0 ? turned : plain).push_back(rig.to(hand));
+      (variant > 0 ? turned : plain).push_back(trial.to(hand));
     }
-    EXPECT_LT(rig.leafPenetration(), kPenetrationPass);
+    EXPECT_LT(trial.leafPenetration(), kPenetrationPass);
   }
   bodies.setVariant(0);
   double force = 0;
@@ -476,8 +478,8 @@ TEST(Stability, TurnedBodiesFeelAsTheyWereWritten) {
     force = std::max(force, plain[n].wrench.force.norm());
   }
   EXPECT_GT(force, 0.5);
-  Bench bench{bodies, {0.01, 1}, progress};
-  const ScenarioResult result = runScenario(*selectScenarios("F17").front(), bench, std::array{Mode::Constrained}, {});
+  ScenarioContext context{bodies, {0.01, 1}, progress};
+  const ScenarioResult result = runScenario(*selectScenarios("F17").front(), context, std::array{Mode::Constrained}, {});
   EXPECT_TRUE(holds(result));
   for (const Figure& figure : result.outcomes.at(Mode::Constrained).figures) EXPECT_TRUE(figure.turned);
   Outcome worse = result.outcomes.at(Mode::Constrained);
@@ -490,10 +492,10 @@ TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   const test::ScratchFolder folder;
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
-  Bench bench{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001, 0}, progress};
+  ScenarioContext context{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001, 0}, progress};
   std::vector<ScenarioResult> results;
   for (const Scenario* scenario : selectScenarios("F4,F7,F8,F13,F17")) {
-    results.push_back(runScenario(*scenario, bench, std::array{Mode::Paper, Mode::Constrained}, folder.path()));
+    results.push_back(runScenario(*scenario, context, std::array{Mode::Paper, Mode::Constrained}, folder.path()));
     EXPECT_TRUE(holds(results.back())) << tableRows(results.back(), std::array{Mode::Paper, Mode::Constrained});
   }
   EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Paper)));  // pops through

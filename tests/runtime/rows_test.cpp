@@ -68,7 +68,7 @@ TEST(Rows, RowsAreUnitAndTheGapsAreTrue) {
     if (set.rows.count) {
       EXPECT_NEAR(static_cast<double>(set.smallest_gap), smallest, 1e-5);
     }
-    for (std::uint32_t k = set.rows.count; k % 8; ++k) EXPECT_LT(set.rows.b[k], -1e29f);  // padding is in no one's way
+    for (std::uint32_t k = set.rows.count; k % 8; ++k) EXPECT_LT(set.rows.b[k], -1e29f);  // padding is always satisfied
   }
 }
 

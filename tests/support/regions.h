@@ -18,7 +18,7 @@ namespace spheretree::test {
 struct WholeRegion {
   builder::DistanceField field;
   std::vector<Eigen::Vector3d> points;
-  std::vector<builder::MedialBall> pool;
+  std::vector<builder::FittedBall> pool;
 
   WholeRegion(const TriangleMesh& mesh, std::size_t count) : field(mesh) {
     builder::SampleSettings settings;
@@ -32,7 +32,7 @@ struct WholeRegion {
   }
   builder::Region region(std::size_t most) const {
     builder::Region region{field, points, pool};
-    region.most = most;
+    region.max_balls = most;
     return region;
   }
   using Ball = builder::Ball;
@@ -77,7 +77,7 @@ inline void expectReduces(builder::Reducer reduce, double open = 0) {
       }
       before = std::min(before, worstOverhang(balls));
       builder::Region easy = whole.region(most);
-      easy.enough = 2 * whole.field.diagonal();
+      easy.target_overhang = 2 * whole.field.diagonal();
       EXPECT_EQ(reduce(easy).size(), 1u);
     }
     // Eight balls must do better than the ball round everything, unless the object is a ball.

@@ -61,7 +61,7 @@ auto chosen(Choose&& choose) {
   }
 }
 
-int runBench(const Options& options, builder::Progress& progress) try {
+int runScenarios(const Options& options, builder::Progress& progress) try {
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
   const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
   const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
@@ -72,10 +72,10 @@ int runBench(const Options& options, builder::Progress& progress) try {
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
   BodyLibrary bodies(quality, contactOf(options), progress, options.cache);
-  Bench bench{bodies, {options.share, options.turned}, progress};
+  ScenarioContext context{bodies, {options.share, options.turned}, progress};
   if (options.view.isAsked()) {
     if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
-    return viewScenario(options.view, *scenarios.front(), bench, progress);
+    return viewScenario(options.view, *scenarios.front(), context, progress);
   }
   std::vector<ScenarioResult> results;
   int short_of = 0;
@@ -85,7 +85,7 @@ int runBench(const Options& options, builder::Progress& progress) try {
     bodies.setStage(stage);
     progress.stage(stage);
     progress.check();
-    results.push_back(runScenario(*scenario, bench, modes, options.out));
+    results.push_back(runScenario(*scenario, context, modes, options.out));
     short_of += !holds(results.back());
     if (!options.json) writeResult(tableRows(results.back(), modes));
     std::fflush(stdout);
@@ -96,7 +96,7 @@ int runBench(const Options& options, builder::Progress& progress) try {
     printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
                 std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
   if (!options.out.empty()) writeStability(options.out, results, quality);
-  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(bench, modes), results, modes);
+  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes), results, modes);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
   if (options.out.empty()) throw;
@@ -283,7 +283,7 @@ int run(const CLI::App& cli, Options& options) {
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
   const RunFiles files(progress);
-  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(options, progress);
+  return options.scenario.empty() ? runPlay(cli, options, progress) : runScenarios(options, progress);
 }
 
 int runProgram(int argc, char** argv) {

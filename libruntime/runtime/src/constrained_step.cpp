@@ -52,7 +52,7 @@ class ConstrainedStep {
   Piece contactPiece();
   double solve(const Vector6& want);
   double acceptedPart(const Displacement& step, double part, bool is_straight);
-  bool isIdle();
+  bool hasStalled();
   void pushOut();
   void noteContacts();
   void makeRows();
@@ -332,7 +332,7 @@ Piece ConstrainedStep::contactPiece() {
   has_last_ = true;
   used_ += part * length;
   record();
-  if ((is_straight && part == 1) || is_held_back || isIdle()) return Piece::Arrived;
+  if ((is_straight && part == 1) || is_held_back || hasStalled()) return Piece::Arrived;
   if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - part) * length) {
     const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
     margin_ = std::max(kLeastMargin, std::min(wish, margin_limit_));
@@ -356,12 +356,12 @@ double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool
 }
 
 // Whether the last few pieces came no nearer to the haptic pose.
-bool ConstrainedStep::isIdle() {
+bool ConstrainedStep::hasStalled() {
   if (++pieces_ % kPatience != 0) return false;
   const double left_over = parts_.scaledVector(displacementBetween(now_, haptic_)).norm();
-  const bool is_idle = nearest_ - left_over < kProgress;
+  const bool has_stalled = nearest_ - left_over < kProgress;
   nearest_ = left_over;
-  return is_idle;
+  return has_stalled;
 }
 
 // A way that ends with a turn may end a little inside. Straight out, if that works; else the last pose that was free is

@@ -47,8 +47,8 @@ struct RelativePose {
 /// Up to 8 pairs that one test found: one node of the tool or of an object, and some lanes of a block of the other
 /// side.
 struct HitGroup {
-  std::uint32_t name;             // of the pair of lane 0: tool slot << 16 | object slot
-  std::uint32_t many : 16;        // block to be tested next, of the side that is opened; the children of lane 0, if it is the lanes' side
+  std::uint32_t pair;             // of lane 0: tool slot << 16 | object slot
+  std::uint32_t open_block : 16;  // next block to test on the side being opened; on the side of the lanes: that of lane 0's children
   std::uint32_t lanes : 8;        // bit k: lane k was hit
   std::uint32_t tool_varies : 1;  // the lanes are slots of the tool, not of the object
 };
@@ -95,7 +95,7 @@ struct RowRequest {
   std::uint32_t step;
   bool is_found;
   float inverse_angle_length;
-  float most_gap;   // of felt rows: a plane beside the patch that is farther off is in no one's way [mm]
+  float most_gap;   // of felt rows: a plane beside the patch that is farther off gives a row that is always satisfied [mm]
   float allowance;  // what triangles with a curved patch give way [mm]
   float behind;     // as in the view
   bool squared;     // RowForm::SquaredDistance, of spheres
@@ -115,7 +115,7 @@ struct KernelTable {
   PairSearchResult (*findPairs)(const PairSearch&);
   float (*sphereRows)(const RowRequest&);  // ball and ball; returns the smallest gap
   float (*flatRows)(const RowRequest&);    // ball, less what the patch gives way, and flat triangle; returns the smallest gap
-  float (*feltRows)(const RowRequest&);    // ball and patch; a row is in no one's way where the patch is not what holds the ball
+  float (*feltRows)(const RowRequest&);    // ball and patch; always satisfied where the patch is not what holds the ball
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

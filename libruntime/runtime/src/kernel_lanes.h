@@ -174,7 +174,7 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
   return select(over, height * height / select(over, area2, one), nearest);
 }
 
-// One search, object by object. Breadth first in straight loops: of two nodes that touch the one that promises more is
+// One search, object by object. Breadth first in straight loops: of two nodes that touch the one of higher open priority is
 // opened, and its children meet the other one all at once; what they hit is only appended to a list.
 class PairFinder {
  public:
@@ -223,7 +223,7 @@ class PairFinder {
     return full;
   }
 
-  void appendPairs(const HitGroup& g) { pairs_end_ = append(pairs_end_, splatU(g.name) + (kLanes << splatU(16 * g.tool_varies)), g.lanes); }
+  void appendPairs(const HitGroup& g) { pairs_end_ = append(pairs_end_, splatU(g.pair) + (kLanes << splatU(16 * g.tool_varies)), g.lanes); }
 
   // The objects whose bounding spheres the tool's meets.
   std::uint32_t findNear() {
@@ -257,7 +257,7 @@ class PairFinder {
       return kToolIsOne ? moved(ballOf(s_.turned_tool[slot >> 3], slot & 7)) : ballOf(view.bound[slot >> 3], slot & 7);
     };
     const auto many = [&](std::uint32_t b) { return kToolIsOne ? ballsOf(view.bound[b]) : moved(ballsOf(turnedTool(b))); };
-    const std::uint32_t slot = kToolIsOne ? g.name >> 16 : g.name & 0xffff, b = g.many;
+    const std::uint32_t slot = kToolIsOne ? g.pair >> 16 : g.pair & 0xffff, b = g.open_block;
     const auto count = static_cast<std::uint32_t>(__builtin_popcount(g.lanes));
     live_ -= count;
     work_ += count;
@@ -369,7 +369,7 @@ struct ToolBalls {
   }
 };
 
-// Rows of 8 pairs with these normals and gaps, in the axes of the object; those that are not `in` are in no one's way.
+// Rows of 8 pairs with these normals and gaps, in the axes of the object; those that are not `in` are always satisfied.
 inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Vector8& normal, F8 gap, I8 in) {
   const F8 one = splat(1), zero = splat(0);
   const Vector8 lever = splat(q.inverse_angle_length) * cross(balls.arm, normal);

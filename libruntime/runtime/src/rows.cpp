@@ -16,7 +16,7 @@ constexpr std::size_t kB = 6;
 constexpr std::size_t kWeight = 7;
 constexpr std::size_t kFeltWay = 8;
 
-// The rows past the end are in no one's way.
+// The rows past the end are always satisfied.
 void padRows(StepMemory& memory, std::uint32_t count) {
   for (std::size_t k = 0; k < kRowArrays; ++k) std::fill_n(memory.rowArray(k) + count, 8, k == kB ? -1e30f : 0.0f);
 }

@@ -14,6 +14,16 @@ struct Ball {
   double radius = 0;                                 // [mm]
 };
 
+/// A ball with what bounds its overhang.
+struct FittedBall {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius = 0;     // [mm]
+  double clearance = 0;  // distance from the centre to the surface, negative outside the solid [mm]
+  /// No point of the ball lies farther outside the solid than this [mm].
+  double overhang() const { return radius - clearance; }
+  Ball ball() const { return {centre, radius}; }
+};
+
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 

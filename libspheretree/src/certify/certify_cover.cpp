@@ -163,8 +163,8 @@ Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const s
   Growth best{0, 0, std::numeric_limits<double>::infinity()};
   const auto consider = [&](std::uint32_t slot) {
     const Ball& ball = index.balls[slot];
-    const double enough = ball.radius + best.more;
-    if ((piece.corner[0] - ball.centre).squaredNorm() > enough * enough) return;
+    const double target = ball.radius + best.more;
+    if ((piece.corner[0] - ball.centre).squaredNorm() > target * target) return;
     const double need = radiusAbout(piece, ball.centre), more = need - ball.radius;
     if (more < best.more || (more == best.more && index.original(slot) < index.original(best.slot))) best = {slot, need, more};
   };
@@ -273,7 +273,7 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
     for (const Vector3d& corner : pieceOf(mesh, t, origin).corner) boxes[t].extend(corner);
   const BoxTree triangles(boxes, 4);
 
-  std::vector<char> gone(stored.size(), 0), spare(stored.size(), 0);
+  std::vector<char> gone(stored.size(), 0), redundant(stored.size(), 0);
   PowerCells cells(index, &gone);
   std::vector<Piece> open;
   // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the
@@ -303,9 +303,9 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
       for (std::size_t k = first; covered && k < first + count; ++k)
         covered = staysCovered(pieceOf(mesh, triangles.order()[k], origin), ball);
     });
-    gone[slot[candidate]] = spare[candidate] = covered;
+    gone[slot[candidate]] = redundant[candidate] = covered;
   }
-  return spare;
+  return redundant;
 }
 
 std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Ball> balls,
@@ -348,7 +348,7 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
   return gaps;
 }
 
-TriangleMesh withShortSides(const TriangleMesh& mesh, double longest) {
+TriangleMesh subdivided(const TriangleMesh& mesh, double longest) {
   TriangleMesh out;
   const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const auto first = static_cast<std::uint32_t>(out.positions.size());

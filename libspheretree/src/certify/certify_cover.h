@@ -62,6 +62,6 @@ std::vector<CoverGap> findCoverGaps(const TriangleMesh& mesh, std::span<const st
 
 /// The same surface in triangles without a side longer than `longest` [mm] (> 0), which findCoverGaps is quicker with.
 /// They share no vertices.
-TriangleMesh withShortSides(const TriangleMesh& mesh, double longest);
+TriangleMesh subdivided(const TriangleMesh& mesh, double longest);
 
 }  // namespace spheretree::builder

@@ -26,9 +26,9 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : sampleSurface(mesh, sampling)) points.push_back(s.point);
   std::vector<FittedBall> fitted;
-  for (const Sphere& s : spheres) fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, 0, s.radius});  // clearance 0: the largest go first
+  for (const Sphere& s : spheres) fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, s.radius, 0});  // clearance 0: the largest go first
   const Holders holders = findHolders(points, fitted);
-  std::vector<char> needless(spheres.size(), 0), kept(spheres.size(), 0);
+  std::vector<char> redundant(spheres.size(), 0), kept(spheres.size(), 0);
   std::copy(fixed.begin(), fixed.end(), kept.begin());
   // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among
   // those that stay.
@@ -36,21 +36,21 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
     again = false;
     std::vector<std::uint32_t> left, candidates;  // candidates: places in `left`
     std::vector<Sphere> left_spheres;
-    const std::vector<char> maybe = maybeRedundant(holders, fitted, group, kept, needless);
-    const auto gone = static_cast<std::size_t>(std::count(needless.begin(), needless.end(), 1));
+    const std::vector<char> maybe = maybeRedundant(holders, fitted, group, kept, redundant);
+    const auto gone = static_cast<std::size_t>(std::count(redundant.begin(), redundant.end(), 1));
     for (std::uint32_t b = 0; b < spheres.size(); ++b) {
-      if (needless[b]) continue;
+      if (redundant[b]) continue;
       if (maybe[b] && candidates.size() < most - gone) candidates.push_back(static_cast<std::uint32_t>(left.size()));
       left.push_back(b);
       left_spheres.push_back(spheres[b]);
     }
-    const std::vector<char> spare = provenRedundant(mesh, left_spheres, origin, candidates, progress);
+    const std::vector<char> proven = provenRedundant(mesh, left_spheres, origin, candidates, progress);
     for (const std::uint32_t i : candidates) {
-      (spare[i] ? needless : kept)[left[i]] = 1;
-      again = again || !spare[i];
+      (proven[i] ? redundant : kept)[left[i]] = 1;
+      again = again || !proven[i];
     }
   }
-  return needless;
+  return redundant;
 }
 
 }  // namespace spheretree::builder

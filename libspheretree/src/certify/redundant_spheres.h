@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Spheres of a certified cover that the others make needless: without them every triangle is still covered.
+// Redundant spheres of a certified cover: without them every triangle is still covered.
 #pragma once
 
 #include <Eigen/Core>

@@ -19,7 +19,7 @@ constexpr int kMostGuesses = 4;         // of the number of leaves for a toleran
 
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
-  std::size_t candidates_a_sphere;  // for the choice that the squeeze starts from; more of them are hardly of use to it
+  std::size_t candidates_a_sphere;  // for the choice that the cover search starts from; more of them hardly help it
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least three a sphere
   std::size_t touching_samples;     // of them, those that get a shrinking ball
   std::uint64_t swap_work;

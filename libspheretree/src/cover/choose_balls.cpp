@@ -24,19 +24,19 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;       // of the greedy cover: what is left of the interval, the later steps take in their stride
-constexpr double kDry = 0.4;         // share of the stand-off: a sample that no candidate comes so near to holds the search up
-constexpr int kMostTopUps = 9;       // of the candidates where they are dry, each with a new greedy cover
-constexpr std::size_t kMostDry = 8;  // times the spheres: samples that get a candidate of their own in one top-up
+constexpr int kBisections = 4;                // of the greedy cover: what is left of the interval, the later steps take in their stride
+constexpr double kUncoverableShare = 0.4;     // share of the stand-off: a sample that no candidate comes so near to holds the search up
+constexpr int kMostTopUps = 9;                // of the candidates where they are dry, each with a new greedy cover
+constexpr std::size_t kMostTopUpSamples = 8;  // times the spheres: samples that get a candidate of their own in one top-up
 constexpr double kGoalGrowth = 1.3;  // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
 constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
-constexpr double kAbove = 1.2;       // times the stand-off that the spheres left over promise: where the search for it begins
-constexpr std::size_t kDenser = 8;   // times the samples, of which those are taken that lie where balls have few
-constexpr double kHexagon = 2.598;   // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
-constexpr double kMostSamples = 3;   // times the usual ones, for a ball whose patch is a ring
-constexpr double kGapSpacing = 0.1;  // of the samples at holes, in widths of a patch: one or a few for a hole
-constexpr double kRoom = 1.15;       // times the stand-off on the samples so far: where the swaps start that know of the holes
-constexpr double kKnown = 1.005;     // times the stand-off on the samples: where the squeeze starts if they know of the holes
+constexpr double kFirstGoalFactor = 1.2;      // times the stand-off that the spheres left over promise: where the search for it begins
+constexpr std::size_t kDenser = 8;            // times the samples, of which those are taken that lie where balls have few
+constexpr double kHexagon = 2.598;            // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
+constexpr double kMostSamples = 3;            // times the usual ones, for a ball whose patch is a ring
+constexpr double kGapSpacing = 0.1;           // of the samples at holes, in widths of a patch: one or a few for a hole
+constexpr double kGapSwapsGoalFactor = 1.15;  // times the stand-off on the samples so far: where the swaps start that know of the holes
+constexpr double kSearchGoalFactor = 1.005;   // times the stand-off on the samples: where the cover search starts if they know of the holes
 
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
@@ -131,7 +131,7 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
                  std::vector<Ball>& candidates) {
   std::vector<std::uint32_t> dry;
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
-    const auto near = [&](const GapTable::Entry& e) { return e.gap <= kDry * stand_off; };
+    const auto near = [&](const GapTable::Entry& e) { return e.gap <= kUncoverableShare * stand_off; };
     if (std::ranges::none_of(table.ofSample(s), near)) dry.push_back(s);
   }
   dry = everyNth<std::uint32_t>(dry, most);
@@ -143,7 +143,7 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
     if (touching.radius > 0)
       found[i].push_back(touching);
     else
-      addBelow(field, here.point, normal, kDry * stand_off, found[i]);
+      addBelow(field, here.point, normal, kUncoverableShare * stand_off, found[i]);
     if (found[i].empty()) found[i].push_back({here.point, 0});  // of a sheet
   });
   for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
@@ -215,7 +215,7 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
     if (greedy.chosen.empty()) {
-      addWhereDry(field, samples, table, high, kMostDry * most, candidates);
+      addWhereDry(field, samples, table, high, kMostTopUpSamples * most, candidates);
       continue;
     }
     balls.clear();
@@ -223,7 +223,8 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     h = greedy.stand_off;
     const std::size_t known = candidates.size();
     // The fewer spheres that took, the lower the stand-off of all of them will be.
-    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostDry * most, candidates);
+    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostTopUpSamples * most,
+                candidates);
     return candidates.size() - known;
   }
 }
@@ -280,7 +281,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
 
   // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a
   // fraction.
-  h *= std::min(1.0, kAbove * (static_cast<double>(used) / static_cast<double>(n)));
+  h *= std::min(1.0, kFirstGoalFactor * (static_cast<double>(used) / static_cast<double>(n)));
   std::mt19937_64 random(settings.seed);
   const SampleIndex uniform(points);
   SampleIndex samples(points);
@@ -301,17 +302,17 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   double start = ChosenBalls().start;
   if (top_ups > 0 && settings.gap_rounds > 0) {
     // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many
-    // balls go where: a squeeze that finds it out has to pass balls along the whole rod.
+    // balls go where: a cover search that finds it out has to pass balls along the whole rod.
     GapSampler gaps(mesh, field, n, kGapSpacing);
     for (int round = 0; round < settings.gap_rounds; ++round) {
       const std::vector<Vector3d> missed = gaps.find(balls, stand_off, settings.gap_tolerance, nullptr, progress);
       if (missed.empty()) break;
       points.insert(points.end(), missed.begin(), missed.end());
       samples = SampleIndex(points);
-      searchSwaps(samples, candidates, kRoom * stand_off, n, settings.swap_work, random(), balls, progress);
-      stand_off = refitAll(field, samples, balls, kRoom * stand_off, settings.refits, progress);
+      searchSwaps(samples, candidates, kGapSwapsGoalFactor * stand_off, n, settings.swap_work, random(), balls, progress);
+      stand_off = refitAll(field, samples, balls, kGapSwapsGoalFactor * stand_off, settings.refits, progress);
     }
-    start = kKnown;
+    start = kSearchGoalFactor;
   }
 
   // Spheres left over start as copies, which the next step is free to send wherever one is missed most.

@@ -17,7 +17,7 @@ constexpr std::uint64_t kTriangleWork =
     4;                           // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
 constexpr double kRise = 0.05;   // by what share the first goal rises if it cannot be reached, at first
 constexpr double kClosed = 0.5;  // share of the gap tolerance to which holes are closed in the end
-constexpr std::array<double, 2> kRooms{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
+constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
 
 }  // namespace
 
@@ -43,9 +43,9 @@ Cover CoverSearch::cover() const {
   return cover;
 }
 
-void CoverSearch::lower(double enough, Progress& progress) {
+void CoverSearch::lower(double target, Progress& progress) {
   double step = settings_.step;
-  for (int failures = 0; failures < settings_.failures && work() < max_work_ && stand_off_ > enough;) {
+  for (int failures = 0; failures < settings_.failures && work() < max_work_ && stand_off_ > target;) {
     const double goal = stand_off_ * (1 - step);
     const std::uint64_t max_work = std::min(max_work_, work() + attempt());
     state_.setGoal(goal);
@@ -81,8 +81,8 @@ void CoverSearch::close(Progress& progress) {
   // What is left of a hole, certification closes by growth beyond the stand-off. Moves close half of it for less.
   state_.setBalls(best_);
   const double h = stand_off_;
-  for (const double room : kRooms) {
-    const double goal = h * (1 + room * settings_.gap_tolerance);
+  for (const double rise : kGoalRises) {
+    const double goal = h * (1 + rise * settings_.gap_tolerance);
     const std::uint64_t max_work = work() + attempt();
     state_.setGoal(goal);
     if (!coverAll(max_work, progress) || !settle(goal, kClosed * settings_.gap_tolerance, max_work, progress)) continue;

@@ -53,8 +53,8 @@ class CoverSearch {
   /// The samples given, then the uncovered points of the mesh as they were found.
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
 
-  /// Lowers the stand-off of the balls there are until it is at most `enough` or the budget is spent.
-  void lower(double enough, Progress& progress);
+  /// Lowers the stand-off of the balls there are until it is at most `target` or the budget is spent.
+  void lower(double target, Progress& progress);
   /// Adds balls, up to `max_balls`, until the stand-off is at most `wanted` [mm], then removes as many as it can; holes
   /// are as shallow as after close(). False, and the lowest stand-off found for `max_balls`, if they do not suffice.
   bool fit(double wanted, std::size_t max_balls, Progress& progress);

@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kAsked = 6;  // balls asked to take a point
-constexpr int kDropRounds = 8;     // in which a ball gives points up for a new one
+constexpr std::size_t kMostTakers = 6;  // balls asked to take a point
+constexpr int kDropRounds = 8;          // in which a ball gives points up for a new one
 constexpr int kRefitSteps = 14;
 constexpr std::uint64_t kTabu = 8;  // moves for which a ball that gave something up is asked last, at most
 constexpr double kDepth = 0.5;      // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
@@ -169,13 +169,13 @@ void CoverState::uncover(std::uint32_t b) {
 // Has a ball take sample `s`: the one that has to give up least.
 void CoverState::place(std::uint32_t s) {
   const Vector3d p = samples_[s];
-  std::array<std::pair<double, std::uint32_t>, kAsked> nearest;  // least gap at p first
+  std::array<std::pair<double, std::uint32_t>, kMostTakers> nearest;  // least gap at p first
   std::size_t count = 0;
   for (std::uint32_t b = 0; b < balls_.size(); ++b) {
-    const double far = balls_[b].radius + (count == kAsked ? nearest[kAsked - 1].first : kInfinity);
+    const double far = balls_[b].radius + (count == kMostTakers ? nearest[kMostTakers - 1].first : kInfinity);
     const double d2 = (balls_[b].centre - p).squaredNorm();
-    if (count == kAsked && !(d2 < far * far)) continue;
-    std::size_t i = count < kAsked ? count++ : kAsked - 1;
+    if (count == kMostTakers && !(d2 < far * far)) continue;
+    std::size_t i = count < kMostTakers ? count++ : kMostTakers - 1;
     const double gap = std::sqrt(d2) - balls_[b].radius;
     for (; i > 0 && nearest[i - 1].first > gap; --i) nearest[i] = nearest[i - 1];
     nearest[i] = {gap, b};
@@ -244,8 +244,8 @@ double CoverState::comeInside(Ball& trial, double stand_off) const {
 }
 
 // Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes.
-// Infinite if it cannot, or once the cost is known to be `enough`.
-double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial) {
+// Infinite if it cannot, or once the cost is known to be `target`.
+double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, Ball& trial) {
   patch_.clear();
   patch_samples_.clear();
   for (const std::uint32_t q : cells_[b].covered)
@@ -276,7 +276,7 @@ double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double enough, B
     }
     patch_.resize(kept);
     patch_samples_.resize(kept);
-    if (cost >= enough) return kInfinity;
+    if (cost >= target) return kInfinity;
   }
 }
 

@@ -76,7 +76,7 @@ class CoverState {
   std::uint32_t leastMissed() const;
   Ball ballFor(const Eigen::Vector3d& p) const;
   double comeInside(Ball& trial, double stand_off) const;
-  double costToTake(std::uint32_t b, std::uint32_t s, double enough, Ball& trial);
+  double costToTake(std::uint32_t b, std::uint32_t s, double target, Ball& trial);
 
   const DistanceField& field_;
   std::uint64_t work_ = 0;

@@ -20,7 +20,7 @@ double widthOfPatch(const DistanceField& field, std::size_t balls) { return std:
 }  // namespace
 
 GapSampler::GapSampler(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, double spacing)
-    : mesh_(withShortSides(mesh, std::max(kShortSide * widthOfPatch(field, balls), 1e-3 * field.diagonal()))),
+    : mesh_(subdivided(mesh, std::max(kShortSide * widthOfPatch(field, balls), 1e-3 * field.diagonal()))),
       spacing_(spacing * widthOfPatch(field, balls)),
       all_(mesh_.triangles.size()),
       held_by_(mesh_.triangles.size()) {

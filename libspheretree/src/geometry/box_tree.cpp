@@ -151,8 +151,8 @@ class BoxTree::Builder {
         const auto i = static_cast<Eigen::Index>(axis);
         const auto column = static_cast<Eigen::Index>(k);
         const auto local = [&](const Eigen::Vector3d& p) { return (p[i] - tree_.middle_[i]) * tree_.to_local_; };
-        node.low[axis][column] = used ? static_cast<float>(local(children[k].box.min()) - kHair) : kFarAway;
-        node.high[axis][column] = used ? static_cast<float>(local(children[k].box.max()) + kHair) : kFarAway;
+        node.low[axis][column] = used ? static_cast<float>(local(children[k].box.min()) - kPadding) : kFarAway;
+        node.high[axis][column] = used ? static_cast<float>(local(children[k].box.max()) + kPadding) : kFarAway;
       }
       if (!used) continue;
       if (children[k].size() <= leaf_size_) {
@@ -183,11 +183,11 @@ BoxTree::BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size) : or
 
 void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles) {
   using Eigen::Vector3d;
-  constexpr float kWide = 8 * kHair;
+  constexpr float kWide = 8 * kPadding;
   const auto local = [&](const Vector3d& p) -> Vector3d { return (p - middle_) * to_local_; };
   // No longer than 1, rounded or not. Zero where there is no direction: such a slab or wall is everywhere.
   const auto rounded = [](const Vector3d& direction) -> Eigen::Vector3f {
-    return (direction.stableNormalized() * (1 - kHair)).cast<float>();
+    return (direction.stableNormalized() * (1 - kPadding)).cast<float>();
   };
   struct Extent {
     double low = std::numeric_limits<double>::infinity(), high = -low;

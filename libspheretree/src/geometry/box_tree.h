@@ -107,25 +107,25 @@ class BoxTree {
   class Builder;
   static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), three entries a level
   struct Node {
-    std::array<Eigen::Array4f, 3> low, high;  // [axis](child), a hair outside the boxes; an empty child is infinitely far
+    std::array<Eigen::Array4f, 3> low, high;  // [axis](child), kPadding outside the boxes; an empty child is infinitely far
     std::int32_t child[4];                    // inner: node index; leaf: first slot
     std::int32_t count[4];                    // > 0: leaf with that many items; -1: inner; 0: empty
   };
-  struct Slabs {  // low <= normal . p <= high for all that is in a child; wider than the triangles by eight hairs
+  struct Slabs {  // low <= normal . p <= high for all that is in a child; padded by 8 kPadding
     std::array<Eigen::Array4f, 3> normal;
     Eigen::Array4f low, high;
   };
-  struct Prisms {  // of the triangles of a leaf: a slab about each, wider by eight hairs, and a wall across its plane along each side
+  struct Prisms {  // of the triangles of a leaf: a slab about each, padded by 8 kPadding, and a wall across its plane along each side
     Slabs slab;
     std::array<std::array<Eigen::Array4f, 3>, 3> wall;  // normal . p <= high for all of the triangle
     std::array<Eigen::Array4f, 3> high;
   };
   // Boxes in float, about the middle of all and as a share of their reach: half the memory, twice as many in a vector.
-  // That an item is never passed over: outer sides are moved out by kHair, more than what a point within 8 reaches of
+  // That an item is never passed over: outer sides are moved out by kPadding, more than what a point within 8 reaches of
   // the middle is rounded by; one farther away is rounded by less than a 2^-22nd of its distance to any box, and so are
   // the sums, for which kShrink makes up. A height across a slab, the sum of three products, is rounded by less than
-  // three hairs, or as much of the distance to the box, the larger of the two counts.
-  static constexpr double kHair = 0x1p-20, kShrink = 1 - 0x1p-19;
+  // 3 kPadding, or that share of the distance to the box, the larger of the two counts.
+  static constexpr double kPadding = 0x1p-20, kShrink = 1 - 0x1p-19;
 
   Eigen::Array3f local(const Eigen::Vector3d& p) const {  // nothing is lost by a point that is nearer than in truth
     return ((p - middle_) * to_local_).array().max(-1e18).min(1e18).cast<float>();

@@ -80,7 +80,7 @@ Reach reachOf(const DistanceField& field, const Piece& piece) {
 
 }  // namespace
 
-double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double enough,
+double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double sufficient_bound,
                     Progress& progress) {
   double found = 0, bound = 0;
   for (const std::uint32_t t : triangles)
@@ -90,7 +90,7 @@ double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::s
       piecesOf(mesh, triangles), progress, [&](const Piece& piece) { return reachOf(field, piece); },
       [&](const Piece&, const Reach& reach) {
         found = std::max(found, reach.found);
-        if (reach.most > found * (1 + kRelativeGap) + enough && ++judged < kMostHalved) return true;
+        if (reach.most > found * (1 + kRelativeGap) + sufficient_bound && ++judged < kMostHalved) return true;
         bound = std::max(bound, reach.most);
         return false;
       });

@@ -11,10 +11,10 @@
 
 namespace spheretree::builder {
 
-/// An upper bound of the distance from any point of `triangles` of `mesh` to the surface, by at most 5 % and `enough`
+/// An upper bound of the distance from any point of `triangles` of `mesh` to the surface, by at most 5 % and `sufficient_bound`
 /// [mm, > 0] above the largest, more only after a million pieces. By branch and bound: over a piece, the distance to
 /// one triangle is largest in a corner.
-double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double enough,
+double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double sufficient_bound,
                     Progress& progress);
 
 struct PartsNearSurface {

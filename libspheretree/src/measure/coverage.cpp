@@ -97,11 +97,11 @@ void searchLargestGap(const TriangleMesh& mesh, const SphereUnion& balls, const 
     progress.check();
     for (const Verdict& verdict : verdicts)
       if (verdict.gap > std::max(out.max_gap, settings.tolerance)) out.max_gap = verdict.gap, out.worst_point = verdict.middle;
-    const double enough = std::max(out.max_gap, settings.tolerance) + 0.5 * settings.tolerance;
+    const double target = std::max(out.max_gap, settings.tolerance) + 0.5 * settings.tolerance;
     next.clear();
     coarse = 0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      if (verdicts[i].bound <= enough) {
+      if (verdicts[i].bound <= target) {
         out.max_gap_bound = std::max(out.max_gap_bound, verdicts[i].bound);
         continue;
       }

@@ -81,14 +81,14 @@ SkinEvaluation evaluateSkin(const Skin& skin, const Vector3d& origin, const Tria
                             Progress& progress) {
   SkinEvaluation out = skinFigures(skin);
   const TriangleMesh flat = flatTriangles(skin, origin);
-  const double enough = std::max(kOfStated * out.mesh_distance, kLeastGap * field.diagonal());
+  const double target = std::max(kOfStated * out.mesh_distance, kLeastGap * field.diagonal());
   const auto all = [](const TriangleMesh& m) {
     std::vector<std::uint32_t> list(m.triangles.size());
     std::iota(list.begin(), list.end(), 0u);
     return list;
   };
-  out.from_mesh = farthestFrom(field, flat, all(flat), enough, progress);
-  out.of_mesh = farthestFrom(DistanceField(flat), mesh, all(mesh), enough, progress);
+  out.from_mesh = farthestFrom(field, flat, all(flat), target, progress);
+  out.of_mesh = farthestFrom(DistanceField(flat), mesh, all(mesh), target, progress);
   return out;
 }
 

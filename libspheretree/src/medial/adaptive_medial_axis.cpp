@@ -264,7 +264,7 @@ AdaptiveMedialAxis::Impl::Living AdaptiveMedialAxis::Impl::livingCells(double sm
   return out;
 }
 
-std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::function<std::uint32_t(const Vector3d&)>& region_of,
+std::vector<std::vector<FittedBall>> AdaptiveMedialAxis::refine(const std::function<std::uint32_t(const Vector3d&)>& region_of,
                                                                 std::span<const Target> regions, Progress& progress) {
   Impl& m = *impl_;
   std::vector<std::uint32_t> label;
@@ -272,7 +272,7 @@ std::vector<std::vector<MedialBall>> AdaptiveMedialAxis::refine(const std::funct
   const double smallest = kNearestSites * m.field.diagonal();
   m.refineRegions(region_of, regions, smallest, label, progress);
 
-  std::vector<std::vector<MedialBall>> balls(regions.size());
+  std::vector<std::vector<FittedBall>> balls(regions.size());
   const Impl::Living living = m.livingCells(smallest);
   std::vector<std::vector<std::uint32_t>> chosen(regions.size());
   for (std::uint32_t i = 0; i < living.cell.size(); ++i)

@@ -20,12 +20,6 @@
 
 namespace spheretree::builder {
 
-struct MedialBall {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // inside the solid
-  double radius = 0;                                 // to the sites that the Voronoi vertex belongs to, >= clearance up to rounding [mm]
-  double clearance = 0;  // distance from the centre to the mesh, > 0; radius - clearance bounds the ball's overhang [mm]
-};
-
 class AdaptiveMedialAxis {
  public:
   /// `sites`: points on the surface; repeated ones count once. `field` must outlive the object. O(sites) distance
@@ -45,7 +39,7 @@ class AdaptiveMedialAxis {
   /// regions of the sites that it touches. Returns the balls of each region: those at Voronoi vertices inside the
   /// solid, repeated centres once, and for a site without such a vertex the ball of shrinking_balls.h.
   /// Cost: about 50 us for each new site. @throws Cancelled.
-  std::vector<std::vector<MedialBall>> refine(const std::function<std::uint32_t(const Eigen::Vector3d&)>& region_of,
+  std::vector<std::vector<FittedBall>> refine(const std::function<std::uint32_t(const Eigen::Vector3d&)>& region_of,
                                               std::span<const Target> regions, Progress& progress);
 
   std::size_t siteCount() const;

@@ -64,7 +64,7 @@ double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
 }
 
 Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
-                int most_steps, double enough) {
+                int most_steps, double target) {
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
@@ -79,14 +79,14 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     near_next = (near_next + 1) % kMostNear;
     near_count = std::min(near_count + 1, kMostNear);
   };
-  if (best.stand_off <= enough) return best;
+  if (best.stand_off <= target) return best;
   remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
 
   std::array<Vector3d, kMostFar> pull;
   std::array<Vector3d, kMostNear> push;
   double step = first_step;
   const double smallest = 1e-3 * first_step;
-  for (int i = 0; i < most_steps && step > smallest && best.stand_off > enough; ++i) {
+  for (int i = 0; i < most_steps && step > smallest && best.stand_off > target; ++i) {
     // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of
     // active.
     std::size_t pulls = 0, pushes = 0;

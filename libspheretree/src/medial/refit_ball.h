@@ -26,8 +26,8 @@ double farthest(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& 
 /// Method: C. Lemarechal's epsilon-steepest descent, with E. Gilbert's algorithm (SIAM J. Control 4(1), 1966) for the
 /// shortest vector. In a solid thinner than the stand-off the best centre may lie a little outside. Stops early once
 /// the stand-off is at most
-/// `enough`. Cost: one distance query and one pass over the patch for each of at most `most_steps` steps.
+/// `target`. Cost: one distance query and one pass over the patch for each of at most `most_steps` steps.
 Refit refitBall(const DistanceField& field, std::span<const Eigen::Vector3d> patch, const Eigen::Vector3d& start, double clearance,
-                double first_step, int most_steps, double enough = 0);
+                double first_step, int most_steps, double target = 0);
 
 }  // namespace spheretree::builder

@@ -12,16 +12,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kClose = 1e-3;  // a ball empty up to this share of its radius is good enough
-constexpr double kAbove = 1.2;   // of a guess: the ball shrinks from there
-constexpr int kMostRounds = 40;  // each round at least touches a new feature; ten are rare
+constexpr double kClose = 1e-3;       // a ball empty up to this share of its radius is good enough
+constexpr double kGuessFactor = 1.2;  // of a guess: the ball shrinks from there
+constexpr int kMostRounds = 40;       // each round at least touches a new feature; ten are rare
 
 }  // namespace
 
 Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double guess, double stand_off) {
   const Vector3d inward = -normal;
   const double largest = 0.5 * field.diagonal();
-  double r = guess > 0 ? std::min(kAbove * guess, largest) : largest;
+  double r = guess > 0 ? std::min(kGuessFactor * guess, largest) : largest;
   while (r < largest && !std::isfinite(field.nearest(point + r * inward, (r - stand_off) * (1 - kClose)).distance))
     r = std::min(2 * r, largest);
   const double vanishing = 1e-7 * field.diagonal();

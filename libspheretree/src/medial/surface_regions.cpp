@@ -20,12 +20,12 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kPointsAChunk = 512;
-constexpr std::size_t kLoadEvery = 4;  // points, one inner ball: a load may be that of a neighbour
+constexpr std::size_t kDensityEvery = 4;  // points, one inner ball: a ball_density may be that of a neighbour
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
 constexpr std::size_t kFewBalls = 16;  // that are not worth an index
 
-// A hair larger, so that a point on a ball's surface is held in spite of rounding.
+// Larger by 1e-9, so that a point on a ball's surface is held in spite of rounding.
 BallIndex indexOf(std::span<const FittedBall> balls) {
   std::vector<Ball> larger;
   larger.reserve(balls.size());
@@ -57,7 +57,7 @@ void moveInside(const DistanceField& field, std::span<const Vector3d> patch, Fit
   const double reach = farthest(patch, ball.centre);
   if (ball.clearance > 1e-2 * reach) return;
   const Ball inner = touchingBall(field, ball.centre);
-  if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, inner.radius, 0};
+  if (inner.radius > 0 && farthest(patch, inner.centre) - inner.radius < reach - ball.clearance) ball = {inner.centre, 0, inner.radius};
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   SurfacePoints out;
   out.inner.resize(samples.size());
   std::vector<double> radius(samples.size(), 0);
-  const std::size_t every = wants_inner ? 1 : kLoadEvery;
+  const std::size_t every = wants_inner ? 1 : kDensityEvery;
   forChunks(samples.size(), [&](std::size_t i) {  // neighbours on the surface follow each other
     if (i % kPointsAChunk > 0) radius[i] = radius[i - 1];
     if (samples[i].feature || i % kPointsAChunk % every > 0) return;
@@ -92,14 +92,14 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     out.points.push_back(samples[i].point);
-    out.load.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
+    out.ball_density.push_back(samples[i].feature ? 0 : share / (2 * radius[i] + high));
   }
   if (mesh.positions.size() <= 2 * count) {
     std::vector<char> used(mesh.positions.size(), 0);
     for (const Triangle& t : mesh.triangles)
       for (const std::uint32_t v : t) used[v] = 1;
     for (std::size_t v = 0; v < used.size(); ++v)
-      if (used[v]) out.points.push_back(mesh.positions[v]), out.load.push_back(0);
+      if (used[v]) out.points.push_back(mesh.positions[v]), out.ball_density.push_back(0);
   }
   out.inner.resize(out.points.size());
   return out;
@@ -138,12 +138,12 @@ std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::
   return owner;
 }
 
-void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball, double enough) {
+void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball, double target) {
   if (!patch.empty()) moveInside(field, patch, ball);
   if (ball.clearance > 0 && patch.size() > 1) {
     const double overhang = std::max(0.0, ball.overhang());
     const double width = std::sqrt(overhang * (2 * ball.clearance + overhang));
-    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, 0.2 * width, kRefitSteps, enough);
+    const Refit refit = refitBall(field, patch, ball.centre, ball.clearance, 0.2 * width, kRefitSteps, target);
     ball.centre = refit.centre;
     ball.clearance = refit.clearance;
   }
@@ -235,17 +235,17 @@ std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedB
   return redundant;
 }
 
-std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const double> load,
+std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std::span<const double> ball_density,
                                            std::span<const FittedBall> balls) {
   const Holders holders = findHolders(points, balls);
   std::vector<std::uint32_t> owner(points.size(), kNoParent), shared;
-  std::vector<double> fixed_load(balls.size(), 0);
+  std::vector<double> fixed_sum(balls.size(), 0);
   double total = 0, scale = 0;
   for (const FittedBall& b : balls) scale += b.radius * b.radius;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto of = holders.of(i);
-    total += load[i];
-    if (of.size() == 1) owner[i] = of[0], fixed_load[of[0]] += load[i];
+    total += ball_density[i];
+    if (of.size() == 1) owner[i] = of[0], fixed_sum[of[0]] += ball_density[i];
     if (of.size() > 1) shared.push_back(i);
   }
   if (shared.empty()) return owner;
@@ -255,7 +255,7 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
   double best = std::numeric_limits<double>::infinity();
   std::vector<std::uint32_t> choice(shared.size());
   for (int round = 0; round < kBalanceRounds; ++round) {
-    std::vector<double> sum = fixed_load;
+    std::vector<double> sum = fixed_sum;
     for (std::size_t k = 0; k < shared.size(); ++k) {
       const Vector3d& p = points[shared[k]];
       double least = std::numeric_limits<double>::infinity();
@@ -263,7 +263,7 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
         const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
         if (power < least) least = power, choice[k] = b;
       }
-      sum[choice[k]] += load[shared[k]];
+      sum[choice[k]] += ball_density[shared[k]];
     }
     double imbalance = 0;
     for (const double s : sum) imbalance += s * s;

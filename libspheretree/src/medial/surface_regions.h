@@ -16,24 +16,14 @@
 
 namespace spheretree::builder {
 
-/// A ball with what bounds its overhang.
-struct FittedBall {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double clearance = 0;  // distance from the centre to the surface, negative outside the solid [mm]
-  double radius = 0;     // [mm]
-  /// No point of the ball lies farther outside the solid than this [mm].
-  double overhang() const { return radius - clearance; }
-  Ball ball() const { return {centre, radius}; }
-};
-
 struct SurfacePoints {
   std::vector<Eigen::Vector3d> points;
-  std::vector<Ball> inner;   // (points) the largest ball inside the solid that touches there; radius 0 if unknown
-  std::vector<double> load;  // (points) how many spheres its neighbourhood takes, up to a factor; 0 for an added point
+  std::vector<Ball> inner;           // (points) the largest ball inside the solid that touches there; radius 0 if unknown
+  std::vector<double> ball_density;  // (points) how many spheres its neighbourhood takes, up to a factor; 0 for an added point
 };
 
 /// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles where they are
-/// not many more. The load of a point is its area over 2 r + h: r the radius of the largest inner ball that touches
+/// not many more. The ball_density of a point is its area over 2 r + h: r the radius of the largest inner ball that touches
 /// there, h the stand-off that `spheres` balls would reach on average (docs/measures.md, h_fin). `wants_inner`: false
 /// leaves out the inner balls of most points, for those who need the loads alone.
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
@@ -51,9 +41,9 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
                                       int rounds, const Progress& progress);
 
 /// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a
-/// centre outside the solid moves in where that pays. Stops early at an overhang of `enough` [mm]. A patch without
+/// centre outside the solid moves in where that pays. Stops early at an overhang of `target` [mm]. A patch without
 /// points gives radius 0.
-void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double enough = 0);
+void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double target = 0);
 
 /// At most `most` of the points: each the farthest from those before, so that corners come first and the rest is spread
 /// evenly. A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
@@ -67,17 +57,16 @@ struct Holders {
 };
 Holders findHolders(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
-/// Marks the balls that hold no point alone, worst overhang first and one by one, so that the others still hold every
-/// point. Balls in
-/// `gone` (empty: none) do not count, those in `fixed` (empty: none) are kept. `group`: (balls) the last unmarked ball
-/// of a group is kept.
+/// Marks balls so that the others still hold every point: goes through the balls by overhang, the largest first, and
+/// marks each that holds no point alone by then. Balls in `gone` (empty: none) do not count, those in `fixed` (empty:
+/// none) are kept. `group`: (balls) the last unmarked ball of a group is kept.
 std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
                                  std::span<const char> fixed, std::span<const char> gone);
 
 /// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until
-/// the balls have loads as equal as their overlaps allow.
+/// the densities of the points of each ball add up to sums as equal as the overlaps allow.
 /// Returns the owner of each point; every point must lie in a ball, kNoParent stands for one that does not.
-std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const double> load,
+std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const double> ball_density,
                                            std::span<const FittedBall> balls);
 
 }  // namespace spheretree::builder

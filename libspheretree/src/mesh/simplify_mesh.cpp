@@ -218,11 +218,11 @@ struct Corner {
 class PieceBound {
  public:
   /// A bound of a whole triangle that is not above `tight` is not made tighter.
-  PieceBound(const DistanceField& field, double allowed, double enough, double tight)
-      : field_(field), allowed_(allowed), enough_(enough), tight_(tight) {}
+  PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight)
+      : field_(field), allowed_(allowed), enough_(sufficient_bound), tight_(tight) {}
 
   /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if
-  /// a point is farther than `enough`.
+  /// a point is farther than `sufficient_bound`.
   double run(const std::array<Corner, 3>& triangle) {
     double bound = boundOf(triangle);
     if (bound <= tight_) return bound;
@@ -332,8 +332,8 @@ TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progr
   return Simplifier(mesh, max_error, progress).run(triangles);
 }
 
-double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double enough) {
-  const PieceBound any(field, 0, enough, 0);
+double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress, double sufficient_bound) {
+  const PieceBound any(field, 0, sufficient_bound, 0);
   std::vector<Corner> corners(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), kGrain), [&](const auto& range) {
     progress.check();
@@ -341,21 +341,21 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
   });
   double largest = 0;
   for (const Corner& c : corners) largest = std::max(largest, c.distance);
-  if (largest > enough) return kInfinity;
+  if (largest > sufficient_bound) return kInfinity;
   const double loose = std::max(kLooseness * largest, 1e-6 * field.diagonal());
-  const double allowed = enough < kInfinity ? enough : loose;
-  const double tight = enough < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
+  const double allowed = sufficient_bound < kInfinity ? sufficient_bound : loose;
+  const double tight = sufficient_bound < kInfinity ? std::min(allowed, std::max(kTightShare * allowed, loose)) : allowed;
   std::atomic<bool> is_beyond = false;
   std::vector<double> bounds((mesh.triangles.size() + kGrain - 1) / kGrain);
   tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t chunk) {
     progress.check();
-    PieceBound piece_bound(field, allowed, enough, tight);
+    PieceBound piece_bound(field, allowed, sufficient_bound, tight);
     if (is_beyond) return;
     for (std::size_t t = chunk * kGrain; t < std::min(mesh.triangles.size(), (chunk + 1) * kGrain); ++t) {
       const Triangle& triangle = mesh.triangles[t];
       bounds[chunk] = std::max(bounds[chunk], piece_bound.run({corners[triangle[0]], corners[triangle[1]], corners[triangle[2]]}));
     }
-    if (bounds[chunk] > enough) is_beyond = true;
+    if (bounds[chunk] > sufficient_bound) is_beyond = true;
   });
   if (is_beyond) return kInfinity;
   // What double precision makes of a distance.

@@ -31,10 +31,10 @@ TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progr
 /// largest distance of a vertex, or 1e-6 of the diagonal, whichever is more, unless that takes more than 1024 pieces
 /// for a triangle; then still proven.
 /// Cost: one distance query for each vertex, and a few pieces for each triangle that bends over an edge of the other
-/// surface. With `enough`, all that is wanted is a bound that is not above it: then the bound is found sooner and may
+/// surface. With `sufficient_bound`, all that is wanted is a bound that is not above it: then the bound is found sooner and may
 /// be as large as
-/// `enough`; infinite if a point was found that is farther. Deterministic for any number of threads. @throws Cancelled.
+/// `sufficient_bound`; infinite if a point was found that is farther. Deterministic for any number of threads. @throws Cancelled.
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress,
-                     double enough = std::numeric_limits<double>::infinity());
+                     double sufficient_bound = std::numeric_limits<double>::infinity());
 
 }  // namespace spheretree::builder

@@ -33,7 +33,7 @@ constexpr double kNegligible = 1e-6;      // radius of a ball that no point need
 constexpr std::size_t kLeastPoints = 1000;
 constexpr std::size_t kFirstSteps = 8;  // for a tolerance: halving ends within such a share of the fewest balls
 constexpr std::size_t kStepsDown = 25;  // ... and then they go down by such shares
-constexpr std::size_t kFewBalls = 64;   // have more points each: a level's squeeze may take the work of so many more
+constexpr std::size_t kFewBalls = 64;   // have more points each: a level's cover search may take that many times the work
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
@@ -139,7 +139,7 @@ class TopDownBuilder {
   // The better of the smallest ball of all points and the best ball about a centre inside.
   FittedBall rootBall() {
     const Ball smallest = smallestBall(surface_.points);
-    std::vector<FittedBall> starts{{smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius}};
+    std::vector<FittedBall> starts{{smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)}};
     const std::vector<Vector3d> few = farthestFirst(thinned(surface_.points, kLeastPoints), 200);
     FittedBall inner;
     double least = kInfinity;
@@ -148,7 +148,7 @@ class TopDownBuilder {
       if (!(ball.radius > 0)) continue;
       double reach = 0;
       for (const Vector3d& q : few) reach = std::max(reach, (q - ball.centre).norm());
-      if (reach - ball.radius < least) least = reach - ball.radius, inner = {ball.centre, ball.radius, reach};
+      if (reach - ball.radius < least) least = reach - ball.radius, inner = {ball.centre, reach, ball.radius};
     }
     if (inner.clearance > 0) starts.push_back(inner);
     FittedBall best;
@@ -165,14 +165,14 @@ class TopDownBuilder {
   std::vector<FittedBall> reduceAll(const std::vector<FittedBall>& nodes) {
     const std::vector<std::uint32_t> owner = divide(nodes);
     std::vector<std::vector<Vector3d>> points(nodes.size());
-    std::vector<std::vector<MedialBall>> inner(nodes.size());
+    std::vector<std::vector<FittedBall>> inner(nodes.size());
     for (std::size_t i = 0; i < owner.size(); ++i) {
       if (owner[i] == kNoParent) continue;
       const Ball& ball = surface_.inner[i];
       points[owner[i]].push_back(surface_.points[i]);
       if (ball.radius > 0) inner[owner[i]].push_back({ball.centre, ball.radius, ball.radius});
     }
-    std::vector<std::vector<MedialBall>> pools(nodes.size());
+    std::vector<std::vector<FittedBall>> pools(nodes.size());
     if (axis_) pools = refineAxis(nodes, owner);
     // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls
     // fill up.
@@ -191,12 +191,12 @@ class TopDownBuilder {
     return all;
   }
 
-  std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<MedialBall>& pool, const FittedBall& own) {
+  std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<FittedBall>& pool, const FittedBall& own) {
     if (points.size() < 2) return {own};
     const std::vector<Vector3d> few = farthestFirst(thinned(points, 4 * effort_.reducer_points), effort_.reducer_points);
     Region region{field_, few, pool};
-    region.most = static_cast<std::size_t>(settings_.branching);
-    region.enough = settings_.tolerance_mm;
+    region.max_balls = static_cast<std::size_t>(settings_.branching);
+    region.target_overhang = settings_.tolerance_mm;
     region.seed = settings_.seed;
     std::vector<FittedBall> balls = method_.reduce(region);
     if (balls.empty()) return {own};
@@ -205,7 +205,7 @@ class TopDownBuilder {
     return balls;
   }
 
-  std::vector<std::vector<MedialBall>> refineAxis(const std::vector<FittedBall>& nodes, const std::vector<std::uint32_t>& owner) {
+  std::vector<std::vector<FittedBall>> refineAxis(const std::vector<FittedBall>& nodes, const std::vector<std::uint32_t>& owner) {
     double mean = 0;
     for (const FittedBall& node : nodes) mean += node.overhang() / static_cast<double>(nodes.size());
     std::vector<AdaptiveMedialAxis::Target> targets;
@@ -249,13 +249,13 @@ class TopDownBuilder {
     CoverSearch search(mesh_, field_, std::move(start), lowering, progress_);
     search.lower(settings_.tolerance_mm, progress_);
     balls.clear();
-    for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius, b.radius + search.standOff()});
+    for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius + search.standOff(), b.radius});
   }
 
   // Few for few balls: the evenly spread ones thinned, and those at corners and on sharp edges.
   std::vector<Vector3d> levelPoints(std::size_t balls) const {
     std::vector<Vector3d> even, special;
-    for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.load[i] > 0 ? even : special).push_back(surface_.points[i]);
+    for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.ball_density[i] > 0 ? even : special).push_back(surface_.points[i]);
     const std::size_t wanted = std::max(kLeastPoints, balls * effort_.points_a_ball);
     even = thinned(even, wanted);
     special = thinned(special, wanted);
@@ -270,7 +270,7 @@ class TopDownBuilder {
     std::vector<FittedBall> all = balls;
     const double worst = worstOverhang(balls);
     for (FittedBall& ball : all) ball.radius = std::max(ball.radius, ball.clearance + worst);
-    return assignToRegions(surface_.points, surface_.load, all);
+    return assignToRegions(surface_.points, surface_.ball_density, all);
   }
 
   // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as

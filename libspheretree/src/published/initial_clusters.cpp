@@ -74,8 +74,8 @@ std::vector<MedialCluster> startClusters(const Region& region) {
   for (std::size_t b = 0; b < of_ball.size(); ++b) {
     if (of_ball[b].points.empty()) continue;
     number[b] = static_cast<std::uint32_t>(clusters.size());
-    const MedialBall& medial = region.pool[b];
-    of_ball[b].ball = {medial.centre, medial.clearance, farthest(of_ball[b].points, medial.centre)};
+    const FittedBall& medial = region.pool[b];
+    of_ball[b].ball = {medial.centre, farthest(of_ball[b].points, medial.centre), medial.clearance};
     clusters.push_back(std::move(of_ball[b]));
   }
   for (const auto& list : near)
@@ -119,7 +119,7 @@ std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
     const Merge merge = queue.top();
     queue.pop();
     if (!clusters[merge.a].alive || !clusters[merge.b].alive) continue;
-    if (alive <= region.most && merge.overhang > region.enough) {
+    if (alive <= region.max_balls && merge.overhang > region.target_overhang) {
       if (merge.worsens) break;
       continue;
     }

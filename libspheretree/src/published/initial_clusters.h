@@ -25,8 +25,8 @@ std::vector<MedialCluster> startClusters(const Region& region);
 using MergeRule = FittedBall (*)(const Region& region, const MedialCluster& a, const MedialCluster& b,
                                  std::vector<Eigen::Vector3d>& united);
 
-/// Merges neighbours, below 24 clusters any two, until at most `region.most` are left, and further while the merged
-/// ball reaches out no farther than `region.enough`. Merges that leave the worse of the two no worse go first, then the
+/// Merges neighbours, below 24 clusters any two, until at most `region.max_balls` are left, and further while the merged
+/// ball reaches out no farther than `region.target_overhang`. Merges that leave the worse of the two no worse go first, then the
 /// least overhang; ties go to the lower clusters. No balls if the overhang would pass `region.limit`.
 std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule);
 

@@ -85,7 +85,7 @@ std::vector<FittedBall> reduceBurst(const Region& region) {
       }
       continue;
     }
-    if (alive <= region.most && bursts[next].worst > region.enough) break;
+    if (alive <= region.max_balls && bursts[next].worst > region.target_overhang) break;
     const Burst burst = std::move(bursts[next]);
     MedialCluster& gone = clusters[next];
     gone.alive = false;

@@ -19,9 +19,9 @@ constexpr int kExpandBisections = 10;
 // together. Float, as it only steers the choice; radii are computed in double.
 class Gaps {
  public:
-  Gaps(std::span<const MedialBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
+  Gaps(std::span<const FittedBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
     float* out = gap_.data();
-    for (const MedialBall& ball : pool)
+    for (const FittedBall& ball : pool)
       for (const Vector3d& p : points) *out++ = static_cast<float>((p - ball.centre).norm() - ball.clearance);
   }
   std::size_t balls() const { return gap_.size() / points_; }
@@ -96,17 +96,17 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
   std::vector<std::size_t> cover{widest};
   float stand_off = high;
   const auto attempt = [&](float trial) {
-    std::vector<std::size_t> found = greedyCover(gaps, trial, region.most);
+    std::vector<std::size_t> found = greedyCover(gaps, trial, region.max_balls);
     if (found.empty()) return false;
     cover = std::move(found);
     stand_off = high = trial;
     return true;
   };
-  const auto enough = static_cast<float>(region.enough);
-  bool done = enough >= high;
-  if (!done && enough > low) {
-    done = attempt(enough);
-    if (!done) low = enough;
+  const auto target = static_cast<float>(region.target_overhang);
+  bool done = target >= high;
+  if (!done && target > low) {
+    done = attempt(target);
+    if (!done) low = target;
   }
   for (int i = 0; i < kExpandBisections && !done && low < high; ++i) {
     const float middle = 0.5f * (low + high);
@@ -114,8 +114,8 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
   }
   std::vector<FittedBall> balls;
   for (const std::size_t b : cover) {
-    const MedialBall& medial = region.pool[b];
-    balls.push_back({medial.centre, medial.clearance, medial.clearance + static_cast<double>(stand_off)});
+    const FittedBall& medial = region.pool[b];
+    balls.push_back({medial.centre, medial.clearance + static_cast<double>(stand_off), medial.clearance});
   }
   return balls;
 }

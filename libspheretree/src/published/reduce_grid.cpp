@@ -78,7 +78,7 @@ std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double
     double most_clearance2 = std::numeric_limits<double>::infinity();
     for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
     if (ball.radius - std::sqrt(most_clearance2) > most) return {};
-    balls.push_back({ball.centre, -region.field.signedDistance(ball.centre), ball.radius});
+    balls.push_back({ball.centre, ball.radius, -region.field.signedDistance(ball.centre)});
     if (balls.back().overhang() > most) return {};
   }
   return balls;
@@ -93,11 +93,11 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
   // One ball: in a rod it is better than cells on all sides of it.
   const Ball whole = smallestBall(region.points);
-  std::vector<FittedBall> best{{whole.centre, -region.field.signedDistance(whole.centre), whole.radius}};
+  std::vector<FittedBall> best{{whole.centre, whole.radius, -region.field.signedDistance(whole.centre)}};
   double least = best[0].overhang();
-  if (least <= region.enough) return best;
+  if (least <= region.target_overhang) return best;
   std::vector<Vector3d> turned(region.points.size()), in_cell;
-  Cells cells(region.most);
+  Cells cells(region.max_balls);
   for (const Matrix3d& turn : turns) {
     Eigen::AlignedBox3d box;
     for (std::size_t i = 0; i < turned.size(); ++i) {
@@ -110,11 +110,11 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
       for (double size = kFinest * extent; size < kGrow * extent; size *= kGrow) {
         if (!cells.sort(turned, box.min() - size * shift, size)) continue;
-        std::vector<FittedBall> balls = ballsOf(cells, region, std::max(least, region.enough), in_cell);
+        std::vector<FittedBall> balls = ballsOf(cells, region, std::max(least, region.target_overhang), in_cell);
         if (balls.empty()) continue;
         double worst = 0;
         for (const FittedBall& ball : balls) worst = std::max(worst, ball.overhang());
-        if (least > region.enough ? worst < least : balls.size() < best.size()) least = worst, best = std::move(balls);
+        if (least > region.target_overhang ? worst < least : balls.size() < best.size()) least = worst, best = std::move(balls);
       }
     }
   }

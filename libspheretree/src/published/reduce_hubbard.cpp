@@ -14,7 +14,7 @@ FittedBall ballOfPoints(const Region& region, const MedialCluster& a, const Medi
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());
   const Ball smallest = smallestBall(united);
-  return {smallest.centre, -region.field.signedDistance(smallest.centre), smallest.radius};
+  return {smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
 }
 
 }  // namespace

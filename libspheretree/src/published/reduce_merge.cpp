@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 namespace {
 
 FittedBall bestOfThree(const Region& region, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>& united) {
-  const FittedBall first{a.ball.centre, a.ball.clearance, std::max(a.ball.radius, farthest(b.points, a.ball.centre))};
-  const FittedBall second{b.ball.centre, b.ball.clearance, std::max(b.ball.radius, farthest(a.points, b.ball.centre))};
+  const FittedBall first{a.ball.centre, std::max(a.ball.radius, farthest(b.points, a.ball.centre)), a.ball.clearance};
+  const FittedBall second{b.ball.centre, std::max(b.ball.radius, farthest(a.points, b.ball.centre)), b.ball.clearance};
   FittedBall best = second.overhang() < first.overhang() ? second : first;
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());
@@ -25,7 +25,7 @@ FittedBall bestOfThree(const Region& region, const MedialCluster& a, const Media
   const double most_clearance =
       std::min(a.ball.clearance + (smallest.centre - a.ball.centre).norm(), b.ball.clearance + (smallest.centre - b.ball.centre).norm());
   if (smallest.radius - most_clearance < best.overhang()) {
-    const FittedBall third{smallest.centre, -region.field.signedDistance(smallest.centre), smallest.radius};
+    const FittedBall third{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
     if (third.overhang() < best.overhang()) best = third;
   }
   return best;

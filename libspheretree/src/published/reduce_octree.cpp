@@ -45,7 +45,7 @@ Polygon cornersOf(const Cell& cell) {
 // The centre moves to lower the overhang.
 FittedBall refitted(const Cell& cell, const Polygon& corners, const DistanceField& field, const Vector3d& centre, double clearance) {
   const Refit refit = refitBall(field, corners, centre, clearance, 0.1 * cell.box.diagonal().norm(), kRefitSteps);
-  return {refit.centre, refit.clearance, refit.clearance + refit.stand_off};
+  return {refit.centre, refit.clearance + refit.stand_off, refit.clearance};
 }
 
 FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang() < a.overhang() ? b : a; }
@@ -55,7 +55,7 @@ FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang(
 FittedBall ballRound(const Cell& cell, const DistanceField& field) {
   const Polygon corners = cornersOf(cell);
   const Ball smallest = smallestBall(corners);
-  const FittedBall outer{smallest.centre, -field.signedDistance(smallest.centre), smallest.radius};
+  const FittedBall outer{smallest.centre, smallest.radius, -field.signedDistance(smallest.centre)};
   const Vector3d middle = cell.box.center();
   const double clearance = -field.signedDistance(middle);
   return clearance > 0 ? better(outer, refitted(cell, corners, field, middle, clearance)) : outer;
@@ -137,9 +137,9 @@ class Halving {
     worst_.emplace(cells_[0].ball.overhang(), 0);
   }
 
-  // Until none reaches out farther than `enough` or there are `most`.
-  void run(std::size_t most, double enough, Progress& progress) {
-    while (cells_.size() < most && worst() > enough) {
+  // Until none reaches out farther than `target` or there are `most`.
+  void run(std::size_t most, double target, Progress& progress) {
+    while (cells_.size() < most && worst() > target) {
       progress.check();
       const std::size_t at = worst_.top().second;
       worst_.pop();
@@ -188,20 +188,20 @@ std::vector<std::vector<std::uint32_t>> neighbours(const std::vector<FittedCell>
   return near;
 }
 
-// Takes from a cell what a ball holds that may reach out by `enough`; the ball grows as it needs.
-void takeHeld(FittedBall& ball, double enough, Cell& cell) {
+// Takes from a cell what a ball holds that may reach out by `target`; the ball grows as it needs.
+void takeHeld(FittedBall& ball, double target, Cell& cell) {
   std::erase_if(cell.pieces, [&](const Polygon& piece) {
     double reach = 0;
     for (const Vector3d& p : piece) reach = std::max(reach, (p - ball.centre).norm());
-    if (reach > ball.clearance + enough) return false;
+    if (reach > ball.clearance + target) return false;
     ball.radius = std::max(ball.radius, reach);
     return true;
   });
 }
 
 // One after the other, cells grow over those that they touch, as long as one ball round all reaches out no farther than
-// `enough`. What the ball then holds of others is no longer theirs. None if more than `most` are left.
-std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double enough,
+// `target`. What the ball then holds of others is no longer theirs. None if more than `most` are left.
+std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double target,
                                        Progress& progress) {
   const std::vector<std::vector<std::uint32_t>> near = neighbours(cells);
   std::vector<std::size_t> tried_by(cells.size(), cells.size());
@@ -218,7 +218,7 @@ std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const Dist
         tried_by[j] = i;
         Cell both = joined(grown.cell, cells[j].cell);
         const FittedBall ball = refitted(both, cornersOf(both), field, grown.ball.centre, grown.ball.clearance);
-        if (ball.overhang() > enough) {
+        if (ball.overhang() > target) {
           others.push_back(j);
           continue;
         }
@@ -226,7 +226,7 @@ std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const Dist
         cells[j] = {};
         members.push_back(j);
       }
-    for (const std::uint32_t j : others) takeHeld(grown.ball, enough, cells[j].cell);
+    for (const std::uint32_t j : others) takeHeld(grown.ball, target, cells[j].cell);
     out.push_back(grown.ball);
   }
   return out;
@@ -264,14 +264,14 @@ std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, 
 LevelBalls buildForTolerance(const Cell& root, const DistanceField& field, const PublishedSettings& settings, Progress& progress) {
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);
-  const double enough = std::max(settings.tolerance_mm, kNegligibleOverhang * field.diagonal());
+  const double target = std::max(settings.tolerance_mm, kNegligibleOverhang * field.diagonal());
   Halving halving(root, field);
-  const std::vector<FittedBall> leaves = findLeaves(halving, field, budget, enough, progress);
+  const std::vector<FittedBall> leaves = findLeaves(halving, field, budget, target, progress);
   const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings.branching);
   LevelBalls out;
   out.balls.resize(counts.size());
   for (std::size_t level = 0; level + 1 < counts.size(); ++level) {
-    halving.run(counts[level], enough, progress);
+    halving.run(counts[level], target, progress);
     for (const FittedCell& cell : halving.cells()) out.balls[level].push_back(cell.ball.ball());
   }
   for (const FittedBall& leaf : leaves) out.balls.back().push_back(leaf.ball());

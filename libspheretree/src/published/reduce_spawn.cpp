@@ -40,11 +40,11 @@ class Spawner {
     for (std::size_t i = 0; i < index.size(); ++i) index[i] = i;
     std::vector<FittedBall> balls;
     while (!open.empty()) {
-      if (balls.size() == region_.most) return {};
+      if (balls.size() == region_.max_balls) return {};
       const Placed best = place(open, index, stand_off);
-      if (best.gain == 0 || best.gain * (region_.most - balls.size()) < open.size()) return {};
+      if (best.gain == 0 || best.gain * (region_.max_balls - balls.size()) < open.size()) return {};
       const double reach = best.inner.radius + stand_off;
-      balls.push_back({best.inner.centre, best.inner.radius, reach});
+      balls.push_back({best.inner.centre, reach, best.inner.radius});
       std::size_t kept = 0;
       for (std::size_t i = 0; i < open.size(); ++i)
         if ((open[i] - best.inner.centre).norm() > reach) open[kept] = open[i], index[kept] = index[i], ++kept;
@@ -100,7 +100,7 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
   const Spawner spawner(region);
   // One ball: about the centre of the smallest ball, or about the start that holds all with the least stand-off.
   const Ball smallest = smallestBall(spawner.points());
-  FittedBall one{smallest.centre, -region.field.signedDistance(smallest.centre), smallest.radius};
+  FittedBall one{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
   for (const Ball& start : spawner.starts()) {
     if (!(start.radius > 0)) continue;
     double reach = 0;
@@ -116,10 +116,10 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
     high = trial;
     return true;
   };
-  bool done = region.enough >= high;
-  if (!done && region.enough > 0) {
-    done = attempt(region.enough);
-    if (!done) low = region.enough;
+  bool done = region.target_overhang >= high;
+  if (!done && region.target_overhang > 0) {
+    done = attempt(region.target_overhang);
+    if (!done) low = region.target_overhang;
   }
   for (int i = 0; i < kSpawnBisections && !done; ++i) {
     const double middle = 0.5 * (low + high);

@@ -18,14 +18,14 @@ namespace spheretree::builder {
 struct Region {
   const DistanceField& field;
   std::span<const Eigen::Vector3d> points;  // to be covered, at least one [mm]
-  std::span<const MedialBall> pool;         // balls of the medial axis near the region; may be empty
-  std::size_t most = 8;                     // balls, >= 1
-  double enough = 0;                        // use fewer balls as long as the worst overhang stays within [mm]; >= 0
+  std::span<const FittedBall> pool;         // balls of the medial axis near the region; may be empty
+  std::size_t max_balls = 8;                // >= 1
+  double target_overhang = 0;               // fewer balls are used if their largest overhang stays within this [mm]; >= 0
   std::uint64_t seed = 1;                   // for methods that draw
 };
 
-/// At most `most` balls, each point of the region in one of them; none if the method finds none (an empty pool). Pure:
-/// same region, same balls.
+/// Returns at most `max_balls` balls that hold every point of the region, or none if the method finds none (an empty
+/// pool). Pure: the same region gives the same balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
 
 }  // namespace spheretree::builder

@@ -20,12 +20,12 @@ namespace {
 constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
 constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
 constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
-constexpr double kAhead = 1.05,
-                 kStale = 1.4;         // points of a ball are listed for a stand-off so much larger, and anew once it is so much larger
-constexpr int kHalvesRounds = 2;       // of refits, after a split
-constexpr int kPatience = 5;           // rounds without gain
-constexpr std::size_t kMostParts = 8;  // of a ball whose halves are no better
-constexpr std::size_t kFew = 16;       // balls: a start of its own is tried
+constexpr double kListedStandOff = 1.05,
+                 kOutdatedStandOff = 1.4;  // points of a ball are listed for a stand-off so much larger, and anew once it is so much larger
+constexpr int kHalvesRounds = 2;           // of refits, after a split
+constexpr int kPatience = 5;               // rounds without gain
+constexpr std::size_t kMostParts = 8;      // of a ball whose halves are no better
+constexpr std::size_t kFew = 16;           // balls: a start of its own is tried
 
 double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
 
@@ -179,8 +179,8 @@ class Level {
   };
 
   void findWithin(const FittedBall& ball, Within& within) const {
-    if (within.centre == ball.centre && within.stand_off >= stand_off_ && within.stand_off <= kStale * stand_off_) return;
-    within = {ball.centre, kAhead * stand_off_, std::move(within.points)};
+    if (within.centre == ball.centre && within.stand_off >= stand_off_ && within.stand_off <= kOutdatedStandOff * stand_off_) return;
+    within = {ball.centre, kListedStandOff * stand_off_, std::move(within.points)};
     within.points.clear();
     points_.within(ball.centre, ball.clearance + within.stand_off, [&](std::uint32_t i, double distance) {
       within.points.push_back({i, distance - ball.clearance});
@@ -276,7 +276,7 @@ class Level {
     for (const auto& points : part) {
       if (points.empty()) continue;
       const Ball smallest = smallestBall(points);
-      halves.push_back({smallest.centre, -field_.signedDistance(smallest.centre), smallest.radius});
+      halves.push_back({smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)});
     }
     refitBalls(field_, own, halves, kHalvesRounds, progress_);
     if (worstOf(halves) >= overhang * (1 - kWorthwhile)) return {};
@@ -302,12 +302,13 @@ void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, 
   Level level(field, points, balls, progress);
   level.assign();
   level.removeEmpty();
-  level.shrinkTo(settings.most);
-  if (settings.most > 1 && settings.most <= kFew && settings.rounds > 0 && level.worst() > settings.enough) level.startAgain(settings.most);
+  level.shrinkTo(settings.max_balls);
+  if (settings.max_balls > 1 && settings.max_balls <= kFew && settings.max_rounds > 0 && level.worst() > settings.target_overhang)
+    level.startAgain(settings.max_balls);
   double before = level.worst();
-  for (int round = 0, idle = 0; round < settings.rounds && idle < kPatience && level.worst() > settings.enough;) {
+  for (int round = 0, idle = 0; round < settings.max_rounds && idle < kPatience && level.worst() > settings.target_overhang;) {
     const std::size_t count = level.count();
-    const bool exchanged = level.exchange(settings.most, idle > 0 ? 0 : kRelaxed);  // stuck: all move, so that room spreads
+    const bool exchanged = level.exchange(settings.max_balls, idle > 0 ? 0 : kRelaxed);  // stuck: all move, so that room spreads
     const double now = level.worst();
     const bool grown = level.count() > count;  // what is free is used up first
     if (!grown) ++round;

@@ -14,15 +14,15 @@
 namespace spheretree::builder {
 
 struct SplitAndDropSettings {
-  std::size_t most = 512;  // balls, >= 1
-  double enough = 0;       // stops once no ball reaches out farther [mm]; >= 0
-  int rounds = 24;         // >= 0
+  std::size_t max_balls = 512;  // >= 1
+  double target_overhang = 0;   // the search stops once no ball reaches out farther [mm]; >= 0
+  int max_rounds = 24;          // >= 0
 };
 
-/// Changes `balls` until they are at most `most` and no exchange lowers the worst overhang. If they are at most `most`
-/// at the start, the worst overhang never rises. On return every point lies in a ball and each ball is no larger than
-/// the points take that lie deepest in it; a ball without a point is gone. Cost: a round assigns all points, O(points
-/// log balls), and refits a few balls.
+/// Changes `balls` until they are at most `max_balls` and no exchange lowers the worst overhang. If they are at most
+/// `max_balls` at the start, the worst overhang never rises. On return each ball is the smallest about its centre that
+/// holds the points that lie deepest in it, and every point lies in a ball; balls without points are removed.
+/// Cost: a round assigns all points, O(points log balls), and refits a few balls.
 /// @throws std::invalid_argument for no points or no balls, Cancelled.
 void splitAndDrop(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
                   const SplitAndDropSettings& settings, const Progress& progress);

@@ -52,7 +52,7 @@ std::vector<std::uint32_t> allTriangles(const TriangleMesh& mesh) {
 }
 
 /// A mesh that no step can do anything about.
-bool isHopeless(const MeshReport& report) {
+bool isBeyondRepair(const MeshReport& report) {
   return report.has(DefectKind::NoTriangles) || report.has(DefectKind::BadIndex) || report.has(DefectKind::NonFinite) ||
          report.has(DefectKind::Scale) || !(report.area > 0);
 }
@@ -424,7 +424,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, RepairKind kind, Progress& pro
   RepairedMesh out;
   if (kind != RepairKind::Wrap && (report.clean() || (kind == RepairKind::Auto && report.fixable()))) {
     out = fixed(mesh, report);
-  } else if (kind == RepairKind::Off || isHopeless(report)) {
+  } else if (kind == RepairKind::Off || isBeyondRepair(report)) {
     out.mesh = mesh;
     out.result = report;
   } else {

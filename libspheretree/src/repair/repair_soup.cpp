@@ -317,12 +317,12 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles) {
     fewest = std::min(fewest, open[i]);
     if (fewest == 0) break;
   }
-  const auto enough = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest)) + fewest;
+  const auto target = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest)) + fewest;
   Stitched result;
   result.is_modified.assign(input_triangles, 0);
-  if (before <= enough) return result;
+  if (before <= target) return result;
   for (std::size_t i = 0; i < kTolerances.size(); ++i)
-    if (open[i] <= enough) return attempt(kTolerances[i] * diagonal, soup);
+    if (open[i] <= target) return attempt(kTolerances[i] * diagonal, soup);
   return result;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes the boundary of a solid manifold where it touches itself: bodies that meet in one vertex or along one edge are
-// drawn apart by a hair, inwards, so that inside and outside are certain again.
+// drawn apart inwards by a given distance, so that inside and outside are certain again.
 // Units: mm. Deterministic.
 #pragma once
 

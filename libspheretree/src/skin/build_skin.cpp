@@ -98,8 +98,8 @@ class SkinBuilder {
     TriangleMesh few = simplifyMesh(solid_, triangles, progress_);
     const double there = distanceBound(solid_, DistanceField(few, {}, sheets_), progress_);
     double back = std::numeric_limits<double>::infinity();
-    for (double enough = 2 * there; !(back < std::numeric_limits<double>::infinity()); enough *= 2)
-      back = distanceBound(few, field_, progress_, enough);
+    for (double target = 2 * there; !(back < std::numeric_limits<double>::infinity()); target *= 2)
+      back = distanceBound(few, field_, progress_, target);
     return withSheets(std::move(few), std::max(there, back));
   }
 

@@ -11,7 +11,7 @@ namespace spheretree::builder {
 using Eigen::Vector3d;
 
 TriangleMesh innerSheet(const TriangleMesh& mesh, const DistanceField& field, double share, double stand_off, double spacing) {
-  TriangleMesh sheet = withShortSides(mesh, spacing);
+  TriangleMesh sheet = subdivided(mesh, spacing);
   tbb::parallel_for(std::size_t{0}, sheet.positions.size(), [&](std::size_t i) {
     Vector3d& p = sheet.positions[i];
     const NearestPoint here = field.nearest(p);

@@ -66,10 +66,10 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
       set.insert(set.end(), ended.begin(), ended.end());
       fixed.resize(set.size(), 1);
       const std::vector<std::uint32_t> one_group(set.size(), 0);
-      const std::vector<char> needless = findRedundantSpheres(mesh, set, origin, one_group, fixed, most, seed, progress);
+      const std::vector<char> redundant = findRedundantSpheres(mesh, set, origin, one_group, fixed, most, seed, progress);
       wanted = 0;
       for (std::size_t i = 0; i < own.size(); ++i) {
-        if (!needless[i]) leaf[i] = kNone;
+        if (!redundant[i]) leaf[i] = kNone;
         wanted += leaf[i] != kNone;
       }
     }

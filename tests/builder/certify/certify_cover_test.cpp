@@ -253,7 +253,7 @@ TEST(FindCoverGaps, MissesNoPlaceFartherThanTheTolerance) {
   EXPECT_GE(closed, 50);
 }
 
-TEST(FindSpare, WhatRemainsCoversAndNothingMoreCanGo) {
+TEST(ProvenRedundant, WhatRemainsCoversAndNothingMoreCanGo) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   Progress progress;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -261,11 +261,11 @@ TEST(FindSpare, WhatRemainsCoversAndNothingMoreCanGo) {
     cover.spheres.push_back(cover.spheres[7]);  // twice the same: one of them can go
     std::vector<std::uint32_t> candidates(cover.spheres.size());
     std::iota(candidates.begin(), candidates.end(), 0u);
-    const std::vector<char> spare = provenRedundant(mesh, cover.spheres, Vector3d::Zero(), candidates, progress);
-    EXPECT_TRUE(spare[7] || spare.back());
+    const std::vector<char> redundant = provenRedundant(mesh, cover.spheres, Vector3d::Zero(), candidates, progress);
+    EXPECT_TRUE(redundant[7] || redundant.back());
     std::vector<Ball> kept;
-    for (std::size_t i = 0; i < spare.size(); ++i)
-      if (!spare[i]) kept.push_back(test::toBalls({&cover.spheres[i], 1}, Vector3d::Zero()).front());
+    for (std::size_t i = 0; i < redundant.size(); ++i)
+      if (!redundant[i]) kept.push_back(test::toBalls({&cover.spheres[i], 1}, Vector3d::Zero()).front());
     EXPECT_LT(kept.size(), cover.spheres.size() - 10);
     EXPECT_EQ(certify(mesh, kept, 1e-5).largest_growth, 0) << "the others cover the mesh without growing";
     for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -276,7 +276,7 @@ TEST(FindSpare, WhatRemainsCoversAndNothingMoreCanGo) {
   }
 }
 
-TEST(FindSpare, KeepsWhatIsNoCandidate) {
+TEST(ProvenRedundant, KeepsWhatIsNoCandidate) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   Progress progress;
   CertifiedCover cover = certify(mesh, scattered(mesh, 60, 1.6, 1), 1e-3);
@@ -338,21 +338,21 @@ TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
   mesh.positions.insert(mesh.positions.end(), {{0, 0, 5}, {9, 0, 5}, {4, 1e-9, 5}});  // a sliver
   mesh.triangles.push_back({8, 9, 10});
   const double longest = 0.8;
-  const TriangleMesh cut = withShortSides(mesh, longest);
+  const TriangleMesh cut = subdivided(mesh, longest);
   double area = 0;
   for (std::size_t t = 0; t < cut.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) EXPECT_LE((cut.corner(t, k) - cut.corner(t, (k + 1) % 3)).norm(), longest);
     area += 0.5 * (cut.corner(t, 1) - cut.corner(t, 0)).cross(cut.corner(t, 2) - cut.corner(t, 0)).norm();
   }
   EXPECT_NEAR(area, 2 * (7 * 2 + 7 * 0.01 + 2 * 0.01), 1e-6);
-  EXPECT_EQ(withShortSides(mesh, 100).triangles.size(), mesh.triangles.size()) << "short ones stay whole";
+  EXPECT_EQ(subdivided(mesh, 100).triangles.size(), mesh.triangles.size()) << "short ones stay whole";
 }
 
 TEST(WithShortSides, ASlenderTriangleTakesTwoForEachSlice) {
   TriangleMesh slender;
   slender.positions = {{0, 0, 0}, {100, 0, 0}, {100, 0.1, 0}};
   slender.triangles = {{0, 1, 2}};
-  EXPECT_LE(withShortSides(slender, 1).triangles.size(), 2u * 112);
+  EXPECT_LE(subdivided(slender, 1).triangles.size(), 2u * 112);
 }
 
 }  // namespace

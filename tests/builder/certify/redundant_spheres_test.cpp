@@ -31,20 +31,20 @@ struct Asked {
   std::size_t most = 16;
 };
 
-std::vector<char> needlessOf(const std::vector<Sphere>& spheres, const Asked& asked, const Vector3d& origin = Vector3d::Zero()) {
+std::vector<char> redundantOf(const std::vector<Sphere>& spheres, const Asked& asked, const Vector3d& origin = Vector3d::Zero()) {
   TriangleMesh mesh = kCube;
   for (Vector3d& p : mesh.positions) p += origin;
   Progress progress;
   return findRedundantSpheres(mesh, spheres, origin, asked.group, asked.fixed, asked.most, 1, progress);
 }
 
-TEST(RedundantSpheres, OneOfTwoIsNeedlessAndTheOthersStillCover) {
+TEST(RedundantSpheres, OneOfTwoIsRedundantAndTheOthersStillCover) {
   for (const Vector3d& origin : {Vector3d(0, 0, 0), Vector3d(1e6, -2e6, 3e6)}) {
-    const std::vector<char> needless = needlessOf(twice(), {}, origin);
+    const std::vector<char> redundant = redundantOf(twice(), {}, origin);
     std::vector<Sphere> kept;
     for (std::size_t i = 0; i < 8; ++i) {
-      EXPECT_EQ(needless[i] + needless[i + 8], 1) << "eighth " << i;
-      kept.push_back(twice()[needless[i] ? i + 8 : i]);
+      EXPECT_EQ(redundant[i] + redundant[i + 8], 1) << "eighth " << i;
+      kept.push_back(twice()[redundant[i] ? i + 8 : i]);
     }
     Progress progress;
     EXPECT_EQ(certifyCover(kCube, test::toBalls(kept, Vector3d::Zero()), Vector3d::Zero(), 1e-3, progress).largest_growth, 0);
@@ -56,29 +56,29 @@ TEST(RedundantSpheres, NothingOfACoverOfWhichAllIsNeeded) {
   once.resize(8);
   Asked asked;
   asked.group.resize(8);
-  EXPECT_EQ(needlessOf(once, asked), std::vector<char>(8, 0));
+  EXPECT_EQ(redundantOf(once, asked), std::vector<char>(8, 0));
 }
 
 TEST(RedundantSpheres, WhatIsFixedStays) {
   Asked asked;
   asked.fixed.assign(16, 0);
   std::fill_n(asked.fixed.begin(), 8, 1);
-  const std::vector<char> needless = needlessOf(twice(), asked);
-  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(needless[i], i >= 8) << i;
+  const std::vector<char> redundant = redundantOf(twice(), asked);
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(redundant[i], i >= 8) << i;
 }
 
 TEST(RedundantSpheres, TheLastOfAGroupStays) {
   Asked asked;
   for (std::uint32_t i = 0; i < 16; ++i) asked.group[i] = i;
-  EXPECT_EQ(needlessOf(twice(), asked), std::vector<char>(16, 0));
+  EXPECT_EQ(redundantOf(twice(), asked), std::vector<char>(16, 0));
 }
 
 TEST(RedundantSpheres, NoMoreThanAskedFor) {
   for (const std::size_t most : {0, 3, 8}) {
     Asked asked;
     asked.most = most;
-    const std::vector<char> needless = needlessOf(twice(), asked);
-    EXPECT_EQ(std::count(needless.begin(), needless.end(), 1), static_cast<std::ptrdiff_t>(most));
+    const std::vector<char> redundant = redundantOf(twice(), asked);
+    EXPECT_EQ(std::count(redundant.begin(), redundant.end(), 1), static_cast<std::ptrdiff_t>(most));
   }
 }
 

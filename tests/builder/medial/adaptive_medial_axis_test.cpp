@@ -25,9 +25,9 @@ std::vector<Vector3d> sitesOf(const TriangleMesh& mesh, std::size_t count) {
 
 std::uint32_t everywhere(const Vector3d&) { return 0; }
 
-double worst(const std::vector<MedialBall>& balls) {
+double worst(const std::vector<FittedBall>& balls) {
   double most = 0;
-  for (const MedialBall& b : balls) most = std::max(most, b.radius - b.clearance);
+  for (const FittedBall& b : balls) most = std::max(most, b.radius - b.clearance);
   return most;
 }
 
@@ -40,7 +40,7 @@ TEST(AdaptiveMedialAxis, BallsAreInsideAndClearancesTrue) {
     const auto balls = axis.refine(everywhere, targets, progress);
     ASSERT_EQ(balls.size(), 1u);
     EXPECT_GE(balls[0].size(), 100u);
-    for (const MedialBall& b : balls[0]) {
+    for (const FittedBall& b : balls[0]) {
       EXPECT_NEAR(b.clearance, -field.signedDistance(b.centre), 1e-9);
       EXPECT_GT(b.clearance, 0);
       EXPECT_GE(b.radius, b.clearance);
@@ -102,7 +102,7 @@ TEST(AdaptiveMedialAxis, SitesWithoutAVertexInsideGetTheirInnerBall) {
   Progress progress;
   const auto balls = axis.refine(everywhere, std::vector<AdaptiveMedialAxis::Target>{{0, 0, 0}}, progress);
   EXPECT_GT(balls[0].size(), 80u);
-  for (const MedialBall& b : balls[0]) EXPECT_NEAR(b.clearance, -field.signedDistance(b.centre), 1e-9);
+  for (const FittedBall& b : balls[0]) EXPECT_NEAR(b.clearance, -field.signedDistance(b.centre), 1e-9);
 }
 
 TEST(AdaptiveMedialAxis, FewOrFlatSites) {

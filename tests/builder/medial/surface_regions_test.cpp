@@ -36,7 +36,7 @@ TEST(SurfaceRegions, SamplesHoldTheCornersAndLoadsGrowWhereTheSolidIsThin) {
   const TriangleMesh mesh = test::joined(test::boxMesh({0, 0, 0}, {4, 4, 4}), test::boxMesh({10, 0, 0}, {14, 4, 0.1}));
   const DistanceField field(mesh);
   const SurfacePoints surface = sampleRegions(mesh, field, 4000, 64, 1);
-  ASSERT_EQ(surface.points.size(), surface.load.size());
+  ASSERT_EQ(surface.points.size(), surface.ball_density.size());
   ASSERT_EQ(surface.points.size(), surface.inner.size());
   for (const Vector3d& corner : mesh.positions)
     EXPECT_NE(std::find(surface.points.begin(), surface.points.end(), corner), surface.points.end());
@@ -44,11 +44,11 @@ TEST(SurfaceRegions, SamplesHoldTheCornersAndLoadsGrowWhereTheSolidIsThin) {
   std::size_t thick_count = 0, thin_count = 0;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
     EXPECT_LT(field.distance(surface.points[i]), 1e-9);
-    if (!(surface.load[i] > 0)) continue;
+    if (!(surface.ball_density[i] > 0)) continue;
     if (surface.points[i].x() > 5)
-      thin += surface.load[i], ++thin_count;
+      thin += surface.ball_density[i], ++thin_count;
     else
-      thick += surface.load[i], ++thick_count;
+      thick += surface.ball_density[i], ++thick_count;
   }
   EXPECT_GT(thin / static_cast<double>(thin_count), 2 * thick / static_cast<double>(thick_count));
 }
@@ -132,10 +132,10 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
 TEST(SurfaceRegions, HandDownBalancesTheLoads) {
   test::Random random(5);
   std::vector<Vector3d> points;
-  std::vector<double> load;
-  for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), load.push_back(1);
+  std::vector<double> ball_density;
+  for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), ball_density.push_back(1);
   const std::vector<FittedBall> balls{{{5, 0, 0}, 0, 20}, {{9, 0, 0}, 0, 20}};
-  const std::vector<std::uint32_t> owner = assignToRegions(points, load, balls);
+  const std::vector<std::uint32_t> owner = assignToRegions(points, ball_density, balls);
   double low = 0, first = 0, second_least = 10;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner[i] == 0) ++first, low = std::max(low, points[i].x());

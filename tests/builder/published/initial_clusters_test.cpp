@@ -22,7 +22,7 @@ TEST(InitialClusters, EachPointLiesInTheBallThatItIsDeepestIn) {
     points += c.points.size();
     for (const Vector3d& p : c.points) {
       double least = std::numeric_limits<double>::infinity();
-      for (const MedialBall& b : region.pool) least = std::min(least, (p - b.centre).norm() - b.clearance);
+      for (const FittedBall& b : region.pool) least = std::min(least, (p - b.centre).norm() - b.clearance);
       EXPECT_NEAR((p - c.ball.centre).norm() - c.ball.clearance, least, 1e-12);
       EXPECT_LE((p - c.ball.centre).norm(), c.ball.radius * (1 + 1e-12));
     }
@@ -49,7 +49,7 @@ TEST(InitialClusters, NeighboursAreMutual) {
 TEST(InitialClusters, MergesTheCheapestPairFirst) {
   const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 400);
   const MergeRule by_count = [](const Region&, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>&) {
-    return FittedBall{a.ball.centre, 0, static_cast<double>(a.points.size() + b.points.size())};
+    return FittedBall{a.ball.centre, static_cast<double>(a.points.size() + b.points.size()), 0};
   };
   const std::vector<FittedBall> balls = mergeClusters(whole.region(8), by_count);
   ASSERT_EQ(balls.size(), 8u);

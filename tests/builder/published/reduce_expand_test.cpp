@@ -37,13 +37,13 @@ TEST(ReduceExpand, OneStandOffForAll) {
 TEST(ReduceExpand, FindsTheSmallestStandOffOfACoverByBruteForce) {
   // Four balls on a line, points at known distances: with two balls allowed the best pair is found by trying all.
   const test::WholeRegion whole(test::boxMesh({-8, -1, -1}, {8, 1, 1}), 300);
-  std::vector<MedialBall> pool;
+  std::vector<FittedBall> pool;
   for (const double x : {-6.0, -3.5, 0.5, 4.0, 6.5}) pool.push_back({Eigen::Vector3d(x, 0, 0), 1, 1});
   Region region = whole.region(2);
   region.pool = pool;
   double best = std::numeric_limits<double>::infinity();
-  for (const MedialBall& a : pool)
-    for (const MedialBall& b : pool) {
+  for (const FittedBall& a : pool)
+    for (const FittedBall& b : pool) {
       double need = 0;
       for (const Eigen::Vector3d& p : region.points) need = std::max(need, std::min((p - a.centre).norm(), (p - b.centre).norm()) - 1);
       best = std::min(best, need);

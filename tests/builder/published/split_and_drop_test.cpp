@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-FittedBall fitted(const DistanceField& field, const Vector3d& centre) { return {centre, -field.signedDistance(centre), 0}; }
+FittedBall fitted(const DistanceField& field, const Vector3d& centre) { return {centre, 0, -field.signedDistance(centre)}; }
 
 TEST(SplitAndDrop, FindsTheOctantsOfACube) {
   // Eight balls about the centres of the octants: radius sqrt(3)/4 of the side, clearance 1/4.
@@ -32,7 +32,7 @@ TEST(SplitAndDrop, CoversWithAtMostSoManyAndNeverGetsWorse) {
     const test::WholeRegion whole(mesh, 3000);
     std::vector<FittedBall> start;
     for (std::size_t i = 0; i < whole.pool.size(); i += whole.pool.size() / 40)
-      start.push_back({whole.pool[i].centre, whole.pool[i].clearance, 0});
+      start.push_back({whole.pool[i].centre, 0, whole.pool[i].clearance});
     Progress progress;
     std::vector<FittedBall> before = start;
     assignDeepest(whole.points, before);

@@ -335,7 +335,7 @@ TEST(RepairMesh, OffChangesNothing) {
   EXPECT_EQ(r.mesh.triangles, open.triangles);
 }
 
-TEST(RepairMesh, HopelessMeshesStayAsTheyAre) {
+TEST(RepairMesh, MeshesBeyondRepairStayAsTheyAre) {
   TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1}), bad_index = box, not_a_number = box, line = box, huge = box;
   bad_index.triangles[3][1] = 99;
   not_a_number.positions[2].x() = std::nan("");

@@ -84,23 +84,23 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
-const Body& bodyOf(Bench& bench, const std::string& body, int levels, std::size_t leaves) {
+const Body& bodyOf(ScenarioContext& context, const std::string& body, int levels, std::size_t leaves) {
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
   settings.levels = levels;
-  return bench.bodies.make(body + "_" + std::to_string(leaves), BodyLibrary::mesh(body), settings);
+  return context.bodies.make(body + "_" + std::to_string(leaves), BodyLibrary::mesh(body), settings);
 }
 
 double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi; }
 
 ComparisonRow measure(const Body& ball, const Body& body, const Course& course, Mode mode, bool on_leaves, std::size_t leaves) {
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.contact = on_leaves ? runtime::ContactSurface::Leaves : runtime::ContactSurface::Skin;
-  Rig rig(ball, {{&body, {course.place, kUpright}}}, mode, options);
+  ScenarioRun trial(ball, {{&body, {course.place, kUpright}}}, mode, options);
   ExactBall exact(body.field, kRadius, course.hand.front() - course.place);
   std::vector<double> errors, depths, angles, stand_offs;
   for (const Vector3d& hand : course.hand) {
-    const runtime::StepResult result = rig.to({hand, kUpright});
+    const runtime::StepResult result = trial.to({hand, kUpright});
     const Vector3d right = exact.follow(hand - course.place) + course.place;
     if ((right - hand).norm() < 1e-3) continue;  // not in contact
     errors.push_back((result.wrench.force - (right - hand) * runtime::Coupling{}.translation).norm());
@@ -113,9 +113,9 @@ ComparisonRow measure(const Body& ball, const Body& body, const Course& course, 
           course.name,
           on_leaves,
           leaves,
-          rig.scene().byteCount(),
-          rig.times().quantile(0.5),
-          rig.times().quantile(0.99),
+          trial.scene().byteCount(),
+          trial.times().quantile(0.5),
+          trial.times().quantile(0.99),
           quantile(depths, 0.99),
           quantile(errors, 0.5),
           quantile(errors, 0.99),
@@ -152,19 +152,19 @@ const Vector3d& ExactBall::follow(const Vector3d& hand) {
   return at_;
 }
 
-std::vector<ComparisonRow> compareRenderers(Bench& bench, std::span<const Mode> modes) {
-  const Body& ball = bench.bodies.get("small_ball");
+std::vector<ComparisonRow> compareRenderers(ScenarioContext& context, std::span<const Mode> modes) {
+  const Body& ball = context.bodies.get("small_ball");
   std::vector<ComparisonRow> rows;
-  const std::vector<Course> courses{overEdge(), alongGroove(), roundBowl(), roundMolar(bodyOf(bench, "tooth_46", 3, 64))};
+  const std::vector<Course> courses{overEdge(), alongGroove(), roundBowl(), roundMolar(bodyOf(context, "tooth_46", 3, 64))};
   for (std::size_t c = 0; c < courses.size(); ++c)
     for (const auto& [levels, leaves] : {std::pair<int, std::size_t>(2, 8), {3, 64}, {4, 512}, {5, 4096}}) {
-      const Body& body = bodyOf(bench, courses[c].body, levels, leaves);
-      bench.progress.stage("renderers: " + courses[c].name + ", " + std::to_string(leaves) + " leaves");
+      const Body& body = bodyOf(context, courses[c].body, levels, leaves);
+      context.progress.stage("renderers: " + courses[c].name + ", " + std::to_string(leaves) + " leaves");
       for (const Mode mode : modes) {
         if (leaves < 64 && mode != Mode::Constrained) continue;
         rows.push_back(measure(ball, body, courses[c], mode, false, leaves));
         if (mode == Mode::Constrained) rows.push_back(measure(ball, body, courses[c], mode, true, leaves));
-        bench.progress.check();
+        context.progress.check();
       }
     }
   return rows;

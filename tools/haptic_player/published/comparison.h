@@ -44,7 +44,7 @@ class ExactBall {
 };
 
 /// All bodies and sizes in each mode. Four bodies: an edge, a groove, a bowl, a molar. @throws builder::Cancelled
-std::vector<ComparisonRow> compareRenderers(Bench& bench, std::span<const Mode> modes);
+std::vector<ComparisonRow> compareRenderers(ScenarioContext& context, std::span<const Mode> modes);
 
 /// One page: charts of `rows`, the scenarios that each renderer holds, all figures. @throws formats::FileError
 void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,

@@ -12,11 +12,11 @@ namespace {
 /// The runtime behind a device.
 class LoopRenderer final : public device::Renderer {
  public:
-  explicit LoopRenderer(Rig& rig) : rig_(rig) {}
+  explicit LoopRenderer(ScenarioRun& trial) : rig_(trial) {}
   device::Rendered render(const device::DeviceState& state) noexcept override { return {rig_.to(state.handle).wrench, 0, false}; }
 
  private:
-  Rig& rig_;
+  ScenarioRun& rig_;
 };
 
 /// v.K v T^2 of a step: twice the energy of the springs squeezed by its way along the wrench, the only direction in
@@ -64,9 +64,10 @@ device::SimulatedSettings handAt(const char* hand, int delay, Friction friction,
   return settings;
 }
 
-ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps, Passivity passivity) {
+ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int steps,
+                   Passivity passivity) {
   device::SimulatedDevice simulated(settings);
-  LoopRenderer renderer(rig);
+  LoopRenderer renderer(trial);
   device::SafetySettings safety;
   safety.start_guard = false;
   safety.max_force = 22;
@@ -79,11 +80,11 @@ ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings
   ClosedLoop loop;
   Configuration last = simulated.truePose();
   for (int n = 0; n < steps && simulated.step(); ++n) {
-    if (n % 256 == 0) bench.progress.check();
+    if (n % 256 == 0) context.progress.check();
     loop.sent.push_back(simulated.actuated());
     loop.poses.push_back(simulated.truePose());
     loop.lowest_energy = std::min(loop.lowest_energy, simulated.energy());
-    loop.leak += (0.5 + settings.delay) * squeezed(rig.coupling(), displacementBetween(last, simulated.truePose()), loop.sent.back());
+    loop.leak += (0.5 + settings.delay) * squeezed(trial.coupling(), displacementBetween(last, simulated.truePose()), loop.sent.back());
     last = simulated.truePose();
   }
   simulated.stop();

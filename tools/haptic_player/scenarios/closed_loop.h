@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A hand on the simulated device against a rig's scene, in closed loop, and what is measured of it.
+// A hand on the simulated device against a trial's scene, in closed loop, and what is measured of it.
 // Device, hands and their limits: docs/device.md. Units: mm, N, N mm, s, mJ.
 #pragma once
 
 #include <vector>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 #include "spheretree/device/simulated_device.h"
 
 namespace spheretree::player {
@@ -29,9 +29,9 @@ device::SimulatedSettings handAt(const char* hand, int delay, Friction friction,
 
 enum class Passivity { Free, Controlled };  // by the device: docs/device.md
 
-/// Without start guard and ramp: a bench asks for the renderer's own behaviour. Ctrl-C ends it. @throws
+/// Without start guard and ramp: a context asks for the renderer's own behaviour. Ctrl-C ends it. @throws
 /// builder::Cancelled
-ClosedLoop runHand(const Bench& bench, Rig& rig, const device::SimulatedSettings& settings, int steps,
+ClosedLoop runHand(const ScenarioContext& context, ScenarioRun& trial, const device::SimulatedSettings& settings, int steps,
                    Passivity passivity = Passivity::Free);
 
 /// Of a signal of 1 kHz from 30 to 500 Hz: Welch's method, Hann windows of 1000 samples that overlap by half. 0 for

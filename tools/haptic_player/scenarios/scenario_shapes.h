@@ -83,8 +83,8 @@ class BodyLibrary {
   /// @throws std::out_of_range for another name
   const Body& getSoft(const std::string& name);
   /// From now on get() and getSoft() make every body turned, each its own way, all scaled by the same 0.8 to 1.25, and
-  /// with another seed. 0: as they were written. A Rig takes poses and wrenches there and back, so that a scenario does
-  /// not notice.
+  /// with another seed. 0: as they were written. A ScenarioRun takes poses and wrenches there and back, so that a
+  /// scenario does not notice.
   void setVariant(std::uint64_t variant) { variant_ = variant; }
   /// The mesh alone, of any of these names, as it was written.
   static TriangleMesh mesh(const std::string& name);

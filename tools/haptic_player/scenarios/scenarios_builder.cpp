@@ -7,7 +7,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 #include "spheretree/builder/graded_tolerance.h"
 #include "spheretree/builder/mesh_checks.h"
 
@@ -37,7 +37,7 @@ TriangleMesh gridCube() {
 }
 
 // F12: meshes that medial axes are degenerate for. The builder's: the same in both modes.
-Outcome degenerate(Bench& bench, Mode) {
+Outcome degenerate(ScenarioContext& context, Mode) {
   Outcome out;
   const TriangleMesh grid = gridCube();
 
@@ -75,8 +75,8 @@ Outcome degenerate(Bench& bench, Mode) {
     builder::BuildSettings settings;
     settings.levels = 3;
     settings.quality = builder::Quality::Quick;
-    const builder::BuildResult result = builder::buildSphereTree(mesh, settings, bench.progress);
-    different += !(builder::buildSphereTree(mesh, settings, bench.progress).tree == result.tree);
+    const builder::BuildResult result = builder::buildSphereTree(mesh, settings, context.progress);
+    different += !(builder::buildSphereTree(mesh, settings, context.progress).tree == result.tree);
     unexplained += !findFault(result.tree).empty();
     const builder::DistanceField field(mesh);
     const auto leaves = levelSet(result.tree, result.tree.levelCount() - 1);
@@ -120,12 +120,12 @@ std::vector<Need> publishedObjects(double part) {
 }
 
 // F22: leaves that a tolerance takes, of the 512 that were published for each object; leaves against accuracy and time.
-Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
+Outcome noMoreThanNeeded(ScenarioContext& context, Mode mode) {
   Outcome out;
   builder::BuildSettings settings;
-  settings.quality = bench.bodies.quality();
+  settings.quality = context.bodies.quality();
   double leaves = 0, all = 0, over = 0, most_of_teeth = 0;
-  for (const auto& [name, tolerance] : publishedObjects(bench.settings.share)) {
+  for (const auto& [name, tolerance] : publishedObjects(context.settings.share)) {
     const TriangleMesh mesh = BodyLibrary::mesh(name);
     settings.tolerance_mm = tolerance;
     settings.tolerance_of_triangle_mm.clear();
@@ -135,7 +135,7 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
       tip.tolerance = settings.tolerance_mm = 0.05;
       settings.tolerance_of_triangle_mm = builder::gradedTolerance(mesh, tolerance, {&tip, 1}, {}, 0);
     }
-    const SphereTree& tree = bench.bodies.tree(mesh, settings);
+    const SphereTree& tree = context.bodies.tree(mesh, settings);
     const LevelStatistics& last = tree.statistics.back();
     const float reached = tree.provenance.work_overhang_mm > 0 ? tree.provenance.work_overhang_mm : last.overhang_bound;
     over += static_cast<double>(reached) > settings.tolerance_mm || last.sphere_count >= 512;
@@ -154,28 +154,29 @@ Outcome noMoreThanNeeded(Bench& bench, Mode mode) {
   settings.tolerance_mm = 0;
   const auto body = [&](const char* name, int levels) -> const Body& {
     settings.levels = levels;
-    return bench.bodies.make(std::string(name).append("_quick_").append(std::to_string(levels)), bench.bodies.get(name).mesh, settings);
+    return context.bodies.make(std::string(name).append("_quick_").append(std::to_string(levels)), context.bodies.get(name).mesh, settings);
   };
   const Body& tool = body("dental_probe", 4);
-  for (int levels = 2; levels <= (bench.settings.share < 0.5 ? 4 : 5); ++levels) {
+  for (int levels = 2; levels <= (context.settings.share < 0.5 ? 4 : 5); ++levels) {
     const Body& object = body("molar", levels);
-    Rig rig(tool, {{&object, {}}}, mode);
+    ScenarioRun trial(tool, {{&object, {}}}, mode);
     std::vector<double> pairs;
-    rig.to({{0, 0, 14}, kUpright});
+    trial.to({{0, 0, 14}, kUpright});
     for (int n = 0; n < 1500; ++n)
-      pairs.push_back(rig.to({{4 * std::sin(n * 0.004), 3 * std::sin(n * 0.007), 6 + 4 * std::cos(n * 0.003)},
-                              rotationOf({0.3 * std::sin(n * 0.002), 0, 0})})
+      pairs.push_back(trial
+                          .to({{4 * std::sin(n * 0.004), 3 * std::sin(n * 0.007), 6 + 4 * std::cos(n * 0.003)},
+                               rotationOf({0.3 * std::sin(n * 0.002), 0, 0})})
                           .pairs);
     std::nth_element(pairs.begin(), pairs.begin() + 750, pairs.end());
     const std::string of = " on a molar of " + std::to_string(static_cast<int>(std::pow(8, levels - 1))) + " leaves";
     for (const auto& [quantity, unit, value] :
          {std::tuple{"overhang", "mm", leafOverhang(object)}, std::tuple{"pairs, median,", "1", pairs[750]},
-          std::tuple{"processor time of a step, median,", "us", rig.times().quantile(0.5)},
-          std::tuple{"processor time of a step, p99,", "us", rig.times().quantile(0.99)}}) {
+          std::tuple{"processor time of a step, median,", "us", trial.times().quantile(0.5)},
+          std::tuple{"processor time of a step, p99,", "us", trial.times().quantile(0.99)}}) {
       out.add(quantity + of, unit, value, 0);
       out.figures.back().informative = true;
     }
-    if (levels == 4) rig.finish(out);
+    if (levels == 4) trial.finish(out);
   }
   return out;
 }

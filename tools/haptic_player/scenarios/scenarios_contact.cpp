@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
 namespace {
@@ -16,9 +16,9 @@ const Eigen::Vector3d kProbeReference(0, 0, 60);  // the probe's reference point
 /// In which F2's paths cross the middle of the slab [rad].
 constexpr std::array kRippleHeadings{0.13, 0.13 + 45 * kDegree, 0.13 + 90 * kDegree, 0.13 + 135 * kDegree};
 
-void addPenetrations(Outcome& out, const Rig& rig) {
-  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
-  out.add("penetration of meshes", "mm", rig.meshPenetration(), kPenetrationPass);
+void addPenetrations(Outcome& out, const ScenarioRun& trial) {
+  out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
+  out.add("penetration of meshes", "mm", trial.meshPenetration(), kPenetrationPass);
 }
 
 double median(std::vector<std::uint32_t> v) {
@@ -28,35 +28,36 @@ double median(std::vector<std::uint32_t> v) {
 }
 
 // F1: a cube pressed 40 deep into a block and dragged. Far-side rows and growing lists are what it looks for.
-Outcome deep(Bench& bench, Mode mode) {
+Outcome deep(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.mesh_spacing = 2;
-  const Body &cube = bench.bodies.get("cube"), &block = bench.bodies.get("block");
-  Rig rig(cube, {{&block, {}}}, mode, options);
+  const Body &cube = context.bodies.get("cube"), &block = context.bodies.get("block");
+  ScenarioRun trial(cube, {{&block, {}}}, mode, options);
   const double start = 14;
-  rig.to({{-20, 0, start}, kUpright});
-  rig.moveTo({-20, 0, 9}, 50);
-  const std::size_t shallow_begin = rig.work().size();
-  rig.moveTo({-20, 0, 8}, 50);
-  const std::size_t shallow_end = rig.work().size();
-  rig.moveTo({-20, 0, -29}, 50);
-  const std::size_t deep_begin = rig.work().size();
-  rig.moveTo({-20, 0, -30}, 50);
-  const std::size_t deep_end = rig.work().size();
-  for (int n = 0; n < 1000; ++n) rig.to(rig.last().haptic);
-  const std::size_t drag = rig.mark();
-  rig.moveTo({20, 0, -30}, 50);
+  trial.to({{-20, 0, start}, kUpright});
+  trial.moveTo({-20, 0, 9}, 50);
+  const std::size_t shallow_begin = trial.work().size();
+  trial.moveTo({-20, 0, 8}, 50);
+  const std::size_t shallow_end = trial.work().size();
+  trial.moveTo({-20, 0, -29}, 50);
+  const std::size_t deep_begin = trial.work().size();
+  trial.moveTo({-20, 0, -30}, 50);
+  const std::size_t deep_end = trial.work().size();
+  for (int n = 0; n < 1000; ++n) trial.to(trial.last().haptic);
+  const std::size_t drag = trial.mark();
+  trial.moveTo({20, 0, -30}, 50);
   const auto workOf = [&](std::size_t begin, std::size_t end) {
-    return median({rig.work().begin() + static_cast<std::ptrdiff_t>(begin), rig.work().begin() + static_cast<std::ptrdiff_t>(end)});
+    return median({trial.work().begin() + static_cast<std::ptrdiff_t>(begin), trial.work().begin() + static_cast<std::ptrdiff_t>(end)});
   };
-  addPenetrations(out, rig);
-  out.add("L-ratio while pressed and dragged", "1", std::max(largestLRatio(rig.since(0), {}), largestLRatio(rig.since(drag), {})), 1.01);
+  addPenetrations(out, trial);
+  out.add("L-ratio while pressed and dragged", "1", std::max(largestLRatio(trial.since(0), {}), largestLRatio(trial.since(drag), {})),
+          1.01);
   out.add("work at 40 mm over work at 1 mm", "1", workOf(deep_begin, deep_end) / std::max(1.0, workOf(shallow_begin, shallow_end)), 1.5);
-  out.add("processor time of a step, p99.9", "us", rig.times().quantile(0.999), 500);
-  out.add("processor time of a step, max", "us", rig.times().largest(), 1000);
+  out.add("processor time of a step, p99.9", "us", trial.times().quantile(0.999), 500);
+  out.add("processor time of a step, max", "us", trial.times().largest(), 1000);
   out.note = "The face is that of spheres with an overhang of at most " + text(leafOverhang(block)) + " mm.";
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
@@ -65,15 +66,15 @@ struct Ripple {
 };
 
 // 1 N along the four paths over a slab, there and back, or the first `ways` of these eight.
-Ripple rippleOf(Rig& rig, int ways) {
+Ripple rippleOf(ScenarioRun& trial, int ways) {
   const auto slide = [&](double heading, double z, double speed) {
     const Eigen::Vector3d way(std::cos(heading), std::sin(heading), 0);
-    rig.restart();
-    rig.to({-30 * way + Eigen::Vector3d(0, 0, 12), kUpright});
-    rig.moveTo(-30 * way + Eigen::Vector3d(0, 0, z), 200);
-    for (int n = 0; n < 20; ++n) rig.to(rig.last().haptic);
-    const std::size_t mark = rig.mark();
-    rig.moveTo(30 * way + Eigen::Vector3d(0, 0, z), speed);
+    trial.restart();
+    trial.to({-30 * way + Eigen::Vector3d(0, 0, 12), kUpright});
+    trial.moveTo(-30 * way + Eigen::Vector3d(0, 0, z), 200);
+    for (int n = 0; n < 20; ++n) trial.to(trial.last().haptic);
+    const std::size_t mark = trial.mark();
+    trial.moveTo(30 * way + Eigen::Vector3d(0, 0, z), speed);
     return mark;
   };
   const auto meanForce = [&](std::span<const RecordedStep> rows) {
@@ -86,8 +87,8 @@ Ripple rippleOf(Rig& rig, int ways) {
     const double heading = kRippleHeadings[k % 4] + (k < 4 ? 0 : std::numbers::pi), speed = std::array{10.0, 50.0, 100.0}[k % 3];
     // The height at which the mean normal force is 1 N.
     double z = 5;
-    z += meanForce(rig.since(slide(heading, z, 100))) - 1;
-    const auto rows = rig.since(slide(heading, z, speed));
+    z += meanForce(trial.since(slide(heading, z, 100))) - 1;
+    const auto rows = trial.since(slide(heading, z, speed));
     const double mean = meanForce(rows);
     double low = 1e9, high = -1e9;
     for (const RecordedStep& row : rows) {
@@ -106,8 +107,8 @@ Ripple rippleOf(Rig& rig, int ways) {
 // published.
 struct Detail {
   const char *suffix, *label;
-  PlacedBody body(Bench& bench, const char* name, const Eigen::Vector3d& place = Eigen::Vector3d::Zero()) const {
-    return {&bench.bodies.get(std::string(name) + suffix), {place, kUpright}};
+  PlacedBody body(ScenarioContext& context, const char* name, const Eigen::Vector3d& place = Eigen::Vector3d::Zero()) const {
+    return {&context.bodies.get(std::string(name) + suffix), {place, kUpright}};
   }
 };
 constexpr const char *kAtWork = ", detail where the tool goes", *kEven = ", even detail";
@@ -122,22 +123,22 @@ std::string leavesOf(const Body& body) { return std::to_string(body.tree.statist
 
 // F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly spent they are enough for a face
 // that is flat.
-Outcome ripple(Bench& bench, Mode mode) {
+Outcome ripple(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0;
   for (const Detail& detail : {Detail{"", kEven}, Detail{"_work", kAtWork}}) {
     const bool is_at_work = detail.label == kAtWork;
-    const PlacedBody placed = detail.body(bench, "slab");
+    const PlacedBody placed = detail.body(context, "slab");
     const Body& slab = *placed.body;
-    Rig rig(bench.bodies.get("ball"), {placed}, mode);
-    const Ripple r = rippleOf(rig, bench.repetitions(8, 3));
+    ScenarioRun trial(context.bodies.get("ball"), {placed}, mode);
+    const Ripple r = rippleOf(trial, context.repetitions(8, 3));
     add(out, detail, "lateral ripple", "mN/N", r.lateral, 20, !is_at_work);
     add(out, detail, "normal ripple, peak to peak", "mN", r.normal, 20, !is_at_work);
     add(out, detail, "largest tilt of the force", "degree", r.tilt, 1.1, !is_at_work);
-    deepest = std::max(deepest, rig.leafPenetration());
+    deepest = std::max(deepest, trial.leafPenetration());
     if (detail.label == kEven) {
       out.note = "100 x 100 mm. Even detail: " + leavesOf(slab) + " within " + text(leafOverhang(slab)) + " mm.";
-      rig.finish(out);
+      trial.finish(out);
     } else if (is_at_work) {
       out.note += " Detail where the tool goes: " + leavesOf(slab) + " within " + text(workOverhang(slab)) + " mm there.";
     }
@@ -151,7 +152,7 @@ struct OverEdge {
 };
 
 // A ball of radius 5 over the edge of a cube, which is on the y axis.
-OverEdge slideOverEdge(Rig& rig) {
+OverEdge slideOverEdge(ScenarioRun& trial) {
   // 2 N: along the surface that lies 2 below the exact offset surface.
   const double depth = 2, radius = 5 - depth, speed = 10;
   std::vector<Eigen::Vector3d> path;
@@ -173,7 +174,7 @@ OverEdge slideOverEdge(Rig& rig) {
   };
   OverEdge out;
   for (const Eigen::Vector3d& p : path) {
-    const runtime::StepResult r = rig.to({p, kUpright});
+    const runtime::StepResult r = trial.to({p, kUpright});
     const Eigen::Vector3d exact = offsetEdge(p, 5);
     out.error = std::max(out.error, (r.graphic.position - exact).norm());
     out.travel += (turning(r.wrench.force) - turning(exact - p)) * speed / 1000;
@@ -183,27 +184,27 @@ OverEdge slideOverEdge(Rig& rig) {
 }
 
 // How far a ball of radius 1 that slides along the groove of 60 degrees under 2 N is from its place [mm].
-double slideInGroove(Rig& rig) {
+double slideInGroove(ScenarioRun& trial) {
   double error = 0;
-  rig.to({{0, -5, 8}, kUpright});
-  rig.moveTo({0, -5, 0}, 50);  // 2 below its place
-  const std::size_t mark = rig.mark();
-  rig.moveTo({0, 5, 0}, 10);
-  for (const RecordedStep& row : rig.since(mark))
+  trial.to({{0, -5, 8}, kUpright});
+  trial.moveTo({0, -5, 0}, 50);  // 2 below its place
+  const std::size_t mark = trial.mark();
+  trial.moveTo({0, 5, 0}, 10);
+  for (const RecordedStep& row : trial.since(mark))
     error = std::max(error, (row.graphic.position - offsetGroove(row.haptic.position, 1, 30 * kDegree)).norm());
   return error;
 }
 
 // F3: how sharp an edge and a groove feel, against the exact answers for a ball.
-Outcome edges(Bench& bench, Mode mode) {
+Outcome edges(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0;
   for (const Detail& detail : {Detail{"_work", kAtWork}, Detail{"", kEven}}) {
     const bool is_at_work = detail.label == kAtWork;
-    const PlacedBody cube_there = detail.body(bench, "cube", {-10, 0, -10}),  // its edge on the y axis, solid where x < 0 and z < 0
-        groove_there = detail.body(bench, "groove");
+    const PlacedBody cube_there = detail.body(context, "cube", {-10, 0, -10}),  // its edge on the y axis, solid where x < 0 and z < 0
+        groove_there = detail.body(context, "groove");
     const Body &cube = *cube_there.body, &groove = *groove_there.body;
-    Rig at_edge(bench.bodies.get("ball"), {cube_there}, mode), in_groove(bench.bodies.get("small_ball"), {groove_there}, mode);
+    ScenarioRun at_edge(context.bodies.get("ball"), {cube_there}, mode), in_groove(context.bodies.get("small_ball"), {groove_there}, mode);
     const OverEdge over = slideOverEdge(at_edge);
     const double close = is_at_work ? 0.1 : 0.02;  // leaves need detail for 0.1 mm; a skin has the mesh itself
     add(out, detail, "extra travel while the force turns from 10 to 80 degrees", "mm", over.travel, 0.5);
@@ -224,26 +225,26 @@ Outcome edges(Bench& bench, Mode mode) {
 }
 
 // The probe swept over a ridge whose crest is on the y axis.
-void sweepOverRidge(Rig& rig) {
+void sweepOverRidge(ScenarioRun& trial) {
   const Eigen::Vector3d up = kProbeReference;
-  rig.to({up + Eigen::Vector3d(-6, 0, 1), kUpright});
-  rig.moveTo(up + Eigen::Vector3d(-6, 0, -6), 20);
-  rig.moveTo(up + Eigen::Vector3d(-2, 0, -2), 20);
-  rig.moveTo(up + Eigen::Vector3d(6, 0, -2), 20);
+  trial.to({up + Eigen::Vector3d(-6, 0, 1), kUpright});
+  trial.moveTo(up + Eigen::Vector3d(-6, 0, -6), 20);
+  trial.moveTo(up + Eigen::Vector3d(-2, 0, -2), 20);
+  trial.moveTo(up + Eigen::Vector3d(6, 0, -2), 20);
 }
 
 constexpr double kFineReference = 24;  // the reference point of the fine probe, from its tip
 
-void sweepInSulcus(Rig& rig) {
+void sweepInSulcus(ScenarioRun& trial) {
   const Eigen::Vector3d at(0, 0, kFineReference);
-  rig.to({at + Eigen::Vector3d(-3, 0, 1), kUpright});
-  rig.moveTo(at + Eigen::Vector3d(-3, 0, -1.5), 20);
-  rig.moveTo(at + Eigen::Vector3d(0, 0, -1.5), 20);
-  rig.moveTo(at + Eigen::Vector3d(0, 0, -4.5), 20);
-  rig.moveTo(at + Eigen::Vector3d(1.5, 0, -4.5), 20);
-  rig.moveTo(at + Eigen::Vector3d(-1.5, 0, -4.5), 20);
-  rig.moveTo(at + Eigen::Vector3d(0, 3, -3), 20);
-  rig.moveTo(at + Eigen::Vector3d(0, 3, 2), 20);
+  trial.to({at + Eigen::Vector3d(-3, 0, 1), kUpright});
+  trial.moveTo(at + Eigen::Vector3d(-3, 0, -1.5), 20);
+  trial.moveTo(at + Eigen::Vector3d(0, 0, -1.5), 20);
+  trial.moveTo(at + Eigen::Vector3d(0, 0, -4.5), 20);
+  trial.moveTo(at + Eigen::Vector3d(1.5, 0, -4.5), 20);
+  trial.moveTo(at + Eigen::Vector3d(-1.5, 0, -4.5), 20);
+  trial.moveTo(at + Eigen::Vector3d(0, 3, -3), 20);
+  trial.moveTo(at + Eigen::Vector3d(0, 3, 2), 20);
 }
 
 struct OverCrown {
@@ -251,22 +252,22 @@ struct OverCrown {
 };
 
 // From side to side over cusps and fissures of a crown, 1 to 4 below its highest point, in four headings.
-OverCrown sweepOverCrown(Rig& rig, const Eigen::AlignedBox3d& tooth) {
+OverCrown sweepOverCrown(ScenarioRun& trial, const Eigen::AlignedBox3d& tooth) {
   const Eigen::Vector3d top(tooth.center().x(), tooth.center().y(), tooth.max().z() + kFineReference);
   OverCrown out;
   for (int k = 0; k < 4; ++k) {
     const double heading = 0.4 + k * std::numbers::pi / 4;
     const Eigen::Vector3d way = 0.4 * tooth.sizes().head<2>().minCoeff() * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
     const Eigen::Vector3d down(0, 0, -1 - k);
-    rig.restart();
-    const std::size_t start = rig.mark();
-    rig.to({top - way + Eigen::Vector3d(0, 0, 1), kUpright});
-    rig.moveTo(top - way + down, 20);
-    const std::size_t mark = rig.mark();
-    rig.moveTo(top + way + down, 20);
-    out.force = std::max(out.force, largestForceJump(rig.since(start), {}));
-    out.torque = std::max(out.torque, largestTorqueJump(rig.since(start), {}));
-    const auto rows = rig.since(mark);
+    trial.restart();
+    const std::size_t start = trial.mark();
+    trial.to({top - way + Eigen::Vector3d(0, 0, 1), kUpright});
+    trial.moveTo(top - way + down, 20);
+    const std::size_t mark = trial.mark();
+    trial.moveTo(top + way + down, 20);
+    out.force = std::max(out.force, largestForceJump(trial.since(start), {}));
+    out.torque = std::max(out.torque, largestTorqueJump(trial.since(start), {}));
+    const auto rows = trial.since(mark);
     const auto off = std::count_if(rows.begin(), rows.end(), [](const RecordedStep& row) { return row.wrench.force.norm() == 0; });
     out.off += 0.25 * static_cast<double>(off) / static_cast<double>(rows.size());
   }
@@ -274,14 +275,14 @@ OverCrown sweepOverCrown(Rig& rig, const Eigen::AlignedBox3d& tooth) {
 }
 
 // F5: the probe swept over a ridge, over a box corner, through a sulcus, and over a molar.
-Outcome jumps(Bench& bench, Mode mode) {
+Outcome jumps(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &probe = bench.bodies.get("probe"), &fine = bench.bodies.get("fine_probe"), &cube = bench.bodies.get("cube");
-  Rig::Options options, fine_options;
+  const Body &probe = context.bodies.get("probe"), &fine = context.bodies.get("fine_probe"), &cube = context.bodies.get("cube");
+  ScenarioRun::Options options, fine_options;
   options.reference_point = kProbeReference;
   fine_options.reference_point = {0, 0, kFineReference};
-  const Body& sulcus = bench.bodies.get("sulcus");
-  Rig over_ridge(probe, {{&bench.bodies.get("ridge"), {}}}, mode, options), in_sulcus(fine, {{&sulcus, {}}}, mode, fine_options);
+  const Body& sulcus = context.bodies.get("sulcus");
+  ScenarioRun over_ridge(probe, {{&context.bodies.get("ridge"), {}}}, mode, options), in_sulcus(fine, {{&sulcus, {}}}, mode, fine_options);
   sweepOverRidge(over_ridge);
   sweepInSulcus(in_sulcus);
   out.add("L-ratio over a convex ridge", "1", largestLRatio(over_ridge.since(0), {}), 1.01);
@@ -292,13 +293,13 @@ Outcome jumps(Bench& bench, Mode mode) {
       "the probe there is 0.6 mm thick, and the walls stand off by up to " +
       text(leafOverhang(sulcus)) + " mm.";
   const Eigen::Vector3d up = kProbeReference;
-  Rig over_corner(probe, {{&cube, {}}}, mode, options);
+  ScenarioRun over_corner(probe, {{&cube, {}}}, mode, options);
   over_corner.to({up + Eigen::Vector3d(6, 6, 11.5), kUpright});
   over_corner.moveTo(up + Eigen::Vector3d(6, 6, 9), 20);
   over_corner.moveTo(up + Eigen::Vector3d(14, 14, 9), 20);
   out.add("L-ratio over a box corner", "1", largestLRatio(over_corner.since(0), {}), 1.01);
-  const Body& molar = bench.bodies.get("molar");
-  Rig over_crown(fine, {{&molar, {}}}, mode, fine_options);
+  const Body& molar = context.bodies.get("molar");
+  ScenarioRun over_crown(fine, {{&molar, {}}}, mode, fine_options);
   Eigen::AlignedBox3d tooth;
   for (const Eigen::Vector3d& p : BodyLibrary::mesh("molar").positions) tooth.extend(p);
   const OverCrown crown = sweepOverCrown(over_crown, tooth);
@@ -314,20 +315,20 @@ Outcome jumps(Bench& bench, Mode mode) {
 }
 
 // F8: large turns in one cycle, the tip on a plane.
-Outcome turns(Bench& bench, Mode mode) {
+Outcome turns(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.reference_point = kProbeReference;
   options.mesh_spacing = 1;
-  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
-  Rig rig(probe, {{&slab, {}}}, mode, options);
+  const Body &probe = context.bodies.get("probe"), &slab = context.bodies.get("slab");
+  ScenarioRun trial(probe, {{&slab, {}}}, mode, options);
   double slowest = 0;
   const double top = leafOverhang(slab);
   const Eigen::Vector3d rest(0, 0, 60 - 0.5);
   const auto settle = [&] {  // steps until the graphic tool is within 0.01 mm and 0.01 degree of where it ends
     std::vector<Configuration> poses;
-    const Configuration haptic = rig.last().haptic;
-    for (int n = 0; n < 60; ++n) poses.push_back(rig.to(haptic).graphic);
+    const Configuration haptic = trial.last().haptic;
+    for (int n = 0; n < 60; ++n) poses.push_back(trial.to(haptic).graphic);
     int needed = 0;
     for (int n = 0; n < 60; ++n) {
       const Displacement d = displacementBetween(poses[static_cast<std::size_t>(n)], poses.back());
@@ -337,78 +338,78 @@ Outcome turns(Bench& bench, Mode mode) {
   };
   for (const double degrees : {0.5, 5.0, 30.0, 90.0})
     for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.6, 0.8, 0), Eigen::Vector3d(0, 0, 1)}) {
-      rig.restart();
-      rig.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
-      rig.moveTo(rest, 100);
-      rig.to({rest, rotationOf(axis * (degrees * kDegree))});
+      trial.restart();
+      trial.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
+      trial.moveTo(rest, 100);
+      trial.to({rest, rotationOf(axis * (degrees * kDegree))});
       settle();
     }
   for (const double rate : {2.0, 10.0, 30.0}) {
-    rig.restart();
-    rig.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
-    rig.moveTo(rest, 100);
-    for (double a = 0; a < std::numbers::pi / 2; a += rate / 1000) rig.to({rest, rotationOf({a, 0, 0})});
+    trial.restart();
+    trial.to({rest + Eigen::Vector3d(0, 0, 1.5 + top), kUpright});
+    trial.moveTo(rest, 100);
+    for (double a = 0; a < std::numbers::pi / 2; a += rate / 1000) trial.to({rest, rotationOf({a, 0, 0})});
     settle();
   }
-  addPenetrations(out, rig);
+  addPenetrations(out, trial);
   out.add("cycles until the answer stands", "1", slowest, 10);
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
 // F13: contact that begins between two cycles.
-Outcome born(Bench& bench, Mode mode) {
+Outcome born(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.mesh_spacing = 0.5;
-  const Body &ball = bench.bodies.get("ball"), &slab = bench.bodies.get("slab");
-  Rig rig(ball, {{&slab, {}}}, mode, options);
+  const Body &ball = context.bodies.get("ball"), &slab = context.bodies.get("slab");
+  ScenarioRun trial(ball, {{&slab, {}}}, mode, options);
   double first = 0;
-  Dice dice(13);
-  for (int run = 0; run < bench.repetitions(200, 20); ++run) {
-    const double tilt = run % 2 ? 85 * kDegree : 0, heading = dice.uniform(0, 6.28);
+  Random random(13);
+  for (int run = 0; run < context.repetitions(200, 20); ++run) {
+    const double tilt = run % 2 ? 85 * kDegree : 0, heading = random.uniform(0, 6.28);
     const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
-    rig.restart();
-    Eigen::Vector3d p = Eigen::Vector3d(dice.uniform(-10, 10), dice.uniform(-10, 10), 5) - way * dice.uniform(20, 21);
-    rig.to({p, kUpright});
+    trial.restart();
+    Eigen::Vector3d p = Eigen::Vector3d(random.uniform(-10, 10), random.uniform(-10, 10), 5) - way * random.uniform(20, 21);
+    trial.to({p, kUpright});
     for (int n = 0; n < 24; ++n) {
       p += way;  // 1 m/s
-      const runtime::StepResult r = rig.to({p, kUpright});
+      const runtime::StepResult r = trial.to({p, kUpright});
       if (r.active == 0) continue;
-      first = std::max(first, rig.leafDepth(r.graphic));
-      for (int k = 0; k < 5; ++k) rig.to({p, kUpright});
+      first = std::max(first, trial.leafDepth(r.graphic));
+      for (int k = 0; k < 5; ++k) trial.to({p, kUpright});
       break;
     }
   }
   out.add("penetration in the first cycle of contact", "mm", first, kPenetrationPass);
-  addPenetrations(out, rig);
-  rig.finish(out);
+  addPenetrations(out, trial);
+  trial.finish(out);
   return out;
 }
 
 // F14: into concavities and out again.
-Outcome concave(Bench& bench, Mode mode) {
+Outcome concave(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &small = bench.bodies.get("small_ball");
+  const Body &ball = context.bodies.get("ball"), &small = context.bodies.get("small_ball");
   double left = 0, deepest = 0;
-  const auto freedom = [&](Rig& rig, const Configuration& free) {  // how far the tools are apart five cycles after
-    for (int n = 0; n < 5; ++n) rig.to(free);
-    const Displacement d = displacementBetween(rig.last().haptic, rig.last().graphic);
+  const auto freedom = [&](ScenarioRun& trial, const Configuration& free) {  // how far the tools are apart five cycles after
+    for (int n = 0; n < 5; ++n) trial.to(free);
+    const Displacement d = displacementBetween(trial.last().haptic, trial.last().graphic);
     left = std::max(left, d.translation.norm() + 31.6 * d.rotation.norm());
-    deepest = std::max(deepest, rig.leafPenetration());
+    deepest = std::max(deepest, trial.leafPenetration());
   };
-  const Body& corner = bench.bodies.get("corner");
+  const Body& corner = context.bodies.get("corner");
   for (const double angle : {-44.0, 0.0, 44.0}) {
-    Rig rig(ball, {{&corner, {}}}, mode);
+    ScenarioRun trial(ball, {{&corner, {}}}, mode);
     const Eigen::Vector3d out_way(std::sin((45 + angle) * kDegree), 0, std::cos((45 + angle) * kDegree));
-    rig.to({{12, 0, 12}, kUpright});
-    rig.moveTo({3, 0, 3}, 50);
-    rig.moveTo(Eigen::Vector3d(3, 0, 3) + 12 * out_way, 50);
-    freedom(rig, {{14, 0, 14}, kUpright});
+    trial.to({{12, 0, 12}, kUpright});
+    trial.moveTo({3, 0, 3}, 50);
+    trial.moveTo(Eigen::Vector3d(3, 0, 3) + 12 * out_way, 50);
+    freedom(trial, {{14, 0, 14}, kUpright});
   }
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.reference_point = kProbeReference;
-  Rig hole(bench.bodies.get("probe"), {{&bench.bodies.get("blind_hole"), {}}}, mode, options);
+  ScenarioRun hole(context.bodies.get("probe"), {{&context.bodies.get("blind_hole"), {}}}, mode, options);
   hole.to({kProbeReference + Eigen::Vector3d(0, 0, 2), kUpright});
   hole.moveTo(kProbeReference + Eigen::Vector3d(0, 0, -6), 20);
   double lowest = 0;
@@ -416,7 +417,7 @@ Outcome concave(Bench& bench, Mode mode) {
   hole.moveTo(kProbeReference + Eigen::Vector3d(0, 0, 3), 20);
   freedom(hole, hole.last().haptic);
   // Without friction, a circle on the bowl's floor gives back what it takes.
-  Rig bowl(small, {{&bench.bodies.get("bowl"), {}}}, mode);
+  ScenarioRun bowl(small, {{&context.bodies.get("bowl"), {}}}, mode);
   const auto at = [](double turn) { return Eigen::Vector3d(4 * std::cos(turn), 4 * std::sin(turn), -7.5); };
   bowl.to({{4, 0, 0}, kUpright});
   bowl.moveTo(at(0), 20);
@@ -439,37 +440,37 @@ Outcome concave(Bench& bench, Mode mode) {
   out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
   out.add("part of a blind hole 5 deep that is not reached", "mm", 5 + lowest, 0.5);
   out.figures.back().informative = true;
-  out.note = "The hole has 0.2 mm of play; the leaves around it reach in by up to " + text(leafOverhang(bench.bodies.get("blind_hole"))) +
+  out.note = "The hole has 0.2 mm of play; the leaves around it reach in by up to " + text(leafOverhang(context.bodies.get("blind_hole"))) +
              " mm, so that the model's hole is narrower.";
   hole.finish(out);
   return out;
 }
 
 // F17: what a row's linearisation gets wrong when it starts inside.
-Outcome insideRows(Bench& bench, Mode mode) {
+Outcome insideRows(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body& small = bench.bodies.get("small_ball");
-  Rig::Options options;
+  const Body& small = context.bodies.get("small_ball");
+  ScenarioRun::Options options;
   options.contact = runtime::ContactSurface::Leaves;  // rows of leaves: a tool inside feels nothing else
-  Rig rig(small, {{&small, {}}}, mode, options);
+  ScenarioRun trial(small, {{&small, {}}}, mode, options);
   const auto leaf = [&] {
     for (std::size_t n = 0; n < small.tree.nodeCount(); ++n)
       if (small.tree.isLeaf(n)) return small.tree.cover[n];
     return small.tree.cover[0];
   }();
-  const double touch = 2 * static_cast<double>(leaf.radius) / rig.scale();
+  const double touch = 2 * static_cast<double>(leaf.radius) / trial.scale();
   double error = 0;
   for (int k = 0; k <= 19; ++k) {
     const Configuration inside{{0.6 * 0.1 * k, 0, 0.8 * 0.1 * k}, kUpright};
-    rig.resetTo(inside);
-    runtime::StepResult r = rig.to(inside);
+    trial.resetTo(inside);
+    runtime::StepResult r = trial.to(inside);
     if (mode == Mode::Constrained)
-      for (int n = 0; n < 9; ++n) r = rig.to(inside);
+      for (int n = 0; n < 9; ++n) r = trial.to(inside);
     if (!r.graphic.position.allFinite()) error = 1e9;
     error = std::max(error, std::abs(r.graphic.position.norm() - touch));
   }
   out.add("distance from touching after the correction", "mm", error, 1e-6);
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 #include "spheretree/device/simulated_device.h"
 
 namespace spheretree::player {
@@ -15,12 +15,12 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 // F9: rows that contradict each other.
-Outcome squeezed(Bench& bench, Mode mode) {
+Outcome squeezed(ScenarioContext& context, Mode mode) {
   Outcome out;
   // A slot closes on a cylinder of diameter 10 from 14 to 9.8 and opens again, 1 mm/s.
-  const Body &cylinder = bench.bodies.get("cylinder"), &wall = bench.bodies.get("wall");
+  const Body &cylinder = context.bodies.get("cylinder"), &wall = context.bodies.get("wall");
   const Configuration left{{-7, 0, 0}, kUpright}, right{{7, 0, 0}, rotationOf({0, 0, std::numbers::pi})};
-  Rig slot(cylinder, {{&wall, left}, {&wall, right}}, mode);
+  ScenarioRun slot(cylinder, {{&wall, left}, {&wall, right}}, mode);
   double beyond_half = 0, force = 0;
   int unanswered = 0, unlogged = 0, steps_inside = 0;
   const auto squeeze = [&](double way, int steps) {
@@ -40,8 +40,8 @@ Outcome squeezed(Bench& bench, Mode mode) {
   squeeze(-0.0005, 4200);
   for (int n = 0; n < 100 && slot.leafDepth(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside) slot.to({{0.3, 0, 0}, kUpright});
   // A block jumps 2 into a ball that rests on it.
-  const Body &ball = bench.bodies.get("ball"), &block = bench.bodies.get("block");
-  Rig jump(ball, {{&block, {}}}, mode);
+  const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
+  ScenarioRun jump(ball, {{&block, {}}}, mode);
   jump.to({{0, 0, 8}, kUpright});
   jump.moveTo({0, 0, 5}, 50);
   jump.moveObject(0, {0, 0, 2});
@@ -68,10 +68,10 @@ struct ScriptedRenderer final : device::Renderer {
   device::Rendered render(const device::DeviceState& state) noexcept override { return answer(state); }
 };
 
-Outcome startInContact(Bench& bench, Mode mode) {
+Outcome startInContact(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &slab = bench.bodies.get("slab");
-  Rig rig(ball, {{&slab, {}}}, mode);
+  const Body &ball = context.bodies.get("ball"), &slab = context.bodies.get("slab");
+  ScenarioRun trial(ball, {{&slab, {}}}, mode);
   device::Safety safety;
   Wrench last;
   std::uint64_t tick = 0;
@@ -81,12 +81,12 @@ Outcome startInContact(Bench& bench, Mode mode) {
     state.tick = tick;
     state.time = static_cast<double>(tick++) / 1000;
     state.handle = {{0, 0, z}, kUpright};
-    const Wrench sent = safety.limit(state, {rig.to(state.handle).wrench, 0, false});
+    const Wrench sent = safety.limit(state, {trial.to(state.handle).wrench, 0, false});
     largest_step = std::max(largest_step, (sent.force - last.force).norm());
     last = sent;
     return sent.force.norm();
   };
-  rig.resetTo({{0, 0, 8}, kUpright});  // the graphic tool starts outside, the hand 10 deep
+  trial.resetTo({{0, 0, 8}, kUpright});  // the graphic tool starts outside, the hand 10 deep
   double early = 0, after_jump = 0, z = -5;
   while (tick < 500) early = std::max(early, drive(z));
   while (tick < 3000) drive(z = std::min(10.0, z + 0.02));
@@ -100,16 +100,16 @@ Outcome startInContact(Bench& bench, Mode mode) {
   out.add("force while a calibration jump lasts", "N", after_jump, 0);
   out.note = "A pose that jumps while the hand presses, here with " + text(pressed) +
              " N, may be anything: zero within two steps, which the safety rules ask for, is a step by all of the force.";
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
-Outcome overrun(Bench& bench, Mode mode) {
+Outcome overrun(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &slab = bench.bodies.get("slab");
+  const Body &ball = context.bodies.get("ball"), &slab = context.bodies.get("slab");
   double resume_step = 0, left = 0;
   for (const int pause : {5, 20, 200, 500}) {  // ms without a fresh answer
-    Rig rig(ball, {{&slab, {}}}, mode);
+    ScenarioRun trial(ball, {{&slab, {}}}, mode);
     device::SafetySettings settings;
     settings.start_guard = false;
     device::Safety safety(settings);
@@ -122,27 +122,27 @@ Outcome overrun(Bench& bench, Mode mode) {
       state.time = n / 1000.0;
       state.handle = {{0, 0, std::max(4.0, 8 - 0.005 * n)}, kUpright};
       fresh = n < 4000 || n >= 4000 + pause;
-      if (fresh) model = rig.to(state.handle).wrench, age = 0;
+      if (fresh) model = trial.to(state.handle).wrench, age = 0;
       if (!fresh) age += 0.001;
       const Wrench sent = safety.limit(state, {model, age, false});
       if (n >= 4000 + pause) resume_step = std::max(resume_step, sent.force.norm() - last.force.norm());
       if (n == 4000 + pause - 1 && pause >= 200) left = std::max(left, sent.force.norm());
       last = sent;
     }
-    if (pause == 200) rig.finish(out);
+    if (pause == 200) trial.finish(out);
   }
   out.add("force step on resume", "N", resume_step, 0.1);
   out.add("force after 200 ms without a fresh model", "N", left, 0);
   return out;
 }
 
-Outcome saturation(Bench& bench, Mode mode) {
+Outcome saturation(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &cube = bench.bodies.get("cube"), &block = bench.bodies.get("block");
-  Rig rig(cube, {{&block, {}}}, mode);
-  rig.to({{0, 0, 14}, kUpright});
-  rig.moveTo({4, 0, -50}, 200);
-  for (int n = 0; n < 90; ++n) rig.to({{4, 0, -50}, rotationOf({0, 0, n * kDegree})});
+  const Body &cube = context.bodies.get("cube"), &block = context.bodies.get("block");
+  ScenarioRun trial(cube, {{&block, {}}}, mode);
+  trial.to({{0, 0, 14}, kUpright});
+  trial.moveTo({4, 0, -50}, 200);
+  for (int n = 0; n < 90; ++n) trial.to({{4, 0, -50}, rotationOf({0, 0, n * kDegree})});
   device::SafetySettings settings;
   settings.start_guard = false;
   settings.max_force = 22;
@@ -154,7 +154,7 @@ Outcome saturation(Bench& bench, Mode mode) {
   device::Safety safety(settings);
   double turned = 0, force = 0, torque = 0;
   std::uint64_t tick = 0;
-  for (const RecordedStep& row : rig.rows()) {
+  for (const RecordedStep& row : trial.rows()) {
     device::DeviceState state;
     state.tick = tick;
     state.time = static_cast<double>(tick++) / 1000;
@@ -169,17 +169,17 @@ Outcome saturation(Bench& bench, Mode mode) {
   // Out, slowly, fast and in one step: how long the force stays once the haptic tool is free.
   int late = 0;
   for (const double speed : {200.0, 1000.0, 2000.0, 80'000.0}) {
-    rig.moveTo({4, 0, -50}, 200);
+    trial.moveTo({4, 0, -50}, 200);
     int run = 0;
     for (double z = -50; z < 30;) {
       z = std::min(30.0, z + speed / 1000);
-      const runtime::StepResult r = rig.to({{4, 0, z}, rotationOf({0, 0, 89 * kDegree})});
-      const bool is_free = rig.leafDepth(rig.last().haptic) == 0;
+      const runtime::StepResult r = trial.to({{4, 0, z}, rotationOf({0, 0, 89 * kDegree})});
+      const bool is_free = trial.leafDepth(trial.last().haptic) == 0;
       run = is_free && r.wrench.force.norm() > 1e-6 ? run + 1 : 0;
       late = std::max(late, run);
     }
-    for (int n = 0; n < 20 && rig.last().wrench.force.norm() > 1e-6; ++n, late = std::max(late, run)) {
-      rig.to(rig.last().haptic);
+    for (int n = 0; n < 20 && trial.last().wrench.force.norm() > 1e-6; ++n, late = std::max(late, run)) {
+      trial.to(trial.last().haptic);
       ++run;
     }
   }
@@ -187,7 +187,7 @@ Outcome saturation(Bench& bench, Mode mode) {
   out.add("torque sent over its limits", "1", torque, 1 + 1e-9);
   out.add("turn of the force by the clamp", "degree", turned, 1e-3);
   out.add("cycles by which the force outlasts the contact", "1", late, 1);
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 

@@ -32,11 +32,11 @@ device::IntendedPath pressPath(const char* hand, double force, double speed, dou
 
 struct BallOnSlab {
   const Body &ball, &slab;
-  explicit BallOnSlab(Bench& bench) : ball(bench.bodies.get("ball")), slab(bench.bodies.get("slab")) {}
-  Rig rig(Mode mode, const runtime::Coupling& coupling = {}) const {
-    Rig::Options options;
+  explicit BallOnSlab(ScenarioContext& context) : ball(context.bodies.get("ball")), slab(context.bodies.get("slab")) {}
+  ScenarioRun trial(Mode mode, const runtime::Coupling& coupling = {}) const {
+    ScenarioRun::Options options;
     options.coupling = coupling;
-    return Rig(ball, {{&slab, {}}}, mode, options);
+    return ScenarioRun(ball, {{&slab, {}}}, mode, options);
   }
 };
 
@@ -45,25 +45,25 @@ void addRoughness(Outcome& out, const std::string& when, const Spectrum& force, 
 }
 
 /// Beyond what the hand moves.
-void addLargestSteps(Outcome& out, const Rig& rig) {
-  out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(rig.since(0), {}), 1);
-  out.add("torque step over max(5 N mm, 13 %)", "1", largestTorqueJump(rig.since(0), {}), 1);
+void addLargestSteps(Outcome& out, const ScenarioRun& trial) {
+  out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(trial.since(0), {}), 1);
+  out.add("torque step over max(5 N mm, 13 %)", "1", largestTorqueJump(trial.since(0), {}), 1);
 }
 
 // F16: a hand holds still on a plane, pressing with 2 N, through encoders of 0.02 mm.
-Outcome encoders(Bench& bench, Mode mode) {
+Outcome encoders(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(bench);
-  const int steps = bench.repetitions(10'000, 3000), settled = 4000;
+  const BallOnSlab scene(context);
+  const int steps = context.repetitions(10'000, 3000), settled = 4000;
   std::array<double, 2> swing{}, rms{};  // with friction, without
   for (const Friction friction : {Friction::On, Friction::Off})
     for (const char* hand : {"fine", "arm"}) {
-      Rig rig = scene.rig(mode);
-      const ClosedLoop loop = runHand(bench, rig, handAt(hand, 0, friction, pressPath(hand, 2, 10)), settled + steps);
+      ScenarioRun trial = scene.trial(mode);
+      const ClosedLoop loop = runHand(context, trial, handAt(hand, 0, friction, pressPath(hand, 2, 10)), settled + steps);
       const auto k = static_cast<std::size_t>(friction);
       swing[k] = std::max(swing[k], 1000 * peakToPeak(loop.force(2, settled)));
       rms[k] = std::max(rms[k], 1000 * roughness(loop.force(2, settled)).rms);
-      if (friction == Friction::Off && hand == std::string("fine")) rig.finish(out);
+      if (friction == Friction::Off && hand == std::string("fine")) trial.finish(out);
     }
   out.add("force swing while held still", "mN", swing[0], 40);
   out.add("rms of the force from 30 to 500 Hz", "mN", rms[0], 10);
@@ -74,16 +74,16 @@ Outcome encoders(Bench& bench, Mode mode) {
 }
 
 // S1: press, hold, release on a plane, by every hand and delay: energy, swing, roughness.
-Outcome pressHoldRelease(Bench& bench, Mode mode) {
+Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(bench);
+  const BallOnSlab scene(context);
   std::array<double, 2> beyond{-kNever, -kNever}, share{};  // with friction, without
   double swing = 0, rms = 0, swing_loose = 0, swing_controlled = 0;
   for (const Friction friction : {Friction::On, Friction::Off})
     for (const char* hand : kHands)
       for (const int delay : {0, 1, 2}) {
-        Rig rig = scene.rig(mode);
-        const ClosedLoop loop = runHand(bench, rig, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500);
+        ScenarioRun trial = scene.trial(mode);
+        const ClosedLoop loop = runHand(context, trial, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500);
         const auto k = static_cast<std::size_t>(friction);
         beyond[k] = std::max(beyond[k], loop.energyBeyond(1.15));
         if (loop.leak > 0.05) share[k] = std::max(share[k], -loop.lowest_energy / loop.leak);
@@ -92,11 +92,11 @@ Outcome pressHoldRelease(Bench& bench, Mode mode) {
         if (friction == Friction::On) swing = std::max(swing, 1000 * peakToPeak(z));
         if (friction == Friction::Off && delay == 0) swing_loose = std::max(swing_loose, 1000 * peakToPeak(z));
         if (friction == Friction::On) rms = std::max(rms, 1000 * roughness(z).rms);
-        if (friction == Friction::Off && hand == std::string("fine") && delay == 1) rig.finish(out);
+        if (friction == Friction::Off && hand == std::string("fine") && delay == 1) trial.finish(out);
         if (friction == Friction::On) continue;
-        Rig again = scene.rig(mode);
+        ScenarioRun again = scene.trial(mode);
         const ClosedLoop controlled =
-            runHand(bench, again, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500, Passivity::Controlled);
+            runHand(context, again, handAt(hand, delay, friction, pressPath(hand, 2, 100, 3)), 4500, Passivity::Controlled);
         swing_controlled = std::max(swing_controlled, 1000 * peakToPeak(controlled.force(2, 2000, 3000)));
       }
   for (const std::size_t k : {0u, 1u}) {
@@ -116,21 +116,21 @@ Outcome pressHoldRelease(Bench& bench, Mode mode) {
 }
 
 // S2: a slide over the plane at 50 mm/s and about 2 N.
-Outcome slide(Bench& bench, Mode mode) {
+Outcome slide(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(bench);
+  const BallOnSlab scene(context);
   double rms = 0, torque = 0, line = 0, beyond = -kNever, loose = 0;
   for (const Friction friction : {Friction::On, Friction::Off})
     for (const char* hand : {"fine", "arm"})
       for (const int delay : {0, 1}) {
-        Rig rig = scene.rig(mode);
+        ScenarioRun trial = scene.trial(mode);
         const device::IntendedPath press = pressPath(hand, 2, 20);
         const auto path = [=](double t) {
           Configuration at = press(t);
           at.position.x() = -30 + 50 * std::clamp(t - 2, 0.0, 1.2);
           return at;
         };
-        const ClosedLoop loop = runHand(bench, rig, handAt(hand, delay, friction, path), 3200);
+        const ClosedLoop loop = runHand(context, trial, handAt(hand, delay, friction, path), 3200);
         const Spectrum force = forceRoughness(loop, 2100);
         beyond = std::max(beyond, loop.energyBeyond(1.5));
         if (friction == Friction::Off) {
@@ -140,7 +140,7 @@ Outcome slide(Bench& bench, Mode mode) {
         rms = std::max(rms, force.rms);
         line = std::max(line, force.largest_line);
         torque = std::max(torque, torqueRoughness(loop, 2100).rms);
-        if (hand == std::string("fine") && delay == 0) rig.finish(out);
+        if (hand == std::string("fine") && delay == 0) trial.finish(out);
       }
   addRoughness(out, "sliding", {rms}, 20);
   out.add("its largest line", "mN", 1000 * line, 10);
@@ -153,9 +153,9 @@ Outcome slide(Bench& bench, Mode mode) {
 
 // S3: both stiffnesses doubled, one step of delay: a hard tap may not ring, and a hand that eases and presses feels no
 // buzz.
-Outcome margin(Bench& bench, Mode mode) {
+Outcome margin(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(bench);
+  const BallOnSlab scene(context);
   const runtime::Coupling twice{2, 2000};
   std::array<double, 3> ring{}, buzz{};  // with friction, without, and with passivity control
   double beyond = -kNever;
@@ -163,12 +163,12 @@ Outcome margin(Bench& bench, Mode mode) {
     for (const char* hand : kHands) {
       const Friction friction = k == 0 ? Friction::On : Friction::Off;
       const Passivity passivity = k == 2 ? Passivity::Controlled : Passivity::Free;
-      Rig rig = scene.rig(mode, twice);
+      ScenarioRun trial = scene.trial(mode, twice);
       const bool slow = hand == std::string("teleoperator");  // swings with its own 0.4 Hz
-      const ClosedLoop tap = runHand(bench, rig, handAt(hand, 1, friction, pressPath(hand, 8, 300)), slow ? 9000 : 2500, passivity);
+      const ClosedLoop tap = runHand(context, trial, handAt(hand, 1, friction, pressPath(hand, 8, 300)), slow ? 9000 : 2500, passivity);
       // What is faster than 30 Hz; the hand's own settling is slower.
       ring[k] = std::max(ring[k], 2 * std::sqrt(2.0) * roughness(tap.force(2, slow ? 7500 : 1000)).rms);
-      Rig other = scene.rig(mode, twice);
+      ScenarioRun other = scene.trial(mode, twice);
       const device::IntendedPath press = pressPath(hand, 3, 50);
       const double sway = 2000 / device::findHand(hand)->stiffness;  // 2 N and more about 3 N
       const auto path = [=](double t) {
@@ -176,7 +176,7 @@ Outcome margin(Bench& bench, Mode mode) {
         at.position.z() += std::min(sway, 20.0) * std::sin(2 * std::numbers::pi * t);
         return at;
       };
-      const ClosedLoop moving = runHand(bench, other, handAt(hand, 1, friction, path), 5000, passivity);
+      const ClosedLoop moving = runHand(context, other, handAt(hand, 1, friction, path), 5000, passivity);
       buzz[k] = std::max(buzz[k], roughness(moving.force(2, 2500)).rms);
       beyond = std::max({beyond, tap.energyBeyond(1.15), moving.energyBeyond(1.15)});
       if (k == 1 && hand == std::string("fine")) other.finish(out);
@@ -197,15 +197,15 @@ Outcome margin(Bench& bench, Mode mode) {
 }
 
 // S4: the hand lets go while it presses; at 2 N also with a damper beside the spring, which mode paper does not have.
-Outcome letGo(Bench& bench, Mode mode) {
+Outcome letGo(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const BallOnSlab scene(bench);
+  const BallOnSlab scene(context);
   double late = 0, beyond = -kNever;
   const auto speedAt = [&](double force, double damping) {
-    Rig rig = scene.rig(mode, {1, 1000, damping, 0});
+    ScenarioRun trial = scene.trial(mode, {1, 1000, damping, 0});
     device::SimulatedSettings settings = handAt("fine", 1, Friction::On, pressPath("fine", force, 20));
     settings.release_at = 2;
-    const ClosedLoop loop = runHand(bench, rig, settings, 6000);
+    const ClosedLoop loop = runHand(context, trial, settings, 6000);
     double speed = 0;
     for (std::size_t n = 2001; n < loop.poses.size(); ++n) {
       const double v = 1000 * (loop.poses[n].position - loop.poses[n - 1].position).norm();
@@ -213,7 +213,7 @@ Outcome letGo(Bench& bench, Mode mode) {
       if (n > 4500) late = std::max(late, v);
     }
     beyond = std::max(beyond, loop.energyBeyond(1.15));
-    if (force == 2) rig.finish(out);
+    if (force == 2) trial.finish(out);
     return speed;
   };
   out.add("speed of the handle let go at 1 N", "mm/s", speedAt(1, 0), 100);
@@ -230,11 +230,11 @@ Outcome letGo(Bench& bench, Mode mode) {
 class Multisine {
  public:
   explicit Multisine(std::uint64_t seed) {
-    Dice dice(seed);
+    Random random(seed);
     for (auto& axis : lines_)
       for (std::size_t k = 0; k < axis.size(); ++k) {
-        const double hertz = 0.1 * std::pow(80.0, (static_cast<double>(k) + dice.uniform(0, 1)) / static_cast<double>(axis.size()));
-        axis[k] = {2 * std::numbers::pi * hertz, 2 * std::numbers::pi * dice.uniform(0, 1), 0.5 / (1 + hertz)};
+        const double hertz = 0.1 * std::pow(80.0, (static_cast<double>(k) + random.uniform(0, 1)) / static_cast<double>(axis.size()));
+        axis[k] = {2 * std::numbers::pi * hertz, 2 * std::numbers::pi * random.uniform(0, 1), 0.5 / (1 + hertz)};
       }
   }
   Eigen::Vector3d operator()(double t) const {
@@ -252,7 +252,7 @@ class Multisine {
 };
 
 // S5: a peg of 10 mm in a hole of 10.2 mm, and a fine probe in a sulcus, both swayed about.
-Outcome tight(Bench& bench, Mode mode) {
+Outcome tight(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0, beyond = -kNever, left = 0;
   Spectrum force, torque;
@@ -260,23 +260,23 @@ Outcome tight(Bench& bench, Mode mode) {
   const auto insert = [&](const char* tool, const char* object, double depth, double further, bool is_shown) {
     for (const char* hand : {"fine", "arm"})
       for (const int delay : {0, 1}) {
-        Rig rig(bench.bodies.get(tool), {{&bench.bodies.get(object), {}}}, mode);  // the tip is the reference point
+        ScenarioRun trial(context.bodies.get(tool), {{&context.bodies.get(object), {}}}, mode);  // the tip is the reference point
         const auto path = [=](double t) {
           const double way = 2 + depth + further, in = std::clamp(t - 2, 0.0, 1.0);
           const double z = 2 - std::min(10 * t, way) + std::clamp(10 * (t - 5), 0.0, way);
           return Configuration{{in * std::sin(3 * t), in * std::cos(5 * t), z},
                                rotationOf({0.05 * in * std::sin(4 * t), 0.05 * in * std::sin(2.3 * t), 0})};
         };
-        const ClosedLoop loop = runHand(bench, rig, handAt(hand, delay, Friction::On, path), 7000);
+        const ClosedLoop loop = runHand(context, trial, handAt(hand, delay, Friction::On, path), 7000);
         double lowest = 0;
         for (const Configuration& pose : loop.poses) lowest = std::min(lowest, pose.position.z());
         left = std::max(left, depth + lowest);
-        deepest = std::max(deepest, rig.leafPenetration());
+        deepest = std::max(deepest, trial.leafPenetration());
         beyond = std::max(beyond, loop.energyBeyond(1.5));
         const Spectrum f = forceRoughness(loop, 2000, 5000), m = torqueRoughness(loop, 2000, 5000);
         force = {std::max(force.rms, f.rms), std::max(force.largest_line, f.largest_line)};
         torque = {std::max(torque.rms, m.rms), std::max(torque.largest_line, m.largest_line)};
-        if (is_shown && hand == std::string("fine") && delay == 1) rig.finish(out);
+        if (is_shown && hand == std::string("fine") && delay == 1) trial.finish(out);
       }
   };
   const auto report = [&](const std::string& where) {
@@ -293,55 +293,55 @@ Outcome tight(Bench& bench, Mode mode) {
   out.add("penetration of leaf spheres", "mm", deepest, kPenetrationPass);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", beyond, 0.05);
   out.note = "Hands fine and arm, 0 and 1 ms late. Play of the peg in the hole: 0.1 mm less overhangs of at most " +
-             text(leafOverhang(bench.bodies.get("peg"))) + " mm (peg) and 0.05 mm (inside of the hole).";
+             text(leafOverhang(context.bodies.get("peg"))) + " mm (peg) and 0.05 mm (inside of the hole).";
   return out;
 }
 
 // S6: the probe over both arches of the sample mouth, 28 teeth, as a dentist feels along them.
-Outcome arch(Bench& bench, Mode mode) {
+Outcome arch(ScenarioContext& context, Mode mode) {
   Outcome out;
   static const std::vector<Configuration> whole = samples::inspectTeeth(samples::makeMouth());
   std::vector<PlacedBody> teeth;
   for (const int quadrant : {1, 2, 3, 4})
-    for (int n = 1; n <= 7; ++n) teeth.push_back({&bench.bodies.get("tooth_" + std::to_string(10 * quadrant + n)), {}});
-  Rig rig(bench.bodies.get("dental_probe"), teeth, mode);
+    for (int n = 1; n <= 7; ++n) teeth.push_back({&context.bodies.get("tooth_" + std::to_string(10 * quadrant + n)), {}});
+  ScenarioRun trial(context.bodies.get("dental_probe"), teeth, mode);
   const auto path = [&](double t) { return whole[std::min(whole.size() - 1, static_cast<std::size_t>(std::lround(1000 * t)))]; };
-  const int steps = bench.repetitions(static_cast<int>(whole.size()), 6000);
-  const ClosedLoop loop = runHand(bench, rig, handAt("fine", 1, Friction::On, path), steps);
-  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
-  addLargestSteps(out, rig);
+  const int steps = context.repetitions(static_cast<int>(whole.size()), 6000);
+  const ClosedLoop loop = runHand(context, trial, handAt("fine", 1, Friction::On, path), steps);
+  out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
+  addLargestSteps(out, trial);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
   addRoughness(out, "on the teeth", forceRoughness(loop, 0), 50);
-  out.add("processor time of a step, p99.9", "us", rig.times().quantile(0.999), 500);
-  out.add("processor time of a step, max", "us", rig.times().largest(), 1000);
+  out.add("processor time of a step, p99.9", "us", trial.times().quantile(0.999), 500);
+  out.add("processor time of a step, max", "us", trial.times().largest(), 1000);
   out.note = "28 teeth; hand fine, 1 ms late, means to be 0.4 mm inside. A part of the path at a small share.";
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
 // S7: a hand that moves at random over a molar, 0.1 to 8 Hz, for a minute.
-Outcome multisine(Bench& bench, Mode mode) {
+Outcome multisine(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig rig(bench.bodies.get("dental_probe"), {{&bench.bodies.get("molar"), {}}}, mode);
+  ScenarioRun trial(context.bodies.get("dental_probe"), {{&context.bodies.get("molar"), {}}}, mode);
   const Multisine way(7), turn(8);
   const auto path = [&](double t) {
     const double down = std::min(5 * t, 12.0);  // from above into the middle of what the motion covers
     return Configuration{Eigen::Vector3d(0, 0, 16 - down) + 6 * way(t), rotationOf(0.3 * turn(t))};
   };
   double loudest = 0;
-  const ClosedLoop loop = runHand(bench, rig, handAt("arm", 1, Friction::On, path), bench.repetitions(60'000, 6000));
+  const ClosedLoop loop = runHand(context, trial, handAt("arm", 1, Friction::On, path), context.repetitions(60'000, 6000));
   for (std::size_t begin = 2000; begin + 1000 <= loop.sent.size(); begin += 1000)
     loudest = std::max(loudest, forceRoughness(loop, begin, begin + 1000).rms);
   int touching = 0;
-  for (const RecordedStep& row : rig.rows()) touching += row.active > 0;
-  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
+  for (const RecordedStep& row : trial.rows()) touching += row.active > 0;
+  out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
-  addLargestSteps(out, rig);
+  addLargestSteps(out, trial);
   out.add("rms from 30 to 500 Hz of the loudest second", "mN", 1000 * loudest, 50);
   out.figures.back().informative = true;  // taps and falls off edges are in it
-  out.add("share of the time in contact", "%", 100.0 * touching / static_cast<double>(rig.rows().size()), 100);
+  out.add("share of the time in contact", "%", 100.0 * touching / static_cast<double>(trial.rows().size()), 100);
   out.figures.back().informative = true;
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 #include "servo_loop.h"
 #include "step_memory.h"
 
@@ -15,9 +15,9 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kProbeReference(0, 0, 60);
 
-Quaternion randomRotation(Dice& dice) {
+Quaternion randomRotation(Random& random) {
   for (;;) {
-    const double w = dice.uniform(-1, 1), x = dice.uniform(-1, 1), y = dice.uniform(-1, 1), z = dice.uniform(-1, 1);
+    const double w = random.uniform(-1, 1), x = random.uniform(-1, 1), y = random.uniform(-1, 1), z = random.uniform(-1, 1);
     const Quaternion q(w, x, y, z);
     if (q.squaredNorm() > 0.01 && q.squaredNorm() < 1) return q.normalized();
   }
@@ -29,18 +29,18 @@ Quaternion fromEuler(double gamma, double beta, double alpha) {
 
 // F6: the pitch swept through 90 degrees, the probe's tip on a plane. The reference is the constrained answer in a
 // world turned so that no angle is singular: an answer that depends on the choice of axes differs.
-Outcome euler(Bench& bench, Mode mode) {
+Outcome euler(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.reference_point = kProbeReference;
-  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
+  const Body &probe = context.bodies.get("probe"), &slab = context.bodies.get("slab");
   const Quaternion turned = rotationOf({0.4, -0.9, 0.7});
   double translation = 0, rotation = 0, torque = 0, most_work = 0;
   for (const double spin : {0.0, 45.0, 170.0}) {
-    Rig rig(probe, {{&slab, {}}}, mode, options);
-    Rig reference(probe, {{&slab, {{0, 0, 0}, turned}}}, Mode::Constrained, options);
+    ScenarioRun trial(probe, {{&slab, {}}}, mode, options);
+    ScenarioRun reference(probe, {{&slab, {{0, 0, 0}, turned}}}, Mode::Constrained, options);
     const auto both = [&](const Configuration& pose) {
-      const runtime::StepResult a = rig.to(pose);
+      const runtime::StepResult a = trial.to(pose);
       const runtime::StepResult b = reference.to({turned * pose.position, (turned * pose.orientation).normalized()});
       const Configuration back{turned.conjugate() * b.graphic.position, (turned.conjugate() * b.graphic.orientation).normalized()};
       const Displacement d = displacementBetween(a.graphic, back);
@@ -61,7 +61,7 @@ Outcome euler(Bench& bench, Mode mode) {
     };
     for (double above = 3; above > 0; above -= 0.05) both(pose(from, above));
     for (double beta = from; beta < to; beta += 0.5e-3) both(pose(beta, 0));
-    if (spin == 45.0) rig.finish(out);
+    if (spin == 45.0) trial.finish(out);
   }
   out.add("pose apart from the solver in turned axes", "mm", translation, 0.01);
   out.add("orientation apart", "degree", rotation, 0.01);
@@ -71,23 +71,23 @@ Outcome euler(Bench& bench, Mode mode) {
 }
 
 // F7: two turns about each axis in free space.
-Outcome wrap(Bench& bench, Mode mode) {
+Outcome wrap(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.reference_point = kProbeReference;
-  Rig rig(bench.bodies.get("probe"), {{&bench.bodies.get("block"), {{500, 0, 0}, kUpright}}}, mode, options);
+  ScenarioRun trial(context.bodies.get("probe"), {{&context.bodies.get("block"), {{500, 0, 0}, kUpright}}}, mode, options);
   double force = 0, torque = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    rig.restart();
+    trial.restart();
     for (int n = 0; n <= 720; ++n) {
-      const runtime::StepResult r = rig.to({{0, 0, 0}, rotationOf(Eigen::Vector3d::Unit(axis) * (n * kDegree))});
+      const runtime::StepResult r = trial.to({{0, 0, 0}, rotationOf(Eigen::Vector3d::Unit(axis) * (n * kDegree))});
       force = std::max(force, r.wrench.force.norm());
       torque = std::max(torque, r.wrench.torque.norm());
     }
   }
   out.add("force in free space", "N", force, 1e-9);
   out.add("torque in free space", "N mm", torque, 1e-9);
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
@@ -106,23 +106,23 @@ std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree) {
 }
 
 // F10: the tree's pairs against every leaf with every leaf.
-Outcome missedPairs(Bench& bench, Mode mode) {
+Outcome missedPairs(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Dice dice(10);
+  Random random(10);
   int missed = 0, extra = 0;
   double most_tests = 0;
-  const int poses = bench.repetitions(100'000, 500);
+  const int poses = context.repetitions(100'000, 500);
   for (const auto& [tool_name, object_name] :
        {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
-    Rig rig(bench.bodies.get(tool_name), {{&bench.bodies.get(object_name), {}}}, mode);
-    const runtime::CompiledScene& scene = rig.scene().compiled();
+    ScenarioRun trial(context.bodies.get(tool_name), {{&context.bodies.get(object_name), {}}}, mode);
+    const runtime::CompiledScene& scene = trial.scene().compiled();
     const std::vector<Leaf> tool = leavesOf(scene.tool), object = leavesOf(scene.shapes[0].leaves);
     const double reach = 0.5 * (scene.tool.reach + scene.shapes[0].radius);
     std::vector<std::uint32_t> exact, found;
     for (int n = 0; n < poses; ++n) {
-      const Configuration pose{{dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(-reach, reach)},
-                               randomRotation(dice)};
-      const runtime::PairSet set = runtime::findPairs(pose, 0, runtime::PairsOf::LeavesExactly, 1 << 30, rig.workspace().memory());
+      const Configuration pose{{random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach)},
+                               randomRotation(random)};
+      const runtime::PairSet set = runtime::findPairs(pose, 0, runtime::PairsOf::LeavesExactly, 1 << 30, trial.workspace().memory());
       if (set.coarse) continue;  // deep inside, where the list is full: upper levels stand in
       exact.clear();
       const Eigen::Vector3d offset = pose.position - scene.objects[0].anchor;
@@ -148,7 +148,7 @@ Outcome missedPairs(Bench& bench, Mode mode) {
       // Of poses that touch a little: what a first contact costs.
       if (!found.empty() && found.size() < 8)
         most_tests = std::max(most_tests, 100.0 * 8 * set.work / (double(tool.size()) * double(object.size())));
-      if (n % 256 == 0) bench.progress.check();
+      if (n % 256 == 0) context.progress.check();
     }
   }
   out.add("pairs missed in " + std::to_string(3 * poses) + " poses", "1", missed, 0);
@@ -175,11 +175,11 @@ Eigen::Matrix<double, 6, 1> hildreth(const Eigen::MatrixXd& a, const Eigen::Vect
 }
 
 // F11: rows that depend on each other.
-Outcome redundantRows(Bench& bench, Mode mode) {
+Outcome redundantRows(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Dice dice(11);
-  const Body &cube = bench.bodies.get("cube"), &block = bench.bodies.get("block");
-  Rig flat(cube, {{&block, {}}}, mode);
+  Random random(11);
+  const Body &cube = context.bodies.get("cube"), &block = context.bodies.get("block");
+  ScenarioRun flat(cube, {{&block, {}}}, mode);
   std::uint32_t iterations = 0;
   std::uint32_t most_rows = 0;
   const auto look = [&](const runtime::StepResult& r) {
@@ -188,37 +188,38 @@ Outcome redundantRows(Bench& bench, Mode mode) {
   };
   flat.to({{0, 0, 13}, kUpright});
   flat.moveTo({0, 0, 9.5}, 100);
-  for (int n = 0; n < bench.repetitions(1'000'000, 500); ++n) {
-    if (n % 256 == 0) bench.progress.check();
-    const Configuration pose{{1e-3 * dice.uniform(-1, 1), 1e-3 * dice.uniform(-1, 1), 9.5 + 1e-3 * dice.uniform(-1, 1)}, kUpright};
+  for (int n = 0; n < context.repetitions(1'000'000, 500); ++n) {
+    if (n % 256 == 0) context.progress.check();
+    const Configuration pose{{1e-3 * random.uniform(-1, 1), 1e-3 * random.uniform(-1, 1), 9.5 + 1e-3 * random.uniform(-1, 1)}, kUpright};
     look(flat.to(pose));
   }
-  const Body &cylinder = bench.bodies.get("cylinder"), &groove = bench.bodies.get("groove");
-  Rig lying(cylinder, {{&groove, {}}}, mode);
+  const Body &cylinder = context.bodies.get("cylinder"), &groove = context.bodies.get("groove");
+  ScenarioRun lying(cylinder, {{&groove, {}}}, mode);
   const Quaternion along_y = rotationOf({std::numbers::pi / 2, 0, 0});
   lying.to({{0, 0, 16}, along_y});
   lying.moveTo({0, 0, 8}, 100);
-  for (int n = 0; n < bench.repetitions(4'000, 200); ++n)
-    look(lying.to({{1e-3 * dice.uniform(-1, 1), 0, 8 + 1e-3 * dice.uniform(-1, 1)}, along_y}));
+  for (int n = 0; n < context.repetitions(4'000, 200); ++n)
+    look(lying.to({{1e-3 * random.uniform(-1, 1), 0, 8 + 1e-3 * random.uniform(-1, 1)}, along_y}));
   // 400 rows of rank 3, and the order of the rows: neither may change the answer.
   double apart = 0, order = 0;
   TimeHistogram times;  // of QPs of 200 rows, from a cold start
-  for (int n = 0; n < bench.repetitions(2000, 200); ++n) {
+  for (int n = 0; n < context.repetitions(2000, 200); ++n) {
     Eigen::Matrix<double, 3, 6> basis;
-    for (int i = 0; i < 18; ++i) basis(i / 6, i % 6) = dice.uniform(-1, 1);
+    for (int i = 0; i < 18; ++i) basis(i / 6, i % 6) = random.uniform(-1, 1);
     constexpr std::uint32_t kRows = 400;
     std::array<std::vector<float>, 7> columns;
     for (auto& column : columns) column.assign(kRows, 0);
     Eigen::MatrixXd a(kRows, 6);
     Eigen::VectorXd b(kRows);
     for (std::uint32_t i = 0; i < kRows; ++i) {
-      Eigen::Matrix<double, 6, 1> row = basis.transpose() * Eigen::Vector3d(dice.uniform(0, 1), dice.uniform(0, 1), dice.uniform(0, 1));
+      Eigen::Matrix<double, 6, 1> row =
+          basis.transpose() * Eigen::Vector3d(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
       row.normalize();
       for (std::size_t k = 0; k < 6; ++k) {
         columns[k][i] = static_cast<float>(row[static_cast<Eigen::Index>(k)]);
         a(i, static_cast<Eigen::Index>(k)) = columns[k][i];
       }
-      columns[6][i] = static_cast<float>(dice.uniform(-1, 1));
+      columns[6][i] = static_cast<float>(random.uniform(-1, 1));
       b[i] = columns[6][i];
     }
     const auto solve = [&](std::uint32_t count) {
@@ -255,17 +256,17 @@ Outcome redundantRows(Bench& bench, Mode mode) {
 }
 
 // F15: metres or millimetres in the file; and the stiffness felt at the end of a lever.
-Outcome units(Bench& bench, Mode mode) {
+Outcome units(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &groove = bench.bodies.get("groove");
+  const Body &ball = context.bodies.get("ball"), &groove = context.bodies.get("groove");
   TriangleMesh in_metres = groove.mesh;
   for (Eigen::Vector3d& p : in_metres.positions) p = 1000 * (p / 1000);  // as a file in metres is read
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
   const std::string suffix = groove.name.substr(std::string("groove").size());  // of its variant
-  const Body& from_metres = bench.bodies.make("groove_m" + suffix, in_metres, settings, groove.frame);
-  const Body& from_millimetres = bench.bodies.make("groove_mm" + suffix, groove.mesh, settings, groove.frame);
-  Rig a(ball, {{&from_millimetres, {}}}, mode), b(ball, {{&from_metres, {}}}, mode);
+  const Body& from_metres = context.bodies.make("groove_m" + suffix, in_metres, settings, groove.frame);
+  const Body& from_millimetres = context.bodies.make("groove_mm" + suffix, groove.mesh, settings, groove.frame);
+  ScenarioRun a(ball, {{&from_millimetres, {}}}, mode), b(ball, {{&from_metres, {}}}, mode);
   double pose = 0, wrench = 0;
   for (int n = 0; n < 800; ++n) {
     const Configuration haptic{{2 * std::sin(n * 0.01), 3 * std::sin(n * 0.007), 16 - 0.01 * n}, kUpright};
@@ -277,16 +278,16 @@ Outcome units(Bench& bench, Mode mode) {
   out.add("their forces", "N", wrench, 1e-9);
   // A ball pushed by the side of the probe at distance L from the reference point feels 1 / (1/k_t + L^2/k_r).
   double worst = 0;
-  const Body &probe = bench.bodies.get("probe"), &small = bench.bodies.get("small_ball");
+  const Body &probe = context.bodies.get("probe"), &small = context.bodies.get("small_ball");
   for (const double arm : {0.0, 20.0, 50.0, 80.0}) {
-    Rig::Options options;
+    ScenarioRun::Options options;
     options.reference_point = {0, 0, 10 + arm};
-    Rig rig(probe, {{&small, {{0, 0, -arm}, kUpright}}}, mode, options);
-    rig.to({{3, 0, 0}, kUpright});
-    rig.moveTo({2, 0, 0}, 20);
+    ScenarioRun trial(probe, {{&small, {{0, 0, -arm}, kUpright}}}, mode, options);
+    trial.to({{3, 0, 0}, kUpright});
+    trial.moveTo({2, 0, 0}, 20);
     double touching = 0, first_force = 0, stiffness = 0;
     for (double x = 2.02; x > 1.2; x -= 0.002) {
-      const runtime::StepResult r = rig.to({{x, 0, 0}, kUpright});
+      const runtime::StepResult r = trial.to({{x, 0, 0}, kUpright});
       const double force = r.wrench.force.x();
       if (force > 0.02 && touching == 0) touching = x, first_force = force;
       if (touching - x > 0.3 && touching > 0) {
@@ -303,21 +304,21 @@ Outcome units(Bench& bench, Mode mode) {
 }
 
 // F18: torque at the gimbal.
-Outcome gimbal(Bench& bench, Mode mode) {
+Outcome gimbal(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &probe = bench.bodies.get("probe"), &slab = bench.bodies.get("slab");
+  const Body &probe = context.bodies.get("probe"), &slab = context.bodies.get("slab");
   double error = 0, omitted = 0;
   for (const double arm : {60.0, 100.0}) {
-    Rig::Options options;
+    ScenarioRun::Options options;
     options.reference_point = {0, 0, 40};
-    Rig rig(probe, {{&slab, {}}}, mode, options);
+    ScenarioRun trial(probe, {{&slab, {}}}, mode, options);
     const Quaternion tilted = rotationOf({0, 0.6, 0});
     const auto at = [&](double height) {
       return Configuration{Eigen::Vector3d(0, 0, height) + tilted * Eigen::Vector3d(0, 0, 40), tilted};
     };
-    for (double z = 4; z > -1.2; z -= 0.02) rig.to(at(z));
-    for (int n = 0; n < 30; ++n) rig.to(at(-1.2));
-    const RecordedStep& row = rig.last();
+    for (double z = 4; z > -1.2; z -= 0.02) trial.to(at(z));
+    for (int n = 0; n < 30; ++n) trial.to(at(-1.2));
+    const RecordedStep& row = trial.last();
     const Eigen::Vector3d from = row.haptic.position, to = from + tilted * Eigen::Vector3d(0, 0, arm - 40);
     const Wrench moved = wrenchAbout(row.wrench, from, to);
     // The contact's moment, from where the graphic tool's tip touches: the force acts along its line there, whatever
@@ -329,7 +330,7 @@ Outcome gimbal(Bench& bench, Mode mode) {
     const double newtons = std::max(0.1, row.wrench.force.norm());
     error = std::max(error, (moved.torque - direct).norm() / newtons);
     omitted = std::max(omitted, (row.wrench.torque - direct).norm() / newtons);
-    if (arm == 100) rig.finish(out);
+    if (arm == 100) trial.finish(out);
   }
   out.add("torque at the gimbal, off the contact's moment, for 1 N", "N mm", error, 0.1);
   out.add("the same without moving it from the reference point", "N mm", omitted, 0);

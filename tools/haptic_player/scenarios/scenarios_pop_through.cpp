@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
 namespace {
@@ -37,15 +37,15 @@ struct PopThrough {
 };
 
 // One tool through one plate of 40 x 40, `runs` times: on to 30 beyond, at up to 2 m/s; and 50 in one step.
-void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, PopThrough& sum) {
+void throughPlate(ScenarioContext& context, ScenarioRun& trial, bool is_probe, int runs, Random& random, PopThrough& sum) {
   constexpr std::array speeds{50.0, 500.0, 1000.0, 2000.0, 50'000.0};  // the last: 50 mm in one step
   const std::vector<Eigen::Vector3d> axis = axisPoints(is_probe);
   for (int run = 0; run < runs; ++run) {
     // Slow ones are one in twenty: they take most of the time and cross the least.
     const double speed = speeds[run % 20 == 0 ? 0 : 1 + static_cast<std::size_t>(run) % 4];
-    const double tilt = dice.uniform(0, 80) * kDegree, heading = dice.uniform(0, 2 * std::numbers::pi);
+    const double tilt = random.uniform(0, 80) * kDegree, heading = random.uniform(0, 2 * std::numbers::pi);
     const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
-    const Eigen::Vector3d target(dice.uniform(-6, 6), dice.uniform(-6, 6), 0);
+    const Eigen::Vector3d target(random.uniform(-6, 6), random.uniform(-6, 6), 0);
     Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its way
     if (is_probe) orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
     const double before_target = (is_probe ? 6 : 12) / std::cos(tilt), total = before_target + 30;
@@ -56,21 +56,21 @@ void throughPlate(Bench& bench, Rig& rig, bool is_probe, int runs, Dice& dice, P
       const double sideways = std::clamp(s, -aslant, aslant);
       return target + way * sideways - Eigen::Vector3d(0, 0, s - sideways);
     };
-    rig.restart();
-    rig.to({handAt(-before_target), orientation});
-    Configuration before = rig.last().graphic;
+    trial.restart();
+    trial.to({handAt(-before_target), orientation});
+    Configuration before = trial.last().graphic;
     const int steps = std::max(1, static_cast<int>(total / (speed / 1000)));
     for (int n = 1; n <= steps; ++n) {
-      const runtime::StepResult r = rig.to({handAt(total * n / steps - before_target), orientation});
+      const runtime::StepResult r = trial.to({handAt(total * n / steps - before_target), orientation});
       if (crossesPlate(axis, before, r.graphic)) {
         ++sum.crossings;
         break;
       }
       before = r.graphic;
     }
-    if (++sum.runs % 64 == 0) bench.progress.check();
+    if (++sum.runs % 64 == 0) context.progress.check();
   }
-  sum.deepest = std::max(sum.deepest, rig.leafPenetration());
+  sum.deepest = std::max(sum.deepest, trial.leafPenetration());
 }
 
 /// On which side of the wire, the y axis, the probe's axis passes it: the sign says; 0 where they pass beyond an end of
@@ -86,51 +86,51 @@ double sideOfWire(const Configuration& probe) {
 }
 
 // A cube too wide to roll off and a lying probe, pressed over the wire.
-void overWire(Bench& bench, Mode mode, Dice& dice, PopThrough& sum) {
+void overWire(ScenarioContext& context, Mode mode, Random& random, PopThrough& sum) {
   constexpr std::array speeds{50.0, 500.0, 1000.0, 2000.0, 50'000.0};
-  const Body& wire = bench.bodies.get("wire");
+  const Body& wire = context.bodies.get("wire");
   const Configuration along_y{{0, 0, 0}, rotationOf({std::numbers::pi / 2, 0, 0})};
-  Rig cube(bench.bodies.get("cube"), {{&wire, along_y}}, mode), probe(bench.bodies.get("fine_probe"), {{&wire, along_y}}, mode);
-  for (int run = 0; run < bench.repetitions(800, 40); ++run) {
+  ScenarioRun cube(context.bodies.get("cube"), {{&wire, along_y}}, mode), probe(context.bodies.get("fine_probe"), {{&wire, along_y}}, mode);
+  for (int run = 0; run < context.repetitions(800, 40); ++run) {
     const bool is_probe = run % 2 == 1;
-    Rig& rig = is_probe ? probe : cube;
-    const double speed = speeds[run % 40 < 2 ? 0 : 1 + static_cast<std::size_t>(run / 2) % 4], x = dice.uniform(-2, 2),
-                 y = dice.uniform(-5, 5);
+    ScenarioRun& trial = is_probe ? probe : cube;
+    const double speed = speeds[run % 40 < 2 ? 0 : 1 + static_cast<std::size_t>(run / 2) % 4], x = random.uniform(-2, 2),
+                 y = random.uniform(-5, 5);
     const Quaternion lying = is_probe ? rotationOf({0, std::numbers::pi / 2, 0}) : kUpright;
     const Eigen::Vector3d at(is_probe ? x - 20 : x, y, 0);
-    rig.restart();
-    rig.to({at + Eigen::Vector3d(0, 0, 14), lying});
+    trial.restart();
+    trial.to({at + Eigen::Vector3d(0, 0, 14), lying});
     const int steps = std::max(1, static_cast<int>(44 / (speed / 1000)));
     bool crossed = false;
-    double before = sideOfWire(rig.last().graphic);
+    double before = sideOfWire(trial.last().graphic);
     for (int n = 1; n <= steps && !crossed; ++n) {
-      const Configuration graphic = rig.to({at + Eigen::Vector3d(0, 0, 14 - 44.0 * n / steps), lying}).graphic;
+      const Configuration graphic = trial.to({at + Eigen::Vector3d(0, 0, 14 - 44.0 * n / steps), lying}).graphic;
       const double side = sideOfWire(graphic);
       crossed = is_probe ? side * before < 0 : graphic.position.z() < 0;
       before = side;
     }
     sum.crossings += crossed;
-    if (++sum.runs % 64 == 0) bench.progress.check();
+    if (++sum.runs % 64 == 0) context.progress.check();
   }
   sum.deepest = std::max({sum.deepest, cube.leafPenetration(), probe.leafPenetration()});
 }
 
 // F4: through plates and a wire.
-Outcome popThrough(Bench& bench, Mode mode) {
+Outcome popThrough(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Dice dice(4);
-  const int runs = bench.repetitions(10'000, 80);
+  Random random(4);
+  const int runs = context.repetitions(10'000, 80);
   PopThrough plates, wires;
   for (const char* plate : {"plate_2", "plate_1", "plate_0.5", "plate_0.2"})
     for (const bool is_probe : {false, true}) {
-      Rig::Options options;
+      ScenarioRun::Options options;
       options.keep_rows = plate == std::string("plate_0.2") && !is_probe;
-      Rig rig(bench.bodies.get(is_probe ? "fine_probe" : "ball"), {{&bench.bodies.get(plate), {}}}, mode, options);
-      throughPlate(bench, rig, is_probe, runs / 8, dice, plates);
-      if (options.keep_rows) rig.finish(out);
+      ScenarioRun trial(context.bodies.get(is_probe ? "fine_probe" : "ball"), {{&context.bodies.get(plate), {}}}, mode, options);
+      throughPlate(context, trial, is_probe, runs / 8, random, plates);
+      if (options.keep_rows) trial.finish(out);
     }
   out.recording.resize(std::min<std::size_t>(out.recording.size(), 20'000));
-  overWire(bench, mode, dice, wires);
+  overWire(context, mode, random, wires);
   out.add("crossings of plates in " + std::to_string(plates.runs) + " runs", "1", plates.crossings, 0);
   out.add("crossings of a wire of 0.5 mm in " + std::to_string(wires.runs) + " runs", "1", wires.crossings, 0);
   out.add("penetration of leaf spheres", "mm", std::max(plates.deepest, wires.deepest), kPenetrationPass);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
 namespace {
@@ -13,41 +13,41 @@ namespace {
 using Eigen::Vector3d;
 constexpr double radians(double degree) { return degree * std::numbers::pi / 180; }
 
-Rig::Options rubbing(double friction) {
-  Rig::Options options;
+ScenarioRun::Options rubbing(double friction) {
+  ScenarioRun::Options options;
   options.friction = friction;
   return options;
 }
 
 /// Down onto what is below `from` until it presses with 1 N. The height of the hand then.
-double pressed(Rig& rig, const Vector3d& from) {
+double pressed(ScenarioRun& trial, const Vector3d& from) {
   Vector3d at = from;
-  for (int n = 0; n < 20'000 && rig.last().wrench.force.z() < 1; ++n) rig.to({at -= Vector3d(0, 0, 0.005), kUpright});
+  for (int n = 0; n < 20'000 && trial.last().wrench.force.z() < 1; ++n) trial.to({at -= Vector3d(0, 0, 0.005), kUpright});
   return at.z();
 }
 
 /// F23: a drag that starts, stops and turns round. The hand's motion is smooth, so that a jump of the force is the
 /// renderer's own stick-slip.
-Outcome stickSlip(Bench& bench, Mode mode) {
+Outcome stickSlip(ScenarioContext& context, Mode mode) {
   Outcome out;
   double jump = 0, off = 0, deepest = 0;
   for (const double speed : {1.0, 5.0, 20.0}) {
-    Rig rig(bench.bodies.get("ball"), {{&bench.bodies.get("slab"), {}}}, mode, rubbing(0.3));
-    rig.to({{0, 0, 8}, kUpright});
-    const double z = pressed(rig, {0, 0, 8});
+    ScenarioRun trial(context.bodies.get("ball"), {{&context.bodies.get("slab"), {}}}, mode, rubbing(0.3));
+    trial.to({{0, 0, 8}, kUpright});
+    const double z = pressed(trial, {0, 0, 8});
     const int steps = static_cast<int>(4000 / std::sqrt(speed));
-    Vector3d at(0, 0, z), last = rig.last().wrench.force;
+    Vector3d at(0, 0, z), last = trial.last().wrench.force;
     for (int n = 0; n < steps; ++n) {
       const double now = speed * std::sin(2 * std::numbers::pi * n / 1000);  // there and back in a second
       at.x() += now / 1000;
-      const Vector3d force = rig.to({at, kUpright}).wrench.force;
+      const Vector3d force = trial.to({at, kUpright}).wrench.force;
       jump = std::max(jump, (force - last).norm() - std::abs(now) / 1000);  // 1 N/mm: the hand's own part
       last = force;
       // Once the hand has gone on far enough in one direction it slides: mu N against the motion.
       if (n % 500 == 250 && speed > 3) off = std::max(off, std::abs(force.head<2>().norm() / force.z() / 0.3 - 1));
     }
-    deepest = std::max(deepest, rig.leafPenetration());
-    if (speed == 20.0) rig.finish(out);
+    deepest = std::max(deepest, trial.leafPenetration());
+    if (speed == 20.0) trial.finish(out);
   }
   out.add("largest step of the force beyond the hand's own", "N", jump, 0.005);
   out.add("drag off mu N", "%", 100 * off, 1);
@@ -57,29 +57,29 @@ Outcome stickSlip(Bench& bench, Mode mode) {
 }
 
 /// F24: a tool that friction holds on slopes, for a minute, with a hand that trembles.
-Outcome creep(Bench& bench, Mode mode) {
+Outcome creep(ScenarioContext& context, Mode mode) {
   Outcome out;
   double drift = 0, slid = 1e9;
-  const int steps = bench.repetitions(60'000, 3000);
+  const int steps = context.repetitions(60'000, 3000);
   for (const double slope : {radians(5), radians(12)}) {
     const Quaternion turn = rotationOf({0, slope, 0});
-    Rig rig(bench.bodies.get("ball"), {{&bench.bodies.get("slab"), {Vector3d::Zero(), turn}}}, mode, rubbing(0.2));
-    rig.to({turn * Vector3d(0, 0, 8), turn});
-    Dice dice(24);
+    ScenarioRun trial(context.bodies.get("ball"), {{&context.bodies.get("slab"), {Vector3d::Zero(), turn}}}, mode, rubbing(0.2));
+    trial.to({turn * Vector3d(0, 0, 8), turn});
+    Random random(24);
     Vector3d at = turn * Vector3d(0, 0, 8);
-    for (int n = 0; n < 2000 && rig.last().wrench.force.norm() < 1; ++n) rig.to({at -= Vector3d(0, 0, 0.005), turn});
-    for (int n = 0; n < 200; ++n) rig.to({at, turn});
-    const Vector3d start = rig.last().graphic.position;
+    for (int n = 0; n < 2000 && trial.last().wrench.force.norm() < 1; ++n) trial.to({at -= Vector3d(0, 0, 0.005), turn});
+    for (int n = 0; n < 200; ++n) trial.to({at, turn});
+    const Vector3d start = trial.last().graphic.position;
     for (int n = 0; n < steps; ++n) {
-      const Vector3d tremor(dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1));
-      rig.to({at + 0.002 * tremor, turn});
+      const Vector3d tremor(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      trial.to({at + 0.002 * tremor, turn});
     }
-    for (int n = 0; n < 200; ++n) rig.to({at, turn});
-    const Vector3d way = turn.conjugate() * (rig.last().graphic.position - start);
+    for (int n = 0; n < 200; ++n) trial.to({at, turn});
+    const Vector3d way = turn.conjugate() * (trial.last().graphic.position - start);
     if (slope < 0.1) drift = way.head<2>().norm();
-    const Vector3d force = turn.conjugate() * rig.last().wrench.force;
+    const Vector3d force = turn.conjugate() * trial.last().wrench.force;
     if (slope > 0.1) slid = force.head<2>().norm() / force.z();  // it has slid until the cone holds it
-    if (slope < 0.1) rig.finish(out);
+    if (slope < 0.1) trial.finish(out);
   }
   out.add("drift on a slope of 5 degrees in a minute", "mm", drift, 1e-4);
   out.add("tangent of the force on 12 degrees", "1", slid, 0.2 * 1.01);
@@ -87,106 +87,107 @@ Outcome creep(Bench& bench, Mode mode) {
 }
 
 /// F25: two blocks that close on a ball at 50 mm/s until they are 1 mm nearer than it is thick, and open.
-Outcome crush(Bench& bench, Mode mode) {
+Outcome crush(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &block = bench.bodies.get("block");
-  Rig::Options options;
+  const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
+  ScenarioRun::Options options;
   options.moving = true;
-  Rig rig(ball, {{&block, {{0, 0, -6}, kUpright}}, {&block, {{0, 0, 6}, rotationOf({std::numbers::pi, 0, 0})}}}, mode, options);
-  rig.to({{0, 0, 0.4}, kUpright});
+  ScenarioRun trial(ball, {{&block, {{0, 0, -6}, kUpright}}, {&block, {{0, 0, 6}, rotationOf({std::numbers::pi, 0, 0})}}}, mode, options);
+  trial.to({{0, 0, 0.4}, kUpright});
   double way = 0, force = 0, free_depth = 0, beyond_half = 0;
   int unanswered = 0, unlogged = 0, recovery = 0;
   const auto go = [&](double by, int steps) {
     for (int n = 0; n < steps; ++n) {
-      rig.carryObject(0, {0, 0, by});
-      rig.carryObject(1, {0, 0, -by});
+      trial.carryObject(0, {0, 0, by});
+      trial.carryObject(1, {0, 0, -by});
       way += by;
-      const runtime::StepResult r = rig.to({{0, 0, 0.4}, kUpright});
+      const runtime::StepResult r = trial.to({{0, 0, 0.4}, kUpright});
       unanswered += !isFinite(r.graphic);
       force = std::max(force, r.limited_wrench.force.norm());
-      const double a = rig.leafDepth(r.graphic, 0), b = rig.leafDepth(r.graphic, 1), both = a + b;
+      const double a = trial.leafDepth(r.graphic, 0), b = trial.leafDepth(r.graphic, 1), both = a + b;
       if (r.faults == 0) free_depth = std::max(free_depth, std::max(a, b));
       beyond_half = std::max(beyond_half, std::max(a, b) - 0.5 * both);
       unlogged += std::max(a, b) > kPenetrationPass && !(r.faults & (runtime::kPenetrating | runtime::kRowsConflict));
     }
   };
   int closing = 0;
-  while (closing < 400 && (rig.leafDepth(rig.last().graphic, 0) + rig.leafDepth(rig.last().graphic, 1)) < 1) go(0.05, 1), ++closing;
+  while (closing < 400 && (trial.leafDepth(trial.last().graphic, 0) + trial.leafDepth(trial.last().graphic, 1)) < 1) go(0.05, 1), ++closing;
   go(-0.05, closing);
-  for (; recovery < 100 && rig.leafDepth(rig.last().graphic) > kPenetrationPass; ++recovery) rig.to({{0, 0, 0.4}, kUpright});
+  for (; recovery < 100 && trial.leafDepth(trial.last().graphic) > kPenetrationPass; ++recovery) trial.to({{0, 0, 0.4}, kUpright});
   out.add("steps without an answer", "1", unanswered, 0);
   out.add("penetration while no fault bit is set", "mm", free_depth, kPenetrationPass);
   out.add("penetration beyond half of the forced overlap", "mm", beyond_half, 0.05);
   out.add("force after the limit", "N", force, 8 + 1e-9);
   out.add("steps inside that no fault bit reports", "1", unlogged, 0);
   out.add("time to come out once they are open", "ms", recovery, 50);
-  rig.finish(out);
+  trial.finish(out);
   return out;
 }
 
 /// F26: a ball that the hand presses on a block, below another block. Both shake by 0.2 mm, at 90 and at 110 Hz: the
 /// ball leaves the lower one and lands on it, and the upper one comes within 0.04 mm of it.
-Outcome chatter(Bench& bench, Mode mode) {
+Outcome chatter(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const Body &ball = bench.bodies.get("ball"), &block = bench.bodies.get("block");
+  const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
   constexpr double kShake = 0.2;
   const double away = 5.02 + kShake + leafOverhang(ball);
-  Rig::Options options;
+  ScenarioRun::Options options;
   options.moving = true;
   options.friction = 0.2;
-  Rig rig(ball, {{&block, {{0, 0, -away}, kUpright}}, {&block, {{0, 0, away}, rotationOf({std::numbers::pi, 0, 0})}}}, mode, options);
-  rig.to({{0, 0, 0}, kUpright});
+  ScenarioRun trial(ball, {{&block, {{0, 0, -away}, kUpright}}, {&block, {{0, 0, away}, rotationOf({std::numbers::pi, 0, 0})}}}, mode,
+                    options);
+  trial.to({{0, 0, 0}, kUpright});
   const Vector3d hand(0, 0, 4.92 - away);  // 0.1 mm into the lower one where that is in the middle of its way
-  rig.moveTo(hand, 10);
+  trial.moveTo(hand, 10);
   double jump = 0, last_height[2] = {0, 0};
-  Vector3d last = rig.last().wrench.force;
-  const int steps = bench.repetitions(5000, 500);
+  Vector3d last = trial.last().wrench.force;
+  const int steps = context.repetitions(5000, 500);
   for (int n = 1; n <= steps; ++n) {
     double moved_by = 0;
     for (std::size_t k = 0; k < 2; ++k) {
       const double height = kShake * std::sin(2 * std::numbers::pi * (k == 0 ? 90 : 110) * n / 1000), by = height - last_height[k];
-      rig.carryObject(k, {0, 0, by});
+      trial.carryObject(k, {0, 0, by});
       last_height[k] = height;
       moved_by = std::max(moved_by, std::abs(by));
     }
-    const Vector3d force = rig.to({hand, kUpright}).wrench.force;
+    const Vector3d force = trial.to({hand, kUpright}).wrench.force;
     jump = std::max(jump, (force - last).norm() - moved_by);  // 1 N/mm: what the bodies themselves do
     last = force;
   }
   out.add("step of the force beyond the bodies' own", "N", jump, 0.05);
-  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
-  rig.finish(out);
+  out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
+  trial.finish(out);
   return out;
 }
 
 /// F27: a block that comes up to 20 mm within a step, through where the ball is. The ball is pushed ahead; a body that
 /// would use up the work of a step goes on in the next ones, and says so by a fault bit.
-Outcome jumpingBody(Bench& bench, Mode mode) {
+Outcome jumpingBody(ScenarioContext& context, Mode mode) {
   Outcome out;
   int through = 0;
   double deepest = 0, force = 0;
-  Dice dice(27);
-  const int runs = bench.repetitions(500, 20);
+  Random random(27);
+  const int runs = context.repetitions(500, 20);
   for (int run = 0; run < runs; ++run) {
-    Rig::Options options;
+    ScenarioRun::Options options;
     options.moving = true;
     options.keep_rows = run == 0;
-    Rig rig(bench.bodies.get("ball"), {{&bench.bodies.get("slab"), {{0, 0, -30}, kUpright}}}, mode, options);
-    const Vector3d hand(dice.uniform(-5, 5), dice.uniform(-5, 5), 0);
-    rig.to({hand, kUpright});
+    ScenarioRun trial(context.bodies.get("ball"), {{&context.bodies.get("slab"), {{0, 0, -30}, kUpright}}}, mode, options);
+    const Vector3d hand(random.uniform(-5, 5), random.uniform(-5, 5), 0);
+    trial.to({hand, kUpright});
     double height = -30;
     while (height < 10) {
-      const double by = dice.uniform(5, 20);
+      const double by = random.uniform(5, 20);
       height += by;
-      rig.carryObject(0, {dice.uniform(-1, 1), dice.uniform(-1, 1), by});
+      trial.carryObject(0, {random.uniform(-1, 1), random.uniform(-1, 1), by});
       for (int n = 0; n < 10; ++n) {
-        const runtime::StepResult r = rig.to({hand, kUpright});
+        const runtime::StepResult r = trial.to({hand, kUpright});
         force = std::max(force, r.limited_wrench.force.norm());
       }
-      deepest = std::max(deepest, rig.leafDepth(rig.last().graphic));
+      deepest = std::max(deepest, trial.leafDepth(trial.last().graphic));
     }
-    through += rig.last().graphic.position.z() < height;
-    if (run == 0) rig.finish(out);
+    through += trial.last().graphic.position.z() < height;
+    if (run == 0) trial.finish(out);
   }
   out.add("crossings in " + std::to_string(runs) + " runs", "1", through, 0);
   out.add("penetration of leaf spheres 10 ms later", "mm", deepest, kPenetrationPass);
@@ -195,23 +196,23 @@ Outcome jumpingBody(Bench& bench, Mode mode) {
 }
 
 /// F28: a hand that holds still while encoders tremble by a count, 0.023 mm, on a surface that rubs.
-Outcome encoderNoise(Bench& bench, Mode mode) {
+Outcome encoderNoise(ScenarioContext& context, Mode mode) {
   Outcome out;
   constexpr double kCount = 0.023;
-  Rig rig(bench.bodies.get("ball"), {{&bench.bodies.get("slab"), {}}}, mode, rubbing(0.3));
-  rig.to({{0, 0, 8}, kUpright});
-  const double z = pressed(rig, {0, 0, 8});
-  for (int n = 0; n < 1000; ++n) rig.to({{0.001 * n, 0, z}, kUpright});  // it has slid before: friction is at its limit
-  for (int n = 0; n < 200; ++n) rig.to({{0.999, 0, z}, kUpright});
-  Dice dice(28);
-  const Vector3d start = rig.last().graphic.position;
+  ScenarioRun trial(context.bodies.get("ball"), {{&context.bodies.get("slab"), {}}}, mode, rubbing(0.3));
+  trial.to({{0, 0, 8}, kUpright});
+  const double z = pressed(trial, {0, 0, 8});
+  for (int n = 0; n < 1000; ++n) trial.to({{0.001 * n, 0, z}, kUpright});  // it has slid before: friction is at its limit
+  for (int n = 0; n < 200; ++n) trial.to({{0.999, 0, z}, kUpright});
+  Random random(28);
+  const Vector3d start = trial.last().graphic.position;
   double swing = 0, most_given = 0, given = 0;
-  Vector3d last = rig.last().graphic.position;
-  const int steps = bench.repetitions(20'000, 2000);
+  Vector3d last = trial.last().graphic.position;
+  const int steps = context.repetitions(20'000, 2000);
   for (int n = 0; n < steps; ++n) {
-    const auto count = [&] { return kCount * std::floor(dice.uniform(0, 2)); };
+    const auto count = [&] { return kCount * std::floor(random.uniform(0, 2)); };
     const double x = count(), y = count();
-    const runtime::StepResult r = rig.to({{0.999 + x, y, z + count()}, kUpright});
+    const runtime::StepResult r = trial.to({{0.999 + x, y, z + count()}, kUpright});
     swing = std::max(swing, (r.graphic.position - start).head<2>().norm());
     given += r.wrench.force.head<2>().dot((r.graphic.position - last).head<2>());  // friction only takes
     most_given = std::max(most_given, given);
@@ -221,8 +222,8 @@ Outcome encoderNoise(Bench& bench, Mode mode) {
   out.figures.back().informative = mode != Mode::Constrained;
   out.add("energy that friction gives", "mJ", most_given, 1e-6);
   out.figures.back().informative = mode != Mode::Constrained;
-  out.add("penetration of leaf spheres", "mm", rig.leafPenetration(), kPenetrationPass);
-  rig.finish(out);
+  out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
+  trial.finish(out);
   return out;
 }
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "coupling_wrench.h"
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
 namespace {
@@ -17,40 +17,40 @@ constexpr double kTipRadius = 3;      // of the tip
 constexpr double kMostForce = 8;      // WrenchLimits [N]
 constexpr double kEnergyPass = 0.05;  // [mJ]
 
-Rig::Options tissueOptions(bool is_large) {
-  Rig::Options options;
+ScenarioRun::Options tissueOptions(bool is_large) {
+  ScenarioRun::Options options;
   options.large_motion = is_large;
   return options;
 }
 
 /// Down at `speed` until the tool is `depth` below the surface z = 0: where the hand then is. It gives up 12 mm deeper.
-Vector3d press(Rig& rig, const Vector3d& over, double depth, double speed = 10) {
+Vector3d press(ScenarioRun& trial, const Vector3d& over, double depth, double speed = 10) {
   Vector3d hand = over;
-  for (const double end = over.z() - 2 - depth - 12; hand.z() > end && rig.last().graphic.position.z() > kTipRadius - depth;)
-    rig.to({hand -= Vector3d(0, 0, speed / 1000), kUpright});
+  for (const double end = over.z() - 2 - depth - 12; hand.z() > end && trial.last().graphic.position.z() > kTipRadius - depth;)
+    trial.to({hand -= Vector3d(0, 0, speed / 1000), kUpright});
   return hand;
 }
 
-void hold(Rig& rig, const Vector3d& hand, int steps) {
-  for (int n = 0; n < steps; ++n) rig.to({hand, kUpright});
+void hold(ScenarioRun& trial, const Vector3d& hand, int steps) {
+  for (int n = 0; n < steps; ++n) trial.to({hand, kUpright});
 }
 
 /// Energy that the hand was given along a path that ends where it began, out of contact, beyond what holding the force
 /// of a spring for a step gives [mJ].
-double energyGiven(const Rig& rig) {
+double energyGiven(const ScenarioRun& trial) {
   double given = 0;
-  const std::vector<RecordedStep>& rows = rig.rows();
+  const std::vector<RecordedStep>& rows = trial.rows();
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const Vector3d way = rows[i].haptic.position - rows[i - 1].haptic.position, force = rows[i - 1].wrench.force;
     if (force.norm() == 0) continue;
-    given += force.dot(way) - 0.5 * rig.coupling().translation * way.squaredNorm();
+    given += force.dot(way) - 0.5 * trial.coupling().translation * way.squaredNorm();
   }
   return given;
 }
 
-double mostForce(const Rig& rig) {
+double mostForce(const ScenarioRun& trial) {
   double most = 0;
-  for (const RecordedStep& row : rig.rows()) most = std::max(most, runtime::limited(row.wrench, {}).force.norm());
+  for (const RecordedStep& row : trial.rows()) most = std::max(most, runtime::limited(row.wrench, {}).force.norm());
   return most;
 }
 
@@ -62,10 +62,10 @@ struct Pull {
   bool isThrough() const { return steps > 10; }
 };
 
-Pull pullOf(const Rig& rig, double side) {
+Pull pullOf(const ScenarioRun& trial, double side) {
   Pull pull;
   int steps = 0;
-  for (const RecordedStep& row : rig.rows()) {
+  for (const RecordedStep& row : trial.rows()) {
     const double force = -side * row.wrench.force.z();
     pull.force = std::max(pull.force, force);
     steps = force > 0.05 ? steps + 1 : 0;
@@ -75,124 +75,124 @@ Pull pullOf(const Rig& rig, double side) {
 }
 
 /// What every path of these has to keep.
-void addRules(Outcome& out, const Rig& rig, const std::string& which) {
-  out.add("force step over max(0.1 N, 7 %)" + which, "1", largestForceJump(rig.rows(), rig.coupling()), 1);
-  out.add("energy given beyond the sampling's own leak" + which, "mJ", energyGiven(rig), kEnergyPass);
-  out.add("force after the limit" + which, "N", mostForce(rig), kMostForce + 1e-9);
+void addRules(Outcome& out, const ScenarioRun& trial, const std::string& which) {
+  out.add("force step over max(0.1 N, 7 %)" + which, "1", largestForceJump(trial.rows(), trial.coupling()), 1);
+  out.add("energy given beyond the sampling's own leak" + which, "mJ", energyGiven(trial), kEnergyPass);
+  out.add("force after the limit" + which, "N", mostForce(trial), kMostForce + 1e-9);
 }
 
 /// F29: the tip is pressed 2 mm into a block, held for two seconds, and comes out. Again ten times as slowly: what
 /// tissue gives because its states are late gets less then.
-Outcome poke(Bench& bench, Mode mode) {
+Outcome poke(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Vector3d start(1, -0.7, kTipRadius + 1);
   const auto rigOf = [&](bool is_large) {
-    return Rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode, tissueOptions(is_large));
+    return ScenarioRun(context.bodies.get("tip"), {{&context.bodies.getSoft("soft_block"), {}}}, mode, tissueOptions(is_large));
   };
   for (const bool is_large : {true, false}) {
-    Rig rig = rigOf(is_large);
-    rig.to({start, kUpright});
-    const Vector3d hand = press(rig, start, 2);
-    hold(rig, hand, 1000);
+    ScenarioRun trial = rigOf(is_large);
+    trial.to({start, kUpright});
+    const Vector3d hand = press(trial, start, 2);
+    hold(trial, hand, 1000);
     double low = 1e9, high = 0;
     for (int n = 0; n < 1000; ++n) {
-      const double force = rig.to({hand, kUpright}).wrench.force.norm();
+      const double force = trial.to({hand, kUpright}).wrench.force.norm();
       low = std::min(low, force), high = std::max(high, force);
     }
-    rig.moveTo(start, 10);
-    hold(rig, start, 10);
+    trial.moveTo(start, 10);
+    hold(trial, start, 10);
     const std::string which = is_large ? "" : ", small motion";
     out.add("trembling while it holds, peak to peak" + which, "mN", 1000 * (high - low), 5);
-    addRules(out, rig, which);
-    if (is_large) rig.finish(out);
+    addRules(out, trial, which);
+    if (is_large) trial.finish(out);
   }
-  Rig rig = rigOf(true);
-  rig.to({start, kUpright});
-  press(rig, start, 2, 1);
-  rig.moveTo(start, 1);
-  out.add("energy given beyond the sampling's own leak, at 1 mm/s", "mJ", energyGiven(rig), kEnergyPass);
+  ScenarioRun trial = rigOf(true);
+  trial.to({start, kUpright});
+  press(trial, start, 2, 1);
+  trial.moveTo(start, 1);
+  out.add("energy given beyond the sampling's own leak, at 1 mm/s", "mJ", energyGiven(trial), kEnergyPass);
   out.figures.back().informative = true;
   return out;
 }
 
 /// F30: a cheek of 2 mm, 1 mm above a jaw that is rigid: the tip presses the one on the other, until the hand is 4 mm
 /// below the jaw's surface, and comes back.
-Outcome squeeze(Bench& bench, Mode mode) {
+Outcome squeeze(ScenarioContext& context, Mode mode) {
   Outcome out;
   for (const bool is_large : {true, false}) {
-    const std::vector<PlacedBody> objects{{&bench.bodies.getSoft("cheek"), {}}, {&bench.bodies.get("slab"), {{0, 0, -2}, kUpright}}};
-    Rig rig(bench.bodies.get("tip"), objects, mode, tissueOptions(is_large));
+    const std::vector<PlacedBody> objects{{&context.bodies.getSoft("cheek"), {}}, {&context.bodies.get("slab"), {{0, 0, -2}, kUpright}}};
+    ScenarioRun trial(context.bodies.get("tip"), objects, mode, tissueOptions(is_large));
     const Vector3d start(0.6, 0.4, kTipRadius + 2), low(0.6, 0.4, kTipRadius - 6);
-    rig.to({start, kUpright});
-    rig.moveTo(low, 20);
-    hold(rig, low, 500);
-    rig.moveTo(start, 20);
-    hold(rig, start, 200);
+    trial.to({start, kUpright});
+    trial.moveTo(low, 20);
+    hold(trial, low, 500);
+    trial.moveTo(start, 20);
+    hold(trial, start, 200);
     const std::string which = is_large ? "" : ", small motion";
-    out.add("penetration of the jaw" + which, "mm", rig.leafPenetration(), kPenetrationPass);
-    out.add("crossings of the cheek" + which, "1", pullOf(rig, 1).isThrough(), 0);
-    addRules(out, rig, which);
+    out.add("penetration of the jaw" + which, "mm", trial.leafPenetration(), kPenetrationPass);
+    out.add("crossings of the cheek" + which, "1", pullOf(trial, 1).isThrough(), 0);
+    addRules(out, trial, which);
     const auto has_fault = [](const RecordedStep& row) { return row.faults != 0; };
-    out.add("steps with a fault bit" + which, "1", double(std::count_if(rig.rows().begin(), rig.rows().end(), has_fault)), 0);
+    out.add("steps with a fault bit" + which, "1", double(std::count_if(trial.rows().begin(), trial.rows().end(), has_fault)), 0);
     out.figures.back().informative = true;
-    if (is_large) rig.finish(out);
+    if (is_large) trial.finish(out);
   }
   return out;
 }
 
 /// F31: dragged over a soft block, 1 mm deep, up on a rigid one beside it that is 0.5 mm higher, and back.
-Outcome slipOff(Bench& bench, Mode mode) {
+Outcome slipOff(ScenarioContext& context, Mode mode) {
   Outcome out;
   for (const bool is_large : {true, false}) {
-    const std::vector<PlacedBody> objects{{&bench.bodies.getSoft("soft_block"), {{-12, 0, 0}, kUpright}},
-                                          {&bench.bodies.get("block"), {{30, 0, 0.5}, kUpright}}};
-    Rig rig(bench.bodies.get("tip"), objects, mode, tissueOptions(is_large));
+    const std::vector<PlacedBody> objects{{&context.bodies.getSoft("soft_block"), {{-12, 0, 0}, kUpright}},
+                                          {&context.bodies.get("block"), {{30, 0, 0.5}, kUpright}}};
+    ScenarioRun trial(context.bodies.get("tip"), objects, mode, tissueOptions(is_large));
     const Vector3d start(-9, 0.5, kTipRadius + 1);
-    rig.to({start, kUpright});
-    const Vector3d hand = press(rig, start, 1);
-    hold(rig, hand, 200);
-    rig.moveTo(hand + Vector3d(18, 0, 0), 20);
-    hold(rig, hand + Vector3d(18, 0, 0), 200);
-    rig.moveTo(hand, 20);
-    hold(rig, hand, 200);
-    rig.moveTo(start, 20);
-    hold(rig, start, 50);
+    trial.to({start, kUpright});
+    const Vector3d hand = press(trial, start, 1);
+    hold(trial, hand, 200);
+    trial.moveTo(hand + Vector3d(18, 0, 0), 20);
+    hold(trial, hand + Vector3d(18, 0, 0), 200);
+    trial.moveTo(hand, 20);
+    hold(trial, hand, 200);
+    trial.moveTo(start, 20);
+    hold(trial, start, 50);
     const std::string which = is_large ? "" : ", small motion";
-    out.add("penetration of the rigid block" + which, "mm", rig.leafPenetration(), kPenetrationPass);
-    addRules(out, rig, which);
-    if (is_large) rig.finish(out);
+    out.add("penetration of the rigid block" + which, "mm", trial.leafPenetration(), kPenetrationPass);
+    addRules(out, trial, which);
+    if (is_large) trial.finish(out);
   }
   return out;
 }
 
 /// F32: against a cheek of 2 mm at 1 m/s from either side, until the hand is 9 mm past its middle, and back at half of
 /// that. The tool is through if it is then held back for more than 10 ms.
-Outcome fastCheek(Bench& bench, Mode mode) {
+Outcome fastCheek(ScenarioContext& context, Mode mode) {
   Outcome out;
-  const int runs = bench.repetitions(10'000, 4);  // in each motion
-  Dice dice(32);
+  const int runs = context.repetitions(10'000, 4);  // in each motion
+  Random random(32);
   int through[2] = {0, 0};
   double caught[2] = {0, 0};
   double force = 0, late = 0;
   for (int run = 0; run < 2 * runs; ++run) {
     const double side = run % 2 == 0 ? 1 : -1;
     const bool is_large = run / 2 % 2 == 0;
-    const Rig::Options options = tissueOptions(is_large);
-    Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("cheek"), {}}}, mode, options);
-    const Vector3d across(dice.uniform(-8, 8), dice.uniform(-8, 8), 0),
-        start = across + Vector3d(0, 0, side * (kTipRadius + 1.1 + dice.uniform(0, 1)));
-    rig.to({start, kUpright});
+    const ScenarioRun::Options options = tissueOptions(is_large);
+    ScenarioRun trial(context.bodies.get("tip"), {{&context.bodies.getSoft("cheek"), {}}}, mode, options);
+    const Vector3d across(random.uniform(-8, 8), random.uniform(-8, 8), 0),
+        start = across + Vector3d(0, 0, side * (kTipRadius + 1.1 + random.uniform(0, 1)));
+    trial.to({start, kUpright});
     const Vector3d past = across - Vector3d(0, 0, side * 9);
-    rig.moveTo(past, 1000);
-    hold(rig, past, 20);
-    rig.moveTo(start, 500);
-    hold(rig, start, 50);
-    force = std::max(force, mostForce(rig));
-    late = std::max(late, rig.last().wrench.force.norm());
-    const Pull pulled = pullOf(rig, side);
+    trial.moveTo(past, 1000);
+    hold(trial, past, 20);
+    trial.moveTo(start, 500);
+    hold(trial, start, 50);
+    force = std::max(force, mostForce(trial));
+    late = std::max(late, trial.last().wrench.force.norm());
+    const Pull pulled = pullOf(trial, side);
     through[is_large] += pulled.isThrough();
     caught[is_large] = std::max(caught[is_large], pulled.force);
-    if (run == 0) rig.finish(out);
+    if (run == 0) trial.finish(out);
   }
   out.add("crossings in " + std::to_string(runs) + " runs", "1", through[true], 0);
   out.add("crossings in as many runs, small motion", "1", through[false], 0);
@@ -206,68 +206,68 @@ Outcome fastCheek(Bench& bench, Mode mode) {
 
 /// A hand that goes to and fro by 0.3 mm, twice in 500 steps, round where it pressed.
 template <class Look>
-void sway(Rig& rig, const Vector3d& hand, const Look& look) {
+void sway(ScenarioRun& trial, const Vector3d& hand, const Look& look) {
   for (int n = 1; n <= 500; ++n) {
-    rig.to({hand + Vector3d(0, 0, 0.3 * std::sin(0.008 * std::numbers::pi * n)), kUpright});
+    trial.to({hand + Vector3d(0, 0, 0.3 * std::sin(0.008 * std::numbers::pi * n)), kUpright});
     look();
   }
 }
 
 /// F33: the solver gives no state for half a second, while the tip is in the tissue and the hand moves.
-Outcome stalls(Bench& bench, Mode mode) {
+Outcome stalls(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode);
+  ScenarioRun trial(context.bodies.get("tip"), {{&context.bodies.getSoft("soft_block"), {}}}, mode);
   const Vector3d start(1, -0.7, kTipRadius + 1);
-  rig.to({start, kUpright});
-  const Vector3d hand = press(rig, start, 2);
-  hold(rig, hand, 500);
-  const Vector3d before = rig.last().wrench.force;
-  rig.setSolver(Rig::Solver::Stalls);
+  trial.to({start, kUpright});
+  const Vector3d hand = press(trial, start, 2);
+  hold(trial, hand, 500);
+  const Vector3d before = trial.last().wrench.force;
+  trial.setSolver(ScenarioRun::Solver::Stalls);
   double away = 0;
-  sway(rig, hand, [&] { away = std::max(away, kTipRadius - rig.last().graphic.position.z()); });
-  rig.setSolver(Rig::Solver::Runs);
-  hold(rig, hand, 500);
-  const double off = (rig.last().wrench.force - before).norm() / before.norm();
-  rig.moveTo(start, 10);
-  hold(rig, start, 10);
+  sway(trial, hand, [&] { away = std::max(away, kTipRadius - trial.last().graphic.position.z()); });
+  trial.setSolver(ScenarioRun::Solver::Runs);
+  hold(trial, hand, 500);
+  const double off = (trial.last().wrench.force - before).norm() / before.norm();
+  trial.moveTo(start, 10);
+  hold(trial, start, 10);
   out.add("force off that before, once it has gone on [%]", "1", 100 * off, 5);
   out.add("depth of the tool meanwhile", "mm", away, 3);
-  addRules(out, rig, "");
-  rig.finish(out);
+  addRules(out, trial, "");
+  trial.finish(out);
   return out;
 }
 
 /// F34: the solver is at a loss for half a second, while the hand moves, and until the tool is out. Tissue in a state
 /// that was found under a force stands out without it, if it has become stiffer: the tool is free above that.
-Outcome diverges(Bench& bench, Mode mode) {
+Outcome diverges(ScenarioContext& context, Mode mode) {
   Outcome out;
-  Rig rig(bench.bodies.get("tip"), {{&bench.bodies.getSoft("soft_block"), {}}}, mode);
+  ScenarioRun trial(context.bodies.get("tip"), {{&context.bodies.getSoft("soft_block"), {}}}, mode);
   const Vector3d start(1, -0.7, kTipRadius + 1);
-  rig.to({start, kUpright});
-  const Vector3d hand = press(rig, start, 2);
-  hold(rig, hand, 500);
-  rig.setSolver(Rig::Solver::Diverges);
+  trial.to({start, kUpright});
+  const Vector3d hand = press(trial, start, 2);
+  hold(trial, hand, 500);
+  trial.setSolver(ScenarioRun::Solver::Diverges);
   int unsaid = 0, frozen = 0;
   const auto look = [&] {
-    frozen += rig.isFrozen();
-    unsaid += rig.isFrozen() && !(rig.last().faults & runtime::kTissueFrozen);
+    frozen += trial.isFrozen();
+    unsaid += trial.isFrozen() && !(trial.last().faults & runtime::kTissueFrozen);
   };
-  sway(rig, hand, look);
+  sway(trial, hand, look);
   double height = 0;
-  for (Vector3d out_at = rig.last().haptic.position; out_at.z() < kTipRadius + 5; out_at.z() += 0.01)
-    if (rig.to({out_at, kUpright}).wrench.force.norm() > 0) height = out_at.z() - kTipRadius;
-  const double held = rig.last().wrench.force.norm();
-  rig.setSolver(Rig::Solver::Runs);
-  hold(rig, rig.last().haptic.position, 500);
-  rig.moveTo(start, 10);
-  const double stuck = (rig.last().faults & runtime::kTissueFrozen) != 0;
+  for (Vector3d out_at = trial.last().haptic.position; out_at.z() < kTipRadius + 5; out_at.z() += 0.01)
+    if (trial.to({out_at, kUpright}).wrench.force.norm() > 0) height = out_at.z() - kTipRadius;
+  const double held = trial.last().wrench.force.norm();
+  trial.setSolver(ScenarioRun::Solver::Runs);
+  hold(trial, trial.last().haptic.position, 500);
+  trial.moveTo(start, 10);
+  const double stuck = (trial.last().faults & runtime::kTissueFrozen) != 0;
   out.add("steps that do not say so by a fault bit", "1", mode == Mode::Constrained && frozen == 0 ? 500 : unsaid, 0);
   out.add("force once the tool is out", "N", held, 1e-6);
   out.add("height above the tissue at rest where it is free", "mm", height, 0);
   out.figures.back().informative = true;
   out.add("fault bits after the solver has gone on", "1", stuck, 0);
-  addRules(out, rig, "");
-  rig.finish(out);
+  addRules(out, trial, "");
+  trial.finish(out);
   return out;
 }
 

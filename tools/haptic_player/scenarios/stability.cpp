@@ -33,12 +33,12 @@ Json poseJson(const Configuration& pose) {
 }
 
 /// The scenario on bodies that are turned, scaled and of other seeds: notes the worst of each figure in `outcome`.
-void runTurned(const Scenario& scenario, Bench& bench, Mode mode, Outcome& outcome) {
-  Bench less{bench.bodies, {bench.settings.share * kTurnedShare, 0}, bench.progress};
-  for (int n = 1; n <= bench.settings.turned; ++n) {
-    bench.bodies.setVariant(static_cast<std::uint64_t>(n));
+void runTurned(const Scenario& scenario, ScenarioContext& context, Mode mode, Outcome& outcome) {
+  ScenarioContext less{context.bodies, {context.settings.share * kTurnedShare, 0}, context.progress};
+  for (int n = 1; n <= context.settings.turned; ++n) {
+    context.bodies.setVariant(static_cast<std::uint64_t>(n));
     const Outcome turned = scenario.run(less, mode);
-    bench.bodies.setVariant(0);
+    context.bodies.setVariant(0);
     for (std::size_t i = 0; i < outcome.figures.size(); ++i) {
       std::optional<double>& worst = outcome.figures[i].turned;
       worst = worst ? std::max(*worst, turned.figures[i].value) : turned.figures[i].value;
@@ -151,14 +151,15 @@ bool holds(const ScenarioResult& result) {
   return std::all_of(result.outcomes.begin(), result.outcomes.end(), [](const auto& entry) { return holds(entry.second); });
 }
 
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<const Mode> modes, const std::filesystem::path& folder) {
+ScenarioResult runScenario(const Scenario& scenario, ScenarioContext& context, std::span<const Mode> modes,
+                           const std::filesystem::path& folder) {
   const auto start = std::chrono::steady_clock::now();
   ScenarioResult result{&scenario, {}, 0, {}};
   for (std::size_t k = 0; k < modes.size(); ++k) {
     const Mode mode = modes[k];
     if (!isOurs(mode) && !scenario.for_all) continue;
-    Outcome outcome = scenario.run(bench, mode);
-    if (mode == Mode::Constrained && scenario.is_turned) runTurned(scenario, bench, mode, outcome);
+    Outcome outcome = scenario.run(context, mode);
+    if (mode == Mode::Constrained && scenario.is_turned) runTurned(scenario, context, mode, outcome);
     if (!folder.empty() && !outcome.recording.empty()) {
       formats::makeFolder(folder);
       const std::string file = scenario.id + "." + std::string(name(mode)) + ".csv";
@@ -170,7 +171,7 @@ ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<con
     if (!result.outcomes.empty() && result.outcomes.begin()->second.figures.size() != outcome.figures.size())
       throw std::logic_error(scenario.id + ": figures of two kinds");
     result.outcomes.emplace(mode, std::move(outcome));
-    bench.progress.advance(static_cast<double>(k + 1) / static_cast<double>(modes.size()));
+    context.progress.advance(static_cast<double>(k + 1) / static_cast<double>(modes.size()));
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

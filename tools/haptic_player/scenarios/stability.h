@@ -30,7 +30,8 @@ bool holds(const Outcome& outcome);
 
 /// Runs it in these modes; in those that are not ours only if it is for all. Recordings go to `ID.MODE.csv`, with a
 /// column penetration_mm at the end, in `folder` (empty: nowhere) and out of memory. @throws formats::FileError
-ScenarioResult runScenario(const Scenario& scenario, Bench& bench, std::span<const Mode> modes, const std::filesystem::path& folder);
+ScenarioResult runScenario(const Scenario& scenario, ScenarioContext& context, std::span<const Mode> modes,
+                           const std::filesystem::path& folder);
 
 /// The heads of the columns, that of the constrained mode on turned bodies among them, and the lines of a scenario: its
 /// title, then one line for each figure.

@@ -60,12 +60,12 @@ ReplayedRun runOf(const Outcome& outcome, Mode mode, const std::string& name) {
 
 }  // namespace
 
-int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& bench, builder::Progress& progress) {
+int viewScenario(const ViewOptions& options, const Scenario& scenario, ScenarioContext& context, builder::Progress& progress) {
   if (!options.replay.empty()) throw tool::UsageError("--replay is for recordings; a scenario is run. Leave one of them out");
   checkPictures(options);
   std::vector<ReplayedRun> runs;
   for (const auto& [mode, name] : {std::pair(Mode::Paper, "published method"), std::pair(Mode::Constrained, "constrained mode")}) {
-    const Outcome outcome = scenario.run(bench, mode);
+    const Outcome outcome = scenario.run(context, mode);
     if (outcome.recording.empty() || !outcome.tool)
       throw tool::UsageError("--scenario " + scenario.id + ": it keeps no steps that could be shown. Run it without --view");
     runs.push_back(runOf(outcome, mode, name));

@@ -159,7 +159,7 @@ constexpr const char* kNotBuilt =
     "this haptic-player was built without its view. Install libglfw3-dev, libimgui-dev and libegl-dev, and build it again "
     "(-DSPHERETREE_VIEW=ON)";
 PlayEnd runView(const ViewOptions&, PlaySettings&, builder::Progress&, nlohmann::ordered_json&) { throw UsageError(kNotBuilt); }
-int viewScenario(const ViewOptions&, const Scenario&, Bench&, builder::Progress&) { throw UsageError(kNotBuilt); }
+int viewScenario(const ViewOptions&, const Scenario&, ScenarioContext&, builder::Progress&) { throw UsageError(kNotBuilt); }
 
 #endif
 

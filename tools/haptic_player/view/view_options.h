@@ -15,7 +15,7 @@
 namespace spheretree::player {
 
 struct Scenario;
-struct Bench;
+struct ScenarioContext;
 
 struct ViewOptions {
   bool view = false;
@@ -44,6 +44,6 @@ const char* whyNoWindow();
 PlayEnd runView(const ViewOptions& options, PlaySettings& play, builder::Progress& progress, nlohmann::ordered_json& summary);
 
 /// A scenario in both modes, side by side. Returns an exit code. @throws tool::UsageError, view::ViewError
-int viewScenario(const ViewOptions& options, const Scenario& scenario, Bench& bench, builder::Progress& progress);
+int viewScenario(const ViewOptions& options, const Scenario& scenario, ScenarioContext& context, builder::Progress& progress);
 
 }  // namespace spheretree::player

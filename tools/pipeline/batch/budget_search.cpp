@@ -144,7 +144,7 @@ class BudgetSearch {
     return round;
   }
 
-  /// How many leaves to ask for, if `asked` of them spent so much of the budget: some turn out needless; and the time
+  /// How many leaves to ask for, if `asked` of them spent so much of the budget: some turn out redundant; and the time
   /// of a step is about a power of the leaves, which two rounds tell. What is well spent stays nearly as it is: every
   /// number of leaves has luck of its own.
   void aimAgain(double asked, double spent) {

@@ -31,7 +31,7 @@ enum class RepairStepKind {
   CapOpenings,      // the longer ones: the open side of a scan
   TurnOutward,      // components that were inside out
   ResolveOverlaps,  // triangles that cross cut; what lies within solid matter removed
-  SeparateBodies,   // bodies that touch in a vertex or along an edge drawn apart by a hair
+  SeparateBodies,   // bodies that touch in a vertex or along an edge are drawn apart by little
   DropBuried,       // components wholly within solid matter
   Wrap              // the surface replaced by an alpha wrap
 };

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "coupling_wrench.h"
-#include "scenarios/scenario.h"
+#include "scenarios/scenario_run.h"
 #include "servo_loop.h"
 #include "tissue_motion.h"
 
@@ -35,11 +35,11 @@ runtime::ContactSurface surfaceOf(Mode mode, const std::vector<PlacedBody>& obje
 
 }  // namespace
 
-Configuration Rig::toRuntime(const Configuration& pose, const BodyFrame& frame) {
+Configuration ScenarioRun::toRuntime(const Configuration& pose, const BodyFrame& frame) {
   return {frame.scale * (frame.world * pose.position), frame.world * pose.orientation * frame.turn.conjugate()};
 }
 
-runtime::StepResult Rig::fromRuntime(runtime::StepResult r) const {
+runtime::StepResult ScenarioRun::fromRuntime(runtime::StepResult r) const {
   const BodyFrame& frame = tool_.frame;
   const Quaternion back = frame.world.conjugate();
   r.graphic = {(back * r.graphic.position) / frame.scale, back * r.graphic.orientation * frame.turn};
@@ -48,7 +48,7 @@ runtime::StepResult Rig::fromRuntime(runtime::StepResult r) const {
   return r;
 }
 
-Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options)
+ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Options& options)
     : tool_(tool),
       objects_([&] {
         for (PlacedBody& object : objects) object.pose = toRuntime(object.pose, object.body->frame);
@@ -93,7 +93,7 @@ Rig::Rig(const Body& tool, std::vector<PlacedBody> objects, Mode mode, const Opt
 }
 
 // As the player does in lock step: the steps take the state of the forces kTissueTicks ago, the solver those of now.
-void Rig::moveTissue() {
+void ScenarioRun::moveTissue() {
   if (solver_ == Solver::Stalls) return;
   for (MovingObject& soft : moving_) {
     std::swap(soft.taken, soft.solved);
@@ -105,11 +105,11 @@ void Rig::moveTissue() {
   }
 }
 
-bool Rig::isFrozen() const {
+bool ScenarioRun::isFrozen() const {
   return std::any_of(moving_.begin(), moving_.end(), [](const MovingObject& soft) { return soft.taken.is_frozen; });
 }
 
-runtime::StepResult Rig::to(const Configuration& haptic) {
+runtime::StepResult ScenarioRun::to(const Configuration& haptic) {
   runtime::StageTimes times;
   const Configuration there = toRuntime(haptic, tool_.frame);
   if (tick_ % kTissueTicks == 0) moveTissue();
@@ -135,7 +135,7 @@ runtime::StepResult Rig::to(const Configuration& haptic) {
   return result;
 }
 
-runtime::StepResult Rig::moveTo(const Eigen::Vector3d& position, double speed) {
+runtime::StepResult ScenarioRun::moveTo(const Eigen::Vector3d& position, double speed) {
   const Configuration from = last_.haptic;
   const Eigen::Vector3d way = position - from.position;
   const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / (speed / 1000) - 1e-9)));
@@ -144,14 +144,14 @@ runtime::StepResult Rig::moveTo(const Eigen::Vector3d& position, double speed) {
   return result;
 }
 
-void Rig::restart() {
+void ScenarioRun::restart() {
   if (renderer_) renderer_->restart();
   runtime::reset(*workspace_);
 }
 
-void Rig::resetTo(const Configuration& graphic) { runtime::resetTo(toRuntime(graphic, tool_.frame), *workspace_); }
+void ScenarioRun::resetTo(const Configuration& graphic) { runtime::resetTo(toRuntime(graphic, tool_.frame), *workspace_); }
 
-void Rig::moveObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
+void ScenarioRun::moveObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
   const Eigen::Vector3d way = tool_.frame.scale * (tool_.frame.world * scenario_way);
   objects_[object].pose.position += way;
   runtime::moveObject(object, objects_[object].pose, *workspace_);
@@ -160,7 +160,7 @@ void Rig::moveObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
   if (meshes_) meshes_->moveObject(object, way);
 }
 
-void Rig::carryObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
+void ScenarioRun::carryObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
   const Eigen::Vector3d way = tool_.frame.scale * (tool_.frame.world * scenario_way);
   objects_[object].pose.position += way;
   carried_[object] += way;
@@ -170,7 +170,7 @@ void Rig::carryObject(std::size_t object, const Eigen::Vector3d& scenario_way) {
   if (meshes_) meshes_->moveObject(object, way);
 }
 
-void Rig::finish(Outcome& outcome) {
+void ScenarioRun::finish(Outcome& outcome) {
   outcome.recording = std::move(rows_);
   outcome.penetration = std::move(row_penetration_);
   outcome.tool = &tool_;
