@@ -128,7 +128,7 @@ TEST(Rows, SquaredRowsAreThePapersTaylorFormula) {
 }
 
 TEST(Rows, ADistanceRowIsOnTheSafeSide) {
-  // What the proof in docs/runtime.md rests on: the true gap after a step is at least the row's value less |r| angle^2
+  // What the proof in docs/algorithms/runtime/constrained_step.md rests on: the true gap after a step is at least the row's value less |r| angle^2
   // / 2.
   Rig rig;
   Random random(4);
