@@ -15,17 +15,18 @@ namespace spheretree {
 
 inline constexpr std::size_t kNoItem = std::numeric_limits<std::size_t>::max();
 
-/// The sentence about inner sphere `node`, which misses `item`, or is not finite itself (kNoItem).
+/// The sentence about inner sphere `node`, which does not enclose `item`, or is not finite itself (kNoItem).
 std::string describeSphereFault(std::size_t node, std::size_t item);
 
-/// First inner sphere that is not finite, whose radius is not above 0 or that misses an item below it, as a sentence;
-/// "" if there is none. `encloses(sphere, item)` says whether a sphere encloses an item. The topology must be sound
-/// (findTopologyFault).
+/// Returns a sentence about the first inner sphere that is not finite, whose radius is not above 0, or that does not
+/// enclose an item below it; "" if there is none. `encloses(sphere, item)` tells whether a sphere encloses an item. The
+/// topology must be sound (findTopologyFault).
 /// Cost: usually 2 to 3 calls of `encloses` for each item, at most one for each item and each level above it.
 template <class Encloses>
 std::string findSphereFault(const SearchTree& tree, const Encloses& encloses) {
-  // A child sphere that lies this far inside stands for everything below it, which is checked against the child itself:
-  // the rounding errors of both checks (8 roundings to 2^-53 of the radius) cannot add up to more.
+  // If a child sphere lies this far inside, it encloses everything below it on behalf of its parent, since that is
+  // checked against the child itself: the rounding errors of both checks (8 roundings to 2^-53 of the radius) cannot
+  // add up to more.
   constexpr double kInside = 1 - 0x1p-48;
   const std::size_t inner = tree.inner.size();
   std::vector<std::uint32_t> first_inner(inner), first_item(inner);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sections to and from arrays as they stand in memory; shared by the codecs of trees and of tissue.
+// Converts sections to and from arrays in their memory layout; used by the codecs of trees and of tissue.
 #pragma once
 
 #include <bit>
@@ -30,8 +30,7 @@ void putArray(Bytes& bytes, const std::vector<T>& values) {
   bytes.insert(bytes.end(), first, first + values.size() * sizeof(T));
 }
 
-/// Takes a section apart from its beginning. Whoever uses it has compared the size of the section with what is to be
-/// taken.
+/// Reads a section from its beginning. The caller must have checked the size of the section against what it reads.
 class Taker {
  public:
   explicit Taker(std::span<const std::byte> bytes) : rest_(bytes) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the writer proves about spheres and the reader checks: one expression for both. Each of its operations is
-// rounded correctly by every processor and compiler, so that what one found the other finds.
+// The check of spheres that the writer and the reader share: one expression for both. Each of its operations is
+// correctly rounded on every processor and by every compiler, so that both get the same result.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ inline bool isFinite(const Sphere& s) {
   return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.radius) && s.radius > 0;
 }
 
-/// Radius about the centre of `from` that holds all of `to`.
+/// The radius about the centre of `from` that encloses all of `to`.
 inline double reach(const Sphere& from, const Sphere& to) {
   const double dx = static_cast<double>(to.x) - static_cast<double>(from.x), dy = static_cast<double>(to.y) - static_cast<double>(from.y),
                dz = static_cast<double>(to.z) - static_cast<double>(from.z);

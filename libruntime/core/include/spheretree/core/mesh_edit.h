@@ -12,15 +12,15 @@ namespace spheretree {
 
 inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
-/// Leaves out the vertices that no triangle has; the others keep their order. Triangles must name vertices that exist.
+/// Removes the vertices that no triangle uses; the others keep their order. All vertex indices must be in range.
 void dropUnusedVertices(TriangleMesh& mesh);
 
-/// Vertices at exactly equal positions become one, the first of them, and vertices that no triangle has are left out;
-/// the others keep their order. Triangles must name vertices that exist. Returns the new index of each old vertex,
-/// kNoVertex where no triangle had it. Cost: O(size of the mesh); 12 bytes more for each vertex while it runs.
+/// Merges vertices at exactly equal positions into the first of them, and removes the vertices that no triangle uses;
+/// the others keep their order. All vertex indices must be in range. Returns the new index of each old vertex, or
+/// kNoVertex if no triangle used it. Cost: O(size of the mesh), and 12 bytes of temporary memory for each vertex.
 std::vector<std::uint32_t> weldEqualVertices(TriangleMesh& mesh);
 
-/// The triangles of `mesh`, then those of `more`, each with its own vertices; without parts.
+/// The triangles of `mesh`, then those of `more`, each with its own vertices. The result has no parts.
 TriangleMesh joined(TriangleMesh mesh, const TriangleMesh& more);
 
 }  // namespace spheretree

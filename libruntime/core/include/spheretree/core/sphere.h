@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one stored shape of this project: a ball, as it stands in files and as the runtime tests it.
+// The sphere as files store it and as the runtime tests it.
 #pragma once
 
 namespace spheretree {

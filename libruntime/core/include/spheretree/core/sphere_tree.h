@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sphere-tree: two spheres for an inner node, one for a leaf.
 //
-// Every node has a *cover sphere*: the cover spheres of a level, with the leaves that ended at an earlier level, cover
-// the whole surface of the object. Every inner node also has a *bounding sphere*, which encloses its own cover sphere
-// and those of all its descendants: what a traversal tests, so that stopping at any level misses no pair.
-// Units: mm. Frame: that of the input mesh, moved by -origin_mm (zero unless the mesh lies far from its frame's
-// origin).
+// Every node has a *cover sphere*. The cover spheres of a level, together with the leaves of earlier levels, cover the
+// whole surface of the object. Every inner node also has a *bounding sphere*, which encloses its own cover sphere and
+// those of all its descendants. A traversal tests bounding spheres, so that it misses no pair, whichever level it stops
+// at.
+// Units: mm. Frame: that of the input mesh, moved by -origin_mm (zero unless the mesh lies far from the origin of its
+// frame).
 #pragma once
 
 #include <array>
@@ -29,13 +30,13 @@ inline constexpr float kUnproven = -1;  // in place of an overhang bound
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
-/// 32 lower-case digits.
+/// 32 lower-case hexadecimal digits.
 std::string toHex(const Hash128& hash);
 
 /// What the builder proved or measured about the level set of one level. Lengths in mm.
 struct LevelStatistics {
   std::uint32_t sphere_count = 0;    // size of the level set: nodes of the level and leaves of earlier ones
-  float overhang_bound = kUnproven;  // no cover sphere of the level set reaches farther out of the object than this; proven
+  float overhang_bound = kUnproven;  // proven: no cover sphere of the level set reaches farther out of the object
   float smallest_radius = 0;
   float largest_radius = 0;
   friend bool operator==(const LevelStatistics&, const LevelStatistics&) = default;
@@ -50,18 +51,19 @@ struct Provenance {
   double diagonal_mm = 0;  // of the bounding box of the mesh
   double volume_mm3 = 0;   // enclosed by the mesh
   double area_mm2 = 0;
-  double tolerance_mm = 0;     // asked for; 0: none, the whole budget was used
-  float work_overhang_mm = 0;  // > 0: leaves reach out farther than this only where the tolerances of triangles allow more; proven
+  double tolerance_mm = 0;     // the requested tolerance; 0: none, the builder used all the leaves it was allowed
+  float work_overhang_mm = 0;  // > 0, proven: leaves reach out farther than this only where the tolerances of triangles allow more
   std::uint64_t triangle_count = 0;
   std::uint64_t seed = 0;
-  Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles, as handed to the builder
+  Hash128 mesh_hash{};      // XXH3-128 of positions [mm, doubles] and triangles, as the builder received them
   Hash128 settings_hash{};  // XXH3-128 of the settings' text form
   friend bool operator==(const Provenance&, const Provenance&) = default;
 };
 
-/// Breadth first; the children of a node are consecutive, those with children of their own first.
+/// Nodes are stored breadth first. The children of a node are consecutive: first those that have children, then the
+/// leaves.
 struct SphereTree {
-  std::uint8_t branching = 8;               // most children of a node
+  std::uint8_t branching = 8;               // largest number of children of a node
   std::array<double, 3> origin_mm{};        // add to a centre to get the frame of the mesh
   std::vector<Sphere> cover;                // (node_count)
   std::vector<Sphere> bound;                // (inner_count), in the order of the inner nodes
@@ -71,8 +73,8 @@ struct SphereTree {
   std::vector<std::uint32_t> level_begin;   // (level_count + 1) first node of each level, then node_count
   std::vector<LevelStatistics> statistics;  // (level_count)
   Provenance provenance;
-  SearchTree search;  // over the leaves, levelSet() of the deepest level, for traversals that go down to them; empty: none is known
-  Skin skin;          // the surface that a tool is to rest on; empty: none is known, and the leaves take its place
+  SearchTree search;  // over the leaves, that is levelSet() of the deepest level; empty: none
+  Skin skin;          // the surface that a tool rests on; empty: none, and the tool rests on the leaves
 
   std::size_t nodeCount() const { return cover.size(); }
   int levelCount() const { return static_cast<int>(level_begin.size()) - 1; }
@@ -80,7 +82,7 @@ struct SphereTree {
   friend bool operator==(const SphereTree&, const SphereTree&) = default;
 };
 
-/// Which spheres of the inner nodes are meant; a leaf has only its cover sphere.
+/// Selects one of the two spheres of an inner node; a leaf has only its cover sphere.
 enum class SphereKind { Cover, Bound };
 
 inline const Sphere& sphereOf(const SphereTree& tree, std::size_t node, SphereKind kind) {
@@ -91,32 +93,36 @@ inline const Sphere& sphereOf(const SphereTree& tree, std::size_t node, SphereKi
 /// in file order. Cost: O(nodes).
 std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 
-/// Fills first_child, bound_index and level_begin from `child_count` (node_count values). False, and the tree is left
-/// unusable, if the counts do not make one tree of at most kMaxLevels levels, breadth first, with inner siblings ahead
-/// of leaves. Cost: O(nodes).
+/// Fills first_child, bound_index and level_begin from `child_count` (node_count values). Returns false, and leaves the
+/// tree unusable, if the counts do not describe one tree of at most kMaxLevels levels, breadth first, with inner
+/// siblings ahead of leaves. Cost: O(nodes).
 [[nodiscard]] bool linkNodes(SphereTree& tree);
 
-/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float; within
-/// 1.0001 of the optimum. Deterministic. Infinite radius if no float holds it.
+/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float. Its
+/// radius is within a factor of 1.0001 of the optimum. Deterministic. The radius is infinite if it does not fit a
+/// float.
 /// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and
 ///         robust smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The
 ///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
+///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
 Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
-/// Fills `bound` from `cover` and a topology that linkNodes() accepted: each is the smallest ball that encloses the
-/// cover spheres of its node and of all descendants, as smallestEnclosing() finds it. Cost: O(nodes * levels), times
-/// about 10.
+/// Fills `bound` from `cover` and a topology that linkNodes() accepted: smallestEnclosing() of the cover spheres of
+/// each node and all its descendants. Cost: O(nodes * levels), times about 10.
 void encloseDescendants(SphereTree& tree);
 
-/// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Overhang bounds are
-/// kept; those of new levels are kUnproven. Cost: O(nodes * levels).
+/// Sets sphere_count, smallest_radius and largest_radius of every level from the cover spheres. Keeps overhang bounds;
+/// those of new levels are kUnproven. Cost: O(nodes * levels).
 void countLevels(SphereTree& tree);
 
-/// First broken invariant as a sentence that names the node and the values, or "" for a sound tree. Checks array sizes,
-/// topology (breadth first, consecutive, in range, no cycle), centres finite, radii finite and > 0, that every bounding
-/// sphere encloses its own cover sphere and all cover spheres below, that the statistics agree with the spheres, that
-/// the provenance can be stored, that every sphere of the search tree encloses the leaves below it, and findFault() of
-/// the skin. Enclosure is evaluated in double on the stored floats, with no tolerance. Cost: O(nodes * levels).
+/// Returns a sentence about the first broken invariant, which names the node and the values, or "" for a sound tree.
+/// Enclosure is evaluated in double precision on the stored floats, with no tolerance. Cost: O(nodes * levels). Checks
+/// that
+/// - array sizes and topology are right (breadth first, consecutive, in range, no cycle);
+/// - centres are finite, and radii finite and > 0;
+/// - every bounding sphere encloses its own cover sphere and all cover spheres below it;
+/// - the statistics agree with the spheres, and the provenance fits its fields in the file;
+/// - every sphere of the search tree encloses the leaves below it, and findFault() of the skin finds nothing.
 std::string findFault(const SphereTree& tree);
 
 }  // namespace spheretree

@@ -14,9 +14,9 @@
 namespace spheretree {
 
 inline constexpr std::uint16_t kFormatMajor = 1;      // a reader refuses any other
-inline constexpr std::uint16_t kFormatMinor = 0;      // a newer one only adds optional sections
-inline constexpr std::size_t kSectionAlignment = 64;  // of the start of a section in the file: a line of the cache
-inline constexpr std::uint32_t kMaxSections = 64;     // there are 7; the limit keeps the table small and its check quick
+inline constexpr std::uint16_t kFormatMinor = 0;      // a newer minor version only adds optional sections
+inline constexpr std::size_t kSectionAlignment = 64;  // of the start of a section in the file: one cache line
+inline constexpr std::uint32_t kMaxSections = 64;     // there are 7 kinds; the limit keeps the table small and its check fast
 
 enum class LoadStatus {
   Ok,
@@ -26,24 +26,24 @@ enum class LoadStatus {
   TrailingBytes,
   BadChecksum,
   BadHeader,       // the header or the table of sections is out of range, or a section is missing
-  UnknownSection,  // a section that a reader must know, and this one does not
+  UnknownSection,  // a mandatory section that this reader does not know
   BadSection,      // the size or a field of a section is out of range
   BadTopology,     // the numbers of children do not make a tree
-  BadTree,         // findFault() found something
+  BadTree,         // findFault() found a fault
   OutOfMemory,
 };
 
-/// What a status means and what to do, as one sentence.
+/// What a status means and what to do about it, as one sentence.
 std::string_view explain(LoadStatus status);
 
-/// Bytes of a tree file. decodeSphereTree(encodeSphereTree(t)) == t, bit for bit.
+/// The bytes of a tree file. decodeSphereTree(encodeSphereTree(t)) == t, bit for bit.
 /// @throws std::invalid_argument for a tree in which findFault() finds a fault.
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree);
 
-/// Checks everything: a tree that comes out of here is sound (findFault). Optional sections that are not known are
-/// skipped. `tree` is changed only by Ok. Allocates in proportion to the size of `bytes`, which need no alignment.
-/// `fault`, if given, gets the place and the values. Cost: about 0.2 ms for 512 leaves with a search tree and a skin of
-/// 4,000 triangles.
+/// Checks everything: a decoded tree is sound (findFault). Unknown optional sections are skipped. `tree` changes only
+/// if the status is Ok. Allocates in proportion to the size of `bytes`, which need no alignment. `fault`, if given,
+/// receives the place and the values. Cost: about 0.2 ms for 512 leaves with a search tree and a skin of 4,000
+/// triangles.
 [[nodiscard]] LoadStatus decodeSphereTree(std::span<const std::byte> bytes, SphereTree& tree, std::string* fault = nullptr) noexcept;
 
 }  // namespace spheretree

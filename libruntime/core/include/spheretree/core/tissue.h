@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Soft tissue: tetrahedra that carry the surface of an object, and with it the leaves of its sphere-tree.
+// Soft tissue: tetrahedra that move the surface of an object, and with it the leaves of its sphere-tree.
 //
-// The surface of the mesh is bound to the tetrahedra: a vertex moves as the affine map of its tetrahedron says,
+// The surface of the mesh is bound to the tetrahedra: each vertex moves with the affine map of its tetrahedron,
 //     x = x_rest + sum_k w_k u_k,    u_k: displacement of corner k, w_k: barycentric weights, which add up to 1.
-// The deformed object is the mesh with its vertices at these places.
+// The deformed object is the mesh with its vertices at these positions.
 //
-// Certificate. Every triangle of the mesh is cut into convex pieces, each of one leaf. The map of a triangle is affine,
-// so the image of a piece is the hull of the images of its corners; and a ball is convex. Therefore a leaf with the
-// moved centre c' and the radius r' = max |x - c'| over the corners x of its pieces, rounded outward, holds the images
-// of its pieces in every state of the nodes, tetrahedra inside out included. How it is made: docs/tissue.md
+// Certificate. Every triangle of the mesh is cut into convex pieces, each of which belongs to one leaf. The map of a
+// triangle is affine, so the image of a piece is the hull of the images of its corners; and a ball is convex. Therefore
+// a leaf with the moved centre c' and the radius r' = max |x - c'| over the corners x of its pieces, rounded outward,
+// contains the images of its pieces for all displacements of the nodes, even if tetrahedra are inverted. How it is
+// made: docs/tissue.md
 // Units: mm, kPa, kg/m^3. Frame of the tree.
 #pragma once
 
@@ -24,12 +25,13 @@
 
 namespace spheretree {
 
-inline constexpr double kMinYoungKpa = 0.1, kMaxYoungKpa = 100'000;  // softer than any tissue; tendon and ligament reach 100 MPa
-inline constexpr double kMaxPoisson = 0.495;                    // nearer to 0.5 the stiffness matrix loses the digits that the result needs
+inline constexpr double kMinYoungKpa = 0.1,
+                        kMaxYoungKpa = 100'000;  // the minimum is softer than any tissue; tendon and ligament reach 100 MPa
+inline constexpr double kMaxPoisson = 0.495;  // nearer to 0.5 the stiffness matrix is so ill-conditioned that the result loses its digits
 inline constexpr double kMinDensity = 100, kMaxDensity = 5000;  // [kg/m^3]
 inline constexpr std::uint32_t kMaxTissueNodes = 1u << 20;
 
-/// Tetrahedra as whoever made them gives them; nothing about them is trusted. Frame of the mesh [mm].
+/// Tetrahedra as they come from a mesher or a file, not yet checked. Frame of the mesh [mm].
 struct TetrahedronList {
   std::vector<Eigen::Vector3d> nodes;
   std::vector<std::array<std::uint32_t, 4>> corners;
@@ -47,45 +49,45 @@ struct TissueMaterial {
 struct TissueVertex {
   std::array<double, 3> rest;  // [mm]
   std::uint32_t tetrahedron;
-  std::array<float, 3> weight;  // of corners 0, 1, 2; that of corner 3 is what is left of 1
+  std::array<float, 3> weight;  // of corners 0, 1, 2; that of corner 3 is 1 minus their sum
 };
 static_assert(sizeof(TissueVertex) == 40);
 
-/// A corner of a piece that is no vertex of the mesh: a point of a triangle.
+/// A corner of a piece that is not a vertex of the mesh: a point of a triangle.
 struct TissueCut {
   std::array<std::uint32_t, 3> vertex;  // the corners of the triangle
   std::uint32_t reserved = 0;
-  std::array<double, 2> weight;  // of corners 1 and 2; that of corner 0 is what is left of 1
+  std::array<double, 2> weight;  // of corners 1 and 2; that of corner 0 is 1 minus their sum
 };
 static_assert(sizeof(TissueCut) == 32);
 
-/// Where the centre of a leaf is: at `depth` from a point of a triangle, in a direction that turns as a normal of
-/// `tetrahedron` does. So a leaf keeps its distance from the surface where the inside is squeezed.
+/// The centre of a leaf: it lies at `depth` from a point of a triangle, in a direction that turns like a normal vector
+/// of `tetrahedron`. A leaf therefore keeps its distance from the surface where the inside is compressed.
 struct LeafAnchor {
   std::array<std::uint32_t, 3> vertex;  // the corners of the triangle
   std::array<float, 2> weight;          // of the point: of corners 1 and 2
   std::uint32_t tetrahedron;
-  std::array<float, 3> direction;  // times the edges of the tetrahedron at rest: its dot products with (b - a), (c - a), (d - a)
+  std::array<float, 3> direction;  // its dot products with the edges (b - a), (c - a), (d - a) of the tetrahedron at rest
   float depth;                     // [mm], >= 0
 };
 static_assert(sizeof(LeafAnchor) == 40);
 
-/// The leaves of the tree in the order of levelSet() of its deepest level, and the pieces of the surface that each
-/// holds.
+/// The leaves of the tree in the order of levelSet() of its deepest level, and the pieces of the surface that each of
+/// them contains.
 struct TissueLeaves {
   std::vector<LeafAnchor> anchors;     // (leaves)
-  std::vector<std::uint32_t> begin;    // (leaves + 1) where the corners of a leaf's pieces begin in `corners`
-  std::vector<std::uint32_t> corners;  // below the number of vertices: a vertex; from there on: a cut
+  std::vector<std::uint32_t> begin;    // (leaves + 1) index in `corners` of the first corner of a leaf's pieces
+  std::vector<std::uint32_t> corners;  // i < number of vertices: vertex i; otherwise cut i - number of vertices
   std::vector<TissueCut> cuts;
 };
 
-/// A point of a triangle of the tetrahedra's surface.
-inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that stays where it is
+/// A point of a triangle of the tetrahedra's outer surface.
+inline constexpr std::uint32_t kHeldNode = 0xffffffff;  // a node that does not move
 struct PressPoint {
   std::array<std::uint32_t, 3> node;  // indices into TissueResponse::pressed, or kHeldNode
   std::array<float, 3> weight;        // >= 0; they add up to 1
 
-  /// Of the point, when the pressed nodes move by `nodes`: x, y, z of each.
+  /// The displacement of the point when the pressed nodes move by `nodes` (x, y, z of each).
   Eigen::Vector3d displacementIn(std::span<const float> nodes) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -98,15 +100,15 @@ struct PressPoint {
 };
 static_assert(sizeof(PressPoint) == 24);
 
-/// Small motion: displacements of the surface are linear in the forces on it. `matrix` is the inverse of the stiffness
-/// matrix, condensed to the surface: symmetric and positive definite.
+/// Response of small deformations, for which displacements of the surface are linear in the forces on it. `matrix` is
+/// the inverse of the stiffness matrix, condensed to the surface; it is symmetric and positive definite.
 struct TissueResponse {
   std::vector<std::uint32_t> pressed;  // nodes of the tetrahedra's surface that can move; ascending
-  std::vector<PressPoint> points;      // (vertices of the tree's skin) what each goes with, and where a force on it acts
+  std::vector<PressPoint> points;      // (vertices of the tree's skin) the point that each moves with, and where a force on it acts
   std::vector<float> matrix;           // (pressed x 3 axes of the force) x (pressed x 3 axes of the displacement) [mm/N]
 
   bool empty() const { return pressed.empty(); }
-  /// Displacements of the pressed nodes, x, y, z of each, under 1 N along an axis on pressed node `i`.
+  /// Displacements of the pressed nodes (x, y, z of each) under 1 N along an axis on pressed node `i`.
   std::span<const float> column(std::size_t i, std::size_t axis) const {
     return std::span(matrix).subspan((3 * i + axis) * 3 * pressed.size(), 3 * pressed.size());
   }
@@ -116,8 +118,8 @@ struct Tissue {
   TissueMaterial material;
   std::vector<std::array<double, 3>> nodes;              // at rest [mm]
   std::vector<std::array<std::uint32_t, 4>> tetrahedra;  // corners; (b - a) x (c - a) . (d - a) > 0
-  std::vector<std::uint32_t> fixed;                      // nodes that stay where they are; ascending
-  std::vector<TissueVertex> surface;                     // of the mesh that the tree was built from, in its order
+  std::vector<std::uint32_t> fixed;                      // nodes that do not move; ascending
+  std::vector<TissueVertex> surface;                     // vertices of the mesh that the tree was built from, in its order
   TissueLeaves leaves;
   TissueResponse response;  // may be empty
 
@@ -125,36 +127,37 @@ struct Tissue {
   friend bool operator==(const Tissue&, const Tissue&);
 };
 
-/// First value of `material` that is out of range, as a sentence that says the range and what is usually mixed up, or
-/// "".
+/// Returns a sentence about the first value of `material` out of range, which gives the range and the usual mistake of
+/// units, or "".
 std::string findFault(const TissueMaterial& material);
 
-/// First broken rule as a sentence that names the element, or "" for sound tissue: the material, numbers finite,
-/// indices in range, `fixed` ascending, tetrahedra of positive volume, the response of the right size. That the
-/// pieces of the leaves make up the whole surface is proven by whoever makes them and cannot be seen here. Cost:
-/// O(size).
+/// Returns a sentence about the first broken rule, which names the element, or "" for sound tissue. Checks the
+/// material, finite numbers, indices in range, `fixed` ascending, tetrahedra of positive volume, and the size of the
+/// response. It cannot check that the pieces of the leaves make up the whole surface; the builder has to prove that.
+/// Cost: O(size).
 std::string findFault(const Tissue& tissue);
 
-/// The same, and whether the tissue has the leaves of `tree` and moves the vertices of its skin.
+/// As above; also checks that the tissue has the leaves of `tree` and moves the vertices of its skin.
 std::string findFault(const Tissue& tissue, const SphereTree& tree);
 
-/// The faces of one tetrahedron alone, counter-clockwise seen from outside; always in the same order.
+/// The faces that belong to one tetrahedron only, counter-clockwise seen from outside, always in the same order.
 std::vector<std::array<std::uint32_t, 3>> outerFaces(const Tissue& tissue);
 
-/// Where the vertices of the surface are when the nodes have moved by `displacements` (one for each node) [mm].
+/// Positions of the surface vertices when the nodes have moved by `displacements` (one for each node) [mm].
 /// `positions`: one for each vertex. Cost: about 10 ns a vertex.
 void moveSurface(const Tissue& tissue, std::span<const Eigen::Vector3d> displacements, std::span<Eigen::Vector3d> positions) noexcept;
 
-/// The leaves when the nodes have moved by `displacements`, from the places that moveSurface() gave: together they hold
-/// every point of the moved surface, whatever the state. `leaves`: one for each; no allocation. A leaf without a piece
-/// of the surface becomes a point of 1e-6 mm. Where a state is not finite, neither are the leaves.
-/// Cost: about 10 ns a corner.
+/// The leaves when the nodes have moved by `displacements`, from the positions that moveSurface() computed. Together
+/// they contain every point of the moved surface, whatever the displacements. `leaves`: one for each leaf. No
+/// allocation. A leaf that holds no piece of the surface gets a radius of 1e-6 mm. If displacements are not finite, the
+/// leaves are not finite either. Cost: about 10 ns a corner.
 void moveLeaves(const Tissue& tissue, std::span<const Eigen::Vector3d> displacements, std::span<const Eigen::Vector3d> positions,
                 std::span<Sphere> leaves) noexcept;
 
-/// `tree` with the leaves `leaves` (as moveLeaves() gives them), every inner node and every node of the search tree
-/// around them, and without the skin, which is that of the rest. The cover sphere of an inner node is its bounding
-/// sphere, so that every level covers the moved surface. A sound tree (findFault) if the leaves are finite.
+/// Returns `tree` with the leaves `leaves` (from moveLeaves()). Every inner node and every node of the search tree
+/// encloses them. The skin is left out, because it is that of the shape at rest. The cover sphere of an inner node is
+/// its bounding sphere, so that every level covers the moved surface. The tree is sound (findFault) if the leaves are
+/// finite.
 SphereTree movedTree(const SphereTree& tree, std::span<const Sphere> leaves);
 
 }  // namespace spheretree
