@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Scene hides: the tool, the shapes (each sphere-tree once, however many objects share it), and the objects in
-// their places.
-// Tool: about its reference point, in tool axes. Body: about the centre of its root, in the axes of its file.
+// The content of a Scene: the tool, the shapes (each sphere-tree once, however many objects share it), and the objects
+// with their poses.
+// Frames. Tool: origin at its reference point, tool axes. Object: origin at the centre of its root, axes of its file.
 #pragma once
 
 #include <memory>
@@ -17,45 +17,46 @@ class SoftTissue;
 struct StepMemory;
 
 struct CompiledShape {
-  const void* of = nullptr;  // its tissue, or else its tree, in the description
+  const void* of = nullptr;  // address of its tissue, or else of its tree, in the description
   CompiledTree leaves;
-  CompiledSkin skin;                          // empty: the leaves are felt
-  std::vector<std::uint32_t> nodes;           // (leaf) node of the SphereTree
-  Eigen::Vector3d centre;                     // what the shape is about, in the frame of the mesh [mm]
+  CompiledSkin skin;                          // empty: the tool rests on the leaves
+  std::vector<std::uint32_t> nodes;           // (leaf) node index in the SphereTree
+  Eigen::Vector3d centre;                     // origin of the compiled shape, in the frame of the mesh [mm]
   std::shared_ptr<const TissueModel> tissue;  // null: rigid
-  double radius = 0;                          // of a ball about the centre that holds leaves and skin [mm]
+  double radius = 0;                          // of a ball about the centre that contains leaves and skin [mm]
 };
 
 struct CompiledObject {
   std::uint32_t shape, body;
-  double friction = 0;       // with the tool
-  double softness = 0;       // sqrt(stiffness of the tool's spring / its own); 0: rigid
+  double friction = 0;       // coefficient of its contacts with the tool
+  double softness = 0;       // sqrt(stiffness of the tool's spring / stiffness of the object); 0: rigid
   Eigen::Matrix3d rotation;  // axes of the shape to world axes
   Eigen::Vector3d anchor;    // the shape's centre in the world [mm]
 };
 
 struct CompiledScene {
   CompiledTree tool;
-  std::vector<std::uint32_t> tool_nodes;  // (leaf) node of the tool's SphereTree
-  Eigen::Vector3d tool_root;              // centre of its root about the reference point, tool axes [mm]
+  std::vector<std::uint32_t> tool_nodes;  // (leaf) node index in the tool's SphereTree
+  Eigen::Vector3d tool_root;              // centre of its root relative to the reference point, tool axes [mm]
   double tool_root_radius = 0;            // [mm]
   std::vector<CompiledShape> shapes;
   std::vector<CompiledObject> objects;
-  std::uint32_t body_count = 1;  // the world, 0, among them
+  std::uint32_t body_count = 1;  // including the world, body 0
   double step_time = 0.001;      // [s]
-  double objects_reach = 0;      // no point of an object is farther from its anchor [mm]
+  double objects_reach = 0;      // largest distance of a point of an object from its anchor [mm]
   Coupling coupling;
-  Coupling pull;                                // all in one spring, as a step of length T feels it: stiffness + damping / T + mass / T^2
-  Coupling inertia;                             // the last part of this stiffness
-  bool has_friction = false, has_soft = false;  // of any kind
-  std::unique_ptr<SoftTissue> (*make_tissue)(StepMemory& memory) = nullptr;  // null: there is none
+  Coupling pull;     // spring, damper and mass as one stiffness, with the step time T: stiffness + damping / T + mass / T^2
+  Coupling inertia;  // the term mass / T^2 of this stiffness
+  bool has_friction = false, has_soft = false;                               // of any kind
+  std::unique_ptr<SoftTissue> (*make_tissue)(StepMemory& memory) = nullptr;  // null: the scene has no tissue
   WrenchLimits wrench_limits;
   StepLimits step_limits;
-  double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: 1 rad weighs as much as this [mm]
-  double least_contact = 0;  // no ball of the tool comes nearer to what it meets than this before the centre of one is in the other [mm]
+  double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: the length that corresponds to 1 rad [mm]
+  double least_contact = 0;  // smallest distance at which a ball of the tool is held: the sum of two radii (leaves), or half of its radius
+                             // (skin) [mm] inside the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 
-  /// An object of this shape and body with its mesh frame at `pose`.
+  /// An object of this shape and body, with its mesh frame at `pose`.
   CompiledObject placed(std::uint32_t shape, std::uint32_t body, const Configuration& pose) const;
   const CompiledShape& shapeOf(std::size_t object) const { return shapes[objects[object].shape]; }
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A skin (core/skin.h) laid out for the inner loops: a search tree over its triangles, and a record of 112 bytes for
-// each of them, which eight lanes load and transpose.
-// Units: mm; frame: axes of the file, about the centre of the object.
+// A skin (core/skin.h) in the memory layout of the inner loops: a search tree over its triangles, and a record of 112
+// bytes for each of them, which eight lanes load and transpose.
+// Units: mm; frame: axes of the file, origin at the centre of the object.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@ inline constexpr float kNormalScale = 32767;  // of the components of unit vecto
 struct CompiledPatch {
   float position[6][3];
   std::uint16_t normal[6][3];  // two's complement, times kNormalScale
-  std::uint32_t flags;         // bit k: side k is sharp; kCurved; from kSwingShift and kLeanShift on: how curved it is at most
+  std::uint32_t flags;         // bit k: side k is sharp; kCurved; from bit kSwingShift and kLeanShift: upper bounds of how curved it is
 };
 static_assert(sizeof(CompiledPatch) == 112);
-inline constexpr std::uint32_t kCurved = 8;  // the flat triangle gives way by the tolerance, so that the patch is what is felt
+inline constexpr std::uint32_t kCurved = 8;  // the flat triangle yields by the tolerance, so that the tool rests on the patch
 
-// How far a patch swings out of its flat triangle, in parts of what curved triangles give way, and the sine of the
-// angle by which its normals lean from that of the triangle; both rounded up.
+// The swing of a patch out of its flat triangle, as a share of the allowance of curved triangles, and the sine of the
+// largest angle between its normals and that of the triangle; both rounded up.
 inline constexpr int kSwingShift = 8;
 inline constexpr int kLeanShift = 24;
 inline constexpr std::uint32_t kSwingMask = 0xffff;
@@ -33,17 +33,17 @@ inline constexpr std::uint32_t kLeanMask = 0xff;
 struct CompiledSkin {
   CompiledTree tree;                 // its items are the triangles
   std::vector<CompiledPatch> patch;  // (triangle)
-  float tolerance = 0;               // what triangles with a curved patch give way [mm]
+  float tolerance = 0;               // allowance of the triangles with a curved patch: they yield by this [mm]
   bool empty() const { return patch.empty(); }
 };
 
-inline constexpr float kSwingOfOffset = 4.0f / 3.0f * (1 + 1e-6f);  // how far a patch swings out for each 1 of the largest offset of a side
+inline constexpr float kSwingOfOffset = 4.0f / 3.0f * (1 + 1e-6f);  // swing of a patch, divided by the largest component of a side's offset
 
-/// The record of one patch, moved by `shift`. `swing`: how far it is from its flat triangle at most; `allowance`: what
-/// its triangle gives way if it is curved, no less [mm]. Normals are of unit length.
+/// The record of one patch, translated by `shift`. `swing`: its largest distance from its flat triangle; `allowance`:
+/// lower bound of how far its triangle yields if it is curved [mm]. Normals must be of unit length.
 CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& shift, float swing, float allowance);
 
-/// `origin` of the skin's frame less the centre that the compiled skin is about.
+/// `origin`: origin of the skin's frame minus the centre of the compiled skin.
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin);
 
 }  // namespace spheretree::runtime

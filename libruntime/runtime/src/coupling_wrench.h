@@ -6,11 +6,12 @@
 
 namespace spheretree::runtime {
 
-/// Acts on the hand, towards the graphic tool: stiffness times (graphic - haptic), the rotation as a rotation vector of
-/// length [0, pi]. About the reference point of the haptic tool, world axes.
+/// Acts on the hand, towards the graphic tool: stiffness times (graphic - haptic), with the rotation as a rotation
+/// vector of length [0, pi]. About the reference point of the haptic tool, world axes.
 Wrench couplingWrench(const Coupling& coupling, const Configuration& haptic, const Configuration& graphic) noexcept;
 
-/// The wrench shortened to the limits; the directions of force and torque stay. Not finite: zero.
+/// The wrench reduced to the limits, with unchanged directions of force and torque. A wrench that is not finite becomes
+/// zero.
 Wrench limited(const Wrench& wrench, const WrenchLimits& limits) noexcept;
 
 }  // namespace spheretree::runtime

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The body of the inner loops; included by one source for each instruction set. Everything here has internal linkage
-// and calls no inline function of the standard library or Eigen: the linker keeps one copy of such a function, which
-// may be the one for the newer machine.
+// The code of the inner loops, included by one source for each instruction set. Everything here has internal linkage
+// and calls no inline function of the standard library or Eigen: of such a function the linker keeps one copy, which
+// may have been compiled for the newer machine.
 #pragma once
 
 #if defined(__SSE2__)
@@ -70,7 +70,7 @@ struct PackTable {
 constexpr PackTable kPack;
 #endif
 
-// Appends the lanes of `names` that `mask` has, in order. Writes up to 8 values past the end.
+// Appends the lanes of `names` that are set in `mask`, in order. Writes up to 8 values past the end.
 inline std::uint32_t* append(std::uint32_t* to, U8 names, unsigned mask) {
 #if defined(__AVX2__)
   const __m256i order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kPack.lanes[mask])));
@@ -113,7 +113,7 @@ inline Turned turn(F8 x, F8 y, F8 z, const float* m) {
           splat(m[6]) * x + splat(m[7]) * y + splat(m[8]) * z};
 }
 
-// 8 balls, or one 8 times.
+// 8 balls, or one ball 8 times.
 struct Balls {
   F8 x, y, z, r;
 };
@@ -174,8 +174,9 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
   return select(over, height * height / select(over, area2, one), nearest);
 }
 
-// One search, object by object. Breadth first in straight loops: of two nodes that touch the one of higher open priority is
-// opened, and its children meet the other one all at once; what they hit is only appended to a list.
+// One search, object by object, breadth first in loops without recursion. Of two nodes that touch, the one with the
+// higher open_priority is opened, and all its children are tested against the other node at once; hits are only
+// appended to a list.
 class PairFinder {
  public:
   explicit PairFinder(const PairSearch& s) : s_(s), pairs_end_(s.pairs) {}
@@ -193,8 +194,8 @@ class PairFinder {
   }
 
  private:
-  // Appends the pairs of one object. Out of room or work (true), or if that is so from the start, what is still to open
-  // stands for what is below it.
+  // Appends the pairs of one object. Returns true if memory or work ran out; from then on, or if `full` was set, the
+  // nodes that are not opened yet replace everything below them.
   bool searchObject(const ObjectView& view, std::uint32_t turn, bool full) {
     view_ = &view;
     turn_ = turn;
@@ -225,7 +226,7 @@ class PairFinder {
 
   void appendPairs(const HitGroup& g) { pairs_end_ = append(pairs_end_, splatU(g.pair) + (kLanes << splatU(16 * g.tool_varies)), g.lanes); }
 
-  // The objects whose bounding spheres the tool's meets.
+  // Finds the objects whose bounding spheres touch that of the tool.
   std::uint32_t findNear() {
     const Balls root{splat(s_.root[0]), splat(s_.root[1]), splat(s_.root[2]), splat(s_.root[3])};
     std::uint32_t* end = s_.near_objects;
@@ -247,7 +248,8 @@ class PairFinder {
     return out;
   }
 
-  // The tests that a group asks for. Of tool and object one is the one node (`kToolIsOne`), the other has the many.
+  // Makes the tests of a group. With `kToolIsOne` a single node of the tool is tested against 8 nodes of the object,
+  // otherwise the other way round.
   template <bool kToolIsOne>
   void open(const HitGroup& g) {
     const ObjectView& view = *view_;
@@ -276,8 +278,8 @@ class PairFinder {
     }
   }
 
-  // One node against the 8 of a block: what it meets, to where it goes on. Of a leaf and another node the other is
-  // opened.
+  // Tests one node against the 8 nodes of a block, and appends the hits to the list of what is opened next. Of a leaf
+  // and an inner node, the inner node is opened.
   template <bool kToolIsOne>
   void meet(const ObjectView& view, std::uint32_t slot, const Balls& one, std::uint32_t b, const Balls& many) {
     const Hits h = measure(one, many);
@@ -293,7 +295,7 @@ class PairFinder {
     live_ += static_cast<std::uint32_t>(__builtin_popcount(hits));
     const auto add = [&](HitGroup*& end, unsigned lanes, std::uint32_t next) {
       *end = {name, next & 0xffff, lanes & 0xff, !kToolIsOne};
-      end += lanes != 0;  // no jump: which lists a test adds to cannot be predicted
+      end += lanes != 0;  // branchless, since the lists to which a test adds are unpredictable
     };
     add(kToolIsOne ? open_object_end_ : open_tool_end_, more, links.first_child);
     if ((slot & 7) < one_links.inner) {
@@ -306,7 +308,7 @@ class PairFinder {
     }
   }
 
-  // Those of the tool's balls that are within the margin of a patch. A large triangle fills little of its sphere.
+  // The balls of the tool within the margin of a patch. A large triangle fills only a small part of its sphere.
   [[gnu::noinline]] unsigned nearTriangle(const ObjectView& view, std::uint32_t slot, const Balls& balls) const {
     const auto& p = view.patches[view.items[slot]].position;
     const F8 square = squareToTriangle(splat(p[0][0], p[0][1], p[0][2]), splat(p[1][0], p[1][1], p[1][2]), splat(p[2][0], p[2][1], p[2][2]),
@@ -315,7 +317,7 @@ class PairFinder {
     return maskOf(square <= reach * reach);
   }
 
-  // Those of the pairs that double arithmetic finds apart.
+  // The pairs that are apart in double arithmetic.
   [[gnu::noinline]] unsigned apartExactly(std::uint32_t name, std::uint32_t step, const ObjectView& view, unsigned doubt) const {
     unsigned apart = 0;
     for (unsigned lane = 0; lane < 8; ++lane) {
@@ -326,7 +328,7 @@ class PairFinder {
   }
   bool touchesExactly(std::uint32_t tool, std::uint32_t object, const ObjectView& view) const {
     const double *a = &s_.exact_tool[tool][0], *b = &view.exact[object][0], *m = s_.rotation, *w = view.to_world;
-    double d[3], square = 0;  // of the tool's centre from the anchor, world axes
+    double d[3], square = 0;  // from the anchor to the tool's centre, world axes
     for (int k = 0; k < 3; ++k) d[k] = (m[3 * k] * a[0] + m[3 * k + 1] * a[1] + m[3 * k + 2] * a[2]) + (s_.position[k] - view.anchor[k]);
     for (int k = 0; k < 3; ++k) {
       const double along = (w[k] * d[0] + w[3 + k] * d[1] + w[6 + k] * d[2]) - b[k];
@@ -343,20 +345,20 @@ class PairFinder {
   RelativePose pose_{};
   std::uint32_t turn_ = 0;
   HitGroup *leaf_end_ = nullptr, *open_tool_end_ = nullptr, *open_object_end_ = nullptr;
-  std::uint32_t work_ = 0, live_ = 0;  // live: pairs in the lists that are not opened yet, and those of leaves
+  std::uint32_t work_ = 0, live_ = 0;  // live: pairs in the lists that are not opened yet, and pairs of leaves
 };
 
 PairSearchResult findPairs(const PairSearch& s) { return PairFinder(s).run(); }
 
 // 8 balls of the tool, in the axes of the object.
 struct ToolBalls {
-  std::uint32_t slot[8];  // of the object, of each pair
+  std::uint32_t slot[8];  // of the object, for each pair
   Vector8 arm, centre;    // from the reference point; from the anchor
   F8 radius;
 
   ToolBalls(const RowRequest& q, std::uint32_t first) {
     const Sphere* tool[8];
-    for (std::uint32_t k = 0; k < 8; ++k) {  // the last pair fills up: what stands beyond belongs to another object
+    for (std::uint32_t k = 0; k < 8; ++k) {  // the last pair is repeated, since the following ones belong to another object
       const std::uint32_t pair = q.pairs[first + k < q.count ? first + k : q.count - 1];
       tool[k] = q.tool + (pair >> 16);
       slot[k] = pair & 0xffff;
@@ -369,7 +371,8 @@ struct ToolBalls {
   }
 };
 
-// Rows of 8 pairs with these normals and gaps, in the axes of the object; those that are not `in` are always satisfied.
+// Stores rows of 8 pairs with these normals and gaps, in the axes of the object; rows that are not `in` are always
+// satisfied.
 inline void storeRows(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Vector8& normal, F8 gap, I8 in) {
   const F8 one = splat(1), zero = splat(0);
   const Vector8 lever = splat(q.inverse_angle_length) * cross(balls.arm, normal);
@@ -402,7 +405,7 @@ float sphereRows(const RowRequest& q) {
     transpose(object, c.x, c.y, c.z, radius);
     const Vector8 way = balls.centre - c;
     const F8 square = dot(way, way), sum = balls.radius + radius;
-    const I8 apart = square > splat(1e-20f);  // else the centres coincide and +z is as good as any normal
+    const I8 apart = square > splat(1e-20f);  // otherwise the centres coincide, and the normal is +z
     const F8 d = squareRoot(square), scale = one / select(apart, d, one);
     F8 gap = d - sum;
     smallest = least(smallest, gap);
@@ -412,7 +415,7 @@ float sphereRows(const RowRequest& q) {
   return leastLane(smallest);
 }
 
-// 8 patches: what stands in eight CompiledPatch, transposed.
+// 8 patches: the content of eight CompiledPatch, transposed.
 struct Patches {
   Vector8 position[6];
   U8 packed[9];  // normals, two components in each
@@ -440,10 +443,10 @@ struct Patches {
   Vector8 normal(unsigned i) const { return {component(3 * i), component(3 * i + 1), component(3 * i + 2)}; }
 };
 
-// The least way on which balls come to touch curved patches, from below. No point of a patch is farther than `swing`
-// from the flat triangle. Its normals lean by at most an angle whose sine is known, so a ball that rests on the patch
-// has its centre no farther beside the triangle than the swing and that sine times its radius. A patch with a sharp
-// side is also met at that side, from wherever.
+// Lower bound of the way on which balls touch curved patches. No point of a patch is farther than `swing` from the flat
+// triangle, and the sine of the angle between its normals and that of the triangle is bounded by `lean`. If a ball
+// rests on the patch, its centre is therefore beside the triangle by at most swing + lean * radius. A patch with a
+// sharp side can also be touched at that side from any direction, so only the distance counts.
 inline F8 wayToPatch(const U8 flags, F8 allowance, const ToolBalls& balls, F8 distance, F8 beside) {
   const F8 swing = allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask),
            lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
@@ -452,8 +455,8 @@ inline F8 wayToPatch(const U8 flags, F8 allowance, const ToolBalls& balls, F8 di
   return select(is_curved, select(is_smooth, largest(way, beside - swing - lean * balls.radius), way), splat(__builtin_inff()));
 }
 
-// Keeps the ball, smaller by what the patch gives way, out of the flat triangle, from either side. The triangle is
-// convex, so the row holds all along a piece of the way.
+// Keeps the ball, reduced by the allowance, out of the flat triangle, from either side. The triangle is convex, so the
+// row holds along the whole piece of the motion.
 float flatRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), allowance = splat(q.allowance);
   F8 smallest = splat(__builtin_inff());
@@ -465,7 +468,7 @@ float flatRows(const RowRequest& q) {
     const F8 area2 = dot(across, across);
     const I8 is_flat = area2 > splat(1e-30f);
     const Vector8 upright = (one / squareRoot(select(is_flat, area2, one))) * across;
-    // Over the triangle: on the inner side of all three sides.
+    // The centre is above the triangle if it is on the inner side of all three sides.
     I8 over = is_flat;
     F8 nearest = splat(__builtin_inff()), beside2 = zero;
     Vector8 way{zero, zero, zero};
@@ -483,7 +486,7 @@ float flatRows(const RowRequest& q) {
     const F8 height = dot(upright, balls.centre - p.position[0]);
     const I8 apart = nearest > splat(1e-20f);
     const F8 edge_distance = squareRoot(select(apart, nearest, one));
-    // Tissue has an outside, and may come past the middle of a small ball in a step.
+    // Tissue has an outside, and its surface may move past the centre of a small ball in a step.
     const I8 is_below = height < splat(-q.behind);
     const Vector8 to_side = select(is_below, zero - one, one) * upright;
     const Vector8 from_edge = select(apart, (one / edge_distance) * way, to_side);
@@ -497,13 +500,13 @@ float flatRows(const RowRequest& q) {
   return leastLane(smallest);
 }
 
-// A field that is quadratic over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and
-// v are the weights of corners 1 and 2.
+// A quadratic field over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and v are
+// the weights of corners 1 and 2.
 struct Quadratic {
   Vector8 f, a, b, c, d, e;
   Quadratic(const Vector8& p0, const Vector8& p1, const Vector8& p2, const Vector8& p01, const Vector8& p12, const Vector8& p20) {
     const F8 two = splat(2), four = splat(4);
-    // Of the sides, from corner 0: twice the way to the middle, less the way to the end, is the bend.
+    // For the sides from corner 0: twice the vector to the middle minus the vector to the end gives the bend.
     const Vector8 m1 = p01 - p0, m2 = p20 - p0, e1 = p1 - p0, e2 = p2 - p0, m12 = p12 - p0;
     f = p0;
     a = four * m1 - e1;
@@ -517,15 +520,15 @@ struct Quadratic {
   Vector8 alongV(F8 u, F8 v) const { return b + u * d + (splat(2) * v) * e; }
 };
 
-constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; 2 or 3 are usual
-constexpr float kLastStep = 3e-4f;      // of them, in weights: they converge quadratically, and the next would be below 1e-6
-constexpr float kLongestStep = 0.35f;   // of them, in weights: farther the quadratic model is no guide
-constexpr float kOutside = 0.1f;        // how far they may leave the patch, in weights, before they turn back
-constexpr float kFootFound = 1e-3f;     // the last step of a foot that counts, in weights; it converges quadratically
-constexpr float kSeam = 1e-4f;          // a foot may be beyond a side by this, so that rounding leaves no slit between patches
-constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and farther than this above its plane, has the plane ahead of it [mm]
+constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; usually 2 or 3
+constexpr float kLastStep = 3e-4f;      // in weights: convergence is quadratic, and the next step would be below 1e-6
+constexpr float kLongestStep = 0.35f;   // in weights: beyond this the quadratic model is unreliable
+constexpr float kOutside = 0.1f;        // in weights: how far an iterate may leave the patch
+constexpr float kFootFound = 1e-3f;     // in weights: largest last step of an accepted foot; convergence is quadratic
+constexpr float kSeam = 1e-4f;          // in weights: a foot may be beyond a side by this, so that rounding leaves no slit between patches
+constexpr float kClearOfPlane = 1e-3f;  // a ball beside a patch, and more than this above its plane, gets the plane as a row [mm]
 
-// The foot of a ball: weights u and v and the height h with position + h normal = centre (the normal not of unit
+// The foot of a ball: weights u and v and height h such that position + h normal = centre (the normal is not of unit
 // length).
 struct Foot {
   F8 u, v, h;
@@ -566,9 +569,9 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
   return foot;
 }
 
-// The ball rests on the patch where its foot lies within. Beyond a sharp side it rests on that side. Beyond a smooth
-// one it rests on the neighbour, and the plane of this patch is what it meets next if it is above it, as in a hollow;
-// over a ridge it is below.
+// The ball rests on the patch if its foot lies within it. If the foot lies beyond a sharp side, the ball rests on that
+// side. If it lies beyond a smooth side, the ball rests on the neighbour. The plane of this patch is then a row if the
+// ball is above it, as in a hollow, where the ball meets it next; over a ridge the ball is below it.
 float feltRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), seam = splat(-kSeam);
   F8 smallest = splat(__builtin_inff());
@@ -581,7 +584,7 @@ float feltRows(const RowRequest& q) {
     const F8 w[3] = {one - foot.u - foot.v, foot.u, foot.v};
     const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
     const I8 within = ~(beyond[0] | beyond[1] | beyond[2]) & foot.found;
-    // The nearest point of the patch's border in weights, or the foot.
+    // The nearest point on the patch's border in weights, or the foot.
     const F8 u0 = largest(zero, foot.u), v0 = largest(zero, foot.v), sum = u0 + v0, shrink = one / largest(one, sum);
     const F8 u = select(within, foot.u, u0 * shrink), v = select(within, foot.v, v0 * shrink);
     const Vector8 at = position.at(u, v), n = normal.at(u, v), way = balls.centre - at;
@@ -589,7 +592,7 @@ float feltRows(const RowRequest& q) {
     Vector8 unit = (one / squareRoot(select(square > zero, square, one))) * n;
     F8 gap = dot(way, unit) - balls.radius;
     const F8 distance = squareRoot(dot(way, way));
-    // Its centre has to be outside: whoever is deeper is held by the flat triangle.
+    // The centre must be outside; otherwise the flat triangle holds the ball.
     I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.most_gap)));
     for (unsigned k = 0; k < 3; ++k) {
       const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;

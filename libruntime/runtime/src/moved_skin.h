@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The skin of soft tissue where it is now: its vertices go with the pressed nodes, by TissueResponse::points.
+// The skin of soft tissue in its current shape: its vertices move with the pressed nodes, by TissueResponse::points.
 //
-// Flat triangles have their corners where the vertices are. Normals turn as those of the tetrahedra's surface do, so
-// that they stay continuous from patch to patch; and faces of the tetrahedra and sides of the skin bulge out by as much
-// more as the normals at their ends lean apart more. So a dent that is pressed in is as round as its normals say, not
-// made of facets. How much they bulge is that of the beginning of the step: within it the surface moves linearly with
-// the nodes, as the QP takes for granted.
+// Flat triangles have their corners at the vertices. Normals rotate like those of the tetrahedra's surface, so that
+// they stay continuous from patch to patch. Faces of the tetrahedra and sides of the skin bulge further out the more
+// the angle between the normals at their ends increases, so that a dent is as round as its normals, without facets. The
+// bulge is computed at the beginning of the step: within the step the surface moves linearly with the nodes, as the QP
+// assumes.
 //
-// The balls of the search are put anew, a block of eight at a time, once what moves them has moved by kRefitMm; patches
-// are put to the very place before rows are made of them, those alone.
-// Units: mm; frame: axes of the object, about the centre of its shape. No allocation once it is made.
+// The balls of the search are updated, a block of eight at a time, when the nodes that move them have moved by
+// kRefitMm. Patches are updated exactly before rows are made of them, and only those.
+// Units: mm; frame: axes of the object, origin at the centre of its shape. No allocation after construction.
 #pragma once
 
 #include <array>
@@ -24,35 +24,35 @@ namespace spheretree::runtime {
 
 class MovedSkin {
  public:
-  /// `model` and `shape`, which has the skin of its tree, outlive this. @throws std::bad_alloc.
+  /// `model` and `shape` must outlive the object; `shape` has the skin of the model's tree. @throws std::bad_alloc.
   MovedSkin(const SoftModel& model, const CompiledShape& shape);
 
   const Block* bound() const { return bound_.data(); }
   const CompiledPatch* patches() const { return patches_.data(); }
-  double radius() const { return radius_; }  // of a ball about the centre that holds all triangles [mm]
-  /// Of the curved patches that were put in this step: what their triangles give way [mm].
+  double radius() const { return radius_; }  // of a ball about the centre that contains all triangles [mm]
+  /// Allowance of the triangles whose curved patches were updated in this step [mm].
   float allowance() const { return allowance_; }
 
-  /// At rest.
+  /// Returns to the shape at rest.
   void reset();
-  /// Puts the balls of the search to where the pressed nodes have gone, `shift` of each. Cost: 5 ns a node, and 30 ns
-  /// for each block of eight triangles that is put anew.
+  /// Moves the balls of the search to the current shape; `shift`: displacement of each pressed node. Cost: 5 ns a node,
+  /// and 30 ns for each updated block of eight triangles.
   void refit(std::span<const float> shift);
-  /// A step begins: points of contact are looked for anew, and stay once rows were made kFreeRows times.
+  /// Begins a step: points of contact are computed again, and stay fixed after rows were made kFreeRows times.
   void beginStep() { ++step_, rows_made_ = 0; }
   SoftPoint* points() { return points_.data(); }
   std::uint32_t step() const { return step_; }
   bool pointsStay() const { return rows_made_ > kFreeRows; }
-  /// The shape that patches have in a step which begins with this displacement of the pressed nodes.
+  /// Sets the shape of the patches for a step that begins with this displacement of the pressed nodes.
   void bend(std::span<const float> shift);
-  /// The places of patches that were put before are no longer true.
+  /// Marks the positions of all patches as outdated.
   void forget() { ++version_; }
-  /// Puts the patches of these slots of the search tree. Cost: about 60 ns a patch that was not put since forget(),
-  /// 200 ns one that was not put in this step.
+  /// Updates the patches of these slots of the search tree. Cost: about 60 ns for a patch that was not updated since
+  /// forget(), 200 ns for one that was not updated in this step.
   void put(std::span<const std::uint32_t> pairs, std::span<const float> shift);
 
  private:
-  static constexpr int kFreeRows = 1;  // of a step, whose points are those of their own pose
+  static constexpr int kFreeRows = 1;  // of a step: these use the points of their own pose
 
   struct Vertex {
     Eigen::Vector3f bulge, normal, node_normal;
@@ -73,14 +73,15 @@ class MovedSkin {
   const SoftModel& model_;
   const CompiledShape& shape_;
   const Skin& skin_;
-  const Eigen::Vector3f offset_;  // of the frame of the file in that of the shape [mm]
+  const Eigen::Vector3f offset_;  // from the origin of the shape's frame to that of the file's frame [mm]
   const float rest_allowance_;
-  float slack_ = 0;  // how much farther than at rest a patch can reach beyond its flat triangle [mm]
+  float slack_ = 0;  // how much farther than at rest a patch can extend beyond its flat triangle [mm]
 
-  std::vector<std::uint32_t> parents_;                 // (block) slot of the node whose children stand in it
-  std::vector<std::uint32_t> block_begin_, nodes_of_;  // (block + 1) into the other: what moves its triangles; kHeldNode among them
-  std::vector<std::uint32_t> node_begin_, blocks_of_;  // (pressed node + 1) into the other: the blocks that it moves
-  std::vector<float> put_shift_;                       // (pressed node) x, y, z: as the balls were put
+  std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children it contains
+  std::vector<std::uint32_t> block_begin_,
+      nodes_of_;  // (block + 1) index into nodes_of_: the nodes that move its triangles, possibly including kHeldNode
+  std::vector<std::uint32_t> node_begin_, blocks_of_;  // (pressed node + 1) index into blocks_of_: the blocks that it moves
+  std::vector<float> put_shift_;                       // (pressed node) x, y, z: displacement at the last update of the balls
   std::vector<char> block_marked_;
   std::vector<Block> bound_;
   double radius_ = 0;
@@ -90,9 +91,9 @@ class MovedSkin {
   std::vector<Middle> middles_;
   std::vector<Eigen::Vector3f> fan_normals_;
   std::vector<Eigen::Vector3f> places_;                              // (vertex)
-  std::vector<float> bent_;                                          // (pressed node) x, y, z: of bend()
-  std::vector<std::uint32_t> vertex_when_, middle_when_, fan_when_;  // the bend that they are of
-  std::vector<std::uint32_t> place_when_, patch_when_;               // the version that they are of
+  std::vector<float> bent_;                                          // (pressed node) x, y, z: argument of the last bend()
+  std::vector<std::uint32_t> vertex_when_, middle_when_, fan_when_;  // the value of bends_ for which each was computed
+  std::vector<std::uint32_t> place_when_, patch_when_;               // the value of version_ for which each was computed
   std::uint32_t bends_ = 1, version_ = 1;
   float allowance_ = 0;
   std::vector<SoftPoint> points_;  // (slot)

@@ -5,8 +5,8 @@
 
 namespace spheretree::runtime {
 
-/// Rows of balls and patches that give way; returns the smallest gap. All give the same bits.
+/// Rows of balls and yielding patches; returns the smallest gap. Both functions give the same bits.
 float softRowsScalar(const RowRequest& request);
-float softRowsAvx2(const RowRequest& request);  // where avx2Kernel() is not null
+float softRowsAvx2(const RowRequest& request);  // only if avx2Kernel() is not null
 
 }  // namespace spheretree::runtime

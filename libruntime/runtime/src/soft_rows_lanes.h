@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of a ball and a patch of soft tissue; included by one source for each instruction set, as kernel_lanes.h is, and
-// apart from it, so that a program without tissue does not hold them.
+// Rows of a ball and a patch of soft tissue. Included by one source for each instruction set, as kernel_lanes.h is, but
+// in files of its own, so that a program without tissue does not contain them.
 #pragma once
 
 #include "kernel_lanes.h"
@@ -9,20 +9,20 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kPointSteps = 4;  // to the point of a soft patch that is nearest to a ball
+constexpr int kPointSteps = 4;  // iterations to the point of a soft patch that is nearest to a ball
 
-// The weights u and v of the point of patches that is nearest to balls, near enough: from that of the flat triangle by
-// steps of Gauss and Newton. A tool lies in the dent that it makes, whose centre of curvature is about its own: then
-// every point is about as near, and these steps stay where they are.
+// The weights u and v of the approximately nearest points of patches to balls: starts from the nearest point of the
+// flat triangle and makes Gauss-Newton steps. A tool lies in its own dent, whose centre of curvature is about the
+// centre of the ball. All points are then about equally near, and these steps stay near their start.
 inline void findNearest(const Patches& p, const Quadratic& position, const Vector8& centre, F8& u, F8& v) {
   const F8 one = splat(1), zero = splat(0);
   u = v = splat(1.0f / 3);
   for (int step = 0; step <= kPointSteps; ++step) {
-    const bool is_flat = step == 0;  // the first step is that of the flat triangle, from anywhere in it
+    const bool is_flat = step == 0;  // the first step solves for the flat triangle, from any start in it
     const Vector8 pu = is_flat ? p.position[1] - p.position[0] : position.alongU(u, v),
                   pv = is_flat ? p.position[2] - p.position[0] : position.alongV(u, v),
                   way = centre - (is_flat ? p.position[0] + u * pu + v * pv : position.at(u, v));
-    // A patch that bulges out is farther away beside the point, which makes steps shorter.
+    // A patch that bulges out is farther away on either side of the point; this curvature shortens the steps.
     const F8 bulge_u = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.c)),
              bulge_v = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.e));
     const F8 uu = dot(pu, pu) + bulge_u, vv = dot(pv, pv) + bulge_v, uv = dot(pu, pv), det = uu * vv - uv * uv;
@@ -39,8 +39,8 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
   }
 }
 
-// The ball touches a point of the patch, with the normal of the ball. Once points and normals stay, as they do after
-// the first rows of a step, rows change as the QP says, and the step settles.
+// The ball touches a point of the patch; the normal points from there to its centre. After the first rows of a step,
+// points and normals are fixed: then rows change exactly as the QP predicts, and the step converges.
 float softRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), least_distance = splat(1e-6f);
   F8 smallest = splat(__builtin_inff());
@@ -65,7 +65,7 @@ float softRows(const RowRequest& q) {
     }
     way = balls.centre - position.at(u, v);
     const F8 gap = dot(way, normal) - balls.radius;
-    // Its centre has to be outside: whoever is deeper is held by the flat triangle.
+    // The centre must be outside; otherwise the flat triangle holds the ball.
     const I8 in = (distance > least_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
     smallest = least(smallest, select(in, gap, splat(__builtin_inff())));
     storeRows(q, i, balls, normal, gap, in);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Soft tissue as a step sees it. What implements it is reached through a TissueModel alone, so that a program which has
-// no tissue, such as the shared library for other languages, does not hold the code.
+// The interface of soft tissue for a step. The implementation is reached only through a TissueModel, so that a program
+// without tissue, such as the shared library for other languages, does not contain its code.
 #pragma once
 
 #include <memory>
@@ -14,49 +14,51 @@
 
 namespace spheretree::runtime {
 
-inline constexpr double kTissueMotion = 0.25;  // of any point in one step, at most [mm]
-inline constexpr double kBehind = 0.4;         // so far behind a triangle of tissue a ball is still pushed out in front of it [mm]
-inline constexpr double kRefitMm = 0.05;       // a ball of the search holds what it is about although that has moved by this [mm]
+inline constexpr double kTissueMotion = 0.25;  // largest motion of a point in one step [mm]
+inline constexpr double kBehind = 0.4;         // a ball at most this far behind a triangle of tissue is pushed out in front of it [mm]
+inline constexpr double kRefitMm =
+    0.05;  // padding of the balls of the search: they stay valid while their content moves by at most this [mm]
 
 struct RowRequest;
 
-/// All tissue of a scene, in a StepMemory. `object`, `row`: as in the scene and in the rows of a QP.
+/// All tissue of a scene, in a StepMemory. `object` and `row` are indices in the scene and in the rows of a QP.
 class SoftTissue {
  public:
   virtual ~SoftTissue() = default;
   bool has(std::size_t object) const { return object < is_tissue_.size() && is_tissue_[object] != 0; }
 
-  /// At rest again.
+  /// Returns to the shape at rest.
   virtual void reset() = 0;
   virtual bool isAtRest(std::size_t object) const = 0;
-  /// Puts the surface to where the forces of the last step have moved it. StepFault bits.
+  /// Moves the surface to where the forces of the last step lead. Returns StepFault bits.
   virtual std::uint32_t beginStep() = 0;
-  /// What the search and the rows see of the object, if it is tissue: its skin where it is.
+  /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
-  /// Puts the patches of these pairs to where they are now.
+  /// Updates the patches of these pairs to the current shape.
   virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
-  /// As the kernel's feltRows(), of patches of tissue.
+  /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
-  /// solveRowsAlone(), which only tissue needs: without it few rows hold the tool.
+  /// solveRowsAlone(). Only tissue needs it, since without tissue few rows hold the tool.
   virtual bool solveRows(ContactQp& qp) const = 0;
-  /// Goes `part` of the way to where the forces of the last press() lead.
+  /// Moves by `part` towards the target of the last press().
   virtual void giveWay(double part) = 0;
-  /// Nothing presses any more.
+  /// Sets all target forces to zero.
   virtual void letGo() = 0;
 
-  // One QP after the other. Right-hand sides without what tissue gives way are in `rows` as it begins.
+  // For one QP after the other. At the call of begin(), `rows` has right-hand sides without the displacement of tissue.
   virtual void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) = 0;
-  /// The right-hand side of a row on tissue that gives way no farther.
+  /// The right-hand side of a row on tissue that has reached its largest displacement.
   virtual float stop(std::uint32_t row) const = 0;
-  /// Row `k` of the problem is this one. Does nothing but forget the one before if it is rigid.
+  /// Uses `row` as row `k` of the problem. For a rigid object it only removes the row that was there before.
   virtual void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
-  /// Where the surface goes by the multipliers; then the right-hand side of a row, which may be its stop.
+  /// Predicts the displacement of the surface by the multipliers; predictedBound() then gives the right-hand side of a
+  /// row, which may be its stop.
   virtual void predict(const ContactQp& qp) = 0;
   virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
-  /// The forces of the answer are what presses from now on.
+  /// The forces of the solution become the target forces.
   virtual void press(const ContactQp& qp) = 0;
 
-  // Large motion: aimTissue() and tissueForces() of step.h.
+  // Large deformation: aimTissue() and tissueForces() of step.h.
   virtual bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) = 0;
   virtual std::span<const float> forces(std::size_t object) const = 0;
 
@@ -64,7 +66,7 @@ class SoftTissue {
   std::vector<char> is_tissue_;  // (object)
 };
 
-/// Tissue for a scene, and what makes it move.
+/// Tissue for a scene, and the factory of its implementation.
 struct TissueModel {
   SharedTree tree;
   std::shared_ptr<const Tissue> tissue;

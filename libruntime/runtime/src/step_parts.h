@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both modes of a step are made of: searches, rows and QPs, with their counts and times; and the modes themselves.
+// The parts that both modes of a step use (searches, rows and QPs, with their counts and times), and the modes
+// themselves.
 #pragma once
 
 #include "find_pairs.h"
@@ -9,8 +10,8 @@
 
 namespace spheretree::runtime {
 
-/// A piece in which bodies go this part of their way, 0: none, and the tool stays but for what pushes it. What it
-/// presses with, and so what rubs, is as before.
+/// A piece in which bodies move by this part of their way (0: do not move), while the tool moves only if it is pushed.
+/// Contact forces, and therefore friction, are those of before the piece.
 struct CarriedPiece {
   double part = 0;
 };
@@ -27,47 +28,47 @@ class StepParts {
   bool workLeft() const { return result.work < scene.step_limits.max_work; }
 
   PairSet search(const Configuration& pose, double margin, PairsOf of);
-  /// Rows of leaves and of flat triangles.
+  /// Makes the rows of leaves and of flat triangles.
   RowSet rows(const PairSet& set, const Configuration& pose, RowForm form, const Eigen::Matrix3d& axes);
   RowSet rows(const PairSet& set, const Configuration& pose) { return rows(set, pose, RowForm::TrueDistance, Eigen::Matrix3d::Identity()); }
-  /// Of the pairs those whose `rows`, at this pose, have a gap of at most `margin`; the next QP starts from the same
-  /// active rows.
+  /// Removes the pairs whose `rows`, made at the current pose, have a gap above `margin`; the next QP starts from the
+  /// same active rows.
   void keepNear(double margin, PairSet& set, RowSet& rows);
-  /// Adds the rows of smooth patches that are within `margin`; the next QP starts from the same active rows, which
-  /// keepActive() named.
+  /// Adds the rows of smooth patches within `margin`. The next QP starts from the same active rows; keepActive() must
+  /// have been called before.
   void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
-  /// Rows for a piece in which the bodies go this part of their way, at the end of which nothing is to be deeper than
-  /// it is now: the rows of an object move along with it. `at`: the reference point of the tool.
+  /// Changes the rows for a piece in which the bodies move by this part of their way: the rows of an object move with
+  /// it, and no pair may be deeper at the end of the piece than it is now. `at`: the reference point of the tool.
   void carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows);
-  /// Leaves in the memory the point nearest to `target` that all rows allow. Rows that contradict each other are moved
-  /// back by the same distance [mm], the least that lets them agree: those of smooth patches first, for they are there
-  /// for comfort only, and then all. Returns the distance of the latter.
+  /// Computes the point nearest to `target` that satisfies all rows; the answer is in `memory`. If rows contradict each
+  /// other, relaxes them by the smallest common distance [mm] that makes them feasible: first the rows of smooth
+  /// patches, which are only for comfort, then all rows. Returns the distance by which all rows were relaxed.
   double solve(RowSet& set, const Vector6& target);
-  /// As solve(), where contacts rub or objects give way: the tool comes from `at`, where the rows were made. giveWay()
-  /// is to follow, with the part of the step that is gone.
+  /// Like solve(), for contacts with friction or objects that yield: the tool starts at `at`, where the rows were made.
+  /// Call giveWay() afterwards, with the part of the step that was made.
   double solveContact(const PairSet& pairs, RowSet& rows, const Vector6& target, const Configuration& at, const CarriedPiece* carried);
   bool rubsOrGives() const { return scene.has_friction || scene.has_soft; }
   void giveWay(double part);
-  /// Nothing presses on soft tissue or on what gives way evenly.
+  /// Removes all forces on soft tissue and on objects that yield evenly.
   void letGo();
-  /// Where the rows forbid even to stay, they allow staying.
+  /// Relaxes rows that the current pose violates, so that staying is feasible.
   void allowStaying(RowSet& set);
 
-  /// Names of the active rows, which the next QP and the next step start from.
+  /// Stores the names of the active rows, from which the next QP and the next step start.
   void keepActive(const PairSet& set);
   void findActive(const PairSet& set);
-  /// What the last QP says of the contacts: normals and forces of its active rows, which keepActive() has named. The
-  /// tool was at `before` when the step began.
+  /// Stores the contacts of the last QP: normals and forces of its active rows, which keepActive() has named. The tool
+  /// was at `before` at the beginning of the step.
   void noteContacts(const RowSet& set, const Configuration& before);
 
-  // What names a row, and where in the rows it stands, ~0u: nowhere; its force of friction before.
+  // The name of a row; the index of a row with this name, or ~0u; its previous friction force.
   RowName nameOfRow(const PairSet& set, std::uint32_t row) const;
   std::uint32_t rowOf(const PairSet& set, const RowName& name) const;
   Eigen::Vector3d rubbingOf(const RowName& name) const;
   const PairSet& felt() const { return felt_; }
-  bool rubs = true;            // not while the tool is on its way out of an object, where forces mean nothing
-  Configuration contact_pose;  // of the tool where the rows of the last solveContact() were made
+  bool rubs = true;            // false while the tool moves out of an object, when forces are meaningless
+  Configuration contact_pose;  // pose of the tool at which the rows of the last solveContact() were made
 
   Vector6 scaledVector(const Displacement& d) const {
     Vector6 y;
@@ -77,7 +78,7 @@ class StepParts {
   Displacement displacement(const Vector6& y) const {
     return {Eigen::Vector3d(y[0], y[1], y[2]), Eigen::Vector3d(y[3], y[4], y[5]) / scene.angle_length};
   }
-  /// No point of the tool moves farther than this on the way [mm].
+  /// Upper bound of the motion of a point of the tool [mm].
   double reach(const Displacement& d) const { return d.translation.norm() + scene.tool.reach * d.rotation.norm(); }
 
  private:
@@ -90,7 +91,7 @@ class StepParts {
 void constrainedStep(StepParts& parts, const Configuration& haptic);
 void paperStep(StepParts& parts, const Configuration& haptic);
 
-/// Gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
+/// The angles gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
 Eigen::Vector3d eulerAngles(const Quaternion& q);
 
 }  // namespace spheretree::runtime

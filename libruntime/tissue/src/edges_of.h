@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The edges of tetrahedra, each once.
+// The edges of tetrahedra, without repetition.
 #pragma once
 
 #include <algorithm>

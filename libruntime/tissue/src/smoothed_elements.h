@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The elastic energy of tetrahedra whose deformation gradients are means: round an edge for what changes shape, round a
-// node for what changes volume; a tetrahedron that is nearly flat resists by itself. Equation and papers:
-// tissue_solver.h
+// The elastic energy of tetrahedra whose deformation gradients are averaged: over the tetrahedra around an edge in the
+// term of the shape (mu), around a node in the term of the volume (lambda). A nearly flat tetrahedron has an additional
+// energy of its own. Equation and papers: tissue_solver.h
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ namespace spheretree::tissue {
 struct Element {
   std::array<std::uint32_t, 4> corner;
   std::array<std::uint32_t, 6> edge;  // indices of its edges
-  Eigen::Matrix3d inverse;            // of the edges from corner 0, at rest [1/mm]
+  Eigen::Matrix3d inverse;            // inverse of the matrix of the edges from corner 0, at rest [1/mm]
   double volume;                      // [mm^3]
 };
 
@@ -29,17 +29,18 @@ class SmoothedElements {
   const std::vector<Element>& elements() const { return elements_; }
   double mu() const { return mu_; }
 
-  /// Of displacements `u` [N mm], and its gradient in `out` [N]. Rotations are found from those of the call before, so
-  /// the same calls give the same bytes. No allocation. Cost: about 0.3 us a tetrahedron.
+  /// Energy of the displacements `u` [N mm]; `out` receives its gradient [N]. Rotations are computed from those of the
+  /// previous call, so the same sequence of calls gives the same bytes. No allocation. Cost: about 0.3 us a
+  /// tetrahedron.
   double energy(std::span<const Eigen::Vector3d> u, std::vector<Eigen::Vector3d>& out);
-  /// How many are inside out.
+  /// Number of inverted tetrahedra.
   std::size_t inverted(std::span<const Eigen::Vector3d> u) const;
-  /// Forgets the rotations.
+  /// Resets the rotations.
   void reset();
 
  private:
   struct Edge {
-    double volume = 0;  // its share of the tetrahedra round it [mm^3]
+    double volume = 0;  // share of the volume of the tetrahedra around it [mm^3]
     Eigen::Quaterniond turn{1, 0, 0, 0};
     Eigen::Matrix3d gradient, stress;
   };
@@ -55,7 +56,7 @@ class SmoothedElements {
   std::vector<Edge> edges_;
   std::vector<Node> nodes_;
   std::vector<Eigen::Matrix3d> gradients_;  // (element)
-  std::vector<double> flat_;                // (element) how far it is below kFlat
+  std::vector<double> flat_;                // (element) by how much its volume ratio is below kFlat
 };
 
 }  // namespace spheretree::tissue

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene: the tool, the objects in their places, stiffness and limits. It is described first and compiled once; steps
-// only read it.
+// A scene: the tool, the objects and their poses, stiffness and limits. It is described first and compiled once; after
+// that, steps only read it.
 // Units: mm, N, N mm, rad.
 #pragma once
 
@@ -18,30 +18,30 @@
 
 namespace spheretree::runtime {
 
-/// The spring, and the damper beside it, between haptic and graphic tool, and the mass of the latter. Stiffness > 0,
-/// damping and mass >= 0; the mode of the paper has the spring alone.
+/// The spring and damper between haptic tool and graphic tool, and the mass of the graphic tool. Stiffness > 0, damping
+/// and mass >= 0. The mode of the paper uses the spring alone.
 struct Coupling {
   double translation = 1;       // [N/mm]
   double rotation = 1000;       // [N mm/rad]
   double damping = 0;           // [N s/mm]
   double rotation_damping = 0;  // [N mm s/rad]
-  double mass = 0;              // at the reference point [kg]
-  double inertia = 0;           // about it, the same for all axes [kg mm^2]
+  double mass = 0;              // at the reference point of the graphic tool [kg]
+  double inertia = 0;           // about the reference point, the same for all axes [kg mm^2]
 };
 
-/// Largest wrench that is rendered; all > 0.
+/// The largest wrench that is rendered; all values > 0.
 struct WrenchLimits {
-  double force = 8;                      // of the vector [N]
-  Eigen::Vector3d torque{188, 188, 48};  // of each component, world axes [N mm]
+  double force = 8;                      // magnitude of the force [N]
+  Eigen::Vector3d torque{188, 188, 48};  // magnitude of each component, world axes [N mm]
 };
 
-/// What one step may cost. Both are counts, not clock time, so that a step is the same on every machine.
+/// The largest cost of one step. Both limits are counts, not clock time, so that a step is the same on every machine.
 struct StepLimits {
-  std::uint32_t max_pairs = 8192;    // pairs at a time; 64 for each object .. 2^20
+  std::uint32_t max_pairs = 8192;    // pairs in the list at any time; 64 for each object .. 2^20
   std::uint32_t max_work = 100'000;  // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
 };
 
-/// The defaults, with as many pairs as this number of objects needs.
+/// The default limits, with max_pairs raised to what this number of objects needs.
 inline StepLimits defaultLimits(std::size_t object_count) {
   StepLimits limits;
   limits.max_pairs = std::max(limits.max_pairs, 64 * static_cast<std::uint32_t>(object_count));
@@ -54,12 +54,12 @@ enum class ContactSurface : std::uint8_t {
   Leaves,  // the leaf spheres of every object
 };
 
-/// A sphere-tree that any number of objects share. Never null.
+/// A sphere-tree that any number of objects can share. Never null.
 class SharedTree {
  public:
   SharedTree() : tree_(std::make_shared<const SphereTree>()) {}
-  SharedTree(SphereTree tree) : tree_(std::make_shared<const SphereTree>(std::move(tree))) {}  // NOLINT: a tree is one
-  /// Of a tree that decodeSphereTree() read, or in which findFault() found nothing: compileScene() does not check it
+  SharedTree(SphereTree tree) : tree_(std::make_shared<const SphereTree>(std::move(tree))) {}  // NOLINT: converts implicitly from a tree
+  /// For a tree that decodeSphereTree() read, or in which findFault() found nothing: compileScene() does not check it
   /// again.
   static SharedTree sound(SphereTree tree) {
     SharedTree shared(std::move(tree));
@@ -72,23 +72,23 @@ class SharedTree {
 
  private:
   std::shared_ptr<const SphereTree> tree_;
-  bool is_sound_ = false;  // known to be
+  bool is_sound_ = false;  // known to be sound
 };
 
 struct TissueModel;
 
-/// The soft tissue of `tree`, as they come out of a .soft file (core's decodeSoftTree), for objects of a scene. Null
-/// with a sentence in `fault` if it is unsound, of another tree, or has no response. Not in the shared library for
-/// other languages.
+/// The soft tissue of `tree`, both as decodeSoftTree() of core read them from a .soft file, for objects of a scene.
+/// Returns null, with a sentence in `fault`, if the tissue is unsound, belongs to another tree, or has no response. The
+/// shared library for other languages does not contain this function.
 std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue, std::string& fault);
 
 struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
   Configuration pose;      // of the tree's mesh frame in the world when the scene starts
-  std::uint32_t body = 0;  // what it belongs to, 0..kMostBodies; 0: the world, which stands still. moveBody() moves the others
-  double friction = 0;     // Coulomb's coefficient, 0 .. 2; the larger of the object's and the tool's counts
+  std::uint32_t body = 0;  // body that it belongs to, 0..kMostBodies; 0: the world, which does not move. moveBody() moves the other bodies
+  double friction = 0;     // Coulomb's coefficient, 0 .. 2; a contact uses the larger of the object's and the tool's
   double stiffness = 0;    // against force, > 0 [N/mm]; 0: rigid
-  std::shared_ptr<const TissueModel> tissue = nullptr;  // of this tree: it gives way where it is pressed; null: it does not
+  std::shared_ptr<const TissueModel> tissue = nullptr;  // of this tree: the object deforms where it is pressed; null: it does not deform
 };
 
 inline constexpr std::uint32_t kMostBodies = 4096;
@@ -102,7 +102,7 @@ struct SceneDescription {
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   ContactSurface contact = ContactSurface::Skin;
-  double step_time = 0.001;  // from one step to the next, 1e-5 .. 1 [s]; what velocities need
+  double step_time = 0.001;  // from one step to the next, 1e-5 .. 1 [s]; velocities are computed with it
 };
 
 struct CompiledScene;
@@ -117,13 +117,13 @@ class Scene {
   Scene& operator=(Scene&&) noexcept;
 
   std::size_t objectCount() const;
-  std::size_t bodyCount() const;  // with the world: one more than the highest body of an object
-  /// What the object is made of; null: it is rigid.
+  std::size_t bodyCount() const;  // including the world: one more than the highest body of an object
+  /// The tissue of an object; null if it is rigid.
   const Tissue* tissue(std::size_t object) const;
   const Coupling& coupling() const;
   const WrenchLimits& wrenchLimits() const;
   const StepLimits& stepLimits() const;
-  /// Memory that the compiled scene holds [bytes].
+  /// Memory of the compiled scene [bytes].
   std::size_t byteCount() const;
 
   const CompiledScene& compiled() const { return *compiled_; }  // for the library's own parts
@@ -132,10 +132,10 @@ class Scene {
   std::unique_ptr<const CompiledScene> compiled_;
 };
 
-/// Checks the description and compiles it. False with a sentence in `fault` (which part, what, what to do) if a tree is
-/// unsound (findFault), a pose is not finite, or a limit is out of range; `scene` is then unchanged.
-/// Cost: O(spheres + triangles of the skins), about 0.3 ms for 512 leaves with a skin of 4,000 triangles; copies of an
-/// object cost nothing but their place. Allocates all that the scene will ever hold.
+/// Checks the description and compiles it. Returns false if a tree is unsound (findFault), a pose is not finite, or a
+/// limit is out of range; `fault` is then a sentence (which part, what is wrong, what to do) and `scene` is unchanged.
+/// Allocates all memory that the scene needs. Cost: O(spheres + triangles of the skins), about 0.3 ms for 512 leaves
+/// with a skin of 4,000 triangles; copies of an object cost only their pose.
 [[nodiscard]] bool compileScene(const SceneDescription& description, Scene& scene, std::string& fault);
 
 }  // namespace spheretree::runtime

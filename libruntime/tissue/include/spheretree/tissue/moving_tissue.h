@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Soft tissue in large motion, between a solver and the steps of the runtime: forces in, the surface out. For a thread
-// of the caller's own; the two sides share nothing but what is handed over.
+// Large deformation of soft tissue: connects a solver with the steps of the runtime. Forces go in, the surface comes
+// out. It runs in a thread of the caller; the two threads share nothing but the arguments that the caller passes on.
 //
-// In a step pressed node i is displaced by  base_i + sum_j C_ij f_j  with the constant compliance C of the rest, which
-// is what the QP knows. Here the base is found for which that is the state of the solver, under the forces that it was
-// given: base = x(f) - C f. Between two states the steps go on with C. Since it is the compliance of the solver's own
-// elements, that is where the next state will be, up to what is of second order.
+// In a step, pressed node i is displaced by  base_i + sum_j C_ij f_j  with the constant compliance C of the shape at
+// rest, which the QP uses. This class computes the base for which that sum equals the solver's state x(f) under the
+// forces f that it received: base = x(f) - C f. Between two states the steps continue with C. Since C is the compliance
+// of the solver's own elements, the result differs from the next state only by terms of second order.
 // Units: mm, N. Frame of the tree.
 #pragma once
 
@@ -19,27 +19,28 @@
 
 namespace spheretree::tissue {
 
-inline constexpr int kIterations = 8;  // of the solver, for each state
+inline constexpr int kIterations = 8;  // iterations of the solver for each state
 
 struct TissueState {
-  std::vector<float> surface;                  // x, y, z of each pressed node, for the runtime's aimTissue(): less what C f says
+  std::vector<float> surface;                  // x, y, z of each pressed node, for the runtime's aimTissue(): x(f) - C f
   std::vector<Eigen::Vector3d> displacements;  // (nodes)
-  bool is_frozen = false;                      // the solver was at a loss: this is its last good state
+  bool is_frozen = false;                      // the solver failed: this is its last good state
 };
 
 class MovingTissue {
  public:
-  /// `tissue`, which must have a response, outlives this. Null with a sentence in `fault` if TissueSolver refuses it.
+  /// `tissue` must have a response and outlive the object. Returns null, with a sentence in `fault`, if TissueSolver
+  /// refuses it.
   static std::unique_ptr<MovingTissue> make(const Tissue& tissue, std::string& fault);
 
-  /// At rest, with memory for all that is to come.
+  /// The state at rest, with all memory that advance() needs.
   TissueState restState() const;
 
-  /// Goes on from the last state under `forces`: x, y, z of each pressed node. No allocation. The same calls give the
-  /// same bytes. Cost: about 8 ms for 2,500 tetrahedra.
+  /// Continues from the last state under `forces` (x, y, z of each pressed node). No allocation. The same calls give
+  /// the same bytes. Cost: about 8 ms for 2,500 tetrahedra.
   void advance(std::span<const float> forces, TissueState& state) noexcept;
 
-  /// At rest without forces.
+  /// Returns to the shape at rest, without forces.
   void reset() noexcept;
   const TissueSolver& solver() const { return *solver_; }
 
@@ -52,11 +53,11 @@ class MovingTissue {
   const Tissue& tissue_;
   std::unique_ptr<TissueSolver> solver_;
   std::vector<Eigen::Vector3d> forces_;  // (nodes)
-  // Of the pressed nodes, x, y, z of each.
-  std::vector<float> response_;  // what C says of the last good state
-  std::vector<float> last_;      // as it was given out last
-  std::vector<float> ways_;      // from there to where the last state wanted it
-  double part_ = 1;              // of these ways, that was gone
+  // For the pressed nodes, x, y, z of each.
+  std::vector<float> response_;  // C f of the last good state
+  std::vector<float> last_;      // the surface that was returned last
+  std::vector<float> ways_;      // from there to the surface of the last state
+  double part_ = 1;              // share of these ways that the returned surface covered
 };
 
 }  // namespace spheretree::tissue
