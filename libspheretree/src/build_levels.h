@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The balls of each level by the builder that the settings name.
+// The balls of each level, by the builder that the settings select.
 #pragma once
 
 #include "base/ball.h"
@@ -12,11 +12,11 @@ namespace spheretree::builder {
 
 class LevelBuilder {
  public:
-  /// `mesh` is to be covered; `field` is the distance from its surface. Both must outlive the builder.
+  /// Covers `mesh`; `field` is the distance from its surface. Both must outlive the builder.
   LevelBuilder(const TriangleMesh& mesh, const DistanceField& field) : mesh_(mesh), field_(field), cover_(mesh, field) {}
 
-  /// The levels for the settings; lengths in the units of the mesh. With the builder cover, a call continues the one
-  /// before (cover/build_cover.h). The same sequence of calls gives the same balls for any number of threads.
+  /// The levels for the settings; lengths in the units of the mesh. With the builder cover, a call continues the
+  /// previous one (cover/build_cover.h). The same sequence of calls gives the same balls for any number of threads.
   /// @throws BuildError, Cancelled; std::invalid_argument for a member of Combined that cannot be combined.
   LevelBalls build(const BuildSettings& settings, Progress& progress);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Balls in double precision: what the builders work with before a level is certified and rounded to Sphere.
+// Balls in double precision, as the builders use them before a level is certified and rounded to Sphere.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ struct Ball {
   double radius = 0;                                 // [mm]
 };
 
-/// A ball with what bounds its overhang.
+/// A ball with the distance that bounds its overhang.
 struct FittedBall {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double radius = 0;     // [mm]
@@ -27,12 +27,12 @@ struct FittedBall {
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 
-/// What a builder hands to the final steps: the balls of each level. A node without a child on the next level ends
-/// early and stands for its part at all deeper levels. Level 0 is one ball.
+/// The result of a builder before the final steps: the balls of each level. Level 0 is one ball. A node without a child
+/// on the next level is a leaf and represents its part of the surface on all deeper levels.
 struct LevelBalls {
   std::vector<std::vector<Ball>> balls;  // (levels)(nodes of the level)
-  /// (levels)(nodes): index of the parent on the level above; kNoParent on level 0. Empty as a whole: the levels were
-  /// made independently of each other, and hierarchy.h chooses the grouping.
+  /// (levels)(nodes): index of the parent on the level above; kNoParent on level 0. If the whole vector is empty, the
+  /// levels were built independently of each other, and hierarchy.h chooses the grouping.
   std::vector<std::vector<std::uint32_t>> parents;
 };
 

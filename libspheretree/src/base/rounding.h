@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rounding of stored numbers outward, so that what was proven in double precision holds for the floats of the file.
+// Rounds stored numbers outward, so that a proof in double precision holds for the floats in the file.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace spheretree::builder {
 
-/// The least float that is not below `x`.
+/// The smallest float that is not below `x`.
 inline float roundUp(double x) {
   const auto f = static_cast<float>(x);
   return static_cast<double>(f) < x ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;

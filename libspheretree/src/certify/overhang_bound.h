@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a stored sphere reaches out of the solid, at most.
+// An upper bound of the overhang of a stored sphere.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,9 +9,9 @@
 
 namespace spheretree::builder {
 
-/// Proven: no point of the sphere is farther outside the surface than this [mm]. A ball about c of radius r holds no
-/// point farther out than r + s(c), where s is the signed distance, negative inside. The centre of the sphere is
-/// relative to `origin`.
+/// Proven: no point of the sphere is farther outside the surface than this [mm]. No point of a ball with centre c and
+/// radius r is farther outside than r + s(c), where s is the signed distance, negative inside. The centre of the sphere
+/// is relative to `origin`.
 double overhangBound(const DistanceField& field, const Eigen::Vector3d& origin, const Sphere& sphere);
 
 }  // namespace spheretree::builder

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Is a triangle covered by a union of balls, and where not? Exactly, up to rounding, and without a subdivision to some
-// size: the power diagram of the balls cuts the triangle into convex cells, and a cell is covered iff its own ball
-// holds its corners. Paper: F. Aurenhammer. Power diagrams: properties, algorithms and applications. SIAM Journal on
-// Computing 16(1), 1987.
+// Decides whether a union of balls covers a triangle, and finds the uncovered parts: exactly, up to rounding, and
+// without a subdivision to some finest size. The power diagram of the balls cuts the triangle into convex cells, and a
+// cell is covered if and only if its own ball contains its corners. Paper: F. Aurenhammer. Power diagrams: properties,
+// algorithms and applications. SIAM Journal on Computing 16(1), 1987.
 //
-// The power |p - c|^2 - r^2 of a point is negative in the ball. A point lies in the union iff its least power is not
-// positive, and the power of one ball is convex, so that over a cell it is largest at a corner.
+// The power |p - c|^2 - r^2 of a point is negative inside the ball. A point lies in the union if and only if its
+// smallest power is not positive. The power of one ball is convex, so that over a cell it is largest at a corner.
 #pragma once
 
 #include <algorithm>
@@ -22,16 +22,16 @@ namespace spheretree::builder {
 
 class PowerCells {
  public:
-  /// Balls whose slot is marked in `gone` do not count; the marks may change between calls.
+  /// Balls whose slot is marked in `gone` are treated as absent; the marks may change between calls.
   explicit PowerCells(const BallIndex& index, const std::vector<char>* gone = nullptr) : index_(index), gone_(gone) {}
 
-  /// hole(point, slot of the ball of its cell) for every corner of a cell that the balls leave uncovered. Of the points
-  /// of a cell, none is farther from the cell's ball than one of those corners. If no ball touches the triangle: its
-  /// corners, with slot kNone. True if there is none. The parts that the triangle is cut into share their corners, the
-  /// same doubles, so that they cover it without a crack.
+  /// Returns true if the triangle is covered. Otherwise calls hole(point, slot of the ball of its cell) for every
+  /// corner of a cell that is outside all balls. No point of a cell is farther from the cell's ball than one of those
+  /// corners. If no ball touches the triangle, calls it for the corners of the triangle, with slot kNone. Adjacent
+  /// cells share their corners as the same doubles, so that they cover the triangle without a crack.
   template <class Hole>
   bool holes(const std::array<Eigen::Vector3d, 3>& triangle, Hole hole) {
-    if (holds(last_, triangle)) {  // neighbours follow each other in a mesh
+    if (holds(last_, triangle)) {  // consecutive triangles are often neighbours
       held_by_.assign(1, last_);
       return true;
     }
@@ -59,10 +59,10 @@ class PowerCells {
     return covered_;
   }
 
-  /// The balls whose cells the triangle of the last call was cut into, if it is covered.
+  /// The balls whose cells the triangle of the last call consists of, if it is covered.
   std::span<const std::uint32_t> heldBy() const { return held_by_; }
 
-  /// Whether the balls of these slots, at least one, suffice for the triangle.
+  /// Whether the balls of these slots (at least one) cover the triangle.
   bool suffice(const std::array<Eigen::Vector3d, 3>& triangle, std::span<const std::uint32_t> slots) {
     if (slots.size() == 1) return holds(slots[0], triangle);
     corners_.assign(triangle.begin(), triangle.end());
@@ -93,8 +93,8 @@ class PowerCells {
     return std::ranges::none_of(triangle, [&](const Eigen::Vector3d& p) { return isOut(slot, p); });
   }
 
-  // The part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of near_;
-  // `ball` is deepest somewhere in it. Takes both off the stacks.
+  // Handles the part with the corners from `corner` to the end of corners_ and the balls from `near` to the end of
+  // near_. `ball` has the smallest power somewhere in it. Removes both ranges from the stacks.
   template <class Hole>
   void part(std::size_t corner, std::size_t near, std::uint32_t ball, Hole& hole) {
     while (corners_.size() - corner >= 3) {
@@ -112,7 +112,7 @@ class PowerCells {
           if (isOut(ball, corners_[v])) hole(corners_[v], ball);
         break;
       }
-      // Cut by the plane of equal power. On neither side is the other side's ball needed again, whence it ends.
+      // Cut by the plane of equal power. Neither side needs the other side's ball again, so the recursion ends.
       const std::size_t end = corners_.size(), near_end = near_.size();
       const std::size_t there = cut(corner, ball, other);
       for (std::size_t i = near; i < near_end; ++i)
@@ -125,9 +125,9 @@ class PowerCells {
     near_.resize(near);
   }
 
-  // Of the balls from `near` on, keeps those that have less power than the part's own ball (own_) at one of the
-  // corners: the difference of two powers is linear. Of the corners that the own ball does not hold and another has
-  // less power at, the ball of least power at the farthest.
+  // Removes the balls from `near` on that have nowhere less power than the part's own ball (own_). It suffices to
+  // compare corners, since the difference of two powers is linear. Returns the ball of least power at the farthest
+  // corner that is outside the own ball and where another ball has less power; kNone if there is no such corner.
   std::uint32_t sortOut(std::size_t corner, std::size_t near) {
     least_ = own_;
     deepest_.assign(own_.size(), kNone);
@@ -150,11 +150,11 @@ class PowerCells {
     return other;
   }
 
-  // Appends the parts of the polygon from `corner` on where `a` has no more power than `b`, and the other way round.
-  // Where the second begins. They share their new corners.
+  // Appends the part of the polygon from `corner` on where `a` has at most the power of `b`, then the part where `b`
+  // has at most the power of `a`. Returns where the second begins. They share their new corners.
   std::size_t cut(std::size_t corner, std::uint32_t a, std::uint32_t b) {
     const std::size_t count = corners_.size() - corner;
-    difference_.clear();  // in one order, so that neighbours of this triangle compute the same corners
+    difference_.clear();  // always in the same order, so that neighbours of this triangle compute the same corners
     for (std::size_t v = 0; v < count; ++v) {
       const Eigen::Vector3d& p = corners_[corner + v];
       difference_.push_back(power(std::min(a, b), p) - power(std::max(a, b), p));
@@ -177,10 +177,10 @@ class PowerCells {
   std::uint32_t last_ = 0;
   bool covered_ = true;
   std::vector<std::uint32_t> held_by_;
-  std::vector<Eigen::Vector3d> corners_;  // of the part at hand and of those that wait, which is a stack
-  std::vector<std::uint32_t> near_;       // the balls for each, likewise
-  // Of the part at hand, by corner: the power of its ball and the least of all, the ball of that one, and the
-  // difference of two powers.
+  std::vector<Eigen::Vector3d> corners_;  // stack: the corners of the current part and of the parts that wait
+  std::vector<std::uint32_t> near_;       // stack: the balls of each of these parts
+  // By corner of the current part: the power of its own ball, the least power of all balls, the ball of that power, and
+  // the difference of two powers.
   std::vector<double> own_, least_, difference_;
   std::vector<std::uint32_t> deepest_;
 };

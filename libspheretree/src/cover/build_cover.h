@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The `cover` builder: every level by itself, as tight as its number of spheres allows.
+// The `cover` builder: each level is a cover of its own, with the smallest stand-off for its number of spheres.
 #pragma once
 
 #include <map>
@@ -15,18 +15,18 @@
 
 namespace spheretree::builder {
 
-/// Covers of one mesh. What a call finds, the next continues: the medial pool, the levels above the leaves, and with a
-/// tolerance the leaves themselves, which balls are added to or removed from.
+/// Covers of one mesh. A call continues from the results of earlier calls: the medial pool, the levels above the
+/// leaves, and with a tolerance also the leaves, to which it adds balls or from which it removes some.
 class CoverBuilder {
  public:
   /// `mesh` and `field` must outlive the builder.
   CoverBuilder(const TriangleMesh& mesh, const DistanceField& field) : mesh_(mesh), field_(field) {}
 
-  /// Balls of each level, deepest first computed; no parents: hierarchy.h groups them. A level has at most
-  /// branching^level balls and no more than the level below. With a tolerance, the leaves are the fewest found whose
-  /// stand-off stays within it; if even the whole budget does not reach it, the whole budget is used. The same sequence
-  /// of calls gives the same balls for any number of threads. Calls may differ in levels, branching, most_leaves and
-  /// tolerance_mm; another quality or seed starts anew.
+  /// The balls of each level, computed from the deepest level up; without parents, since hierarchy.h groups them. A
+  /// level has at most branching^level balls, and at most as many as the level below. With a tolerance, the leaves are
+  /// the smallest set that was found whose stand-off stays within it; if the largest allowed number of leaves does not
+  /// suffice, that number is used. The same sequence of calls gives the same balls for any number of threads. Calls may
+  /// differ in levels, branching, most_leaves and tolerance_mm; with another quality or seed the builder starts again.
   LevelBalls build(const BuildSettings& settings, Progress& progress);
 
  private:
@@ -43,10 +43,10 @@ class CoverBuilder {
   std::uint64_t seed_ = 0;
   bool is_soft_ = false;
   std::vector<Ball> pool_;
-  std::size_t pool_samples_ = 0;         // points that the pool was made from
-  std::size_t fitted_ = 0;               // spheres that the effort is made for
-  std::map<std::size_t, Cover> covers_;  // by their number of spheres
-  std::optional<CoverSearch> leaves_;    // of the last tolerance
+  std::size_t pool_samples_ = 0;         // number of samples that the pool was made from
+  std::size_t fitted_ = 0;               // number of spheres for which pool and samples were sized
+  std::map<std::size_t, Cover> covers_;  // by number of spheres
+  std::optional<CoverSearch> leaves_;    // search state of the leaves for the last tolerance
 };
 
 }  // namespace spheretree::builder

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The discrete part of our own builder: for at most N balls, the least stand-off h such that balls of radius d(c) + h
-// cover samples of the surface, d the distance to the mesh. This is the additively weighted k-centre problem. What
-// follows, cover_search.h, moves the centres. Steps and papers: docs/algorithms/cover/choose_balls.md
+// The discrete part of our own builder: for at most N balls, the smallest stand-off h such that balls of radius d(c) +
+// h cover samples of the surface, where d is the distance to the mesh. This is the additively weighted k-centre
+// problem. The next part, cover_search.h, moves the centres. Steps and papers: docs/algorithms/cover/choose_balls.md
 #pragma once
 
 #include <span>
@@ -16,10 +16,10 @@ namespace spheretree::builder {
 
 struct ChoiceSettings {
   std::size_t spheres = 512;              // N, >= 1
-  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: their time, on any mesh
-  int refits = 3;                         // passes of assigning samples to balls and refitting them; >= 0
-  int gap_rounds = 3;           // of swaps with samples where the mesh was open, on objects that uniform samples do not suit; >= 0
-  double gap_tolerance = 0.02;  // holes shallower than this share of the stand-off get no samples; > 0
+  std::uint64_t swap_work = 200'000'000;  // entries of the candidate table that the swaps may touch: limits their time on any mesh
+  int refits = 3;                         // passes that assign samples to balls and refit the balls; >= 0
+  int gap_rounds = 3;           // swap rounds with samples in gaps of the mesh, for objects where uniform samples are unsuitable; >= 0
+  double gap_tolerance = 0.02;  // gaps shallower than this share of the stand-off get no samples; > 0
   std::uint64_t seed = 1;
 };
 
@@ -29,7 +29,8 @@ struct ChoiceSettings {
 ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, std::span<const SurfaceSample> samples,
                         std::span<const Ball> pool, const ChoiceSettings& settings, Progress& progress);
 
-/// About the stand-off of a greedy cover by `spheres` balls of the pool [mm]; on few of the samples and candidates.
+/// An estimate of the stand-off of a greedy cover by `spheres` balls of the pool [mm], from a subset of samples and
+/// candidates.
 double roughStandOff(const DistanceField& field, std::span<const SurfaceSample> samples, std::span<const Ball> pool, std::size_t spheres,
                      const Progress& progress);
 

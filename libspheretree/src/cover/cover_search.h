@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The search for a tight cover in continuous space: one state, three moves, one budget. It lowers the stand-off of a
-// number of balls, or finds few balls for a stand-off, and continues from the cover that the last call ended with.
+// The search for a tight cover in continuous space: one state, three moves, one work budget. It lowers the stand-off
+// for a given number of balls, or finds few balls for a given stand-off, and continues from the cover of the last call.
 // docs/algorithms/cover/cover_search.md
 #pragma once
 
@@ -21,44 +21,47 @@ struct Cover {
   double stand_off = 0;     // h [mm]
 };
 
-/// What a search starts from.
+/// The start of a search.
 struct ChosenBalls {
   std::vector<Ball> balls;               // radius d(c)
   std::vector<Eigen::Vector3d> samples;  // on the surface
-  double start = 1.1;                    // the first goal, times the stand-off on the samples: what they miss is covered there; >= 1
-  std::uint64_t seed = 1;                // of the search
+  double start =
+      1.1;  // first goal of the stand-off, as a multiple of that on the samples, so that points between the samples are covered; >= 1
+  std::uint64_t seed = 1;  // of the random numbers of the search
 };
 
 struct SearchSettings {
-  double step = 0.02;  // each goal of lower() is this share below the last, at first, and fit() removes this share of the balls; (0, 0.5)
-  int moves = 1000;    // balls moved before a goal is given up, counted anew whenever all samples are covered; >= 0
-  std::uint64_t work = 100'000'000;  // triangles and points looked at before lower() ends: bounds its time on any mesh
-  int failures = 4;             // goals that lower() gives up, each halves the step; single balls in a row that fit() cannot remove; >= 0
-  double removal_moves = 25;    // for each ball, moves that fit() makes for removals after the first that fails; >= 0
-  double gap_spacing = 0.03;    // new samples are this far apart, as a share of the width of a patch; > 0
-  double gap_tolerance = 0.02;  // holes shallower than this share of the stand-off may be left to the certificate; > 0
+  double step = 0.02;  // each goal of lower() is this share below the last one, initially; fit() removes this share of the balls; (0, 0.5)
+  int moves = 1000;    // moves before a goal is given up; counted from the last time that all samples were covered; >= 0
+  std::uint64_t work = 100'000'000;  // triangles and points tested before lower() ends: limits its time on any mesh
+  int failures = 4;  // goals that lower() gives up, each of which halves the step; consecutive balls that fit() fails to remove; >= 0
+  double removal_moves = 25;    // moves of fit() for removals after the first failure, for each ball; >= 0
+  double gap_spacing = 0.03;    // distance of new samples, as a share of the width of a patch; > 0
+  double gap_tolerance = 0.02;  // gaps shallower than this share of the stand-off may be left to certification; > 0
 };
 
-/// Sequential but for the search for gaps; the same calls give the same balls for any number of threads.
+/// Sequential except for the search for gaps; the same calls give the same balls for any number of threads.
 class CoverSearch {
  public:
-  /// Covers what the mesh has between the samples too, at a stand-off that is found here. `mesh` and `field` must
+  /// Also covers the mesh between the samples, with a stand-off that is determined here. `mesh` and `field` must
   /// outlive the search.
   CoverSearch(const TriangleMesh& mesh, const DistanceField& field, ChosenBalls start, const SearchSettings& settings, Progress& progress);
 
-  /// The best cover so far: inscribed balls that, grown by standOff(), cover the mesh but for gaps too small to sample.
+  /// The best cover so far: inscribed balls that, grown by standOff(), cover the mesh except for gaps too small to
+  /// sample.
   const std::vector<Ball>& balls() const { return best_; }
   double standOff() const { return stand_off_; }  // [mm]
   Cover cover() const;
-  /// The samples given, then the uncovered points of the mesh as they were found.
+  /// The given samples, then the uncovered points of the mesh in the order in which they were found.
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
 
-  /// Lowers the stand-off of the balls there are until it is at most `target` or the budget is spent.
+  /// Lowers the stand-off of the current balls until it is at most `target` or the work budget is spent.
   void lower(double target, Progress& progress);
-  /// Adds balls, up to `max_balls`, until the stand-off is at most `wanted` [mm], then removes as many as it can; holes
-  /// are as shallow as after close(). False, and the lowest stand-off found for `max_balls`, if they do not suffice.
+  /// Adds balls, up to `max_balls`, until the stand-off is at most `wanted` [mm], then removes as many as possible;
+  /// gaps are as shallow as after close(). Returns false if `max_balls` do not suffice; the cover then has the smallest
+  /// stand-off found for `max_balls`.
   bool fit(double wanted, std::size_t max_balls, Progress& progress);
-  /// Moves close the deeper half of the holes that are left to the certificate, for hardly more stand-off.
+  /// Moves balls to close the deeper half of the gaps that would be left to certification, with hardly more stand-off.
   void close(Progress& progress);
 
  private:
@@ -77,8 +80,8 @@ class CoverSearch {
   GapSampler sampler_;
   CoverState state_;
   std::uint64_t looked_at_ = 0;                // triangles searched for gaps, in units of work
-  std::uint64_t max_work_ = 0;                 // of lower()
-  std::uint64_t removal_moves_ = 0;            // made so far for this stand-off
+  std::uint64_t max_work_ = 0;                 // work budget of lower()
+  std::uint64_t removal_moves_ = 0;            // moves for removals so far, at this stand-off
   std::pair<double, double> looked_for_ = {};  // goal and tolerance of the last search for gaps
   double fitted_to_ = 0;                       // the stand-off of fit() [mm]
   std::vector<Ball> best_;

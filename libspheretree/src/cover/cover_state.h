@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The state of a cover search: balls, samples of the surface, and who covers what at the present goal; and the moves
-// that change it. A ball has the radius d(c), the distance from its centre to the surface, and covers the samples with
-// gap = |p - c| - d(c) <= goal. The search that makes the moves: cover_search.h
+// The state of a cover search (balls, samples of the surface, and the balls that cover each sample at the current goal)
+// and the moves that change it. A ball has the radius d(c), the distance from its centre to the surface, and covers the
+// samples with gap = |p - c| - d(c) <= goal. The search that makes the moves: cover_search.h
 #pragma once
 
 #include <cstdint>
@@ -20,52 +20,54 @@ namespace spheretree::builder {
 
 class CoverState {
  public:
-  /// `field` must outlive the state. Before any move a goal is to be set.
+  /// `field` must outlive the state. setGoal() must be called before any move.
   CoverState(const DistanceField& field, std::span<const Eigen::Vector3d> samples, std::vector<Ball> balls, std::uint64_t seed);
 
   const std::vector<Ball>& balls() const { return balls_; }
-  std::uint64_t work() const { return work_; }    // triangles and points that refits have looked at
+  std::uint64_t work() const { return work_; }    // triangles and points that refits have tested
   std::uint64_t moves() const { return moves_; }  // balls moved by coverAll()
   bool isCovered() const { return open_.empty(); }
 
-  /// Other balls, in place of all.
+  /// Replaces all balls.
   void setBalls(std::span<const Ball> balls);
-  /// The goal of the stand-off [mm]; forgets what is tabu, and the weights stay.
+  /// Sets the goal of the stand-off [mm]; clears the tabu marks and keeps the weights.
   void setGoal(double goal);
-  /// One more sample, covered or open like the others.
+  /// Adds a sample.
   void append(const Eigen::Vector3d& sample);
 
-  /// Move 1, take: gives the open samples, one at random after the other, each to the ball that has to give up least
-  /// for it, until all are covered. False if that takes more than `max_moves`, or work() comes to more than `max_work`.
+  /// Move 1, take: repeatedly picks a random uncovered sample and gives it to the ball that loses the least for it,
+  /// until all samples are covered. Returns false if that would exceed `max_moves` moves or `max_work` of work().
   bool coverAll(int max_moves, std::uint64_t max_work, const Progress& progress);
-  /// Move 2, remove: the ball that is missed least leaves; what it alone covered is open. There must be two or more.
+  /// Move 2, remove: removes the ball with the smallest loss; the samples that it alone covered become uncovered. There
+  /// must be at least two balls.
   void removeBall();
-  /// Move 3, add: one more ball, where an open sample is; where none is, a copy of the ball that covers the most alone.
+  /// Move 3, add: adds a ball at an uncovered sample; if there is none, a copy of the ball that alone covers the most
+  /// weight.
   void addBall();
 
-  /// Largest gap of a sample [mm]. `guess`: a stand-off near it; it only saves time.
+  /// Largest gap of a sample [mm]. `guess`: an estimate of the stand-off; it only saves time.
   double standOff(double guess) const;
-  /// The balls that were moved or removed since the last call, as they were then.
+  /// The balls that were moved or removed since the last call, in their state at that call.
   std::vector<Ball> takeLeft();
 
  private:
   struct Sample {
-    std::uint32_t count = 0;  // balls that cover it
-    std::uint32_t owner = 0;  // their exclusive or: the ball itself where there is one
-    double weight = 1;        // more for every time it was hard to cover
+    std::uint32_t count = 0;  // number of balls that cover it
+    std::uint32_t owner = 0;  // exclusive or of their indices: the index itself if there is one ball
+    double weight = 1;        // increases each time that the sample was hard to cover
   };
   struct Near {
     std::uint32_t sample;
     double gap;
   };
-  struct Cell {                   // what a ball covers
-    std::vector<Near> near{};     // samples of a gap up to near_to, all of them
-    double near_to = -kInfinity;  // at least any goal since the ball moved; -infinity: unknown
+  struct Cell {                   // the samples that a ball covers
+    std::vector<Near> near{};     // all samples with a gap up to near_to
+    double near_to = -kInfinity;  // at least every goal since the ball moved; -infinity: unknown
     std::vector<std::uint32_t> covered{};
-    double own = 0;          // weight of the samples that it alone covers
-    std::uint64_t tabu = 0;  // the move until which it is asked last
-    Ball seen;               // the ball when takeLeft() was last called
-    bool has_moved = false;  // since then
+    double own = 0;          // weight of the samples that only this ball covers
+    std::uint64_t tabu = 0;  // until this move other balls are preferred
+    Ball seen;               // state of the ball at the last takeLeft()
+    bool has_moved = false;  // since the last takeLeft()
   };
 
   void moveBall(std::size_t b, const Ball& to);
@@ -85,10 +87,10 @@ class CoverState {
   std::vector<Sample> state_;  // of the samples
   std::vector<Ball> balls_;    // radius d(c)
   std::vector<Cell> cells_;    // of the balls
-  UncoveredSet open_;          // samples that no ball covers
+  UncoveredSet open_;          // samples outside all balls
   double goal_ = 0;
-  std::uint64_t move_ = 0;  // number of the last, at this goal
-  std::vector<Ball> left_;  // removed since takeLeft() was last called, as they were then
+  std::uint64_t move_ = 0;  // number of the last move at this goal
+  std::vector<Ball> left_;  // balls removed since the last takeLeft(), in their state at that call
   std::vector<Eigen::Vector3d> patch_;
   std::vector<std::uint32_t> patch_samples_;
   std::mt19937_64 random_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Samples where a cover that looks whole on the samples so far leaves the mesh open: between them, at edges and corners
-// above all.
+// Samples in the gaps of a cover that is complete on the samples so far: gaps lie between samples, and mostly at edges
+// and corners.
 #pragma once
 
 #include <cstddef>
@@ -19,17 +19,19 @@ namespace spheretree::builder {
 
 class GapSampler {
  public:
-  /// `spacing`: of the samples, about, as a share of the width that the patch of one of `balls` balls has.
+  /// `spacing`: approximate distance of the samples, as a share of the width of a patch, if `balls` balls divide the
+  /// surface.
   GapSampler(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, double spacing);
 
-  /// Uncovered points of the mesh where the balls, each grown by `h`, leave holes deeper than `tolerance` times `h`;
-  /// none if there are none. `left`: the balls that have moved or gone since the last call with the same `h`, as they
-  /// were then: what is open now was held by one of those, or open then. Null: look everywhere.
+  /// Uncovered points of the mesh where the balls, each grown by `h`, leave gaps deeper than `tolerance` times `h`;
+  /// empty if there are no such gaps. `left`: the balls that have been moved or removed since the last call with the
+  /// same `h`, in their state at that call. A point that is uncovered now was in one of these balls, or was already
+  /// uncovered then, so only those places are searched. Null: the whole mesh is searched.
   std::vector<Eigen::Vector3d> find(std::span<const Ball> balls, double h, double tolerance, const std::vector<Ball>* left,
                                     Progress& progress);
 
-  std::size_t triangles() const { return all_.size(); }  // that find looks at, at most
-  std::size_t lookedAt() const { return looked_at_; }    // of them, at the last call
+  std::size_t triangles() const { return all_.size(); }  // largest number that find() can test
+  std::size_t lookedAt() const { return looked_at_; }    // number that the last call tested
 
  private:
   TriangleMesh mesh_;

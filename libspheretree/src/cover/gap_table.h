@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The discrete side of a cover: which candidate covers which sample at which stand-off, and a first choice of
+// The discrete form of a cover: which candidate covers which sample at which stand-off, and a first greedy choice of
 // candidates.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace spheretree::builder {
 
-/// The entries with gap = |p - c| - d(c) <= limit, by candidate and by sample. Float gaps order the search only; what
-/// is returned is computed in double.
+/// The entries with gap = |p - c| - d(c) <= limit, by candidate and by sample. Gaps in float only guide the search;
+/// results are computed in double.
 class GapTable {
  public:
   struct Entry {
@@ -28,7 +28,7 @@ class GapTable {
   std::span<const Entry> ofCandidate(std::size_t c) const { return span(by_candidate_, candidate_begin_, c); }
   std::span<const Entry> ofSample(std::size_t s) const { return span(by_sample_, sample_begin_, s); }
 
-  /// Forgets the entries with a gap above `limit`.
+  /// Removes the entries with a gap above `limit`.
   void restrict(float limit);
 
  private:
@@ -41,12 +41,12 @@ class GapTable {
   std::vector<Entry> by_candidate_, by_sample_;
 };
 
-/// Takes candidates out, evenly but none of the first `fixed`, until a gap table up to `limit` has no more than about
-/// 400 entries a sample and 25 million in all, of 16 bytes: else very slender, very round or very deep trees fill the
-/// memory.
+/// Removes candidates evenly, except the first `fixed`, until a gap table up to `limit` has at most about 400 entries a
+/// sample and 25 million entries (of 16 bytes) in total. Otherwise very slender, very round or very deep trees would
+/// exhaust the memory.
 void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
 
-/// Lazy greedy set cover at stand-off `h`. Empty if more than `most` sets would be needed. Ties go to the lower
+/// Lazy greedy set cover at stand-off `h`. Empty if it would need more than `most` sets. Ties go to the lower
 /// candidate.
 std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most);
 

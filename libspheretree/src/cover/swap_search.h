@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Weighting local search for set covering. Paper: C. Gao, X. Yao, T. Weise, J. Li. An efficient local search heuristic
 // with row weighting for the unicost set covering problem. EJOR 246(3), 2015. Here the number of sets is fixed and the
-// stand-off falls: whenever every sample is covered, the sets shrink until one is not.
+// stand-off decreases: whenever every sample is covered, the sets shrink until one sample is not.
 #pragma once
 
 #include <algorithm>
@@ -30,8 +30,8 @@ class SwapSearch {
     for (const std::uint32_t c : chosen_) selected_[c] = 1;
   }
 
-  // Best cover found before `work` entries of the table were touched, starting at stand-off `h`; `spheres` sets are
-  // used, no more.
+  // The best cover found before `work` entries of the table were touched, starting at stand-off `h`, with at most
+  // `spheres` sets.
   std::vector<std::uint32_t> run(float h, std::size_t spheres, std::uint64_t work, const Progress& progress) {
     std::vector<std::uint32_t> best = chosen_;
     restart(h);
@@ -45,7 +45,7 @@ class SwapSearch {
       if (chosen_.size() >= spheres) remove(leastUseful(), ++clock);
       const std::uint32_t sample = open_.anyOf(random_());
       const std::uint32_t candidate = mostUseful(sample);
-      if (candidate == kNone) return best;  // no candidate reaches this sample at this stand-off
+      if (candidate == kNone) return best;  // no candidate covers this sample at this stand-off
       add(candidate, ++clock);
       last_added_ = candidate;
       for (const std::uint32_t s : open_) {
@@ -61,7 +61,7 @@ class SwapSearch {
  private:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  // A little below the largest gap of the present cover.
+  // Slightly below the largest gap of the current cover.
   float nextStandOff() {
     least_.assign(table_.samples(), std::numeric_limits<float>::infinity());
     for (const std::uint32_t c : chosen_)
@@ -70,9 +70,9 @@ class SwapSearch {
     return most - 0.004f * std::abs(most);
   }
 
-  // Counts again at stand-off `h`. Only samples that no set or one set covers matter to a score, so that this costs the
-  // entries of the chosen sets, not the table. Entries above the limit stay in the table until enough of them are there
-  // to be worth the pass.
+  // Recomputes the counts at stand-off `h`. Only samples that no set or one set covers contribute to a score, so that
+  // the cost is that of the entries of the chosen sets, not of the table. Entries above the limit stay in the table
+  // until there are enough of them to justify a pass over it.
   void restart(float h) {
     touched_ += table_.samples() + table_.candidates();
     if (h < 0.97f * restricted_) {
@@ -95,7 +95,7 @@ class SwapSearch {
       for (const GapTable::Entry& e : table_.ofCandidate(c))
         if (e.gap <= h_ && cover_[e.id] == 1) score_[c] += weight_[e.id];
   }
-  // score: what an unselected set would newly cover, what a selected one alone covers.
+  // score: weight of the samples that an unselected set would newly cover, or that a selected set alone covers.
   std::size_t leastUseful() const {
     std::size_t best = kNone;
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
@@ -172,7 +172,7 @@ class SwapSearch {
   std::vector<std::int64_t> weight_, score_, stamp_;
   std::vector<float> least_;
   std::vector<std::uint32_t> cover_;
-  UncoveredSet open_;  // samples that no set covers
+  UncoveredSet open_;  // samples in no chosen set
   std::uint64_t touched_ = 0;
   float h_ = 0, restricted_ = std::numeric_limits<float>::infinity();
   std::uint32_t last_added_ = kNone, last_removed_ = kNone;

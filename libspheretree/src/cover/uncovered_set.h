@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The samples that a cover leaves open: a set of small integers with O(1) insertion, removal and choice of any.
+// The uncovered samples of a cover: a set of small integers with O(1) insertion, removal and random choice.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,19 @@ namespace spheretree::builder {
 
 class UncoveredSet {
  public:
-  /// Empty, for members below `range`.
+  /// Empties the set; members must be below `range`.
   void reset(std::size_t range) {
     place_.assign(range, 0);
     members_.clear();
   }
-  /// One more number may be a member.
+  /// Increases the range by one.
   void grow() { place_.push_back(0); }
   /// `s` must not be in the set.
   void insert(std::uint32_t s) {
     place_[s] = static_cast<std::uint32_t>(members_.size());
     members_.push_back(s);
   }
-  /// `s` must be in the set. Changes the order of the others.
+  /// `s` must be in the set. Changes the order of the other members.
   void erase(std::uint32_t s) {
     members_[place_[s]] = members_.back();
     place_[members_.back()] = place_[s];
@@ -34,7 +34,7 @@ class UncoveredSet {
   auto end() const { return members_.end(); }
 
  private:
-  std::vector<std::uint32_t> members_, place_;  // place_: where in members_
+  std::vector<std::uint32_t> members_, place_;  // place_: index in members_
 };
 
 }  // namespace spheretree::builder

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Balls in the slot order of a box tree over them, so that a search reads runs of memory.
+// Balls in the slot order of a box tree over them, so that a search reads contiguous memory.
 #pragma once
 
 #include <algorithm>

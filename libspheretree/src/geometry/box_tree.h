@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A hierarchy of axis-aligned boxes, four children wide: the spatial index under distances, unions of balls and
-// samples. Immutable after construction, so that any number of threads may search it.
+// A hierarchy of axis-aligned boxes, four children wide: the spatial index for distances, unions of balls and samples.
+// Immutable after construction, so that any number of threads may search it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,23 +16,24 @@ namespace spheretree::builder {
 class BoxTree {
  public:
   BoxTree() = default;
-  /// Binned surface-area heuristic; O(n log n). Same boxes, same tree. Items are then addressed by *slot*: their place
-  /// in the order of the leaves. Store item data in slot order, so that a leaf is one run of memory.
+  /// Binned surface-area heuristic; O(n log n). Same boxes, same tree. Items are addressed by *slot*, that is their
+  /// place in the order of the leaves. Store item data in slot order, so that the items of a leaf are contiguous in
+  /// memory.
   explicit BoxTree(std::span<const Eigen::AlignedBox3d> boxes, int leaf_size = 4);
 
-  /// Where the items are triangles (corners, in slot order, up to four in a leaf), searchNearest() then goes by what is
-  /// known of them, too: by a slab across the mean normal about those of each child, since a patch of a smooth surface
-  /// is much thinner than its box, and a point as far from all parts of a surface as the centre of a ball is would
-  /// otherwise see most of them; and in a leaf by the prism of each, which spares nearly all the rest. O(n log n), 80
-  /// bytes a triangle.
+  /// For items that are triangles (corners in slot order, up to four in a leaf). searchNearest() then uses two further
+  /// bounds. For each child: a slab perpendicular to the mean normal of its triangles. A patch of a smooth surface is
+  /// much thinner than its box, so without slabs a point that is equally far from all parts of a surface, such as the
+  /// centre of a ball, would visit most of them. For each triangle of a leaf: its prism, which excludes nearly all
+  /// remaining triangles. O(n log n), 80 bytes a triangle.
   void addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> triangles);
 
   /// order()[slot] is the index of the item in the span given to the constructor.
   const std::vector<std::uint32_t>& order() const { return order_; }
 
-  /// Visits leaves nearest box first, as long as the squared distance from `p` to a box is below `limit2`, which `leaf`
-  /// may lower as it goes. `leaf(first_slot, count)`; triangles one by one. How many items the boxes met hold: a
-  /// measure of the work.
+  /// Visits leaves, nearest box first, as long as the squared distance from `p` to a box is below `limit2`, which
+  /// `leaf` may lower. Calls `leaf(first_slot, count)`; for triangles with a count of 1. Returns the number of items in
+  /// the visited leaves, as a measure of the work.
   template <class Leaf>
   std::size_t searchNearest(const Eigen::Vector3d& p, double& limit2, Leaf&& leaf) const {
     std::size_t met = 0;
@@ -63,8 +64,9 @@ class BoxTree {
       const auto here = static_cast<std::size_t>(entry.child);
       const Node& node = nodes_[here];
       const Eigen::Array4d d2 = slabs_.empty() ? distances(node, at) : distances(node, slabs_[here], at);
-      // Sorted without a branch, since branches on distances are guessed wrong half of the time: the bits of doubles >=
-      // 0 sort as whole numbers do, and the lowest two, cut off, hold the child. That only lowers a distance.
+      // Sorts without branches, since branches on distances are mispredicted half of the time. The bit patterns of
+      // doubles >= 0 sort like integers; the lowest two bits are replaced by the child's index, which can only lower a
+      // distance.
       std::array<std::uint64_t, 4> key;
       for (std::size_t k = 0; k < 4; ++k) key[k] = (std::bit_cast<std::uint64_t>(d2[static_cast<Eigen::Index>(k)]) & ~std::uint64_t{3}) | k;
       const auto sort2 = [&](std::size_t i, std::size_t j) {
@@ -72,7 +74,7 @@ class BoxTree {
         key[i] = low, key[j] = high;
       };
       sort2(0, 1), sort2(2, 3), sort2(0, 2), sort2(1, 3), sort2(1, 2);
-      for (std::size_t i = 4; i-- > 0;) {  // the nearest comes on top
+      for (std::size_t i = 4; i-- > 0;) {  // pushes the nearest last, on top
         const std::size_t k = key[i] & 3;
         const double distance2 = std::bit_cast<double>(key[i] & ~std::uint64_t{3});
         stack[top] = {distance2, node.child[k], node.count[k]};
@@ -82,7 +84,7 @@ class BoxTree {
     return met;
   }
 
-  /// Visits every leaf whose box comes within sqrt(`radius2`) of `p` (touching counts), in a fixed order.
+  /// Visits every leaf whose box has a distance of at most sqrt(`radius2`) from `p`, in a fixed order.
   template <class Leaf>
   void searchWithin(const Eigen::Vector3d& p, double radius2, Leaf&& leaf) const {
     if (nodes_.empty()) return;
@@ -105,41 +107,44 @@ class BoxTree {
 
  private:
   class Builder;
-  static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), three entries a level
+  static constexpr std::size_t kStack = 256;  // depth is at most 60 (build() balances below that), with three entries a level
   struct Node {
-    std::array<Eigen::Array4f, 3> low, high;  // [axis](child), kPadding outside the boxes; an empty child is infinitely far
+    std::array<Eigen::Array4f, 3> low, high;  // [axis](child), padded by kPadding; an empty child is infinitely far
     std::int32_t child[4];                    // inner: node index; leaf: first slot
     std::int32_t count[4];                    // > 0: leaf with that many items; -1: inner; 0: empty
   };
-  struct Slabs {  // low <= normal . p <= high for all that is in a child; padded by 8 kPadding
+  struct Slabs {  // low <= normal . p <= high for everything in a child; padded by 8 kPadding
     std::array<Eigen::Array4f, 3> normal;
     Eigen::Array4f low, high;
   };
-  struct Prisms {  // of the triangles of a leaf: a slab about each, padded by 8 kPadding, and a wall across its plane along each side
+  struct Prisms {  // of the triangles of a leaf: a slab around each, padded by 8 kPadding, and a wall through each side, perpendicular to
+                   // its plane
     Slabs slab;
-    std::array<std::array<Eigen::Array4f, 3>, 3> wall;  // normal . p <= high for all of the triangle
+    std::array<std::array<Eigen::Array4f, 3>, 3> wall;  // normal . p <= high for the whole triangle
     std::array<Eigen::Array4f, 3> high;
   };
-  // Boxes in float, about the middle of all and as a share of their reach: half the memory, twice as many in a vector.
-  // That an item is never passed over: outer sides are moved out by kPadding, more than what a point within 8 reaches of
-  // the middle is rounded by; one farther away is rounded by less than a 2^-22nd of its distance to any box, and so are
-  // the sums, for which kShrink makes up. A height across a slab, the sum of three products, is rounded by less than
-  // 3 kPadding, or that share of the distance to the box, the larger of the two counts.
+  // Boxes are stored in float, relative to the middle of all boxes and scaled by their extent: half the memory, and
+  // twice as many numbers in a vector register. No item may be missed through rounding. Outer sides are therefore moved
+  // outward by kPadding, which exceeds the rounding error of a point within 8 extents of the middle. For a point
+  // farther away the rounding error, also that of the sums, is less than 2^-22 of its distance to any box; kShrink
+  // compensates for it. The height of a point across a slab is the sum of three products; its rounding error is less
+  // than 3 kPadding or 3 kPadding times the distance to the box, whichever is larger.
   static constexpr double kPadding = 0x1p-20, kShrink = 1 - 0x1p-19;
 
-  Eigen::Array3f local(const Eigen::Vector3d& p) const {  // nothing is lost by a point that is nearer than in truth
+  Eigen::Array3f local(const Eigen::Vector3d& p) const {  // clamping is safe: it only moves a far point nearer
     return ((p - middle_) * to_local_).array().max(-1e18).min(1e18).cast<float>();
   }
-  /// Squared distances to the four boxes, at most the true ones, infinite for no box. Eigen's arrays, since compilers
-  /// do not vectorise the plain loop.
+  /// Squared distances to the four boxes, rounded down; infinite for an empty child. Uses Eigen's arrays, since
+  /// compilers do not vectorise the plain loop.
   Eigen::Array4d distances(const Node& node, const Eigen::Array3f& p) const {
     return localDistances(node, p).cast<double>() * from_local2_;
   }
-  /// Or to the slabs, where these are farther.
+  /// Squared distances to the boxes or to the slabs, whichever are larger.
   Eigen::Array4d distances(const Node& node, const Slabs& slabs, const Eigen::Array3f& p) const {
     return localDistances(node, p).max(outside(slabs, p).square()).cast<double>() * from_local2_;
   }
-  /// To the triangles of a leaf, at most: across the plane, and along it beyond the farthest of the walls.
+  /// Lower bounds of the squared distances to the triangles of a leaf: across the plane, and within the plane beyond
+  /// the farthest wall.
   Eigen::Array4d distances(const Prisms& prisms, const Eigen::Array3f& p) const {
     Eigen::Array4f beyond = Eigen::Array4f::Zero();
     for (std::size_t k = 0; k < 3; ++k) beyond = beyond.max(along(prisms.wall[k], p) - prisms.high[k]);
@@ -162,9 +167,9 @@ class BoxTree {
   }
 
   std::vector<Node> nodes_;
-  std::vector<Slabs> slabs_;             // (nodes), or none
-  std::vector<Prisms> prisms_;           // (leaves), or none
-  std::vector<std::uint32_t> prism_of_;  // (slots) of the first of a leaf
+  std::vector<Slabs> slabs_;             // (nodes), or empty
+  std::vector<Prisms> prisms_;           // (leaves), or empty
+  std::vector<std::uint32_t> prism_of_;  // (slots) index of the prism, at the first slot of a leaf
   std::vector<std::uint32_t> order_;
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
   double to_local_ = 0, from_local2_ = 0;

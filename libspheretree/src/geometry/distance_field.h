@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Exact distance from points to a triangle mesh: what every stage of a build and every measure asks for.
+// Exact distance from points to a triangle mesh, which every stage of a build and every measure uses.
 //
 // The sign comes from the angle-weighted pseudonormal of the nearest feature. Paper: J. A. Baerentzen, H. Aanaes.
-// Signed distance computation using the angle weighted pseudonormal. IEEE TVCG 11(3), 2005: right for every closed,
-// oriented, manifold mesh that does not cross itself, which is what mesh_checks.h asks of a mesh. Sheets, surface with
-// nothing solid on either side, are part of the surface that distances are to, and have no say in the sign.
-// Own code and not CGAL's AABB tree: a build asks half a million times, and that tree takes 13 us where this takes 1.
-// Units: mm, frame of the mesh. Double precision: a distance is right to 1e-13 of the largest coordinate, and to 1e-8
-// of its length for a triangle in which the sine of some corner is below 1e-4.
+// Signed distance computation using the angle weighted pseudonormal. IEEE TVCG 11(3), 2005. It is correct for every
+// closed, oriented, manifold mesh without self-intersections, which mesh_checks.h checks. Sheets (surface with nothing
+// solid on either side) count as surface for distances, but do not affect the sign.
+// This is our own code instead of CGAL's AABB tree, because a build makes half a million queries, and that tree takes
+// 13 us for a query where this one takes 1 us.
+// Units: mm, frame of the mesh. Double precision: a distance is accurate to 1e-13 of the largest coordinate; for a
+// triangle in which the sine of some corner is below 1e-4, to 1e-8 of the distance.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,33 +23,33 @@ namespace spheretree::builder {
 
 struct NearestPoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();            // on the surface [mm]
-  double distance = std::numeric_limits<double>::infinity();  // >= 0, with the slack of its triangle [mm]
+  double distance = std::numeric_limits<double>::infinity();  // >= 0, includes the slack of its triangle [mm]
   double slack = 0;                                           // of its triangle [mm]
-  std::uint32_t triangle = 0;                                 // index into the mesh given to the constructor, then into the sheets
+  std::uint32_t triangle = 0;                                 // index into the mesh given to the constructor; the sheets follow
   std::uint8_t feature = 0;                                   // 0 face; 1..3 edge opposite corner 0..2; 4..6 corner 0..2
-  std::uint32_t tested = 0;                                   // triangles looked at: the cost of the query, the same everywhere
+  std::uint32_t tested = 0;                                   // triangles tested: the cost of the query, the same on every machine
 };
 
-/// Nearest point of triangle a, b, c to p; fills point, distance and feature. Also right for degenerate triangles.
+/// Nearest point of triangle a, b, c to p; fills point, distance and feature. Also correct for degenerate triangles.
 NearestPoint nearestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
 class DistanceField {
  public:
-  DistanceField() = default;  // of no triangles: everything is infinitely far
-  /// O(n log n). Keeps a copy of what it needs. @throws std::invalid_argument for a mesh without triangles.
-  /// `slack`: one length >= 0 for each triangle, or none [mm]. It is added to every distance to that triangle, so that
-  /// a ball that keeps its distance may reach out by as much more there: how places of a surface get tolerances of
-  /// their own (graded_tolerance.h).
-  /// `sheets`: triangles outside the solid that belong to the surface as well, without slack; any number, of any
+  DistanceField() = default;  // without triangles: all distances are infinite
+  /// O(n log n). Copies what it needs. @throws std::invalid_argument for a mesh without triangles.
+  /// `slack`: one length >= 0 for each triangle, or empty [mm]. It is added to every distance to that triangle, so that
+  /// a ball whose radius is limited by its distance may reach out by that much more there. This gives places of a
+  /// surface tolerances of their own (graded_tolerance.h).
+  /// `sheets`: triangles outside the solid that also belong to the surface, without slack; any number, with any
   /// winding.
   explicit DistanceField(const TriangleMesh& mesh, std::span<const double> slack = {}, const TriangleMesh& sheets = {});
 
-  /// Nearest surface point among those nearer than `limit`; none: `distance` is infinite. Ties go to the lower
-  /// triangle.
+  /// The nearest surface point with a distance below `limit`; if there is none, `distance` is infinite. On ties the
+  /// lower triangle is chosen.
   NearestPoint nearest(const Eigen::Vector3d& p, double limit = std::numeric_limits<double>::infinity()) const;
   double distance(const Eigen::Vector3d& p) const { return nearest(p).distance; }
-  /// Calls visit(triangle) for each triangle that comes within `radius` of `p`, and for some that are farther. In a
-  /// fixed order.
+  /// Calls visit(triangle) for each triangle within `radius` of `p`, and possibly for some farther ones, in a fixed
+  /// order.
   template <class Visit>
   void visitNear(const Eigen::Vector3d& p, double radius, Visit&& visit) const {
     tree_.searchWithin(p, radius * radius, [&](std::size_t first, std::size_t count) {
@@ -57,7 +58,8 @@ class DistanceField {
   }
   /// Distance to the surface, negative inside the solid [mm].
   double signedDistance(const Eigen::Vector3d& p, NearestPoint* nearest_out = nullptr) const;
-  /// Whether `p` is inside, given its nearest surface point. With slack, the place nearest in earnest is sought again.
+  /// Whether `p` is inside, given its nearest surface point. With slack, the point that is nearest without slack is
+  /// searched for first.
   bool isInside(const Eigen::Vector3d& p, const NearestPoint& nearest) const;
 
   /// Unit normal of a triangle; zero for a degenerate one.
@@ -66,8 +68,8 @@ class DistanceField {
     const Face& f = faces_[slot_[triangle]];
     return {f.a, f.b, f.c};
   }
-  /// Angle-weighted pseudonormal (unit) at a nearest point: of its face, edge or corner; of a sheet, its triangle's
-  /// normal.
+  /// Angle-weighted pseudonormal (unit) at a nearest point, of its face, edge or corner; on a sheet, the normal of its
+  /// triangle.
   Eigen::Vector3d pseudonormal(const NearestPoint& nearest) const;
 
   const Eigen::AlignedBox3d& box() const { return box_; }
@@ -90,7 +92,7 @@ class DistanceField {
     std::array<Eigen::Vector3d, 6> at;  // features 1..6
   };
   bool has_slack_ = false;
-  std::size_t solid_ = 0;  // triangles of the mesh; from there on they are sheets
+  std::size_t solid_ = 0;  // triangles of the mesh; the sheets follow
   BoxTree tree_;
   std::vector<Face> faces_;
   std::vector<std::uint32_t> slot_;           // triangle -> slot

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far triangles lie from a surface, at most: one side of the Hausdorff distance, as a proven bound. And what of
-// them lies outside a solid.
+// The largest distance of triangles from a surface: one side of the Hausdorff distance, as a proven bound. Also clips
+// triangles to the part that lies outside a solid or near its surface.
 // Units: mm. Deterministic for any number of threads.
 #pragma once
 
@@ -11,19 +11,20 @@
 
 namespace spheretree::builder {
 
-/// An upper bound of the distance from any point of `triangles` of `mesh` to the surface, by at most 5 % and `sufficient_bound`
-/// [mm, > 0] above the largest, more only after a million pieces. By branch and bound: over a piece, the distance to
-/// one triangle is largest in a corner.
+/// A proven upper bound of the distance from any point of `triangles` of `mesh` to the surface. It exceeds the largest
+/// distance by at most 5 % and `sufficient_bound` [mm, > 0], except after a million pieces. Branch and bound: over a
+/// piece, the distance to one triangle is largest in a corner.
 double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double sufficient_bound,
                     Progress& progress);
 
 struct PartsNearSurface {
-  TriangleMesh pieces;                      // what is kept: triangles and pieces of triangles, each with vertices of its own
-  std::vector<std::uint32_t> gone, partly;  // of the triangles given, in their order: nothing, or not all, is kept
+  TriangleMesh pieces;  // the remaining triangles and pieces of triangles, each with vertices of its own
+  std::vector<std::uint32_t> gone,
+      partly;  // indices of the given triangles, in their order, that are removed entirely (gone) or in part (partly)
 };
 
-/// The triangles, or pieces of them, without what lies deeper than `depth` [mm] within the solid. What is left out is
-/// proven to lie deeper; what is kept may be deep in part. Pieces are no smaller than an eighth of `depth`.
+/// Removes the parts of the triangles that lie deeper than `depth` [mm] within the solid. Removed parts are proven to
+/// lie deeper; remaining pieces may be deeper in part. Pieces are no smaller than depth / 8.
 PartsNearSurface clipToDepth(const DistanceField& solid, const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, double depth,
                              Progress& progress);
 

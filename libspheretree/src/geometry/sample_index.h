@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Points in the order of box trees over them, so that a search reads runs of memory. Points can be added at any time:
-// trees of doubling sizes hold those (the logarithmic method of J. L. Bentley and J. B. Saxe, Journal of Algorithms
-// 1(4), 1980).
+// Points in the order of box trees over them, so that a search reads contiguous memory. Points can be added at any
+// time: they are kept in trees of doubling sizes (the logarithmic method of J. L. Bentley and J. B. Saxe, Journal of
+// Algorithms 1(4), 1980).
 #pragma once
 
 #include <cmath>
@@ -18,10 +18,10 @@ class SampleIndex {
   std::size_t size() const { return points_.size(); }
   /// Adds a point in the next slot. O(log^2 n), amortised.
   void append(const Eigen::Vector3d& point);
-  /// By slot, which is not the index in the span given: points near each other have slots near each other.
+  /// By slot, which is not the index in the given span: points near each other have slots near each other.
   const Eigen::Vector3d& operator[](std::size_t slot) const { return points_[slot]; }
 
-  /// visit(slot, distance) for the points within `radius` of `centre`, touching included, in a fixed order.
+  /// Calls visit(slot, distance) for all points with a distance of at most `radius` from `centre`, in a fixed order.
   template <class Visit>
   void within(const Eigen::Vector3d& centre, double radius, Visit visit) const {
     if (!(radius >= 0)) return;
@@ -41,14 +41,14 @@ class SampleIndex {
   }
 
  private:
-  struct Added {  // points in the order of the tree, and the slot of each
+  struct Added {  // points in the order of the tree, with the slot of each
     BoxTree tree;
     std::vector<Eigen::Vector3d> points;
     std::vector<std::uint32_t> slots;
   };
-  static constexpr std::size_t kTail = 64;  // points that a search goes through one by one
+  static constexpr std::size_t kTail = 64;  // points that a search tests one by one
 
-  BoxTree tree_;  // of the points given
+  BoxTree tree_;  // of the points given to the constructor
   std::vector<Eigen::Vector3d> points_;
   std::vector<Added> added_;    // each at least twice as large as the next
   std::size_t tail_begin_ = 0;  // first slot that is in no tree

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The union of a set of balls, such as the level set of a tree: how far a point is from it, and which parts of the
-// balls' surfaces bound it.
-// Immutable after construction, so that any number of threads may ask. Units: mm.
+// The union of a set of balls, such as the level set of a tree: the distance of a point from it, and the parts of the
+// balls' surfaces that bound it.
+// Immutable after construction, so that any number of threads may query it. Units: mm.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ namespace spheretree::builder {
 
 class SphereUnion {
  public:
-  /// Repeated balls are kept once, under the lowest index. O(n log n + overlapping pairs).
+  /// Equal balls are stored once, under the lowest index. O(n log n + overlapping pairs).
   /// @throws std::invalid_argument for a ball that is not finite or whose radius is not above 0.
   explicit SphereUnion(std::span<const Ball> balls);
 
@@ -28,29 +28,30 @@ class SphereUnion {
   const Eigen::AlignedBox3d& box() const { return box_; }
 
   struct Nearest {
-    double gap = std::numeric_limits<double>::infinity();  // min of |p - c| - r: outside, the distance to the union [mm]
-    std::uint32_t ball = 0;                                // that attains it; ties go to the lower index
+    double gap = std::numeric_limits<double>::infinity();  // min of |p - c| - r: the distance to the union if p is outside [mm]
+    std::uint32_t ball = 0;                                // ball of this minimum; on ties the lower index
   };
   Nearest nearest(const Eigen::Vector3d& p) const;
-  /// Whether some ball comes within `tolerance` (>= 0) of `p`.
+  /// Whether some ball has a distance of at most `tolerance` (>= 0) from `p`.
   bool covers(const Eigen::Vector3d& p, double tolerance = 0) const;
 
-  /// What another ball cuts out of a ball's surface: the unit directions u from the ball's centre with u . axis >
-  /// cosine.
+  /// The part of a ball's surface that another ball covers: the unit directions u from the ball's centre with u . axis
+  /// > cosine.
   struct Cap {
     Eigen::Vector3d axis;
-    double cosine;     // of the circle where the two surfaces meet; below -1: nothing of the surface is left
-    double threshold;  // `cosine` with a margin: directions above it are inside the other ball in spite of rounding
+    double cosine;     // of the circle in which the two surfaces meet; below -1: the whole surface is covered
+    double threshold;  // `cosine` with a margin: directions above it are inside the other ball, whatever the rounding
     std::uint32_t other;
   };
-  /// Caps of ball `i`, largest first. A ball within ball `i` makes none.
+  /// Caps of ball `i`, largest first. A ball inside ball `i` makes none.
   std::span<const Cap> caps(std::size_t i) const { return {caps_.data() + first_cap_[i], caps_.data() + first_cap_[i + 1]}; }
-  /// No part of ball `i`'s surface bounds the union.
+  /// True if no part of ball `i`'s surface bounds the union.
   bool isHidden(std::size_t i) const { return !caps(i).empty() && caps(i).front().threshold < -1; }
-  /// The largest cap of ball `i` that holds unit direction `u`, or null: then that point bounds the union. Points
-  /// inside another ball by less than 1e-11 of the largest coordinate count as points of the boundary.
+  /// The largest cap of ball `i` that contains the unit direction `u`; null if there is none: then that point bounds
+  /// the union. A point that is inside another ball by less than 1e-11 of the largest coordinate counts as a point of
+  /// the boundary.
   const Cap* capOver(std::size_t i, const Eigen::Vector3d& u) const;
-  /// Whether all of the spherical triangle a, b, c (unit directions) of ball `i` is proven to lie in one cap.
+  /// Whether the whole spherical triangle a, b, c (unit directions) of ball `i` is proven to lie in one cap.
   /// `flatness`: a lower bound, > 0, of the distance of the flat triangle from the centre of the unit sphere.
   bool isBuried(std::size_t i, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double flatness) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What overhang a given number of balls must have, at least about, to cover a surface: a formula and a numerical lower
-// bound to hold a tree against. Derivations: docs/measures.md
+// The overhang that a given number of balls needs to cover a surface: a formula and a numerical lower limit, both
+// approximate, for comparison with a tree. Derivations: docs/measures.md
 // Papers: R. Kershner. The number of circles covering a set. Amer. J. Math. 61, 1939. J. Ma, S. W. Bae, S. Choi. 3D
 //         medial axis point approximation using nearest neighbors and the normal field. The Visual Computer 28, 2012
 //         (shrinking ball).
@@ -17,13 +17,15 @@
 
 namespace spheretree::builder {
 
-/// Area of the discs of the thinnest cover of the plane, per area covered: 2 pi / (3 sqrt 3). Kershner 1939.
+/// Total area of the discs in the thinnest cover of the plane, divided by the covered area: 2 pi / (3 sqrt 3). Kershner
+/// 1939.
 inline constexpr double kHexagonalCover = 1.2091995761561452;
 
 struct CoverLimitSettings {
-  std::size_t samples = 30000;        // surface points: h_fin takes a medial ball from each, h_low counts them
-  std::size_t candidates = 8000;      // of the medial balls, for h_low; range [1, samples]
-  double noise_angle = 0.5235987756;  // contacts of a medial ball seen under less than this from its centre are one [rad], 30 degrees
+  std::size_t samples = 30000;    // surface points: h_fin computes a medial ball at each, h_low counts them
+  std::size_t candidates = 8000;  // number of medial balls for h_low; range [1, samples]
+  double noise_angle =
+      0.5235987756;  // contacts of a medial ball that are less than this apart, seen from its centre, count as one [rad], 30 degrees
   std::uint64_t seed = 1;
 };
 
@@ -31,7 +33,8 @@ struct CoverLimitSettings {
 /// oriented.
 Ball largestInnerBall(const DistanceField& field, const Eigen::Vector3d& p, std::uint32_t triangle, double noise_angle);
 
-/// Limits for `balls` (>= 1) balls. Meaningful while they are small against the gaps between parts of the object.
+/// Limits for `balls` (>= 1) balls. Meaningful as long as the balls are small compared with the distances between parts
+/// of the object.
 /// @throws Cancelled, std::invalid_argument for no balls, settings out of range or a mesh without area.
 CoverLimits coverLimits(const TriangleMesh& mesh, const DistanceField& field, std::size_t balls, const CoverLimitSettings& settings,
                         Progress& progress);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The figures of a skin: what it holds, how far it lies from a mesh, and how much its facets bend. docs/measures.md
+// The figures of a skin: its contents, its distance from a mesh, and the angles between its facets. docs/measures.md
 // Units: mm, rad.
 #pragma once
 
@@ -13,15 +13,15 @@
 
 namespace spheretree::builder {
 
-/// What a sound skin says of itself; nothing is measured against a mesh. Cost: 0.3 us a triangle.
+/// The figures that a sound skin itself contains; nothing is measured against a mesh. Cost: 0.3 us a triangle.
 SkinEvaluation skinFigures(const Skin& skin);
 
 /// The flat triangles of a skin, in the frame of the mesh: `origin` is that of its tree.
 TriangleMesh flatTriangles(const Skin& skin, const Eigen::Vector3d& origin);
 
-/// skinFigures(), and how far the flat triangles lie from `mesh` (the solid, and all that belongs to it), whose
-/// distances `field` knows, and the mesh from them: proven, at most 5 % and a quarter of what the skin states above the
-/// largest distance. @throws Cancelled.
+/// skinFigures(), and the distances of the flat triangles from `mesh` and of `mesh` from them. `mesh` consists of the
+/// solid and everything that belongs to it; `field` is its distance field. The results are proven bounds; they exceed
+/// the largest distance by at most 5 % and a quarter of the distance that the skin states. @throws Cancelled.
 SkinEvaluation evaluateSkin(const Skin& skin, const Eigen::Vector3d& origin, const TriangleMesh& mesh, const DistanceField& field,
                             Progress& progress);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How far a union of balls reaches out of the solid: the distance to the mesh over the part of the union's boundary
-// that is outside it, sampled, and its maximum with a proven upper bound. Definitions: docs/measures.md
+// that lies outside it. The distance is sampled, and its maximum gets a proven upper bound. Definitions:
+// docs/measures.md
 // Units: mm. Deterministic: same arguments, same result, for any number of threads.
 #pragma once
 
@@ -14,12 +15,12 @@
 namespace spheretree::builder {
 
 struct OverhangSettings {
-  std::size_t samples = 400000;  // shared out over the balls by area
+  std::size_t samples = 400000;  // distributed over the balls by area
   std::size_t least_a_ball = 400;
   std::size_t most_a_ball = 40000;
   double relative_gap = 1e-4;            // the proof ends once bound <= max (1 + relative_gap) ...
   double absolute_gap = 1e-6;            // ... or bound <= max + absolute_gap of the mesh's diagonal; > 0
-  std::size_t most_patches = 8'000'000;  // then the proof ends with the bound that it has, which is still proven
+  std::size_t most_patches = 8'000'000;  // then the proof ends with its current bound, which is still proven
 };
 
 /// The sign of the distance is DistanceField's: the mesh must be closed, oriented and free of self-intersections.

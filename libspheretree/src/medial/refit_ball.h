@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Moves the centre of one ball to where it covers its patch with the least stand-off.
+// Moves the centre of one ball to where it covers its patch with the smallest stand-off.
 #pragma once
 
 #include <span>
@@ -8,25 +8,25 @@
 
 namespace spheretree::builder {
 
-/// Stand-off of a ball about `centre` that covers `patch`: how far it must grow beyond the largest inscribed ball [mm].
+/// The stand-off of a ball about `centre` that covers `patch`: its radius minus the radius of the inscribed ball about
+/// the same centre [mm].
 struct Refit {
   Eigen::Vector3d centre;
   double clearance;        // distance from the centre to the surface, negative if it is outside [mm]
   double stand_off;        // max |p - centre| - clearance over the patch [mm]
-  std::uint64_t work = 0;  // triangles and patch points looked at
+  std::uint64_t work = 0;  // number of triangles and patch points tested
 };
 
 /// Distance from `centre` to the farthest of `points`; 0 if there are none [mm].
 double farthest(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& centre);
 
-/// Minimises max over p in `patch` of |p - c|, less d(c): a difference of two maxima, not smooth and not convex.
-/// Descent along the shortest vector of the epsilon-subdifferential, which is the difference of two convex hulls (unit
-/// vectors from the farthest patch points, unit vectors from the nearest surface points seen so far), with a step that
-/// shrinks; never worse than the start.
+/// Minimises max over p in `patch` of |p - c|, minus the clearance d(c): a difference of two maxima, neither smooth nor
+/// convex. Descends along the shortest vector of the epsilon-subdifferential, which is the difference of two convex
+/// hulls (unit vectors from the farthest patch points, unit vectors from the nearest surface points found so far), with
+/// a decreasing step. The result is never worse than the start. In a solid thinner than the stand-off the best centre
+/// may lie slightly outside. Stops early when the stand-off is at most `target`.
 /// Method: C. Lemarechal's epsilon-steepest descent, with E. Gilbert's algorithm (SIAM J. Control 4(1), 1966) for the
-/// shortest vector. In a solid thinner than the stand-off the best centre may lie a little outside. Stops early once
-/// the stand-off is at most
-/// `target`. Cost: one distance query and one pass over the patch for each of at most `most_steps` steps.
+/// shortest vector. Cost: one distance query and one pass over the patch for each of at most `most_steps` steps.
 Refit refitBall(const DistanceField& field, std::span<const Eigen::Vector3d> patch, const Eigen::Vector3d& start, double clearance,
                 double first_step, int most_steps, double target = 0);
 

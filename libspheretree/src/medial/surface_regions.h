@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Regions of the surface as sets of points: what a node of a sphere-tree must cover, how its ball is fitted to it, and
 // how overlapping balls divide it.
-// Paper: G. Bradshaw, C. O'Sullivan, ACM Trans. Graphics 23(1), 2004. Departures:
+// Paper: G. Bradshaw, C. O'Sullivan, ACM Trans. Graphics 23(1), 2004. Differences:
 //         docs/algorithms/medial/surface_regions.md
 // Units: mm, frame of the mesh. Deterministic for any number of threads.
 #pragma once
@@ -18,54 +18,58 @@ namespace spheretree::builder {
 
 struct SurfacePoints {
   std::vector<Eigen::Vector3d> points;
-  std::vector<Ball> inner;           // (points) the largest ball inside the solid that touches there; radius 0 if unknown
-  std::vector<double> ball_density;  // (points) how many spheres its neighbourhood takes, up to a factor; 0 for an added point
+  std::vector<Ball> inner;  // (points) the largest ball inside the solid that touches the surface at the point; radius 0 if unknown
+  std::vector<double> ball_density;  // (points) number of spheres that its neighbourhood needs, up to a factor; 0 for an added point
 };
 
-/// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles where they are
-/// not many more. The ball_density of a point is its area over 2 r + h: r the radius of the largest inner ball that touches
-/// there, h the stand-off that `spheres` balls would reach on average (docs/measures.md, h_fin). `wants_inner`: false
-/// leaves out the inner balls of most points, for those who need the loads alone.
+/// About `count` points spread evenly by area, points on sharp edges, and the corners of the triangles unless there are
+/// many more of them. The ball_density of a point is its area / (2 r + h), where r is the radius of the largest inner
+/// ball that touches the surface there and h the stand-off that `spheres` balls would have on average
+/// (docs/measures.md, h_fin). `wants_inner`: false leaves out the inner balls of most points, for callers that need
+/// only the densities.
 SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, std::size_t spheres,
                             std::uint64_t seed, bool wants_inner = true);
 
-/// For each point the ball that it lies deepest in (the least |p - c| - clearance) among those that hold it; if none
-/// does, the ball that must grow least, and it grows. `balls` must not be empty. Ties go to the lower index.
-/// Cost: O((points + balls) log balls) for balls that overlap little.
+/// Returns for each point the ball in which it lies deepest (smallest |p - c| - clearance) among the balls that contain
+/// it. A point outside all balls gets the ball that needs the smallest growth, and that ball grows to contain it.
+/// `balls` must not be empty. Ties go to the lower index. Cost: O((points + balls) log balls) for balls that overlap
+/// little.
 std::vector<std::uint32_t> assignDeepest(std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls);
 
-/// Rounds of assignDeepest followed by a refit of each ball to its points (refit_ball.h); a centre outside the solid
-/// moves in where that pays. The worst overhang never rises. Balls left without points get radius 0. Returns the owner
-/// of each point. `rounds` >= 0: with 0 the balls only shrink to their points.
+/// Repeats assignDeepest() and a refit of each ball to its points (refit_ball.h). A centre outside the solid is moved
+/// inside if that lowers the overhang. The worst overhang never rises. Balls without points get radius 0. Returns the
+/// owner of each point. `rounds` >= 0: with 0 the balls only shrink to their points.
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Eigen::Vector3d> points, std::vector<FittedBall>& balls,
                                       int rounds, const Progress& progress);
 
-/// Moves the centre of one ball to where it holds `patch` with the least overhang, and gives it the radius for that; a
-/// centre outside the solid moves in where that pays. Stops early at an overhang of `target` [mm]. A patch without
-/// points gives radius 0.
+/// Moves the centre of one ball to where it covers `patch` with the smallest overhang, and sets its radius accordingly.
+/// A centre outside the solid is moved inside if that lowers the overhang. Stops early at an overhang of `target` [mm].
+/// A patch without points gives radius 0.
 void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double target = 0);
 
-/// At most `most` of the points: each the farthest from those before, so that corners come first and the rest is spread
-/// evenly. A reducer that does not see a corner misses it by far more than the spacing of its points. O(points * most).
+/// At most `most` of the points. Each is the farthest from those chosen before, so that corners come first and the
+/// others are evenly spread. If a reducer does not see a corner, its balls miss the corner by far more than the spacing
+/// of its points. O(points * most).
 std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t most);
 
-/// The balls that hold each point.
+/// The balls that contain each point.
 struct Holders {
-  std::vector<std::size_t> begin;   // (points + 1) in `ball`
-  std::vector<std::uint32_t> ball;  // of the first point, in ascending order, then of the second, and so on
+  std::vector<std::size_t> begin;   // (points + 1) index in `ball` where the balls of a point begin
+  std::vector<std::uint32_t> ball;  // the balls of point 0 in ascending order, then those of point 1, and so on
   std::span<const std::uint32_t> of(std::size_t point) const { return {ball.data() + begin[point], begin[point + 1] - begin[point]}; }
 };
 Holders findHolders(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
-/// Marks balls so that the others still hold every point: goes through the balls by overhang, the largest first, and
-/// marks each that holds no point alone by then. Balls in `gone` (empty: none) do not count, those in `fixed` (empty:
-/// none) are kept. `group`: (balls) the last unmarked ball of a group is kept.
+/// Marks balls such that the unmarked ones still contain every point: goes through the balls by overhang, the largest
+/// first, and marks each ball that is not the only unmarked ball around some point. Balls in `gone` (may be empty) are
+/// treated as absent, balls in `fixed` (may be empty) stay unmarked. `group` (balls): the last unmarked ball of a group
+/// stays unmarked.
 std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
                                  std::span<const char> fixed, std::span<const char> gone);
 
-/// Divides the points among the balls that hold them, every pair of balls by a plane: the radical plane, shifted until
-/// the densities of the points of each ball add up to sums as equal as the overlaps allow.
-/// Returns the owner of each point; every point must lie in a ball, kNoParent stands for one that does not.
+/// Divides the points among the balls that contain them. For every pair of balls the boundary is a plane: the radical
+/// plane, shifted until the sums of the densities of each ball's points are as equal as the overlaps allow. Returns the
+/// owner of each point. Every point must lie in a ball; a point that does not gets kNoParent.
 std::vector<std::uint32_t> assignToRegions(std::span<const Eigen::Vector3d> points, std::span<const double> ball_density,
                                            std::span<const FittedBall> balls);
 

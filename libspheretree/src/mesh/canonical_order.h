@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One order of vertices and triangles, whatever the file's: a tree must not depend on who wrote the mesh.
+// A canonical order of vertices and triangles, since a tree must not depend on the order in the mesh file.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 namespace spheretree::builder {
 
 struct OrderedMesh {
-  TriangleMesh mesh;                    // the same triangles; parts are left out
-  std::vector<std::uint32_t> triangle;  // (triangles) index in the mesh given
+  TriangleMesh mesh;                    // the same triangles, without parts
+  std::vector<std::uint32_t> triangle;  // (triangles) index in the given mesh
 };
 
-/// Vertices by their coordinates; triangles start at their first vertex and follow a Z-curve through their centroids,
-/// so that neighbours on the surface are neighbours in the list, which stratified sampling needs. Scaling by a power of
-/// two changes nothing. Positions that several vertices share keep their order among each other. Cost: O(n log n).
+/// Orders vertices by their coordinates. Triangles start at their first vertex and follow a Z-curve through their
+/// centroids, so that neighbours on the surface are neighbours in the list, which stratified sampling needs. Scaling by
+/// a power of two does not change the order. Vertices at the same position keep their relative order. Cost: O(n log n).
 /// The curve: G. M. Morton. A computer oriented geodetic data base. IBM, 1966.
 OrderedMesh inCanonicalOrder(const TriangleMesh& mesh);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The edges of a mesh with the triangles at each: what the checks share.
+// The edges of a mesh with the triangles at each edge, as the checks use them.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct Side {          // one triangle at one edge
   std::uint32_t high() const { return static_cast<std::uint32_t>(edge); }
 };
 
-/// Three for each triangle of three different corners; by edge, then by triangle.
+/// Three sides for each triangle of three different corners, sorted by edge, then by triangle.
 inline std::vector<Side> sortedSides(const TriangleMesh& mesh) {
   std::vector<Side> sides;
   sides.reserve(mesh.triangles.size() * 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which components of a mesh lie within which: by exact winding numbers.
+// Which components of a mesh lie within which others, by exact winding numbers.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace spheretree::builder {
 
 struct Enclosure {
   std::uint32_t component;
-  int winding;  // of that component round the one asked for
+  int winding;  // winding number of that component around the given one
 };
 
-/// `first_triangle`: (components) one triangle of each. For each component those that enclose it. A component that
-/// crosses others is in none: it has no one place. The mesh must be closed.
+/// Returns for each component the components that enclose it. `first_triangle`: (components) one triangle of each. A
+/// component that crosses others has no enclosures, because it is not on one side of them. The mesh must be closed.
 std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std::span<const std::uint32_t> component_of,
                                                    std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other);
 

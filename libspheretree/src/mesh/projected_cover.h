@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a triangle lies near a surface, by projection: a proof for a large triangle over many small ones that
-// needs no samples.
+// The part of a triangle that lies near a surface, by projection: a proof for a large triangle over many small ones
+// that needs no samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +12,12 @@
 namespace spheretree::builder {
 
 struct ProjectedCover {
-  double distance = 0;                                      // no point of what is covered is farther from the surface [mm]
-  std::vector<std::array<Eigen::Vector3d, 3>> not_covered;  // the rest of the triangle, in pieces
+  double distance = 0;                                      // no covered point is farther than this from the surface [mm]
+  std::vector<std::array<Eigen::Vector3d, 3>> not_covered;  // the remaining part of the triangle, in pieces
 };
 
-/// Along the normal of `triangle`, each triangle of `field` covers its projection where it is no farther than `allowed`
-/// [mm]. These projections are taken away from `triangle` one by one. Cost: O(n) for n triangles near it, times the
-/// pieces that it is in meanwhile.
+/// Each triangle of `field` covers its projection along the normal of `triangle`, where it is at most `allowed` [mm]
+/// away. These projections are subtracted from `triangle` one by one. Cost: O(n * pieces) for n triangles nearby.
 ProjectedCover coverByProjection(const std::array<Eigen::Vector3d, 3>& triangle, const DistanceField& field, double allowed);
 
 }  // namespace spheretree::builder

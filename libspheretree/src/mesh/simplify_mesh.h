@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Fewer triangles for the search: a mesh far finer than what the spheres can follow is thinned first. What a build
-// states is still proven against every triangle of the mesh that was given; docs/algorithms/mesh/simplify_mesh.md
+// Reduces the triangles for the search, if the mesh is far finer than the spheres can follow. The statements about a
+// tree are still proven against every triangle of the original mesh; docs/algorithms/mesh/simplify_mesh.md
 //
 // Half-edge collapses in the order of their quadric error, on the connectivity of OpenMesh, in rounds of collapses that
 // do not touch each other. Paper: M. Garland, P. Heckbert. Surface simplification using quadric error metrics. SIGGRAPH
-// 1997. Not OpenMesh's own decimater: it takes 40 s for a million triangles where the rounds take 3.
+// 1997. OpenMesh's own decimater is not used: it takes 40 s for a million triangles, these rounds take 3 s.
 #pragma once
 
 #include <cstddef>
@@ -16,24 +16,24 @@
 
 namespace spheretree::builder {
 
-/// A mesh of at most `triangles` triangles or little more, near `mesh`: where every further collapse would turn a
-/// triangle over, make a sliver or change the topology, it ends earlier. Its vertices are vertices of `mesh`, in their
-/// order; parts are dropped. Closed, oriented and manifold as `mesh` is; it may cross itself in walls thinner than its
+/// A mesh near `mesh` with about `triangles` triangles. It has more if every further collapse would turn over a
+/// triangle, make a sliver or change the topology. Its vertices are vertices of `mesh`, in their order; parts are
+/// dropped. It is closed, oriented and manifold if `mesh` is; it may intersect itself in walls thinner than its
 /// triangles.
-/// `max_error` [mm]: no collapse moves a vertex to where the root of the mean squared distance to its planes is larger;
-/// then it ends earlier, too.
+/// `max_error` [mm]: a collapse must not move a vertex to a place where the root mean square distance to its planes is
+/// larger; this, too, can end the reduction early.
 /// Deterministic for any number of threads. Cost: O(n log n), about 3 s of processor time for a million triangles.
 /// @throws Cancelled, std::invalid_argument for a mesh that is not manifold.
 TriangleMesh simplifyMesh(const TriangleMesh& mesh, std::size_t triangles, Progress& progress,
                           double max_error = std::numeric_limits<double>::infinity());
 
-/// Proven: no point of `mesh` is farther from the surface of `field` than this [mm]. At most a quarter above the
-/// largest distance of a vertex, or 1e-6 of the diagonal, whichever is more, unless that takes more than 1024 pieces
-/// for a triangle; then still proven.
-/// Cost: one distance query for each vertex, and a few pieces for each triangle that bends over an edge of the other
-/// surface. With `sufficient_bound`, all that is wanted is a bound that is not above it: then the bound is found sooner and may
-/// be as large as
-/// `sufficient_bound`; infinite if a point was found that is farther. Deterministic for any number of threads. @throws Cancelled.
+/// Proven: no point of `mesh` is farther than this from the surface of `field` [mm]. The bound exceeds the largest
+/// distance of a vertex by at most a quarter or 1e-6 of the diagonal, whichever is larger; if that would take more than
+/// 1024 pieces for a triangle, it is larger, but still proven.
+/// With `sufficient_bound`, the search ends as soon as the bound is proven to be at most that value, and the result may
+/// be as large as `sufficient_bound`; it is infinite if a point with a larger distance was found. Deterministic for any
+/// number of threads. Cost: one distance query for each vertex, and a few pieces for each triangle that bends over an
+/// edge of the other surface. @throws Cancelled.
 double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progress& progress,
                      double sufficient_bound = std::numeric_limits<double>::infinity());
 

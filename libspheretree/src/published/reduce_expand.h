@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// All medial balls grow by one common stand-off; as few of them as possible cover the region ("expand").
+// Grows all medial balls by one common stand-off and covers the region with as few of them as possible ("expand").
 // Paper: G. Bradshaw, C. O'Sullivan. Adaptive medial-axis approximation for sphere-tree construction. ACM Trans.
-//         Graphics 23(1),
-//        2004. Where we depart from it: docs/algorithms/published/reduce_expand.md
+//         Graphics 23(1), 2004. Differences: docs/algorithms/published/reduce_expand.md
 #pragma once
 
 #include "published/region_reducer.h"

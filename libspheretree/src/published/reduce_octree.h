@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The bounding box is halved again and again, and a ball is put round the surface in each cell ("octree").
+// Halves the bounding box repeatedly and encloses the surface in each cell in a ball ("octree").
 // Paper: the baseline of P. M. Hubbard, ACM Trans. Graphics 15(3), 1996, and of G. Bradshaw's thesis, Trinity College
-//         Dublin, 2002.
-//        Where we depart from it: docs/algorithms/published/reduce_octree.md
+//         Dublin, 2002. Differences: docs/algorithms/published/reduce_octree.md
 // Units: mm, frame of the mesh. Deterministic.
 #pragma once
 
@@ -14,14 +13,15 @@
 
 namespace spheretree::builder {
 
-/// A cell is halved along its three longest sides (two for a branching of 4 to 7, one for 2 and 3), the triangles in it
-/// are cut at the planes, and a child stands for each part that holds any piece. Its ball holds the corners of the
-/// pieces, so that the balls of a level cover the surface exactly: the smallest such ball, or one about a centre inside
-/// where that reaches out less. With a tolerance, as few cells as keep it and no octants: one side is halved at a time,
-/// neighbours whose joint pieces one ball holds are joined, and the levels have no parents.
+/// Halves a cell along its three longest sides (two for a branching of 4 to 7, one for 2 and 3), cuts its triangles at
+/// the planes, and makes a child for each part that contains any piece. The ball of a cell contains the corners of its
+/// pieces, so that the balls of a level cover the surface exactly. It is the smallest such ball, or one about a centre
+/// inside the solid, if that has a smaller overhang.
+/// With a tolerance, the smallest number of cells that keeps it is used instead of octants: one side is halved at a
+/// time, neighbours are joined if one ball contains the pieces of both, and the levels have no parents.
 /// `settings.quality` and `settings.seed` have no effect.
-/// Cost: O(pieces) a level; with a tolerance, about ten balls for each cell, three or four times that if it is out of
-/// reach.
+/// Cost: O(pieces) a level; with a tolerance, about ten balls for each cell, three or four times that if the tolerance
+/// cannot be reached.
 /// @throws std::invalid_argument for settings out of range, Cancelled.
 LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings, Progress& progress);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What every reducer takes and gives: a region of the surface and medial balls in, a few balls that cover the region
-// out. One signature for all, so that the frame (build_by_regions.h) can run any of them, or several on the same
-// region.
+// The interface of every reducer: it takes a region of the surface and medial balls, and returns a few balls that cover
+// the region. All have one signature, so that the framework (build_by_regions.h) can run any of them, or several on the
+// same region.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,14 +17,14 @@ namespace spheretree::builder {
 
 struct Region {
   const DistanceField& field;
-  std::span<const Eigen::Vector3d> points;  // to be covered, at least one [mm]
+  std::span<const Eigen::Vector3d> points;  // points to cover, at least one [mm]
   std::span<const FittedBall> pool;         // balls of the medial axis near the region; may be empty
   std::size_t max_balls = 8;                // >= 1
   double target_overhang = 0;               // fewer balls are used if their largest overhang stays within this [mm]; >= 0
-  std::uint64_t seed = 1;                   // for methods that draw
+  std::uint64_t seed = 1;                   // for methods that use random numbers
 };
 
-/// Returns at most `max_balls` balls that hold every point of the region, or none if the method finds none (an empty
+/// Returns at most `max_balls` balls that contain every point of the region, or none if the method finds none (an empty
 /// pool). Pure: the same region gives the same balls.
 using Reducer = std::vector<FittedBall> (*)(const Region& region);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The triangles of a mesh under repair, and the steps that need nothing but their edges: flat and repeated triangles,
-// cracks, winding, dangling sheets. The whole pipeline: repair_mesh.h
+// The triangles of a mesh under repair, and the steps that need only their edges: flat and repeated triangles, cracks,
+// winding, dangling sheets. The whole pipeline: repair_mesh.h
 // Units: mm. Deterministic.
 #pragma once
 
@@ -12,61 +12,65 @@
 
 namespace spheretree::builder {
 
-inline constexpr std::uint32_t kAddedTriangle = std::numeric_limits<std::uint32_t>::max();  // of no triangle of the input
+inline constexpr std::uint32_t kAddedTriangle =
+    std::numeric_limits<std::uint32_t>::max();  // marks a triangle that comes from no triangle of the input
 
 struct RepairSoup {
-  TriangleMesh mesh;                  // parts are forgotten
-  std::vector<std::uint32_t> source;  // for each triangle, that of the input that it is or is a piece of; or kAddedTriangle
+  TriangleMesh mesh;                  // without parts
+  std::vector<std::uint32_t> source;  // for each triangle: the triangle of the input of which it is (a piece); or kAddedTriangle
 };
 
-/// A directed edge that more triangles run along forwards than backwards. The triangles enclose something on every side
-/// of theirs iff there is none: holes, cracks, fins and clashing windings all show as open edges.
+/// A directed edge that more triangles traverse forwards than backwards. The triangles bound a volume everywhere if and
+/// only if there is no such edge: holes, cracks, fins and clashing windings all appear as open edges.
 struct OpenEdge {
-  std::uint32_t from, to;  // as the triangles run
-  std::uint32_t triangle;  // the first that runs so
-  int times;               // forwards less backwards, > 0
+  std::uint32_t from, to;  // in the direction of the triangles
+  std::uint32_t triangle;  // the first one that traverses it in this direction
+  int times;               // number of triangles forwards minus backwards, > 0
 };
 std::vector<OpenEdge> findOpenEdges(const TriangleMesh& mesh);  // by from, then to
 
-/// Removes triangles with corners that are repeated or exactly in line. Returns their sources.
+/// Removes triangles whose corners are repeated or exactly in line. Returns their sources.
 std::vector<std::uint32_t> dropFlat(RepairSoup& soup);
 
-/// Of triangles with the same corners, whatever their winding, keeps the first. Returns the sources of the others.
+/// Keeps the first of several triangles with the same corners, whatever their winding. Returns the sources of the
+/// others.
 std::vector<std::uint32_t> dropDuplicates(RepairSoup& soup);
 
 struct Stitched {
-  double tolerance = 0;           // that was needed [mm]
-  std::size_t welded = 0;         // vertices that went into others
-  std::size_t split = 0;          // edges that got a vertex of a neighbour
-  double moved = 0;               // most that a vertex, or a side of a triangle, moved [mm]
+  double tolerance = 0;           // tolerance that was used [mm]
+  std::size_t welded = 0;         // vertices merged into others
+  std::size_t split = 0;          // edges that were split at a vertex of a neighbour
+  double moved = 0;               // largest motion of a vertex or of a side of a triangle [mm]
   std::vector<char> is_modified;  // for each triangle of the input: whether it moved or vanished
 };
 
-/// Joins vertices on open edges that lie within a tolerance of each other, and puts vertices on open edges into the
-/// open edges that they lie on (T-junctions). Of a ladder of tolerances up to 1e-4 of the diagonal takes the smallest
-/// that closes nearly all that any of them does. A vertex moves by no more than a quarter of its shortest side.
-/// @pre no flat triangles. May leave some; and duplicates.
+/// Merges vertices on open edges that lie within a tolerance of each other, and inserts vertices on open edges into the
+/// open edges that they lie on (T-junctions). Tries a sequence of tolerances up to 1e-4 of the diagonal, and takes the
+/// smallest one that closes nearly as many edges as the best one. A vertex moves by at most a quarter of its shortest
+/// side.
+/// @pre no flat triangles. The result may contain flat triangles and duplicates.
 Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles);
 
-/// Turns triangles so that neighbours across edges of two triangles run along them in opposite directions; the larger
-/// area keeps its winding. Returns how many triangles it turned. Where a sheet has but one side (Moebius), some edges
-/// stay open.
+/// Turns triangles so that two triangles at an edge traverse it in opposite directions; the larger area keeps its
+/// winding. Returns the number of turned triangles. On a surface that cannot be oriented (Moebius strip), some edges
+/// remain open.
 std::size_t alignWinding(RepairSoup& soup);
 
-/// Whether an edge of two triangles is left along which they run in the same direction: after alignWinding, a sheet of
-/// one side only.
+/// Whether two triangles still traverse their common edge in the same direction: after alignWinding(), this means a
+/// surface that cannot be oriented.
 bool isOneSided(const TriangleMesh& mesh);
 
-/// Removes triangles with the same corners and opposite winding, two by two: what rounding makes of a gap or a wall
-/// thinner than itself. No edge becomes open by that. Returns their sources.
+/// Removes pairs of triangles with the same corners and opposite winding. Rounding makes such pairs of a gap or a wall
+/// that is thinner than the rounding error. No edge becomes open by that. Returns their sources.
 std::vector<std::uint32_t> cancelOpposites(RepairSoup& soup);
 
-/// Turns the components whose volume is negative, but for those whose box lies within the box of another: they may be
-/// cavities. Returns how many. @pre no open edges. `component_of`: for each triangle, as in MeshReport.
+/// Turns the components with negative volume, except those whose box lies within the box of another component: they may
+/// be cavities. Returns how many. @pre no open edges. `component_of`: for each triangle, as in MeshReport.
 std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& component_of);
 
-/// Removes sheets that hang on the rest by an edge of three or more triangles and end in a free border, as long as they
-/// are small: their box up to a tenth of the diagonal, together at most 3 % of the area. Returns their sources.
+/// Removes small sheets that are attached to the rest by an edge of three or more triangles and end in a free border.
+/// Small means: their box is up to a tenth of the diagonal, and together they have at most 3 % of the area. Returns
+/// their sources.
 std::vector<std::uint32_t> dropFins(RepairSoup& soup);
 
 }  // namespace spheretree::builder

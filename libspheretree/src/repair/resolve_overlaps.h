@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where triangles cross, cuts them along each other, and keeps what bounds the solid: the points that the surface winds
-// round at least once. Overlapping bodies become one, folds and inner walls go.
+// Where triangles cross, cuts them along each other and keeps the boundary of the solid, that is of the points with a
+// winding number of at least 1. Overlapping bodies become one body; folds and inner walls disappear.
 //
 // Paper: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson. Mesh arrangements for solid geometry. ACM TOG 35(4), 2016. The
-//         cuts are exact
-// (CGAL), the new corners rounded to double at the end; winding numbers by solid angles (winding_number.h).
+// cuts are exact (CGAL), and the new corners are rounded to double at the end; winding numbers by solid angles
+// (winding_number.h).
 // Units: mm. Deterministic.
 #pragma once
 
@@ -17,19 +17,19 @@ namespace spheretree::builder {
 
 struct Resolved {
   std::size_t crossing_pairs = 0;
-  bool is_stopped = false;                   // more pairs cross than `most_pairs`: the soup is as it was
-  bool is_either_way = false;                // solid is what the surface winds round in either direction
-  double lost_area = 0;                      // of pieces of the input with nothing solid on either side [mm^2]
-  std::vector<std::uint32_t> within;         // sources of which nothing is left, as it lies within solid matter; sorted
-  std::vector<std::uint32_t> partly_within;  // ... of which a part is left; sorted
+  bool is_stopped = false;                   // more than `most_pairs` pairs cross: the soup is unchanged
+  bool is_either_way = false;                // points with a winding number of at most -1 also count as solid
+  double lost_area = 0;                      // area of pieces of the input with nothing solid on either side [mm^2]
+  std::vector<std::uint32_t> within;         // sources of which nothing remains, because they lie within solid matter; sorted
+  std::vector<std::uint32_t> partly_within;  // sources of which a part remains; sorted
   std::vector<std::uint32_t> lost;           // sources with a piece that has nothing solid on either side; sorted
 };
 
-/// The soup must have no open edges (fill_holes.h) for the solid to be beyond doubt; else the winding number is
-/// rounded. The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: try
-/// again.
-/// `most_lost` [mm^2]: if more of the input than this would have nothing solid on either side, what the surface winds
-/// round backwards counts as solid, too: a scan whose cap crosses it encloses matter on both sides of the cap.
+/// The soup should have no open edges (fill_holes.h), so that the solid is unambiguous; otherwise the winding number is
+/// rounded. The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: then
+/// call it again.
+/// `most_lost` [mm^2]: if more area than this would have nothing solid on either side, negative winding numbers count
+/// as solid, too. Such is a scan that its own cap crosses: it encloses matter on both sides of the cap.
 /// Cost: about 0.2 ms a crossing pair.
 Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_lost, Progress& progress);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which triangles of a growing surface new ones cross. Units: mm.
+// Finds the triangles of a growing surface that cross new triangles. Units: mm.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,18 +13,18 @@
 
 namespace spheretree::builder {
 
-/// Keeps triangles in a grid of cubes. Crossing is decided exactly, as in mesh/crossing_triangles.h.
+/// Stores triangles in a grid of cubes. Crossing is decided exactly, as in mesh/crossing_triangles.h.
 class CrossingSearch {
  public:
-  /// `cell`: side of a cube [mm], a few edges of the triangles; > 0. `positions` may grow; those of triangles that were
-  /// added stay.
+  /// `cell`: side of a cube [mm], a few edges of the triangles; > 0. `positions` may grow, but the positions of added
+  /// triangles must not change.
   CrossingSearch(const std::vector<Eigen::Vector3d>& positions, double cell) : positions_(positions), cell_(cell) {}
 
   void add(const Triangle& triangle);
   const std::vector<Triangle>& triangles() const { return triangles_; }
 
-  /// Pairs of which one is of `fresh`: index of the other one, and place in `fresh` after all that were added. Sorted.
-  /// Cost: that of the triangles in the same cubes.
+  /// Crossing pairs in which one triangle is in `fresh`. A pair has the index of the other triangle and the index of
+  /// the fresh one, counted after all added triangles. Sorted. Cost: proportional to the triangles in the same cubes.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> against(const std::vector<Triangle>& fresh) const;
 
  private:
@@ -38,7 +38,7 @@ class CrossingSearch {
   std::vector<Triangle> triangles_;
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::map<Cell, std::vector<std::uint32_t>> in_cell_;
-  std::vector<std::uint32_t> large_;  // triangles that reach over too many cubes to stand in each
+  std::vector<std::uint32_t> large_;  // triangles that overlap too many cubes to be stored in each
 };
 
 }  // namespace spheretree::builder

@@ -6,14 +6,14 @@
 
 namespace spheretree::builder {
 
-/// Before: each vertex has a region, and the border runs through the middles of the edges between regions. It is
-/// smoothed, moved by at most `smooth` [mm], and the triangles are cut along it: new vertices lie on edges of the
-/// surface, and where three regions meet in a triangle, one within it. Afterwards each triangle has a region, and new
-/// vertices are shared, so that no gap appears. The surface stays where it is, with all of its area.
+/// Before: each vertex has a region, and the border runs through the middles of the edges between regions. The border
+/// is smoothed and moves by at most `smooth` [mm]. The triangles are cut along it: new vertices lie on edges of the
+/// surface, and, where three regions meet in a triangle, one vertex lies within it. Afterwards each triangle has a
+/// region, and new vertices are shared, so that no gap appears. The surface itself does not change.
 ///
-/// Method: each region has a signed distance to its border, positive within it, at the vertices near it. It is replaced
-/// four times by the value of its best linear fit to the neighbours of a vertex, which leaves straight borders as
-/// they are on any triangulation, and held within `smooth` of what it was. A vertex belongs to the region of the
+/// Method: each region has a signed distance to its border, positive within it, at the vertices near it. Four times it
+/// is replaced by the value of its best linear fit to the neighbours of a vertex, which preserves straight borders on
+/// any triangulation, and clamped to within `smooth` of its original value. A vertex belongs to the region with the
 /// largest distance, and an edge is cut where the two largest are equal.
 void cutLabels(ScanSurface& surface, double smooth);
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Takes out of a scan what crosses, and fills its holes so that nothing crosses. Units: mm.
+// Removes crossing triangles from a scan, and fills its holes without new crossings. Units: mm.
 #pragma once
 
 #include "split/scan_surface.h"
 
 namespace spheretree::builder {
 
-/// Leaves out triangles of the scan until no two cross: again and again the one that crosses most others, of several
-/// the smallest. Returns how many. Before the holes are filled.
+/// Removes triangles of the scan until no two cross: repeatedly the one with the most crossings, on ties the smallest
+/// one. Returns how many. Call it before the holes are filled.
 std::size_t dropCrossings(ScanSurface& surface);
 
-/// Fills every border loop but the longest of each connected component with gum; of the components other than the
-/// largest the longest, too. A filling crosses neither the scan nor another filling and uses no edge of the scan but
-/// the border: where the triangulation of least bending does, a finer one and one round the middle of the loop are
-/// tried, and then the hole is widened, by what was crossed at first and by rings of triangles after that, which are
-/// lost. Returns how many loops it filled. @pre manifold, without crossings. Before the cut.
+/// Fills every border loop with gum, except the longest loop of the largest connected component. A filling crosses
+/// neither the scan nor another filling, and uses no edge of the scan except the border. If the triangulation of least
+/// bending violates this, a finer one and a fan around the middle of the loop are tried. If these fail, too, the hole
+/// is widened: first by the triangles that were crossed, then by rings of triangles. These triangles are lost. Returns
+/// the number of filled loops. @pre manifold, without crossings. Call it before the cut.
 std::size_t fillScanHoles(ScanSurface& surface);
 
 }  // namespace spheretree::builder

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A labelled intraoral scan, one open surface of gum and crowns, as closed solids: one for each tooth, one for the gum.
-// The solids fill the space under the scan without gap or overlap: neighbours share the walls between them, and the gum
-// has the caps of the teeth as floors of its sockets. Steps and what each guarantees: docs/split.md
+// Splits a labelled intraoral scan, which is one open surface of gum and crowns, into closed solids: one for each
+// tooth, one for the gum. The solids fill the space below the scan without gap or overlap: neighbours share the walls
+// between them, and the caps of the teeth are the floors of the sockets in the gum. Steps and guarantees: docs/split.md
 // Units: mm. Deterministic: same scan, same solids, for any number of threads.
 #pragma once
 
@@ -17,38 +17,38 @@
 namespace spheretree::builder {
 
 struct SplitSettings {
-  double smooth_mm = 0.15;  // >= 0: how far the border between labels may be moved to make it smooth
+  double smooth_mm = 0.15;  // >= 0: largest motion of the border between labels when it is smoothed
   double min_area_mm2 = 4;  // >= 0: smaller pieces of a label join the neighbour with the longest common border
-  double base_mm = 4;       // > 0: from the lowest point of the scan to the base plane of the gum
-  double root_mm = 0;       // >= 0: length of the conical stub of a tooth; 0: a cap that bends least
+  double base_mm = 4;       // > 0: distance from the lowest point of the scan to the base plane of the gum
+  double root_mm = 0;       // >= 0: length of the conical stub of a tooth; 0: a cap of least bending
 };
 
 inline constexpr std::int32_t kGumLabel = 0;
 
-/// A solid. Its triangles are the scan's, cut along the border of its label, or invented.
+/// A solid. Its triangles are those of the scan, cut along the border of its label, or invented.
 struct SplitPart {
   std::int32_t label = kGumLabel;
-  int piece = 1;  // a label in several pieces gives several solids, the largest is 1
+  int piece = 1;  // a label with several pieces gives several solids; the largest is piece 1
   TriangleMesh mesh;
-  std::vector<char> is_invented;      // for each triangle: no part of the scan; empty if the repair changed the mesh
+  std::vector<char> is_invented;      // for each triangle: not part of the scan; empty if the repair changed the mesh
   double scanned_area = 0;            // [mm^2]
-  double invented_area = 0;           // [mm^2] caps, walls, base and fillings of holes
-  double rim_length = 0;              // of the border of the label on the scan [mm]; of the gum: of its borders with teeth
+  double invented_area = 0;           // area of caps, walls, base and hole fillings [mm^2]
+  double rim_length = 0;              // length of the border of the label on the scan [mm]; of the gum: of its borders with teeth
   double volume = 0;                  // [mm^3]
-  bool is_sound = false;              // closed, manifold, wound outward, without crossings
+  bool is_sound = false;              // closed, manifold, wound outward, without self-intersections
   Eigen::Vector3d fault{0, 0, 0};     // a place where it is not sound [mm]
-  std::size_t crossing_pairs = 0;     // of triangles, one of them of another part, that cross; exact
-  Eigen::Vector3d crossing{0, 0, 0};  // a place where one does [mm]
+  std::size_t crossing_pairs = 0;     // crossing pairs of triangles, one of this part and one of another; exact
+  Eigen::Vector3d crossing{0, 0, 0};  // place of one of these crossings [mm]
   std::vector<std::string> notes;     // whole sentences
 };
 
 struct SplitScan {
   std::vector<SplitPart> parts;    // by label, then piece; the gum last
-  Eigen::Vector3d up{0, 0, 0};     // unit vector out of the gum to the biting edges
-  double scan_area = 0;            // of the scan as it was given [mm^2]
-  double lost_area = 0;            // of it, in no part: debris, double layers [mm^2]
-  std::size_t crossing_pairs = 0;  // of triangles of different parts that cross; exact
-  std::size_t holes = 0;           // of the scan, that were filled
+  Eigen::Vector3d up{0, 0, 0};     // unit vector from the gum to the biting edges
+  double scan_area = 0;            // of the given scan [mm^2]
+  double lost_area = 0;            // area of the scan in no part: debris, double layers [mm^2]
+  std::size_t crossing_pairs = 0;  // crossing pairs of triangles of different parts; exact
+  std::size_t holes = 0;           // number of filled holes of the scan
   std::vector<std::string> notes;  // whole sentences
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ties the centre of each leaf to the surface point nearest to it.
+// Attaches the centre of each leaf to the surface point nearest to it.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace spheretree::builder {
 
-/// One anchor for each leaf. `field`: of `mesh`, whose vertices are `bound` as bindSurface() found them. `leaves` are
-/// relative to `origin`. At rest an anchor gives the centre back, but for the rounding of floats.
-/// Cost: one distance query a leaf.
+/// One anchor for each leaf. `field` is that of `mesh`; `bound` is the result of bindSurface() for its vertices.
+/// `leaves` are relative to `origin`. At rest an anchor gives the original centre, up to float rounding. Cost: one
+/// distance query a leaf.
 std::vector<LeafAnchor> anchorLeaves(const TriangleMesh& mesh, const DistanceField& field, std::span<const TissueVertex> bound,
                                      const Tetrahedra& solid, std::span<const Sphere> leaves, const Eigen::Vector3d& origin);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A solid in tetrahedra: what elasticity is computed on. They come from a program of their own (tools/tetrahedra);
-// nothing that it says is trusted.
+// A solid as tetrahedra, on which elasticity is computed. They come from a separate program (tools/tetrahedra), and are
+// checked here.
 // Units: mm, frame of the mesh.
 #pragma once
 
@@ -12,22 +12,23 @@
 
 namespace spheretree::builder {
 
-using Tetrahedra = TetrahedronList;  // of positive volume once solidOf() made them
+using Tetrahedra = TetrahedronList;  // all of positive volume after solidOf()
 
-/// Of a tetrahedron [mm^3]; negative if it is inside out.
+/// Volume of a tetrahedron [mm^3]; negative if it is inverted.
 double volumeOf(const Tetrahedra& solid, std::size_t tetrahedron);
 
-/// Sum over all [mm^3].
+/// Total volume [mm^3].
 double volumeOf(const Tetrahedra& solid);
 
-/// `found`, checked against the closed `surface` that it is to fill, and put in order: tetrahedra turned to positive
-/// volume; those in cavities, flat ones along the surface and nodes of no tetrahedron left out; nodes in their order.
-/// @throws BuildError if an index is out of range, a number is not finite, a tetrahedron inside is flat, a face has
-/// more than two tetrahedra, or the volume differs from that of the surface by more than 1e-6 of it.
+/// Checks `found` against the closed `surface` that it has to fill, and normalises it: tetrahedra are oriented to
+/// positive volume; tetrahedra in cavities, flat ones along the surface, and unused nodes are removed; nodes keep their
+/// order.
+/// @throws BuildError if an index is out of range, a number is not finite, an inner tetrahedron is flat, a face has
+/// more than two tetrahedra, or the relative difference of the volume to that of the surface exceeds 1e-6.
 Tetrahedra solidOf(const Tetrahedra& found, const TriangleMesh& surface);
 
-/// Faces of one tetrahedron only, wound outward; vertices are the nodes, all of them. `owner`, if given: the
-/// tetrahedron of each face.
+/// The faces that belong to one tetrahedron only, wound outward; the vertices are all nodes. `owner`, if given,
+/// receives the tetrahedron of each face.
 TriangleMesh boundaryOf(const Tetrahedra& solid, std::vector<std::uint32_t>* owner = nullptr);
 
 }  // namespace spheretree::builder

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The entry of the offline side: mesh and settings in, certified sphere-tree and statistics out.
+// Entry point of the builder: mesh and settings in, certified sphere-tree and statistics out.
 #pragma once
 
 #include <string>
@@ -14,15 +14,15 @@ namespace spheretree::builder {
 
 struct LevelBuildStatistics {
   std::size_t spheres = 0;
-  double overhang_bound_mm = 0;  // proven
-  double largest_growth_mm = 0;  // by certification
+  double overhang_bound_mm = 0;  // proven overhang bound
+  double largest_growth_mm = 0;  // largest increase of a radius by certification
 };
 
-/// Of the mesh that the search ran on. What is stated of the tree is proven against the mesh given, whatever the search
-/// ran on.
+/// The simplified mesh that the search ran on. All statements about the tree are proven against the original mesh, not
+/// against this one.
 struct Simplification {
-  std::size_t triangles = 0;     // 0: the search ran on the mesh given
-  double distance_bound_mm = 0;  // proven: no point of the mesh given is farther from the simplified surface
+  std::size_t triangles = 0;     // 0: the search ran on the original mesh
+  double distance_bound_mm = 0;  // proven: no point of the original mesh is farther from the simplified surface
 };
 
 struct BuildStatistics {
@@ -30,7 +30,7 @@ struct BuildStatistics {
   std::vector<LevelBuildStatistics> levels;
   std::size_t certified_pieces = 0;
   bool tolerance_met = true;
-  double least_tolerance_mm = 0;  // the least tolerance_mm that the leaves meet; those of triangles beyond it by as much as given
+  double least_tolerance_mm = 0;  // the smallest tolerance_mm that the leaves meet; tolerances of triangles keep their difference to it
   struct Stage {
     std::string name;
     double seconds;
@@ -43,10 +43,11 @@ struct BuildResult {
   BuildStatistics statistics;
 };
 
-/// Builds, certifies and wraps. The mesh must have passed checkMesh (mesh_checks.h): closed, oriented outward,
-/// manifold, free of self-intersections, or come from repairMesh (repair_mesh.h). `cover_too`: triangles that every
-/// level covers as well, of any kind; where they reach out of the solid they are part of the surface that overhang is
-/// measured from. Same mesh and settings (threads aside): same bytes.
+/// Builds the tree, certifies it and computes its bounding spheres. The mesh must have passed checkMesh
+/// (mesh_checks.h): closed, oriented outward, manifold, free of self-intersections; or it must come from repairMesh
+/// (repair_mesh.h). `cover_too`: further triangles, of any kind, that every level covers as well. Where they lie
+/// outside the solid, they are part of the surface from which overhang is measured. Same mesh and settings (except
+/// `threads`): same bytes.
 /// @throws BuildError, Cancelled, std::invalid_argument for settings out of range.
 BuildResult buildSphereTree(const TriangleMesh& mesh, const BuildSettings& settings, Progress& progress,
                             const TriangleMesh& cover_too = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well a sphere-tree stands for a mesh, level by level: what `spheretree evaluate` prints. Definitions, and how
-// each figure is found and how exact it is: docs/measures.md
+// How well a sphere-tree approximates a mesh, level by level: the figures that `spheretree evaluate` prints.
+// Definitions, methods and accuracy of each figure: docs/measures.md
 // Units: mm, frame of the mesh.
 #pragma once
 
@@ -14,18 +14,18 @@
 namespace spheretree::builder {
 
 struct EvaluateSettings {
-  bool limits = true;      // find h_fin and h_low for the deepest level
-  double effort = 1;       // share of the samples and of the length of the proofs: time against exactness; range (0, 1]
+  bool limits = true;      // compute h_fin and h_low for the deepest level
+  double effort = 1;       // share of the samples and of the work for proofs: less is faster and less exact; range (0, 1]
   std::uint64_t seed = 1;  // of the surface points
-  int threads = 0;         // 0: as many as the machine has; the result does not depend on it
+  int threads = 0;         // 0: all processors of the machine; the result does not depend on it
 };
 
-/// Measures the cover spheres of every level against the mesh, which must be closed, oriented outward and free of
-/// self-intersections (mesh_checks.h), else inside and outside are uncertain. The tree must be sound (core's
+/// Measures the cover spheres of every level against the mesh. The mesh must be closed, oriented outward and free of
+/// self-intersections (mesh_checks.h); otherwise inside and outside are uncertain. The tree must be sound (core's
 /// findFault).
-/// `cover_too` (repair_mesh.h's `to_cover`; may be empty) is surface that the tree has to cover as well: it counts in
-/// the coverage of every level, by its area, and overhang is measured from it where it lies outside the solid.
-/// Same arguments (threads aside), same result. Cost: 1 to 2 s on one core for 4,000 triangles and 585 nodes.
+/// `cover_too` (repair_mesh.h's `to_cover`; may be empty) is further surface that the tree has to cover: its area
+/// counts in the coverage of every level, and overhang is measured from it where it lies outside the solid.
+/// Same arguments (except `threads`), same result. Cost: 1 to 2 s on one core for 4,000 triangles and 585 nodes.
 /// @throws Cancelled, std::invalid_argument for an empty tree or a mesh without area.
 Evaluation evaluateTree(const TriangleMesh& mesh, const SphereTree& tree, const EvaluateSettings& settings, Progress& progress,
                         const TriangleMesh& cover_too = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress out of, and cancelling into, a long computation: an argument, never a global.
+// Progress of a long computation and its cancellation: an argument, never a global.
 #pragma once
 
 #include <atomic>
@@ -12,8 +12,8 @@ struct Cancelled : std::runtime_error {
   Cancelled() : std::runtime_error("interrupted") {}
 };
 
-/// Receives the state of a computation. The base class is silent; a tool derives from it.
-/// `stage` and `advance` are called from the computing thread only, `cancel` from any thread or signal handler.
+/// Receives the state of a computation. The base class does nothing; a program derives from it. `stage` and `advance`
+/// are called from the computing thread only, `cancel` from any thread or signal handler.
 class Progress {
  public:
   virtual ~Progress() = default;
@@ -21,7 +21,7 @@ class Progress {
   virtual void advance(double /*fraction of the stage, 0..1*/) {}
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
-  /// @throws Cancelled once cancel() was called.
+  /// @throws Cancelled after cancel() was called.
   void check() const {
     if (cancelled()) throw Cancelled();
   }

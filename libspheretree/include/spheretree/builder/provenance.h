@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Fingerprints of what went into a tree, stored with it: whether a tree still fits its mesh and its settings can be
-// told from them. XXH3-128 in canonical (big-endian) byte order: the same on every machine. Not a defence against
-// forgery.
+// Hashes of the mesh and the settings of a tree. They are stored with the tree and show whether it still belongs to its
+// mesh and settings. XXH3-128 in canonical (big-endian) byte order: the same on every machine. They do not protect
+// against forgery.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@
 
 namespace spheretree::builder {
 
-/// Of any bytes.
+/// Hash of any bytes.
 Hash128 bytesHash(std::span<const std::byte> bytes);
 
-/// Of positions [mm, doubles] and triangles, in their order; parts and their names do not count. Cost: O(size of the
+/// Hash of positions [mm, doubles] and triangles in their order, without parts and their names. Cost: O(size of the
 /// mesh).
 Hash128 meshHash(const TriangleMesh& mesh);
 
-/// The settings as text, one `name=value` a line, numbers without loss; what the hash is taken of. `threads` is left
-/// out, since the result does not depend on it, and `unit_mm`, which the mesh has absorbed.
+/// The settings as text, one `name=value` a line, with exact numbers; settingsHash() hashes it. It leaves out
+/// `threads`, on which the result does not depend, and `unit_mm`, which is already applied to the mesh.
 std::string settingsText(const BuildSettings& settings);
 
 Hash128 settingsHash(const BuildSettings& settings);

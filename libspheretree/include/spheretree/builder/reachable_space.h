@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a ball can come that moves from outside through the space that solids leave free, and which triangles it may
-// touch. Never wrong in the dangerous sense: a triangle that the ball can touch is called reached. One that it cannot
-// may be called so, too, where the passage or the place is closer than the cell size to being reached.
+// The space that a ball can reach when it moves from outside through the free space between solids, and the triangles
+// that it may touch. The result is conservative: a triangle that the ball can touch is always called reached. A
+// triangle that it cannot touch may also be called reached, if the passage or the place is too narrow for the ball by
+// less than the cell size.
 // Units: mm, world frame. Deterministic for any number of threads.
 #pragma once
 
@@ -17,14 +18,14 @@ namespace spheretree::builder {
 
 class ReachableSpace {
  public:
-  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cells are half as wide
-  /// as the radius, or a four-hundredth of the scene's diagonal if that is more.
+  /// `solids`: closed meshes, oriented outward; they may overlap. `radius` of the ball, > 0. The cell size is half of
+  /// the radius or 1/400 of the scene's diagonal, whichever is larger.
   /// Cost: about one distance query for each cell near a surface; a mouth of 33 objects takes some seconds of processor
   /// time.
   /// @throws Cancelled, std::invalid_argument for no solids or a radius that is not positive.
   ReachableSpace(std::span<const TriangleMesh> solids, double radius, Progress& progress);
 
-  /// One for each triangle of `mesh`: whether the ball may touch it.
+  /// A flag for each triangle of `mesh`: whether the ball may touch it.
   std::vector<char> reached(const TriangleMesh& mesh) const;
 
   double cell() const { return cell_; }
