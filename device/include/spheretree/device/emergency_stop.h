@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ctrl-C, kill and hang-up take the forces off before anything else happens.
+// Switches the forces off on SIGINT, SIGTERM and SIGHUP, before anything else happens.
 #pragma once
 
 #include <csignal>
 
 namespace spheretree::device {
 
-/// While one lives, SIGINT, SIGTERM and SIGHUP request an emergency stop; its end restores the former handlers and, if
-/// it was the last, withdraws the request. Every started device then sends zero from its next servo step on and goes to
-/// Phase::Halted.
+/// While an EmergencyStop exists, SIGINT, SIGTERM and SIGHUP request an emergency stop. Its destructor restores the
+/// former handlers; the destructor of the last one also withdraws the request. After a request every started device
+/// sends zero from its next servo step on and enters Phase::Halted.
 class EmergencyStop {
  public:
   EmergencyStop();
@@ -16,10 +16,10 @@ class EmergencyStop {
   EmergencyStop(const EmergencyStop&) = delete;
   EmergencyStop& operator=(const EmergencyStop&) = delete;
 
-  /// From any thread, and from a signal handler.
+  /// May be called from any thread and from a signal handler.
   static void request() noexcept;
   static bool requested() noexcept;
-  /// The signal that asked for it; 0 if none did.
+  /// The signal that requested the stop; 0 if none did.
   static int signal() noexcept;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time-domain passivity control: takes back, by damping, the energy that sampling, the hold and a delay add to what a
-// renderer means. Off unless SafetySettings ask for it: docs/device.md
+// Time-domain passivity control: removes, by damping, the energy that sampling, the zero-order hold and a delay add to
+// the wrench that the renderer computed. Off by default (SafetySettings): docs/device.md
 // Papers: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic interfaces. IEEE Trans. Robotics and
 //         Automation 18(1), 2002. J.-H. Ryu, C. Preusche, B. Hannaford, G. Hirzinger. Time domain passivity control
 //         with reference energy following. IEEE Trans. Control Systems Technology 13(5), 2005.
@@ -13,40 +13,43 @@
 
 namespace spheretree::device {
 
-inline constexpr int kMostDelay = 7;  // whole servo steps from a pose to the wrench that answers it
+inline constexpr int kMostDelay = 7;  // largest delay: whole servo steps from a pose to the wrench that responds to it
 
 class PassivityControl {
  public:
   PassivityControl() : PassivityControl(0, 0) {}
-  /// `delay`: 0..kMostDelay. `most_damping`: of the translation [N s/mm]; of the rotation kLever^2 times as much.
+  /// `delay`: 0..kMostDelay. `most_damping`: of the translation [N s/mm]; the limit for the rotation is kLever^2 times
+  /// that.
   PassivityControl(int delay, double most_damping) noexcept : delay_(delay), most_damping_(most_damping) {}
 
-  /// What is to be sent at this pose in place of `wrench`. Both about the position of the pose. Each servo step calls
-  /// it, then sent(); or lose() and sent() if the pose is not known.
+  /// The wrench to send at this pose in place of `wrench`. Both are about the position of the pose. In each servo step
+  /// call control() and then sent(), or, if the pose is unknown, lose() and then sent().
   Wrench control(const Configuration& pose, const Wrench& wrench) noexcept;
-  /// The next pose is no motion from the last one, and nothing was added in this step.
+  /// The pose of this step is unknown: the next pose does not count as a motion from the last one, and this step adds
+  /// nothing.
   void lose(const Wrench& wrench) noexcept;
-  /// What the motors get: as control() said, or less within their limits.
+  /// Reports the wrench that the motors receive: that of control(), possibly reduced by their limits.
   void sent(const Wrench& wrench) noexcept;
 
-  /// Of the last step: what was added to the wrench; zero: nothing.
+  /// The wrench that the last step added; zero if none.
   const Wrench& added() const noexcept { return actions_[0]; }
-  /// Energy that was given beyond what the renderer means, and is to be taken back; below 0: less was given [mJ].
+  /// Energy that was rendered in excess of the intended energy and has yet to be removed [mJ]; negative: less was
+  /// rendered.
   double debt() const noexcept;
 
-  static constexpr int kSpan = 8;       // steps over which the speed is taken: an encoder's count is no motion
-  static constexpr double kLever = 25;  // 1 rad weighs as much as this way: the start guard's 5 N mm by its 0.2 N [mm]
+  static constexpr int kSpan = 8;       // steps over which the speed is averaged, so that a single count of an encoder is not a motion
+  static constexpr double kLever = 25;  // 1 rad counts as this length, the ratio of the start guard's 5 N mm and 0.2 N [mm]
 
  private:
   int delay_;
   double most_damping_;
   bool has_pose_ = false;
   Configuration pose_;
-  Wrench meant_wrench_;                           // of the step before
-  double taken_ = 0, meant_ = 0;                  // from the hand, by what was sent and by what is meant [mJ]
-  std::array<Displacement, kSpan> ways_{};        // of the last steps, the latest first
-  std::array<Wrench, kMostDelay + 1> sent_{};     // of the last steps, the latest first
-  std::array<Wrench, kMostDelay + 1> actions_{};  // this much of it was added
+  Wrench meant_wrench_;           // intended wrench of the step before
+  double taken_ = 0, meant_ = 0;  // energy received from the hand: with the wrenches that were sent, and with those that were intended [mJ]
+  std::array<Displacement, kSpan> ways_{};        // displacements of the last steps, the latest first
+  std::array<Wrench, kMostDelay + 1> sent_{};     // wrenches of the last steps, the latest first
+  std::array<Wrench, kMostDelay + 1> actions_{};  // the part of them that this class added
 };
 
 }  // namespace spheretree::device

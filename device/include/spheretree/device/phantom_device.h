@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Phantom through the vendor's HDAPI (OpenHaptics 3), which is loaded when it is asked for: nothing of the vendor is
-// needed to build. Conventions, order of calls, first use with hardware: docs/device.md
+// A Phantom device through the vendor's HDAPI (OpenHaptics 3). The library is loaded at run time, so that a build needs
+// nothing from the vendor. Conventions, order of calls, first use with hardware: docs/device.md
 #pragma once
 
 #include <atomic>
@@ -14,24 +14,26 @@ namespace spheretree::device {
 
 struct HdApi;
 
-/// How a device takes its torque. No program can find out: try Cartesian with 10 N mm first.
+/// How a device interprets its torque. A program cannot detect this: try Cartesian with 10 N mm first.
 enum class TorqueConvention : std::uint8_t {
   Cartesian,  // HD_CURRENT_TORQUE: vector in device axes
-  Gimbal,  // HD_CURRENT_GIMBAL_TORQUE: about the yaw, pitch and roll joint; the handle turns by Ry(yaw) Rx(pitch) Rz(roll) against its base
+  Gimbal,     // HD_CURRENT_GIMBAL_TORQUE: about the yaw, pitch and roll joint; orientation of the handle to its base: Ry(yaw) Rx(pitch)
+              // Rz(roll)
 };
 
 struct PhantomSettings {
-  std::string library;  // path of the vendor's library; empty: libHD.so and its known versions, where the loader looks
+  std::string library;  // path of the vendor's library; empty: libHD.so or one of its known versions, on the loader's path
   std::string device;   // name in the vendor's configuration; empty: the first device, else "Default PHANToM", else "Default Device"
   TorqueConvention torque = TorqueConvention::Cartesian;
-  bool calibrate = false;  // the arm is in its reset pose: take it as such (devices with encoder reset, once after power-up)
+  bool calibrate = false;  // calibrate now, with the arm in its reset pose (devices with encoder reset, once after power-up)
   std::string vendor, application, password;  // of a deployment licence, if `vendor` is not empty
 };
 
 class PhantomDevice final : public Device {
  public:
-  /// Loads, opens, checks the calibration; the forces stay off. One at a time in a process.
-  /// @throws DeviceError LibraryMissing (the loader's own words for each place looked at), SymbolMissing, NotFound,
+  /// Loads the library, opens the device and checks its calibration; the forces stay off. Only one instance in a
+  /// process.
+  /// @throws DeviceError LibraryMissing (with the loader's message for each place searched), SymbolMissing, NotFound,
   /// NotCalibrated, Communication.
   explicit PhantomDevice(const PhantomSettings& settings);
   ~PhantomDevice() override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses that are given beforehand: nobody feels the wrench.
+// A device whose poses are given in advance; its wrench is not felt by anyone.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@ namespace spheretree::device {
 
 class ReplayDevice final : public Device {
  public:
-  /// One pose for each servo step, as formats::readTrajectory() reads them. They reach the renderer to the bit.
-  /// @throws DeviceError Refused if there is none.
+  /// One pose for each servo step, as formats::readTrajectory() reads them. The renderer receives them bit for bit.
+  /// @throws DeviceError Refused if there is no pose.
   explicit ReplayDevice(std::vector<Configuration> poses);
   ~ReplayDevice() override { stop(); }
 

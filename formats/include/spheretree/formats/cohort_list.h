@@ -10,12 +10,12 @@
 namespace spheretree::formats {
 
 struct CohortPatient {
-  std::string name;             // of the folder of the results: letters, digits, - and _, then also dots; at most 100 characters
-  std::filesystem::path scene;  // as it stands in the list: relative to the folder of the list
+  std::string name;  // also of the results folder: letters, digits, - and _, and after the first character dots; at most 100 characters
+  std::filesystem::path scene;  // as written in the list: relative to the folder of the list
 };
 
-/// Empty lines are left out. At least one patient; names differ, in any case of letters.
-/// @throws FileError; FormatError with the line and what is wrong with it.
+/// Skips empty lines. There must be at least one patient, and their names must differ in more than case.
+/// @throws FileError; FormatError with the line and the reason.
 std::vector<CohortPatient> readCohortList(const std::filesystem::path& path);
 std::vector<CohortPatient> parseCohortList(std::string_view text, const std::string& name);
 

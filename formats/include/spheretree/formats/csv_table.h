@@ -11,26 +11,26 @@
 
 namespace spheretree::formats {
 
-/// Reads one row after the other. Lines end with LF, CRLF or CR; blanks round a field and empty lines do not count.
-/// Cost: O(size). Every complaint is a FormatError that names file, line and column.
+/// Reads one row after the other. Lines end with LF, CRLF or CR; blanks around a field and empty lines are ignored.
+/// Cost: O(size). Every error is a FormatError that names file, line and column.
 class CsvTable {
  public:
-  /// Takes the first line. `text` has to outlive the table; `name`: of the file, for messages. @throws FormatError for
-  /// what is no text, or empty.
+  /// Reads the first line. `text` must outlive the table; `name` of the file, for messages. @throws FormatError if the
+  /// text is empty or not text.
   CsvTable(std::string_view text, std::string name);
 
   const std::vector<std::string_view>& columns() const { return columns_; }
-  /// Nothing: the file has no such column.
+  /// The index of a column; empty if the file does not have it.
   std::optional<std::size_t> find(std::string_view column) const;
-  /// `advice`: what to do where it lacks. @throws FormatError
+  /// The index of a column. `advice`: what to do if it is missing. @throws FormatError
   std::size_t require(std::string_view column, std::string_view advice) const;
 
-  /// Takes the next row; false at the end. @throws FormatError if it has more or fewer fields than the first line.
+  /// Moves to the next row; false at the end. @throws FormatError if it has more or fewer fields than the first line.
   bool next();
   std::string_view field(std::size_t column) const { return fields_[column]; }
-  /// @throws FormatError for what is no finite number within `limit`
+  /// @throws FormatError unless the field is a finite number with an absolute value of at most `limit`.
   double number(std::size_t column, double limit = 1e30) const;
-  /// @throws FormatError for what is no whole number from 0 to `limit`
+  /// @throws FormatError unless the field is a whole number from 0 to `limit`.
   std::uint64_t count(std::size_t column, std::uint64_t limit) const;
 
   /// "NAME, line 12: what". @throws FormatError
@@ -49,9 +49,9 @@ class CsvTable {
   std::vector<std::string_view> columns_, fields_;
 };
 
-/// `text` as one field: control characters, blanks, quotes, commas and % as %XX.
+/// `text` as one field: control characters, blanks, quotes, commas and % are encoded as %XX.
 std::string encodedField(std::string_view text);
-/// What encodedField() was given.
+/// The inverse of encodedField().
 std::string decodedField(std::string_view field);
 
 }  // namespace spheretree::formats

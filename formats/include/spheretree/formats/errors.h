@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two ways in which a file fails its user. A message names the file, the element and the value, and says what to
-// do.
+// The two kinds of errors of a file. A message names the file, the element and the value, and says what to do.
 #pragma once
 
 #include <stdexcept>
@@ -12,7 +11,7 @@ struct FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A file was read, but what it says is refused. The program exits with 4.
+/// A file was read, but its content is refused. The program exits with 4.
 struct FormatError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

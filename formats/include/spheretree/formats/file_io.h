@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole files in and out. A file appears under its name only when it is whole.
+// Reads and writes whole files. Output files are written atomically: a file gets its name once it is complete.
 #pragma once
 
 #include <compare>
@@ -17,54 +17,58 @@ namespace spheretree::formats {
 
 inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{4} << 30;  // 4 GiB
 
-/// What a file is to the program that reads or writes it.
+/// The role of a file for the program that reads or writes it.
 enum class FileRole {
-  User,    // named by a user, or part of something that is: an input or an output
-  Working  // the program's own, which it may read and replace: an entry of a cache
+  User,    // named by a user, or part of a file that is: an input or an output
+  Working  // internal to the program, which may read and replace it: an entry of a cache
 };
 
-/// The same for every name of a file: other paths, links, hard links. Nothing for pipes, devices and what is not there.
+/// Identifies a file under all of its names: other paths, links, hard links. idOf() is empty for pipes, devices and
+/// files that do not exist.
 struct FileId {
   std::uint64_t device = 0, inode = 0;
   friend auto operator<=>(const FileId&, const FileId&) = default;
 };
 std::optional<FileId> idOf(const std::filesystem::path& path);
 
-/// Is told of every file of role User that is read, and of every file that is written, while it is set, so that a
-/// program can refuse to replace what it has read. Called from any thread; what it throws reaches the caller of the
-/// function that reads or writes.
+/// While it is set, it is notified of every file of role User that is read and of every file that is written, so that a
+/// program can refuse to replace what it has read. It may be called from any thread. An exception that it throws
+/// reaches the caller of the function that reads or writes.
 class FileObserver {
  public:
   virtual ~FileObserver() = default;
-  /// Once the file is open.
+  /// Called once the file is open.
   virtual void onRead(const std::filesystem::path& path, const FileId& id) = 0;
-  /// Before anything is written, and again before the file gets its name. `target`: `path` with all links followed.
+  /// Called before anything is written, and again before the file gets its name. `target`: `path` with all links
+  /// followed.
   virtual void onWrite(const std::filesystem::path& path, const std::filesystem::path& target, const std::optional<FileId>& id,
                        FileRole role) = 0;
-  /// The file has its name.
+  /// Called once the file has its name.
   virtual void onWritten(const std::filesystem::path& target, FileRole role) = 0;
-  /// Before a file is opened to be read, and when a signal comes while reading waits. What it throws ends the reading.
+  /// Called before a file is opened for reading, and when a signal interrupts a read. An exception ends the reading.
   virtual void checkInterrupted() = 0;
 };
 
-/// Null: none. Returns the one before.
+/// Sets the observer; null: none. Returns the previous one.
 FileObserver* setFileObserver(FileObserver* observer) noexcept;
 
-/// For messages: the path, or "standard input" for "-".
+/// A name for messages: the path, or "standard input" for "-".
 std::string shownName(const std::filesystem::path& path);
 
 /// All bytes of a file, pipe or device; "-" is standard input.
 /// @throws FileError if it cannot be opened or read, is a folder, or has more than `max_bytes`.
 std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t max_bytes = kMaxFileBytes, FileRole role = FileRole::User);
 
-/// `path` with all links followed, also those that lead nowhere yet: what a file written under this name becomes.
+/// `path` with all links followed, including links to files that do not exist: the file that a write to this name
+/// creates.
 /// @throws FileError for a circle of links.
 std::filesystem::path linkTarget(const std::filesystem::path& path);
 
-/// A file written piece by piece under a temporary name in the same folder. commit() syncs it to disk and renames it;
-/// without, the temporary file is removed and an older file of that name stays as it was. Symbolic links are followed;
-/// permissions of an older file stay. A device or pipe (/dev/null) cannot be replaced and is written straight, and so
-/// is standard output, which is "-". Temporary files that a killed program left in the folder are removed.
+/// A file that is written piece by piece under a temporary name in the same folder. commit() syncs it to disk and
+/// renames it. Without commit(), the temporary file is removed, and an older file of that name stays unchanged.
+/// Symbolic links are followed; permissions of an older file are kept. Devices and pipes (/dev/null) and standard
+/// output ("-") cannot be replaced and are written directly. Temporary files that a killed program left in the folder
+/// are removed.
 class WholeFile {
  public:
   /// @throws FileError if the folder is missing or read-only, or `path` is a folder or a read-only file.
@@ -72,10 +76,10 @@ class WholeFile {
   ~WholeFile();
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
-  /// @throws FileError, for a full disk.
+  /// @throws FileError, for example for a full disk.
   void append(std::span<const std::byte> bytes);
   void append(std::string_view text);
-  /// Once, at the end. @throws FileError; nothing then stands under the name that did not before.
+  /// Call once, at the end. @throws FileError; an older file of that name is then unchanged.
   void commit();
 
  private:
@@ -84,9 +88,9 @@ class WholeFile {
   std::unique_ptr<State> state_;
 };
 
-/// Many files, each as whole as a WholeFile: all are written under temporary names, synced to disk by one request to
-/// the file system (syncfs), and then renamed. One request for each file would take some 10 ms a file. A file that
-/// already holds the same bytes is left as it is.
+/// Many files, each written atomically like a WholeFile: all are written under temporary names, synced to disk by one
+/// request to the file system (syncfs), and then renamed. A sync for each file would take some 10 ms a file. A file
+/// that already has the same bytes is not touched.
 class WholeFiles {
  public:
   WholeFiles();
@@ -95,25 +99,26 @@ class WholeFiles {
   WholeFiles& operator=(const WholeFiles&) = delete;
   /// @throws FileError as WholeFile.
   void add(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role = FileRole::User);
-  /// Once, at the end. @throws FileError; those that come after the one that cannot be renamed are then not replaced.
+  /// Call once, at the end. @throws FileError if a file cannot be renamed; the files after it are then not replaced
+  /// either.
   void commit();
 
  private:
   std::vector<std::unique_ptr<WholeFile>> files_;
 };
 
-/// All at once.
+/// Writes a whole file in one call.
 /// @throws FileError as WholeFile.
 void writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes, FileRole role = FileRole::User);
 void writeWhole(const std::filesystem::path& path, std::string_view text, FileRole role = FileRole::User);
 
-/// Before long work: refuses what writeWhole() is sure to refuse (missing folder, no permission, `path` is a folder).
-/// Writes nothing.
+/// For use before long work: refuses paths that writeWhole() is sure to refuse (missing folder, no permission, `path`
+/// is a folder). Writes nothing.
 /// @throws FileError
 void checkWritable(const std::filesystem::path& path);
 
-/// The folder, and those above it, if they are missing.
-/// @throws FileError if they cannot be made or `path` is something else.
+/// Creates the folder, and those above it, if they are missing.
+/// @throws FileError if they cannot be created or `path` is something else.
 void makeFolder(const std::filesystem::path& path);
 
 }  // namespace spheretree::formats

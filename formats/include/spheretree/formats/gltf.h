@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF 2.0 and GLB: the triangles of the default scene, its node transforms applied, metres turned into millimetres.
-// Without a scene all root nodes count; of several scenes without a default the first. A mirroring transform turns the
-// winding round. Parts are named after nodes, else meshes; instances (EXT_mesh_gpu_instancing) have their number behind
-// the name. Skins stand in their rest pose. Data compressed by EXT_meshopt_compression and KHR_draco_mesh_compression
-// are unpacked. Points, lines, materials, animations and morph targets are ignored.
+// glTF 2.0 and GLB: the triangles of the default scene, with node transforms applied, converted from metres to
+// millimetres. If there is no default scene, the first scene is used; if there is no scene, all root nodes. A mirroring
+// transform reverses the winding. Parts are named after nodes, or after meshes if the node has no name; instances
+// (EXT_mesh_gpu_instancing) have their number appended. Skins are in their rest pose. EXT_meshopt_compression and
+// KHR_draco_mesh_compression are decoded. Points, lines, materials, animations and morph targets are ignored.
 #pragma once
 
 #include <filesystem>
@@ -14,11 +14,11 @@
 
 namespace spheretree::formats {
 
-/// `name` stands for the file in messages. `unit_mm`: one unit of the file; glTF says metres, but some programs write
-/// what they have. Buffers in other files are looked for in `folder`, never outside it; an empty `folder`
-/// refuses them. Cost: O(size of the file and its buffers, and of the triangles of all nodes, which are limited to 4
-/// million or to as many as the file has bytes, whichever is more).
-/// @throws FileError if a buffer cannot be read; FormatError for the rest.
+/// `name` is the name of the file in messages. `unit_mm`: one unit of the file; glTF prescribes metres, but some
+/// programs write other units. External buffers are searched in `folder`, never outside it; with an empty `folder` they
+/// are refused. Cost: O(size of the file and its buffers, and of the triangles of all nodes; their number is limited to
+/// 4 million or to the number of bytes in the file, whichever is larger).
+/// @throws FileError if a buffer cannot be read; FormatError for all other errors.
 MeshFile readGltf(std::span<const char> bytes, const std::string& name, const std::filesystem::path& folder = {}, double unit_mm = 1000);
 
 }  // namespace spheretree::formats

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh with places marked in colour, to be looked at: grey, the triangles named in colour, and an octahedron about
-// each point.
+// A mesh with marked places, for viewing: the mesh in grey, marked triangles in colour, and an octahedron around each
+// marked point.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ struct Marks {
   std::vector<Eigen::Vector3d> points;   // [mm]
 };
 
-inline constexpr std::size_t kMostMarkedPoints = 20000;  // of each: what comes later gets no octahedron
+inline constexpr std::size_t kMostMarkedPoints = 20000;  // of each of `marks`: further points get no octahedron
 
-/// GLB, glTF 2.0 in metres: nodes "mesh" and one for each of `marks` that has anything. A triangle of several marks has
-/// the colour of the first. Triangles that name missing vertices and points that are not finite are left out. Faces are
-/// shown from both sides.
+/// GLB, glTF 2.0 in metres: a node "mesh" and a node for each non-empty element of `marks`. A triangle in several marks
+/// has the colour of the first. Triangles with missing vertices and points that are not finite are left out. Faces are
+/// visible from both sides.
 std::vector<std::byte> encodeMarkedGlb(const TriangleMesh& mesh, std::span<const Marks> marks);
 
 }  // namespace spheretree::formats

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh as a file: PLY or OBJ, in millimetres, without loss.
+// Writes a triangle mesh as PLY or OBJ, in millimetres, without loss.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace spheretree::formats {
 
-/// Binary PLY, little-endian: positions as double, triangles. Parts are left out.
+/// Binary PLY, little-endian: positions as double, and triangles. Parts are not written.
 std::vector<std::byte> encodePly(const TriangleMesh& mesh);
 
-/// OBJ: positions as the shortest decimals that read back as the same double, a group (g) for each part that has a
+/// OBJ: positions as the shortest decimals that read back as the same double, and a group (g) for each part that has a
 /// name.
 std::vector<std::byte> encodeObj(const TriangleMesh& mesh);
 

@@ -10,7 +10,8 @@
 
 namespace spheretree::formats {
 
-/// Letters to insert, drop or change, and neighbours to swap, until `a` is `b` (optimal string alignment).
+/// Optimal string alignment distance: letters to insert, drop or replace, and neighbours to swap, that turn `a` into
+/// `b`.
 inline std::size_t editDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -26,9 +27,9 @@ inline std::size_t editDistance(std::string_view a, std::string_view b) {
   return last.back();
 }
 
-/// The word of `known` that was most likely meant: the shortest that begins with `word`, else the one with the least
-/// edit distance, the first of several, if that is at most a third of the letters of `word` (and at least one). None if
-/// nothing is that close.
+/// The word of `known` that was most likely intended: the shortest word that begins with `word`; otherwise the first
+/// word with the smallest edit distance, if that is at most max(1, letters of `word` / 3). Empty if no word is that
+/// close.
 template <class Words>
 std::optional<std::string_view> nearestWord(std::string_view word, const Words& known) {
   std::optional<std::string_view> best;

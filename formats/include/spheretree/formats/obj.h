@@ -10,7 +10,7 @@
 
 namespace spheretree::formats {
 
-/// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
+/// `name` is the name of the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
 /// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
 MeshFile readObj(std::span<const char> text, const std::string& name, double unit_mm = 1.0);
 

@@ -10,7 +10,7 @@
 
 namespace spheretree::formats {
 
-/// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
+/// `name` is the name of the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
 /// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
 MeshFile readPly(std::span<const char> bytes, const std::string& name, double unit_mm = 1.0);
 
@@ -20,8 +20,9 @@ struct PlyColumn {
   std::vector<double> values;
 };
 
-/// The scalar property of this name, of the vertices if they have it, else of the faces; "colour": 65536 red + 256
-/// green + blue. @throws FormatError as readPly(), and if there is no such property; the message lists those there are.
+/// The scalar property of this name, of the vertices if they have it, otherwise of the faces; "colour" is 65536 red +
+/// 256 green + blue. @throws FormatError as readPly(), and if there is no such property; the message lists the existing
+/// ones.
 PlyColumn readPlyColumn(std::span<const char> bytes, const std::string& name, const std::string& property);
 
 }  // namespace spheretree::formats

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Labels of an intraoral scan in the form of the public set Teeth3DS+:
+// Labels of an intraoral scan in the format of the public set Teeth3DS+:
 // {"id_patient": "...", "jaw": "upper" or "lower", "labels": [0, 0, 44, ...], "instances": [0, 0, 3, ...]}: a number
-// for each vertex of the mesh file in its order, 0 for gum, else the FDI number of a tooth.
+// for each vertex of the mesh file in its order: 0 for gum, otherwise the FDI number of a tooth.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ namespace spheretree::formats {
 inline constexpr std::int32_t kMaxScanLabel = 999;
 
 struct ScanLabels {
-  std::string patient, jaw;          // jaw: "upper", "lower" or "" if the file does not say
+  std::string patient, jaw;          // jaw: "upper", "lower", or "" if the file does not specify it
   std::vector<std::int32_t> labels;  // 0 .. kMaxScanLabel, at least one
 };
 
-/// Keys other than these are ignored, since sets add their own; `instances` must be as long as `labels`.
-/// @throws FileError; FormatError with the path of the element and what is wrong.
+/// Other keys are ignored, since data sets add their own; `instances` must be as long as `labels`.
+/// @throws FileError; FormatError with the path of the element and the reason.
 ScanLabels readScanLabels(const std::filesystem::path& path);
 ScanLabels parseScanLabels(std::string_view text, const std::string& name);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The spheres of one level as a flat list, as robot programs read them: CSV, YAML or JSON, in the frame of the mesh.
+// The spheres of one level as a flat list, in formats that robot programs read: CSV, YAML or JSON, in the frame of the
+// mesh.
 #pragma once
 
 #include <string>
@@ -9,7 +10,7 @@
 namespace spheretree::formats {
 
 struct SphereListSettings {
-  int level = 0;       // its level set: with the leaves that ended earlier
+  int level = 0;       // its level set is written: the level, and the leaves of earlier levels
   double unit_mm = 1;  // one unit of the list [mm]
   SphereKind kind = SphereKind::Cover;
   std::string name;  // of the body, in JSON

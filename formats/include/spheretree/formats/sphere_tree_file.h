@@ -13,15 +13,15 @@
 
 namespace spheretree::formats {
 
-/// The most that is read of a .stree file. The largest tree, search tree and skin take 2.6 MB; the rest is room for
-/// later sections. Of a .soft file: tissue takes more.
+/// Largest size of a .stree file that is read: the largest tree, search tree and skin take 2.6 MB, and the remainder
+/// allows for future sections. A .soft file may be larger, because it also holds tissue.
 inline constexpr std::uint64_t kMaxTreeBytes = 16 << 20, kMaxSoftBytes = 256 << 20;
 
-/// A tree that comes out of here is sound (findFault of core).
+/// Every tree that is returned is sound (findFault of core).
 /// @throws FileError if the file cannot be read, FormatError if it is damaged, of another version or not a tree.
 SphereTree readSphereTree(const std::filesystem::path& path);
 
-/// The same from bytes in memory; `name` stands in front of messages.
+/// As readSphereTree(), from bytes in memory; `name` is the prefix of messages.
 /// @throws FormatError
 SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& name);
 
@@ -29,11 +29,11 @@ SphereTree parseSphereTree(std::span<const std::byte> bytes, const std::string& 
 /// @throws as readSphereTree
 SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue);
 
-/// The same from bytes in memory; `name` stands in front of messages.
+/// As readSoftTree(), from bytes in memory; `name` is the prefix of messages.
 /// @throws FormatError
 SphereTree parseSoftTree(std::span<const std::byte> bytes, const std::string& name, Tissue& tissue);
 
-/// The file appears under its name only when it is whole (writeWhole).
+/// Writes the file atomically (writeWhole).
 /// @throws FileError if the file cannot be written, std::invalid_argument for an unsound tree.
 void writeSphereTree(const std::filesystem::path& path, const SphereTree& tree);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// STL, ASCII and binary. The size decides: a file of exactly 84 + 50 n bytes with n in its header is binary, whatever
-// it begins with. Normals and attributes are ignored; solids of an ASCII file are parts.
+// STL, ASCII and binary, distinguished by size: a file of exactly 84 + 50 n bytes with n in its header is binary,
+// whatever its first bytes. Normals and attributes are ignored; solids of an ASCII file are parts.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace spheretree::formats {
 
-/// `name` stands for the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
+/// `name` is the name of the file in messages; `unit_mm`: one unit of the file [mm], finite, > 0.
 /// Cost: O(size). @throws FormatError, std::invalid_argument as readMesh does.
 MeshFile readStl(std::span<const char> bytes, const std::string& name, double unit_mm = 1.0);
 

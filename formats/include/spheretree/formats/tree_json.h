@@ -9,13 +9,14 @@
 
 namespace spheretree::formats {
 
-/// parseTreeJson(writeTreeJson(t)) == t, bit for bit, with search tree and skin. One node a line. Lengths in mm.
+/// parseTreeJson(writeTreeJson(t)) == t, bit for bit, including search tree and skin. One line for each node. Lengths
+/// in mm.
 std::string writeTreeJson(const SphereTree& tree);
 
-/// `schema`, `branching` and `nodes` with `cover` and `child_count` are needed, and nodes breadth first with inner
-/// siblings ahead of leaves. Bounding spheres that are absent from all nodes, and statistics that are absent, are
-/// computed; `provenance`, `origin_mm`, `search` and `skin` may be absent. Numbers are rounded to float where the tree
-/// stores floats. `name` stands in front of messages.
+/// Required: `schema`, `branching`, and `nodes` with `cover` and `child_count`, breadth first with inner siblings ahead
+/// of leaves. If bounding spheres are absent from all nodes, or statistics are absent, they are computed. `provenance`,
+/// `origin_mm`, `search` and `skin` may be absent. Numbers are rounded to float where the tree stores floats. `name` is
+/// the prefix of messages.
 /// @throws FormatError with the place in the text or the path of the element.
 SphereTree parseTreeJson(std::string_view text, const std::string& name);
 
