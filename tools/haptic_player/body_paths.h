@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the bodies of a scene are at each time of a run.
+// The poses of a scene's bodies at each time of a run.
 #pragma once
 
 #include <cstdint>
@@ -21,33 +21,34 @@ class BodyPaths {
   BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path);
 
   bool empty() const { return bodies_.empty(); }
-  /// The first kMostHinges bodies that turn about one, in the order of the scene.
+  /// The first kMostHinges bodies with a hinge, in the order of the scene.
   struct HingedBody {
     std::string name;
-    double lowest = 0, highest = 0;  // angles on its path [degree]
+    double lowest = 0, highest = 0;  // range of the angles on its path [degree]
   };
   const std::vector<HingedBody>& hinged() const { return hinged_; }
-  /// Their angles at `t`, as the scene says.
+  /// The angles at time `t` according to the scene.
   HingeAngles anglesAt(double t) const noexcept;
-  /// Body 1 is the first of the scene file, as scene::bodyNumber() counts them. The last pose of a file is held. No
-  /// allocation.
+  /// The pose of a body; body 1 is the first one of the scene file, as scene::bodyNumber() counts them. After the end
+  /// of a pose file its last pose is used. No allocation.
   Configuration at(std::size_t body, double t, const HingeAngles& angles) const noexcept;
-  /// Before a step: where every body is to be at its end. No allocation.
+  /// Before a step: sets the pose of every body at the end of the step. No allocation.
   void moveTo(double t, const HingeAngles& angles, runtime::Workspace& workspace) const noexcept;
-  /// Of every body, body 1 first.
+  /// The poses of all bodies, body 1 first.
   std::vector<Configuration> posesAt(double t, const HingeAngles& angles) const;
 
  private:
   struct Path {
-    std::vector<Configuration> poses;  // one each ms; empty: the hinge
+    std::vector<Configuration> poses;  // one for each ms; empty: the hinge is used
     formats::Hinge hinge;
-    std::size_t number = kMostHinges;  // in hinged(); kMostHinges: not there
+    std::size_t number = kMostHinges;  // index in hinged(); kMostHinges: not in it
   };
   std::vector<Path> bodies_;
   std::vector<HingedBody> hinged_;
 };
 
-/// Those of a scene file; none for an empty path, the built-in sample. @throws formats::FileError, formats::FormatError
+/// The paths of a scene file; empty for an empty path, that is the built-in sample. @throws formats::FileError,
+/// formats::FormatError
 BodyPaths readBodyPaths(const std::filesystem::path& scene);
 
 }  // namespace spheretree::player

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a user should know of a run that went well by its figures, but may not have done what was meant.
+// Notes on a run that succeeded according to its figures, but may not have done what the user intended.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace spheretree::player {
 
-/// Whole sentences: a tool that touched nothing, objects that the simulated hand did not come to, a trajectory that
-/// ended early or is coarse.
-/// `steps`, `largest_force_n`: of the run, which came to its end. @throws formats::FileError, formats::FormatError
+/// Whole sentences: about a tool that touched nothing, objects that the simulated hand did not reach, a trajectory that
+/// ended early or is coarse. `steps`, `largest_force_n`: of the run, which must have come to its end. @throws
+/// formats::FileError, formats::FormatError
 std::vector<std::string> notesOn(const PlaySettings& settings, std::uint64_t steps, double largest_force_n);
 
 }  // namespace spheretree::player

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a run comes to: times, penetration, force steps, energy, faults. Filled in the servo loop: adding allocates
-// nothing.
+// The summary of a run: times, penetration, force steps, energy, faults. It is updated in the servo loop, without
+// allocation.
 // Units: mm, N, N mm, s, mJ (= N mm); times in us.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace spheretree::player {
 
-/// Counts durations in bins of equal ratio: any quantile within 1.1 %, whatever the number of samples.
+/// Counts durations in bins of equal ratio, so that any quantile is accurate to 1.1 %, for any number of samples.
 class TimeHistogram {
  public:
   void add(double us) noexcept;
@@ -32,15 +32,16 @@ class TimeHistogram {
 /// median, p99, p99_9 and max of durations [us].
 nlohmann::ordered_json timesJson(const TimeHistogram& durations);
 
-/// Passivity observer: the energy that the renderer has taken from the hand, E[n] = -sum F . dx + torque . dtheta over
-/// the ticks, each wrench held until the next pose. Below 0 the renderer has given energy. Paper: B. Hannaford, J.-H.
-/// Ryu. Time-domain passivity control of haptic interfaces. IEEE Trans. Robotics and Automation 18(1), 2002.
+/// Passivity observer: the energy that the renderer has absorbed from the hand, E[n] = -sum F . dx + torque . dtheta
+/// over the ticks, where each wrench is held until the next pose. A negative value means that the renderer has
+/// generated energy. Paper: B. Hannaford, J.-H. Ryu. Time-domain passivity control of haptic interfaces. IEEE Trans.
+/// Robotics and Automation 18(1), 2002.
 class PassivityObserver {
  public:
   void add(const Configuration& pose, const Wrench& wrench) noexcept;
-  double energy() const { return energy_; }      // now [mJ]
-  double smallest() const { return smallest_; }  // so far, <= 0 [mJ]
-  double largest() const { return largest_; }    // so far, >= 0 [mJ]
+  double energy() const { return energy_; }      // current value [mJ]
+  double smallest() const { return smallest_; }  // smallest value so far, <= 0 [mJ]
+  double largest() const { return largest_; }    // largest value so far, >= 0 [mJ]
 
  private:
   Configuration pose_;
@@ -51,7 +52,7 @@ class PassivityObserver {
 
 class RunStatistics {
  public:
-  /// `processor_us`: that the step's thread had the processor; the rest of row.total_us went to other programs.
+  /// `processor_us`: processor time of the step's thread; the remainder of row.total_us was used by other programs.
   void add(const RecordedStep& row, double processor_us) noexcept;
 
   std::uint64_t steps() const { return steps_; }
@@ -59,7 +60,7 @@ class RunStatistics {
   const TimeHistogram& total() const { return total_; }
   /// For --json: steps, time_us, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
   nlohmann::ordered_json toJson() const;
-  /// For --json: steps in which passivity control did something, and the largest of it.
+  /// For --json: the number of steps in which passivity control was active, and its largest wrench.
   nlohmann::ordered_json passivityJson() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One servo step of the player: pose in, wrench out, one row for the record and for the statistics.
+// One servo step of the player: a pose in, a wrench out, and one row for the recording and the statistics.
 #pragma once
 
 #include <array>
@@ -22,35 +22,37 @@ class ServoLoop final : public device::Renderer {
  public:
   struct Options {
     runtime::Mode mode = runtime::Mode::Constrained;
-    bool wait = false;                       // a full ring of the recording holds up the loop instead of losing rows
-    TissueMotion* tissue = nullptr;          // large motion of soft tissue; must outlive the loop
-    const BodyPaths* bodies = nullptr;       // where bodies are at each tick; must outlive the loop
-    std::optional<device::ToolMount> mount;  // absent: the device gives the pose of the tool, in the world
-    bool real_time_thread = false;           // the first step asks for a real-time priority for its thread
+    bool wait = false;                       // wait if the ring buffer of the recording is full, instead of losing rows
+    TissueMotion* tissue = nullptr;          // large deformation of soft tissue; must outlive the loop
+    const BodyPaths* bodies = nullptr;       // poses of bodies at each tick; must outlive the loop
+    std::optional<device::ToolMount> mount;  // absent: the device reports the pose of the tool in the world
+    bool real_time_thread = false;           // the first step requests a real-time priority for its thread
   };
-  /// `scene`, `recording` and `live` (both may be null) must outlive it.
+  /// `scene`, `recording` and `live` must outlive the loop; the latter two may be null.
   ServoLoop(const runtime::Scene& scene, RecordingWriter* recording, const Options& options, view::LiveStreams* live = nullptr);
 
-  /// The step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (`wait` aside).
+  /// Computes the step of tick n (0, 1, ...) at n ms. No allocation, lock or I/O (except `wait`).
   device::Rendered render(const device::DeviceState& state) noexcept override;
 
-  /// Where the rows of later steps go; null: nowhere. From one thread, not that of the steps. Returns once the step
-  /// that was under way has ended, so that the former writer may be finished; false if it has not ended within a
-  /// second.
+  /// Sets the writer for the rows of later steps; null: none. Call it from one thread, which must not be that of the
+  /// steps. Returns true when the current step has ended, so that the former writer may be finished; false if it has
+  /// not ended within a second.
   bool record(RecordingWriter* recording) noexcept;
 
   // After the last step.
   const RunStatistics& statistics() const { return statistics_; }
   TissueMotion* tissue() const { return options_.tissue; }
-  std::uint32_t tissueStates() const { return tissue_states_; }  // that were taken over
+  std::uint32_t tissueStates() const { return tissue_states_; }  // number of states used
   // From any thread.
-  double force() const { return force_.load(std::memory_order_relaxed); }                // of the last step [N]
-  double time() const { return time_.load(std::memory_order_relaxed); }                  // that it took [us]
-  int priorityError() const { return priority_error_.load(std::memory_order_relaxed); }  // errno of the request; 0: granted, -1: not asked
+  double force() const { return force_.load(std::memory_order_relaxed); }  // of the last step [N]
+  double time() const { return time_.load(std::memory_order_relaxed); }    // that it took [us]
+  int priorityError() const {
+    return priority_error_.load(std::memory_order_relaxed);
+  }  // errno of the request; 0: granted, -1: not requested
 
  private:
   void publish(const RecordedStep& row) noexcept;
-  /// Towards what the view wishes, at a speed that a jaw has; else as the scene says.
+  /// Moves the hinges towards the angles set in the view, at the speed of a jaw; otherwise along the path of the scene.
   void steerHinges(const HingeAngles& path) noexcept;
 
   const runtime::Scene& scene_;
@@ -68,13 +70,13 @@ class ServoLoop final : public device::Renderer {
   std::atomic<int> priority_error_{-1};
 };
 
-/// Processor time of this thread: what other programs do meanwhile does not count [us].
+/// Processor time of this thread, without that of other programs [us].
 double threadTime() noexcept;
 
-/// As a view shows it.
+/// The contact in the form that a view shows.
 view::ShownContact shownContact(const runtime::Contact& contact) noexcept;
 
-/// The row of a step. What it says of contacts comes from them.
+/// The row of a step; its contact columns are computed from `contacts`.
 RecordedStep recordedStep(std::uint64_t tick, const Configuration& haptic, const runtime::StepResult& result,
                           const runtime::StageTimes& times, double total_us, std::span<const runtime::Contact> contacts) noexcept;
 

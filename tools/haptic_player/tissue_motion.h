@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Large motion of the soft tissue of a scene, beside the servo loop: forces go to a solver in a thread of its own, and
-// leaves come back. The loop never waits: it takes a state when there is one, and hands the forces of that moment over
-// for the next. So which steps took a state is all that a run depends on beside its poses, and a replay does the same.
+// Large deformation of the soft tissue of a scene, in parallel with the servo loop: forces go to a solver in a separate
+// thread, and states of the surface come back. The loop never waits: when a new state is available, it takes the state
+// and passes the current forces on for the next one. Besides its poses, a run depends only on which steps took a state;
+// a replay takes states in the same steps.
 #pragma once
 
 #include <atomic>
@@ -16,34 +17,34 @@
 
 namespace spheretree::player {
 
-inline constexpr int kQuiet = 100;                 // states under no force, after which tissue is at rest
-inline constexpr std::uint64_t kTissueTicks = 10;  // from state to state in lock step
+inline constexpr int kQuiet = 100;                 // consecutive states without forces after which tissue is at rest
+inline constexpr std::uint64_t kTissueTicks = 10;  // ticks between states in lock step
 
-/// What a view shows: displacements of the nodes of each object, empty if it is rigid [mm].
+/// For a view: displacements of the nodes of each object, empty if it is rigid [mm].
 using TissueShapes = std::vector<std::vector<Eigen::Vector3f>>;
 
 class TissueMotion {
  public:
   enum class Clock {
-    Real,     // a thread of its own
-    Stepped,  // in the thread of the steps, at every kTissueTicks: the same bytes every time
-    Replay,   // in the thread of the steps, when take() is told so
+    Real,     // a separate thread
+    Stepped,  // in the thread of the steps, every kTissueTicks: the same bytes every time
+    Replay,   // in the thread of the steps, when take() is called with is_due
   };
-  /// `scene` must outlive it. @throws formats::FormatError if the tissue of an object cannot be solved for.
+  /// `scene` must outlive the object. @throws formats::FormatError if the solver cannot handle the tissue of an object.
   TissueMotion(const runtime::Scene& scene, Clock clock);
   ~TissueMotion();
   TissueMotion(const TissueMotion&) = delete;
   TissueMotion& operator=(const TissueMotion&) = delete;
 
-  /// Whether there is any soft tissue.
+  /// True if the scene has no soft tissue.
   bool empty() const { return bodies_.empty(); }
-  /// Before each step, in its thread. No allocation or lock; with Clock::Real it does not wait either. How many states
-  /// were taken so far. `is_due`: with Clock::Replay, whether this step takes one.
+  /// Call it before each step, in the thread of the steps. Returns the number of states taken so far. No allocation or
+  /// lock; with Clock::Real it does not wait either. `is_due`: with Clock::Replay, whether this step takes a state.
   std::uint32_t take(std::uint64_t tick, runtime::Workspace& workspace, bool is_due = false) noexcept;
-  /// At rest again, as after a reset of the workspace. Not with Clock::Real.
+  /// Returns to the shape at rest, as after a reset of the workspace. Not allowed with Clock::Real.
   void restart() noexcept;
 
-  /// The newest state that was solved. From one thread, that of a view; with Clock::Replay that of the steps.
+  /// The newest solved state. Call it from one thread, that of a view; with Clock::Replay from that of the steps.
   const TissueShapes& shapes() noexcept;
 
  private:
@@ -51,10 +52,10 @@ class TissueMotion {
     std::size_t object;
     std::unique_ptr<tissue::MovingTissue> motion;
     std::vector<float> forces;
-    tissue::TissueState taken, solved;        // held by the workspace; of the solver
-    int quiet = kQuiet;                       // states in a row under no force
-    std::vector<Eigen::Vector3f> shape = {};  // the newest
-    bool is_solved = false;                   // there will be a new one in `solved`
+    tissue::TissueState taken, solved;        // used by the workspace; written by the solver
+    int quiet = kQuiet;                       // consecutive states without forces
+    std::vector<Eigen::Vector3f> shape = {};  // the newest shape
+    bool is_solved = false;                   // whether `solved` will receive a new state
   };
   enum Phase : int { kSolved, kAsked, kEnding };
 
@@ -64,7 +65,7 @@ class TissueMotion {
   const Clock clock_;
   std::vector<Body> bodies_;
   std::uint32_t taken_ = 0;
-  std::atomic<int> phase_{kSolved};  // whose turn it is with the bodies
+  std::atomic<int> phase_{kSolved};  // which thread may access the bodies
   view::TripleBuffer<TissueShapes> shapes_;
   std::thread thread_;
 };

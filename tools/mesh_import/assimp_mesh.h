@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes of other formats (3DS, 3MF, DAE, FBX and more) by Assimp.
+// Reads meshes in further formats (3DS, 3MF, DAE, FBX and more) with Assimp.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,12 @@
 
 namespace spheretree::mesh_import {
 
-/// All triangles of the scene, where its nodes place them, in mm; each node with a mesh is a part of its name. Nothing
-/// but `bytes` is read, whatever the file names. Skins and animations are ignored: meshes stand as they are stored.
-/// `path`: whose ending tells the format, and which stands for the file in messages. `unit_mm`: one unit of the file;
-/// nothing: what the file says (FBX, DAE), else 1 mm.
-/// Assimp may crash on a file that was made to crash it: call this in a process that has nothing to lose.
+/// All triangles of the scene, with node transforms applied, in mm; each node with a mesh becomes a part with its name.
+/// Only `bytes` is read, even if the file refers to other files. Skins and animations are ignored: meshes are as
+/// stored.
+/// `path`: its extension selects the format, and messages use it as the name of the file. `unit_mm`: one unit of the
+/// file; empty: the unit in the file (FBX, DAE), otherwise 1 mm.
+/// Assimp may crash on a malicious file: call this in a process of its own.
 /// @throws formats::FormatError for a file that Assimp refuses or that has no triangle.
 formats::MeshFile readByAssimp(std::span<const std::byte> bytes, const std::filesystem::path& path, std::optional<double> unit_mm);
 

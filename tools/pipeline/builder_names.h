@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Builders and qualities by the names that options take.
+// The names of builders and qualities in options.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ std::vector<std::string> namesOf(const Kinds& kinds) {
   return names;
 }
 
-/// CLI11, or the reader of scenes, has checked that `text` is one of the names.
+/// `text` must be one of the names; CLI11 or the reader of scenes has checked it.
 template <class Kinds>
 auto byName(const Kinds& kinds, const std::string& text) {
   const auto found = std::find_if(kinds.begin(), kinds.end(), [&](auto kind) { return name(kind) == text; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The figures of `spheretree evaluate` as JSON, schema spheretree.evaluation/1. What is not in the JSON (the area
-// outside, which sphere is the worst) is lost on the way there and back.
+// The figures of `spheretree evaluate` as JSON, schema spheretree.evaluation/1. Figures that are not in the JSON (the
+// outside area, the index of the worst sphere) are lost in a round trip.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,15 +11,15 @@ namespace spheretree::pipeline {
 
 nlohmann::ordered_json evaluationJson(const builder::Evaluation& evaluation);
 
-/// One of `levels`, and back. @throws nlohmann::json::exception if a key is missing or of another type.
+/// An element of `levels`, to and from JSON. @throws nlohmann::json::exception if a key is missing or of another type.
 nlohmann::ordered_json levelJson(const builder::LevelEvaluation& level);
 builder::LevelEvaluation levelFromJson(const nlohmann::ordered_json& json);
 
-/// The field `skin`, and back. @throws as levelFromJson().
+/// The field `skin`, to and from JSON. @throws as levelFromJson().
 nlohmann::ordered_json skinJson(const builder::SkinEvaluation& skin);
 builder::SkinEvaluation skinFromJson(const nlohmann::ordered_json& json);
 
-/// The field `hierarchy`, and back. @throws as levelFromJson().
+/// The field `hierarchy`, to and from JSON. @throws as levelFromJson().
 nlohmann::ordered_json hierarchyJson(const builder::HierarchyEvaluation& hierarchy);
 builder::HierarchyEvaluation hierarchyFromJson(const nlohmann::ordered_json& json);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// JSON files that these programs wrote, as typed values: one place says what is wrong with a file that is none.
+// Reads JSON files that these programs wrote as typed values, with uniform messages for invalid files.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace spheretree::pipeline {
 /// @throws formats::FileError; formats::FormatError if the file is not JSON or not of this schema.
 nlohmann::ordered_json readJson(const std::filesystem::path& path, const std::string& schema);
 
-/// What `parse` makes of the JSON. What it throws because a key is missing or of another type becomes a
+/// The result of `parse` for the JSON of a file. Its exceptions for a missing key or another type become a
 /// formats::FormatError.
 template <class Parse>
 auto readJsonAs(const std::filesystem::path& path, const std::string& schema, Parse&& parse) {
@@ -27,7 +27,7 @@ auto readJsonAs(const std::filesystem::path& path, const std::string& schema, Pa
   }
 }
 
-/// Absent and null are the same: no value.
+/// A null value is treated like a missing key: the result is empty.
 template <class T>
 std::optional<T> optionalAt(const nlohmann::ordered_json& json, const char* key) {
   const auto found = json.find(key);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a user is told of a tree that does not keep its tolerance.
+// The message about a tree that does not keep its tolerance.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,9 @@
 
 namespace spheretree::pipeline {
 
-/// "the tolerance of 0.2 mm is not met; ...": what the `leaves` keep, and about how many would keep the tolerance, by
-/// the rule that the overhang of a smooth surface falls as one over the leaves. Both lengths above 0; `leaves` >= 1.
+/// "the tolerance of 0.2 mm is not met; ...": the overhang that the `leaves` have, and an estimate of the leaves that
+/// would keep the tolerance, by the rule that the overhang of a smooth surface is inversely proportional to the number
+/// of leaves. Both lengths > 0; `leaves` >= 1.
 std::string missedTolerance(double tolerance_mm, double kept_mm, std::size_t leaves);
 
 }  // namespace spheretree::pipeline

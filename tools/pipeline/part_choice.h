@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a mesh is meant: one that the file names, or #N, the connected component N as `check --list-parts`
-// counts them.
+// Selects a part of a mesh: one that the file names, or #N, the connected component N as counted by `check
+// --list-parts`.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace spheretree::pipeline {
 
-/// The connected components of a mesh, found when first asked for. Safe for any number of threads.
+/// The connected components of a mesh, computed at the first call. Safe for any number of threads.
 class Components {
  public:
-  /// `mesh` must be the same each time.
+  /// `mesh` must be the same in every call.
   const std::vector<std::uint32_t>& of(const TriangleMesh& mesh) const;  // the component of each triangle
 
  private:
@@ -23,13 +23,13 @@ class Components {
   mutable std::vector<std::uint32_t> of_;
 };
 
-/// A part of this name, or else a component. @throws formats::FormatError with the choices if there is none such.
+/// The part of this name, or a component. @throws formats::FormatError with the choices if there is no such part.
 TriangleMesh partOf(const TriangleMesh& mesh, const std::string& part, const Components& components = {});
 
-/// How many triangles partOf() has; of the whole mesh if `part` is empty. @throws as partOf()
+/// The number of triangles of partOf(); of the whole mesh if `part` is empty. @throws as partOf()
 std::size_t trianglesOf(const TriangleMesh& mesh, const std::string& part, const Components& components);
 
-/// --parts: "merge" is the whole mesh. @throws as partOf()
+/// The value of --parts: "merge" selects the whole mesh. @throws as partOf()
 TriangleMesh choosePart(TriangleMesh mesh, const std::string& parts);
 
 }  // namespace spheretree::pipeline

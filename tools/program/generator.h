@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What these programs call themselves in the files that they write.
+// The name of these programs in the files that they write.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// JSON as the programs write it.
+// JSON in the format that the programs write.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,8 +7,8 @@
 
 namespace spheretree::tool {
 
-/// `indent` blanks a level; -1: all on one line. Paths and names of parts need not be UTF-8, but JSON is: what is none
-/// becomes U+FFFD.
+/// `indent`: blanks for each level; -1: everything on one line. Paths and names of parts need not be UTF-8, but JSON
+/// must be: invalid sequences become U+FFFD.
 inline std::string jsonText(const nlohmann::ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

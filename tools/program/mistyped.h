@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is wrong with a command line, in words of our own: the parser's are not meant for users.
+// Messages about errors in a command line, since the messages of the parser are not meant for users.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,15 +8,15 @@
 
 namespace spheretree::tool {
 
-/// Of a word that `app` did not take: an option that is unknown, with the nearest known one if one is close, or an
-/// argument too many.
-/// `of`: " of build"; `command`: whose --help tells more. Empty if every word was taken.
+/// The message about a word that `app` did not accept: an unknown option, with the nearest known one if one is close,
+/// or an additional argument. Empty if every word was accepted. `of`: for example " of build"; `command`: the command
+/// whose --help has details.
 std::string unknownWord(const CLI::App& app, const std::string& of, const std::string& command);
 
-/// @throws UsageError for a word that is empty, as that of a variable which is not set.
+/// @throws UsageError for an empty word, such as the value of an unset variable.
 void refuseEmptyWords(const std::vector<std::string>& words);
 
-/// What `error` says of options that are known, as one sentence.
+/// The message of `error` about known options, as one sentence.
 std::string explained(const CLI::ParseError& error);
 
 /// For CLI::Option::check(): a finite number from `least` to `most`.

@@ -12,9 +12,10 @@ namespace spheretree::tool {
 
 class ProgressBar : public WorkProgress {
  public:
-  /// `kind`: auto (a bar on a terminal, plain on one that cannot draw over its line, else none), bar, plain (a line for
-  /// each stage, and one every ten seconds within it), json (an object a line) or none. Short work shows nothing: bar
-  /// and plain wait for half a second. Of work on many objects, bar and plain also print a line for each that is done.
+  /// `kind`: auto (a bar on a terminal; plain on a terminal that cannot overwrite its line; otherwise none), bar, plain
+  /// (a line for each stage, and one every ten seconds within it), json (an object a line) or none. Short work shows
+  /// nothing: bar and plain start after half a second. For work on many objects, bar and plain also print a line for
+  /// each finished object.
   ProgressBar(const std::string& kind, bool quiet);
   ~ProgressBar() override;  // clears it
   ProgressBar(const ProgressBar&) = delete;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The files of one run of a program. This is the one place that decides whether an output may be written: none replaces
-// a file that the run reads, or another of its outputs, whatever the path looks like (another name, a link, a file that
-// is read because another names it).
+// The files of one run of a program. Only this class decides whether an output may be written: no output replaces a
+// file that the run reads, or another output, under any path (another name, a link, a file that is read because another
+// file names it).
 #pragma once
 
 #include <filesystem>
@@ -12,34 +12,35 @@
 
 namespace spheretree::tool {
 
-/// While one lives, every file that formats::readFile() reads is remembered, and formats::WholeFile refuses to replace
-/// it. Where several live, they share what they remember: a program has one around a run, and functions that write
+/// While a RunFiles exists, every file that formats::readFile() reads is recorded, and formats::WholeFile refuses to
+/// replace it. Several instances share their records: a program has one for the whole run, and functions that write
 /// several files have one of their own, so that they are safe in any program.
 class RunFiles {
  public:
   RunFiles();
-  /// Reading that waits for a pipe ends with builder::Cancelled once `progress` is cancelled.
+  /// A read that waits for a pipe ends with builder::Cancelled after `progress` is cancelled.
   explicit RunFiles(const builder::Progress& progress);
   ~RunFiles();
   RunFiles(const RunFiles&) = delete;
   RunFiles& operator=(const RunFiles&) = delete;
 
-  /// An input, before it is read. "-" is standard input, which can be read once. @throws UsageError for the second "-".
+  /// Call it for an input before it is read. "-" is standard input, which can be read only once. @throws UsageError for
+  /// the second "-".
   void willRead(const std::filesystem::path& input) const;
 
-  /// An output, before long work: nothing is written, but what formats::WholeFile would refuse at the end is refused
-  /// now. "-" is standard output. An empty path is no output.
+  /// Call it for an output before long work: it writes nothing, but refuses now what formats::WholeFile would refuse at
+  /// the end. "-" is standard output. An empty path means no output.
   /// @throws UsageError if it would replace a file that is read or another output; formats::FileError if it cannot be
   /// written.
   void willWrite(const std::filesystem::path& output) const;
 
-  /// The same for a file whose name must end in one of `endings`, in any case; "-" and devices may stand for it.
+  /// As above, for a file whose name must end in one of `endings`, in any case; "-" and devices are also allowed.
   /// @throws UsageError for another ending, or for binary data on a terminal (`is_text` false).
   void willWrite(const std::filesystem::path& output, std::initializer_list<const char*> endings, const std::string& what,
                  bool is_text = true) const;
 };
 
-/// The ending of a file's name in lower case: ".stree", or "".
+/// The extension of a file name in lower case: ".stree", or "".
 std::string endingOf(const std::filesystem::path& path);
 
 /// "-": standard input or output.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the programs say: results on stdout, messages on stderr, and one line of progress that never mixes with either.
+// The output of the programs: results on stdout, messages on stderr, and one progress line that never mixes with
+// either.
 #pragma once
 
 #include <string>
@@ -7,30 +8,29 @@
 
 namespace spheretree::tool {
 
-/// `text` as it may go to a terminal: control characters as \n, \t or \x1b, so that a name from a file can neither
-/// break a line nor send commands to the terminal. Bytes that are no UTF-8 stay as they are.
+/// `text` in a form that is safe for a terminal: control characters as \n, \t or \x1b, so that a name from a file can
+/// neither break a line nor send commands to the terminal. Bytes that are not valid UTF-8 are kept.
 std::string plainText(std::string_view text);
 
-/// "1 step", "2 steps"; `plural` where an s is not enough.
+/// "1 step", "2 steps"; `plural` for irregular plurals.
 std::string counted(std::size_t count, std::string_view what, std::string_view plural = {});
 
-/// As std::printf. Clears the line of progress first. What comes from outside has to go through plainText().
+/// Like std::printf, but clears the progress line first. Text from outside must be passed through plainText().
 [[gnu::format(printf, 1, 2)]] void printResult(const char* format, ...);
 
-/// Writes `text` to stdout as it is, after the line of progress was cleared.
+/// Clears the progress line and writes `text` to stdout unchanged.
 void writeResult(std::string_view text);
 
-/// One line on stderr, through plainText().
+/// Prints one line on stderr, passed through plainText().
 void say(std::string_view line);
 
-/// Columns of the terminal that stderr is; 0 if it is none, or one that cannot go back in its line (TERM=dumb).
+/// The number of columns if stderr is a terminal; 0 if it is none, or one that cannot overwrite its line (TERM=dumb).
 int terminalColumns();
 
-/// Draws `text` in place of the line of progress before it, cut to `columns` - 1 characters of ASCII. Only one thread
-/// may draw.
+/// Replaces the progress line by `text`, cut to `columns` - 1 characters of ASCII. Only one thread may draw.
 void drawProgressLine(std::string_view text, int columns);
 
-/// Takes the line of progress away, if there is one.
+/// Clears the progress line, if there is one.
 void clearProgressLine();
 
 }  // namespace spheretree::tool

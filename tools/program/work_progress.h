@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Progress of work on many objects, some of them at once.
+// Progress of work on many objects, some of them in parallel.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace spheretree::tool {
 
-/// The base class is silent, as builder::Progress is.
+/// The base class does nothing, like builder::Progress.
 class WorkProgress : public builder::Progress {
  public:
   struct Objects {
     std::size_t done = 0, count = 0;
-    std::vector<std::string> running;  // names, the longest at work first
+    std::vector<std::string> running;  // names of the objects in work, the longest-running first
   };
   struct Finished {
     std::string name;
@@ -24,9 +24,9 @@ class WorkProgress : public builder::Progress {
     double overhang_bound_mm = 0;  // of the leaves
     double seconds = 0;
   };
-  /// What follows is the part from `begin` to `end` of the whole, 0..1: each stage in turn fills it.
+  /// The following stages fill the part from `begin` to `end` of the whole, 0..1.
   virtual void share(double /*begin*/, double /*end*/) {}
-  /// How far a stage is, and what is at work now.
+  /// The fraction of a stage that is done, and the objects in work.
   virtual void advance(double fraction, const Objects& /*objects*/) { advance(fraction); }
   virtual void finished(const Finished& /*object*/) {}
   using builder::Progress::advance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Collada (.dae) meshes, by the library Assimp: what many robot descriptions ship.
+// Collada (.dae) meshes, which many robot descriptions use, read with the library Assimp.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace spheretree::robot {
 
-/// All triangles of the scene, in mm by the <unit> of the file (a metre without one), axes as in the file: like the
-/// viewers of ROS, <up_axis> is not looked at. Equal vertices are welded.
+/// All triangles of the scene, in mm according to the <unit> of the file (default: metre), with the axes of the file:
+/// like the viewers of ROS, it ignores <up_axis>. Equal vertices are welded.
 /// @throws formats::FileError, formats::FormatError
 TriangleMesh readDae(const std::filesystem::path& path);
 

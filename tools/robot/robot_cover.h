@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Spheres that cover the collision shapes of a robot's links. One tree for each collision element; a sphere of the URDF
-// is its own cover. How leaves are shared and what is proven: docs/robots.md
+// Spheres that cover the collision shapes of a robot's links, with one tree for each collision element; a sphere of the
+// URDF is its own cover. Distribution of leaves and proofs: docs/robots.md
 #pragma once
 
 #include <cstdint>
@@ -17,62 +17,62 @@
 
 namespace spheretree::robot {
 
-/// The number of spheres of every link whose name matches: * is any text, ? any letter.
+/// The number of spheres of every link whose name matches the pattern: * is any text, ? any letter.
 struct LinkCount {
   std::string pattern;
   std::size_t spheres = 0;  // >= 1
 };
 
-/// No sphere of the link reaches beyond the plane: all of them lie where axis . p >= value.
+/// No sphere of the link extends beyond the plane: all of them lie in axis . p >= value.
 struct ClipPlane {
   std::string link;
-  Eigen::Vector3d axis;  // of the link's frame, unit length
+  Eigen::Vector3d axis;  // in the link's frame, unit length
   double value = 0;      // [mm]
 };
 
 struct CoverSettings {
-  double tolerance_mm = 0;        // > 0: fewest spheres that reach out no farther; 0: `budget`
-  std::size_t budget = 0;         // > 0: spheres of all links without a count of their own, shared by equal error
-  std::vector<LinkCount> counts;  // the first that matches a link counts
+  double tolerance_mm = 0;        // > 0: the smallest number of spheres with at most this overhang; 0: `budget` is used
+  std::size_t budget = 0;         // > 0: spheres for all links without a count of their own, distributed for equal error
+  std::vector<LinkCount> counts;  // the first match counts
   std::vector<ClipPlane> clips;
   builder::Quality quality = builder::Quality::Standard;
   builder::RepairKind repair = builder::RepairKind::Auto;
   std::uint64_t seed = 1;
-  int threads = 0;  // 0: as many as the machine has
+  int threads = 0;  // 0: all processors of the machine
 };
 
-/// A sphere in metres, in the frame of its link, as it is written. Both as floats and as the shortest decimals of these
-/// floats read in double precision, the spheres of a link cover it: rounding is added to the radius.
+/// A sphere in metres, in the frame of its link, as it is written. The radii include the rounding errors, so that the
+/// spheres of a link cover it both as floats and as the shortest decimals of these floats read in double precision.
 using MetreSphere = Sphere;
 
 struct LinkCover {
   std::size_t link = 0;
-  std::vector<std::vector<MetreSphere>> levels;  // from the roots of the elements' trees to the finest; the last is what planners get
-  std::vector<double> overhang_bounds_mm;        // (levels) proven: no sphere of the level reaches farther out of its element
-  bool is_clipped = false;                       // then what lies beyond the plane, and near it, is bare
+  std::vector<std::vector<MetreSphere>> levels;  // from the roots of the elements' trees to the leaves; planners get the last level
+  std::vector<double> overhang_bounds_mm;        // (levels) proven: no sphere of the level has a larger overhang over its element
+  bool is_clipped = false;                       // then the shape is uncovered beyond the plane and near it
   std::vector<std::string> notes;                // repairs, missed tolerances; sentences that name the element
   const std::vector<MetreSphere>& spheres() const { return levels.back(); }
   double overhangBound() const { return overhang_bounds_mm.back(); }  // [mm]
 };
 
 struct RobotCover {
-  std::vector<LinkCover> links;  // those with collision elements, in the order of the robot
+  std::vector<LinkCover> links;  // of the links with collision elements, in the order of the robot
   std::size_t sphereCount() const;
 };
 
-/// The budget where nothing else is asked for: 8 spheres for each collision element.
+/// The default budget: 8 spheres for each collision element.
 std::size_t usualBudget(const Robot& robot);
 
-/// Same robot and settings (threads aside): same spheres.
+/// Same robot and settings (except `threads`): same spheres.
 /// @throws tool::UsageError for settings that do not fit the robot (a budget below one sphere for each element, a
-/// pattern or a clip that names no link with collision elements); formats::FileError, formats::FormatError for meshes;
-/// builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
+/// pattern or a clip that matches no link with collision elements); formats::FileError, formats::FormatError for
+/// meshes; builder::BuildError, with the link, for a mesh that is refused; builder::Cancelled.
 RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder::Progress& progress);
 
 /// `ball` in metres, rounded outward.
 MetreSphere metreSphere(const LinkBall& ball);
 
-/// Back to mm, as a program reads it that takes the floats.
+/// Back to mm, as a program that reads floats does it.
 LinkBall linkBall(const MetreSphere& sphere);
 
 }  // namespace spheretree::robot

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The spheres of a robot in the formats of planners and simulators. Each function gives the content of one file; what
-// each format is, and who reads it: docs/robots.md. Lengths in metres, in the frames of the links.
+// The spheres of a robot in the formats of planners and simulators. Each function returns the content of one file; the
+// formats and their readers: docs/robots.md. Lengths in metres, in the frames of the links.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,12 @@
 
 namespace spheretree::robot {
 
-/// What is written.
+/// The data to write.
 struct CoveredRobot {
   const Robot& robot;
   const RobotCover& cover;
   const std::vector<IgnoredPair>& pairs;
-  std::filesystem::path srdf;   // whose groups and pairs are kept; may be empty
+  std::filesystem::path srdf;   // its groups and pairs are kept; may be empty
   std::filesystem::path merge;  // .xrdf or .yml whose other keys are kept; may be empty
 };
 
@@ -25,31 +25,31 @@ struct CoveredRobot {
 std::string curoboYaml(const CoveredRobot& covered);
 /// XRDF 1.0.
 std::string xrdf(const CoveredRobot& covered);
-/// The URDF with spheres in place of its collision elements; paths relative to it become relative to `folder`.
+/// The URDF with spheres instead of its collision elements; paths relative to the URDF become relative to `folder`.
 std::string sphereUrdf(const CoveredRobot& covered, const std::filesystem::path& folder);
-/// Spheres and pairs to ignore.
+/// Spheres, and pairs to ignore.
 std::string srdf(const CoveredRobot& covered);
-/// Of fkcc_gen, the generator of VAMP; the names are those of the files beside it.
+/// For fkcc_gen, the generator of VAMP; the names are those of the files beside it.
 std::string vampJson(const CoveredRobot& covered, const std::string& urdf, const std::string& srdf);
-/// Of one link: a list by depth.
+/// For one link: a list by depth.
 std::string foamJson(const LinkCover& link);
-/// Of ballpark and PyRoKi.
+/// For ballpark and PyRoKi.
 std::string ballparkJson(const CoveredRobot& covered);
-/// Of one link.
+/// For one link.
 std::string morphitJson(const Robot& robot, const LinkCover& link);
 /// MuJoCo.
 std::string mjcf(const CoveredRobot& covered);
 
-/// All of them: names relative to the folder of the results, known before the first build; and their contents, in the
-/// same order.
+/// All files: their names relative to the folder of the results, known before the first build; and their contents, in
+/// the same order.
 std::vector<std::filesystem::path> robotFileNames(const Robot& robot);
 std::vector<std::string> robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
 
-/// Makes the folders that they lie in, `folder` among them. @throws formats::FileError
+/// Creates their folders, including `folder`. @throws formats::FileError
 void makeRobotFolders(const std::filesystem::path& folder);
 
-/// Writes them there, and returns their names. @throws formats::FileError,
-/// formats::FormatError for what cannot be merged; then nothing is written.
+/// Writes the files and returns their names. @throws formats::FileError; formats::FormatError if a file cannot be
+/// merged; then nothing is written.
 std::vector<std::filesystem::path> writeRobotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
 
 }  // namespace spheretree::robot

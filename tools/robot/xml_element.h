@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// XML files of robots, read with messages that name the file, the line and the element.
+// Reads XML files of robots, with messages that name the file, the line and the element.
 #pragma once
 
 #include <tinyxml2.h>
@@ -14,12 +14,12 @@ namespace spheretree::robot {
 
 using XmlElement = tinyxml2::XMLElement;
 
-/// Reads the file into `document` and returns its root element. The file is remembered as an input of
-/// the run (formats::readFile).
+/// Reads the file into `document` and returns its root element. The file is recorded as an input of the run
+/// (formats::readFile).
 /// @throws formats::FileError, formats::FormatError
 const XmlElement& readXml(const std::filesystem::path& path, tinyxml2::XMLDocument& document);
 
-/// The XML of a document with the indentation of two blanks.
+/// The XML of a document, indented by two blanks.
 std::string xmlText(const tinyxml2::XMLDocument& document);
 
 /// @throws formats::FormatError: "FILE:LINE: <element>: WHAT"
@@ -28,11 +28,11 @@ std::string xmlText(const tinyxml2::XMLDocument& document);
 /// @throws formats::FormatError if it is missing or empty.
 std::string requiredText(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
 
-/// A finite number. None if the attribute is missing. @throws formats::FormatError for anything else.
+/// A finite number; empty if the attribute is missing. @throws formats::FormatError for anything else.
 std::optional<double> optionalNumber(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
 double requiredNumber(const std::filesystem::path& path, const XmlElement& element, const char* attribute);
 
-/// `count` finite numbers with blanks between them; empty if the attribute is missing. @throws formats::FormatError
+/// `count` finite numbers separated by blanks; empty if the attribute is missing. @throws formats::FormatError
 std::vector<double> numbers(const std::filesystem::path& path, const XmlElement& element, const char* attribute, std::size_t count);
 
 /// <origin xyz="" rpy=""> of `parent`, [m] to [mm]; the identity if it has none. rpy: rotations about fixed x, y, z.

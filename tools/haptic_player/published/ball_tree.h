@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A binary tree of balls over balls or points: which of them can touch something.
+// A binary tree of balls over balls or points, which finds the items that can touch something.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,13 +17,14 @@ struct BallTree {
     std::uint32_t left;          // children: left and left + 1; 0: a leaf
   };
   std::vector<Node> nodes;           // the root first; empty: no items
-  std::vector<std::uint32_t> order;  // items, so that those of a node follow each other
+  std::vector<std::uint32_t> order;  // items, in an order in which those of a node are consecutive
 
   BallTree() = default;
-  /// Halves at the median of the longest axis until a node has at most 8 items. `radii` empty: points.
+  /// Splits at the median of the longest axis until a node has at most 8 items. With empty `radii` the items are
+  /// points.
   BallTree(std::span<const Eigen::Vector3d> centres, std::span<const double> radii);
 
-  /// Calls item(i) for each item of a leaf whose node, and all nodes above, passed mayTouch(centre, radius).
+  /// Calls item(i) for each item of a leaf if mayTouch(centre, radius) is true for its node and all nodes above.
   template <class MayTouch, class Item>
   void visit(MayTouch&& mayTouch, Item&& item, std::uint32_t at = 0) const {
     if (nodes.empty()) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A signed distance field on a uniform grid with tricubic interpolation: what renderers of points test against.
+// A signed distance field on a uniform grid with tricubic interpolation, as renderers of points use it.
 // Paper: E. Catmull, R. Rom. A class of local interpolating splines. Computer Aided Geometric Design, 1974 (one
 // dimension at a time).
 // Units: mm, mesh frame.
@@ -16,16 +16,17 @@ namespace spheretree::player {
 
 class DistanceGrid {
  public:
-  static constexpr double kSteepest = 1.2;  // that the interpolated field is taken to rise by, for each mm: a distance rises by 1
+  static constexpr double kSteepest = 1.2;  // assumed bound of the gradient of the interpolated field; that of a distance is 1
 
-  /// As many points of 4 bytes each as `bytes` allow, 8 along an axis at least. Two cells more than the body each way.
+  /// Uses the number of 4-byte grid points that fits into `bytes`, at least 8 along each axis. The grid extends two
+  /// cells beyond the body on every side.
   DistanceGrid(const builder::DistanceField& field, std::size_t bytes);
 
   struct Sample {
     double distance;           // negative inside
     Eigen::Vector3d gradient;  // not of unit length
   };
-  /// Outside of the grid: no more than the distance to the body, and the direction away from the grid.
+  /// Outside of the grid: a lower bound of the distance to the body, and the direction away from the grid.
   Sample at(const Eigen::Vector3d& p) const;
   double cell() const { return cell_; }
   std::size_t byteCount() const { return values_.size() * sizeof(float); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who renders in a stability scenario: the two modes of our runtime, and three published methods beside them.
+// The renderers of the stability scenarios: the two modes of our runtime, and three published methods for comparison.
 #pragma once
 
 #include <array>
@@ -13,22 +13,22 @@
 namespace spheretree::player {
 
 enum class Mode : std::uint8_t {
-  Paper,        // leaf spheres, the method that this project follows
-  Constrained,  // ours
+  Paper,        // leaf spheres, the published method that this project builds on
+  Constrained,  // our method
   Points,       // points against a distance field, penalty: points_renderer.cpp
   Volume,       // inner spheres, penetration volume: volume_renderer.cpp
   Continuous,   // points against a distance field, time of impact, constraints: continuous_renderer.cpp
 };
 inline constexpr std::array kModes{Mode::Paper, Mode::Constrained, Mode::Points, Mode::Volume, Mode::Continuous};
 
-/// As --modes takes it: "paper", "constrained", "points", "volume", "continuous".
+/// The name for --modes: "paper", "constrained", "points", "volume", "continuous".
 std::string_view name(Mode mode);
 
-/// Those that a list divided by commas means, each once, in the order of kModes. @throws std::invalid_argument that
-/// lists what there is.
+/// The modes of a comma-separated list, each once, in the order of kModes. @throws std::invalid_argument; the message
+/// lists the valid names.
 std::vector<Mode> modesOf(const std::string& list);
 
-/// Whether the runtime renders it, and by which of its modes.
+/// Whether the runtime renders this mode, and with which of its modes.
 inline bool isOurs(Mode mode) { return mode == Mode::Paper || mode == Mode::Constrained; }
 inline runtime::Mode runtimeMode(Mode mode) { return mode == Mode::Paper ? runtime::Mode::Paper : runtime::Mode::Constrained; }
 

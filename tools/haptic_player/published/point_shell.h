@@ -15,17 +15,17 @@
 namespace spheretree::player {
 
 struct PointShell {
-  static constexpr std::size_t kBytes = 32;  // of a point: place and normal in float, its share of the hierarchy
+  static constexpr std::size_t kBytes = 32;  // of a point: position and normal in float, and its share of the hierarchy
 
-  /// `count` points spread evenly over the surface of the tool, about its reference point.
+  /// `count` points spread evenly over the surface of the tool, relative to its reference point.
   PointShell(const Body& tool, const Eigen::Vector3d& reference_point, std::size_t count);
 
   std::vector<Eigen::Vector3d> point, normal;  // normals outward, unit length
   BallTree tree;
 };
 
-/// A tool of points and a distance field of each object. Of the memory of `scene` a quarter goes into the points, 200
-/// to 20,000 of them, and the rest into the fields.
+/// A tool of points and a distance field of each object. A quarter of the memory of `scene` is used for the points, 200
+/// to 20,000 of them, and the rest for the fields.
 struct PointModel {
   explicit PointModel(const RendererScene& scene);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a published renderer is to the bench: a haptic pose in, the pose of the graphic tool and the wrench out.
-// Three of them: points_renderer.cpp, volume_renderer.cpp, continuous_renderer.cpp. They are written after their papers
-// to be compared with, in this program only; docs/renderers.md says with which settings.
+// The interface of a published renderer in the comparison: a haptic pose in, the pose of the graphic tool and the
+// wrench out. There are three: points_renderer.cpp, volume_renderer.cpp, continuous_renderer.cpp. They are implemented
+// after their papers, for comparison and in this program only; docs/renderers.md lists their settings.
 // Units: mm, N, N mm, rad.
 #pragma once
 
@@ -17,16 +17,16 @@ namespace spheretree::player {
 struct Body;
 struct PlacedBody;
 
-/// What it renders, and within how much memory.
+/// The scene of a renderer, and its memory.
 struct RendererScene {
   const Body* tool = nullptr;
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();  // mesh frame of the tool
   std::vector<PlacedBody> objects;
   runtime::Coupling coupling;
-  std::size_t bytes = 0;  // for all models together; ours gets the same
+  std::size_t bytes = 0;  // for all models together; our runtime gets the same
 };
 
-/// From the tool's own axes, about its reference point, to the mesh frame of an object.
+/// From the tool's own axes, relative to its reference point, to the mesh frame of an object.
 struct ToObject {
   Quaternion turn;
   Eigen::Vector3d shift;
@@ -39,10 +39,10 @@ struct ToObject {
 class Renderer {
  public:
   virtual ~Renderer() = default;
-  /// One servo step. The first one, and the first after restart(), starts with the graphic tool at the haptic pose.
+  /// Computes one servo step. The first one, and the first after restart(), puts the graphic tool at the haptic pose.
   runtime::StepResult step(const Configuration& haptic);
   void restart() { is_started_ = false; }
-  /// Mesh frame of an object in the world.
+  /// `pose`: mesh frame of the object in the world.
   void moveObject(std::size_t object, const Configuration& pose) { poses_[object] = pose; }
 
  protected:
@@ -58,7 +58,7 @@ class Renderer {
   bool is_started_ = false;
 };
 
-/// `mode`: one that is not ours.
+/// `mode` must not be one of our runtime's.
 std::unique_ptr<Renderer> makeRenderer(Mode mode, const RendererScene& scene);
 std::unique_ptr<Renderer> makePointsRenderer(const RendererScene& scene);
 std::unique_ptr<Renderer> makeVolumeRenderer(const RendererScene& scene);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a stability scenario is: a tool, objects, a motion of the hand, and figures to be reached, in both modes of the
-// runtime. The scenarios and where their figures come from: docs/stability.md. Units: mm, N, N mm, s, rad.
+// A stability scenario: a tool, objects, a motion of the hand, and figures with their limits, in both modes of the
+// runtime. The scenarios and the sources of their limits: docs/stability.md. Units: mm, N, N mm, s, rad.
 #pragma once
 
 #include <functional>
@@ -17,21 +17,21 @@
 
 namespace spheretree::player {
 
-/// One figure: what was measured and the largest value that passes.
+/// One figure: the measured value and the largest value that passes.
 struct Figure {
   std::string quantity, unit;
   double pass;
   double value;
-  bool informative = false;        // the model's own limit is reported, not judged
-  std::optional<double> turned{};  // the worst on bodies that are turned, scaled and of other seeds
+  bool informative = false;        // reported but not judged: it shows a limit of the model
+  std::optional<double> turned{};  // the worst value on bodies that are rotated, scaled and built with other seeds
 };
 
-/// What a scenario gives in one mode.
+/// The result of a scenario in one mode.
 struct Outcome {
-  std::vector<Figure> figures;  // the same ones in both modes
-  std::string note;             // what physics or the model forbids, and by how much
+  std::vector<Figure> figures;  // the same quantities in both modes
+  std::string note;             // what physics or the model does not allow, and by how much
   std::vector<RecordedStep> recording;
-  std::vector<float> penetration;  // of leaf spheres, of each recorded step [mm]
+  std::vector<float> penetration;  // of leaf spheres, in each recorded step [mm]
   const Body* tool = nullptr;
   std::vector<PlacedBody> objects;
   Eigen::Vector3d reference_point = Eigen::Vector3d::Zero();
@@ -41,8 +41,8 @@ struct Outcome {
   }
 };
 
-/// How much to run: `share` of the repetitions that the table asks for; and in the constrained mode kTurnedShare of
-/// them again on bodies that are turned, scaled and of other seeds, `turned` times.
+/// The extent of the runs: `share` of the repetitions in the table; and in the constrained mode kTurnedShare of them
+/// again, `turned` times, on bodies that are rotated, scaled and built with other seeds.
 struct ScenarioSettings {
   double share = 1;  // in (0, 1]
   int turned = 1;    // >= 0
@@ -53,7 +53,7 @@ struct ScenarioContext {
   BodyLibrary& bodies;
   ScenarioSettings settings;
   builder::Progress& progress;
-  /// `full` times the share, at least `least`.
+  /// `full` times the share, but not fewer than `least`.
   int repetitions(int full, int least) const { return std::max(least, static_cast<int>(full * settings.share)); }
 };
 
@@ -62,11 +62,11 @@ struct Scenario {
   std::string alias;  // "deep"
   std::string title;
   std::function<Outcome(ScenarioContext&, Mode)> run;
-  bool for_all = true;    // false: it asks our runtime or builder itself, so that other renderers have no part in it
-  bool is_turned = true;  // false: what it does has no direction
+  bool for_all = true;    // false: it uses our runtime or builder directly, so other renderers cannot run it
+  bool is_turned = true;  // false: it does not depend on the orientation
 };
 
-/// All, in the order of the table.
+/// All scenarios, in the order of the table.
 const std::vector<Scenario>& scenarios();
 
 std::vector<Scenario> contactScenarios();     // penetration, ripple, edges, jumps
@@ -78,9 +78,9 @@ std::vector<Scenario> rubbingScenarios();     // friction, bodies that move
 std::vector<Scenario> tissueScenarios();      // soft tissue
 std::vector<Scenario> handScenarios();        // hands on the simulated device, in closed loop
 
-/// For notes: three digits, or as many as asked for.
+/// A number for notes, with this number of significant digits.
 std::string text(double value, int digits = 3);
-/// How far leaves reach out at most, as proven [mm].
+/// Proven largest overhang of the leaves [mm].
 double leafOverhang(const Body& body);
 
 inline constexpr Eigen::Vector3d::Scalar kPenetrationPass = 0.01;  // of leaf spheres [mm]

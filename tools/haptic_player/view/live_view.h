@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A run with a window: shows each step, hands on where the hand means to be, records when asked to.
+// A run with a window: shows each step, passes the hand's target on, and records on request.
 #pragma once
 
 #include <chrono>
@@ -19,16 +19,16 @@
 
 namespace spheretree::player {
 
-/// What both a window and pictures take from a run.
+/// What a window and pictures need from a run.
 class RunShown {
  public:
   view::LiveStreams streams;
   view::ViewerState state;
 
-  /// The stage, its name, and notes on what cannot be shown.
+  /// Sets the stage, its name, and notes on what cannot be shown.
   void setScene(const runtime::SceneDescription& scene, const std::filesystem::path& path);
-  /// Takes over what the loop has published since, and hands it what the panels wish of hinges. `tissue`: of
-  /// the run; null: none moves by a solver.
+  /// Takes the steps that the loop has published since the last call, and passes the hinge angles of the panels to the
+  /// loop. `tissue`: of the run; null if no solver moves tissue.
   void update(TissueMotion* tissue);
   const view::Stage& stage() const { return stage_; }
   view::Pane& pane() { return state.panes[0]; }
@@ -42,10 +42,10 @@ class RunShown {
   std::size_t times_due_ = 0;
 };
 
-/// What a window and a picture have in common.
+/// Settings that a window and a picture share.
 struct ViewSettings {
   int width = 1280, height = 800;
-  double scale = 0;  // of text and marks; 0: that of the display, 1 for pictures
+  double scale = 0;  // of text and marks; 0: that of the display, for pictures 1
   view::Look look;
   view::CameraWish wish;
   bool panels = true, follow = false;
@@ -64,8 +64,8 @@ class LiveView final : public PlayObserver {
   view::LiveStreams* streams() override { return &shown_.streams; }
   device::IntendedPath handPath(device::IntendedPath path) override;
   bool onTurn(const device::DeviceStatus& status, ServoLoop& loop) override;
-  /// `view`: frames, frame_us (from the first call for a frame until it is handed to the display; waiting for the next
-  /// one is no part), first_frame_s (after the trees were loaded), steps_not_shown.
+  /// `view`: frames; frame_us, from the start of a frame until it is passed to the display, without waiting for the
+  /// next one; first_frame_s, since the trees were loaded; steps_not_shown.
   void addTo(nlohmann::ordered_json& summary) const override;
 
  private:
@@ -83,8 +83,8 @@ class LiveView final : public PlayObserver {
   std::optional<view::SpaceMouse> space_mouse_;
   view::HandInput hand_;
   Configuration start_;                         // of the hand
-  std::unique_ptr<RecordingWriter> recording_;  // that the key began
-  bool first_recording_ = false;                // the one that --record began is still on
+  std::unique_ptr<RecordingWriter> recording_;  // started by the key
+  bool first_recording_ = false;                // the recording of --record is still active
   Clock::time_point rated_;
   std::uint64_t rated_ticks_ = 0;
   double rate_ = 0;
@@ -94,7 +94,7 @@ class LiveView final : public PlayObserver {
   bool has_camera_ = false, stop_asked_ = false;
 };
 
-/// Where a hand means to be that an input drives: the newest goal of `streams`, through a HandFilter; `start` until
+/// The path of a hand that follows an input: the newest target of `streams`, smoothed by a HandFilter; `start` until
 /// there is one.
 device::IntendedPath drivenPath(view::LiveStreams& streams, const Configuration& start);
 

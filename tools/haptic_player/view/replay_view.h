@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Recorded runs in a window or in pictures: one, or two side by side with one clock.
+// Recorded runs in a window or in pictures: one, or two side by side at the same time.
 #pragma once
 
 #include <filesystem>
@@ -16,28 +16,28 @@
 
 namespace spheretree::player {
 
-/// A run with what it ran in.
+/// A run with its scene.
 struct ReplayedRun {
   std::string title;
   std::unique_ptr<view::Stage> stage;
   ShownRun run;
   BodyPaths bodies;
-  bool skin_contact = true;               // what contact was computed with
-  std::vector<view::FigureLine> results;  // of the whole run
+  bool skin_contact = true;               // contact was computed with skins
+  std::vector<view::FigureLine> results;  // figures of the whole run
   std::vector<std::string> notes;
 };
 
-/// From a file. `scene`: empty, or the scene file to be used whatever the recording says.
+/// Reads a run from a file. `scene`: a scene file that replaces the one named in the recording; may be empty.
 /// @throws formats::FileError, formats::FormatError
 ReplayedRun replayedRun(const std::filesystem::path& recording, const std::filesystem::path& scene, builder::Progress& progress);
 
-/// One or two runs, step by step.
+/// Shows one or two runs, step by step.
 class Replay {
  public:
   explicit Replay(std::vector<ReplayedRun> runs);
   view::ViewerState state;
   view::Playback playback;
-  /// Shows the step at which the playback stands. A run that is over stands at its end.
+  /// Shows the current step of the playback. A run that has ended shows its last step.
   void update();
   const view::Stage& stage() const { return *runs_[0].stage; }
   bool hasSkinContact() const { return runs_.back().skin_contact; }
@@ -45,19 +45,19 @@ class Replay {
  private:
   std::vector<ReplayedRun> runs_;
   std::vector<std::vector<view::PlotSample>> samples_;  // (runs)
-  std::vector<std::vector<std::uint32_t>> faults_;      // (runs, steps) so far
+  std::vector<std::vector<std::uint32_t>> faults_;      // (runs, steps) accumulated so far
 };
 
-/// What the options say of a look, a window and pictures.
+/// Converts the options for a look, a window and pictures.
 view::Look lookOf(const ViewOptions& options);
 LiveView::Options windowOf(const ViewOptions& options);
 PictureSettings picturesOf(const ViewOptions& options);
-/// Refuses what cannot be drawn or written. @throws tool::UsageError, formats::FileError
+/// Refuses options that cannot be drawn or written. @throws tool::UsageError, formats::FileError
 void checkPictures(const ViewOptions& options);
 
-/// Until the window is closed or Ctrl-C.
+/// Runs until the window is closed or Ctrl-C.
 void showReplay(Replay& replay, const LiveView::Options& options, builder::Progress& progress);
-/// @throws tool::UsageError if no chosen step is in the run
+/// @throws tool::UsageError if no selected step is in the run
 void drawReplay(Replay& replay, const PictureSettings& settings, builder::Progress& progress);
 
 }  // namespace spheretree::player

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the panel says of a step: figures, and a lamp for each fault and each safety rule.
+// The content of the panel for a step: figures, and a lamp for each fault and each safety rule.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace spheretree::player {
 
-/// Of one step and the plots' last seconds. A live run adds its own lines.
+/// The figures of one step and of the last seconds in the plots. A live run adds lines of its own.
 std::vector<view::FigureLine> figuresOf(const RecordedStep& step, const view::StepTimes& times);
 
 /// A lamp for each bit of runtime::StepFault.
 std::vector<view::Lamp> faultLamps(std::uint32_t now, std::uint32_t so_far);
-/// And of device::SafetyEvent.
+/// A lamp for each bit of device::SafetyEvent.
 std::vector<view::Lamp> safetyLamps(std::uint32_t now, std::uint32_t so_far);
 
-/// 12'345 as "12,345".
+/// For example 12'345 as "12,345".
 std::string grouped(std::uint64_t count);
 
 }  // namespace spheretree::player

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The eye: it looks at a target from a direction and a distance. z of the world points up. Units: mm, rad; pixels from
-// the upper left corner.
+// The camera: it looks at a target from a direction and a distance. The z axis of the world points up. Units: mm, rad;
+// pixels from the upper left corner.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,9 +22,9 @@ struct Ray {
 class Camera {
  public:
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  double azimuth = -1.1, elevation = 0.45;  // of the eye seen from the target; azimuth from x towards y, elevation in [-pi/2, pi/2]
+  double azimuth = -1.1, elevation = 0.45;  // direction from the target to the eye; azimuth from x towards y, elevation in [-pi/2, pi/2]
   double distance = 100;                    // > 0
-  double opening = 0.6;                     // angle between the upper and the lower edge of the picture
+  double opening = 0.6;                     // vertical angle of view
 
   Eigen::Vector3d towardsEye() const;
   Eigen::Vector3d right() const;
@@ -34,25 +34,25 @@ class Camera {
   Eigen::Matrix4d view() const;
   /// Depth from 0 (near) to 1; both distances along the view direction, 0 < near < far.
   Eigen::Matrix4d projection(double aspect, double near, double far) const;
-  /// Nearest and farthest distance that hold a ball, with room for what is drawn about it.
+  /// Nearest and farthest distance that include a ball, with space for what is drawn around it.
   std::array<double, 2> depthRange(const Eigen::Vector3d& centre, double radius) const;
 
-  /// By angles, as if the hand turned the scene.
+  /// Rotates the camera by angles, as if the hand rotated the scene.
   void orbit(double to_the_left, double upwards);
-  /// Moves the target so that what lies in the plane of the target follows the pointer.
+  /// Moves the target so that points in the plane of the target follow the pointer.
   void pan(double right_pixels, double down_pixels, const Viewport& viewport);
-  /// Above 1: nearer.
+  /// A factor above 1 moves the camera nearer.
   void zoom(double factor);
-  /// The whole ball in the picture, from the same direction.
+  /// Shows the whole ball, from the current direction.
   void frame(const Eigen::Vector3d& centre, double radius, const Viewport& viewport);
   /// 1 to 6: from the front (-y), the back, the left (-x), the right, above, below.
   void lookFrom(int side);
 
-  /// Length of a pixel at the depth of `point` [mm].
+  /// Size of a pixel at the depth of `point` [mm].
   double pixelAt(const Eigen::Vector3d& point, const Viewport& viewport) const;
-  /// Where a point stands in the window; nothing behind the eye.
+  /// The position of a point in the window; empty for a point behind the eye.
   std::optional<Eigen::Vector2d> pixelOf(const Eigen::Vector3d& point, const Viewport& viewport) const;
-  /// From the eye through a pixel.
+  /// The ray from the eye through a pixel.
   Ray rayThrough(const Eigen::Vector2d& pixel, const Viewport& viewport) const;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The functions of OpenGL 3.3 core that are used here, found at run time, so that no program is linked with OpenGL; and
-// owners of what lives on the graphics card. All from one thread.
+// The functions of OpenGL 3.3 core that are used here, loaded at run time, so that no program is linked with OpenGL;
+// and owners of objects on the graphics card. All calls must come from one thread.
 #pragma once
 
 #include <GL/glcorearb.h>
@@ -44,12 +44,13 @@ struct Gl {
 #undef ST_GL_MEMBER
 };
 
-/// Of the current context. `find`: glfwGetProcAddress or eglGetProcAddress. @throws ViewError if a function is missing.
+/// Loads the functions of the current context. `find`: glfwGetProcAddress or eglGetProcAddress. @throws ViewError if a
+/// function is missing.
 Gl loadGl(void (*(*find)(const char*))());
 
-/// What drives the graphics, as "llvmpipe (LLVM 15.0.6, 256 bits)".
+/// The name of the renderer, for example "llvmpipe (LLVM 15.0.6, 256 bits)".
 std::string rendererName(const Gl& gl);
-/// Whether the processor draws.
+/// Whether the processor renders, instead of a graphics card.
 bool isSoftware(const std::string& renderer);
 
 /// A vertex and a fragment shader, linked. @throws ViewError with the driver's message.
@@ -102,10 +103,10 @@ class VertexArray {
   GLuint id_ = 0;
 };
 
-/// Colour and depth to draw into, apart from any window.
+/// Colour and depth buffers for drawing, independent of any window.
 class Canvas {
  public:
-  /// @throws ViewError if the driver has no room for it.
+  /// @throws ViewError if the driver cannot allocate it.
   Canvas(const Gl& gl, int width, int height);
   ~Canvas();
   Canvas(const Canvas&) = delete;

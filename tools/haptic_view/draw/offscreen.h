@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An OpenGL context without a window or a display, by EGL: for pictures and tests. One at a time, used by the thread
-// that made it.
+// An OpenGL context without a window or a display, by EGL, for pictures and tests. Only one at a time; it must be used
+// by the thread that created it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace spheretree::view {
 
-/// Pixels row by row from the upper left corner, three bytes each: red, green, blue.
+/// Pixels in rows from the upper left corner, three bytes each: red, green, blue.
 struct Picture {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
@@ -18,7 +18,7 @@ struct Picture {
 
 class OffscreenContext {
  public:
-  /// @throws ViewError that says what to install.
+  /// @throws ViewError; the message says what to install.
   OffscreenContext();
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
@@ -32,12 +32,12 @@ class OffscreenContext {
   Gl gl_;
 };
 
-/// What `canvas` holds.
+/// The content of `canvas`.
 Picture readPixels(const Gl& gl, const Canvas& canvas);
 /// Depth of each pixel, from 0 (near) to 1, in the order of a Picture.
 std::vector<float> readDepth(const Gl& gl, const Canvas& canvas);
 
-/// A PNG file. Same picture, same bytes.
+/// Encodes a PNG file. Same picture, same bytes.
 std::vector<std::byte> encodePng(const Picture& picture);
 
 }  // namespace spheretree::view

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Draws a stage and the state of its tool. Balls are ray-cast in the fragment shader, so that they are round at any
-// size and meet surfaces where they should. Everything of the stage goes to the graphics card once.
+// size and intersect surfaces correctly. Everything of the stage is uploaded to the graphics card once.
 #pragma once
 
 #include <memory>
@@ -15,25 +15,25 @@
 
 namespace spheretree::view {
 
-/// The arrow of the force on the hand: from the graphic tool's reference point, its length by arrowShare() of 150
+/// The arrow of the force on the hand: from the graphic tool's reference point, with a length of arrowShare() times 150
 /// pixels.
 struct ForceArrow {
   Eigen::Vector3d from, along;
   double newtons;
 };
-/// `pixel`: of the screen, in pixels of the viewport. Nothing below 0.1 N.
+/// `pixel`: size of a screen pixel, in pixels of the viewport. Empty below 0.1 N.
 std::optional<ForceArrow> forceArrow(const ShownState& state, const Camera& camera, const Viewport& viewport, double pixel);
 
 class SceneDrawer {
  public:
-  /// `stage` must outlive it. @throws ViewError
+  /// `stage` must outlive the object. @throws ViewError
   SceneDrawer(const Gl& gl, const Stage& stage);
   ~SceneDrawer();
   SceneDrawer(const SceneDrawer&) = delete;
   SceneDrawer& operator=(const SceneDrawer&) = delete;
 
-  /// Into the bound frame, which is `frame_height` pixels high; `viewport` is from its upper left corner. `pixel`: how
-  /// many of its pixels one of the screen has. Leaves the viewport and the scissor as it needed them.
+  /// Draws into the bound framebuffer, which is `frame_height` pixels high; `viewport` is relative to its upper left
+  /// corner. `pixel`: number of its pixels in one screen pixel. Changes the viewport and the scissor of OpenGL.
   void draw(const Camera& camera, const Look& look, const ShownState& state, const Viewport& viewport, int frame_height, double pixel);
 
   const Stage& stage() const { return stage_; }
@@ -42,7 +42,7 @@ class SceneDrawer {
   struct Triangles;
   struct BodyBuffers;
   struct Programs;
-  struct Pass;  // what all draw calls of a picture share
+  struct Pass;  // data that all draw calls of a picture share
   void drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour, bool own_colours);
   void drawSurface(const Pass& pass, const Triangles& triangles, const Configuration& pose, Colour colour);
   void drawBalls(const Pass& pass, std::size_t body, std::size_t level, bool bounds, const Configuration& pose, Colour tint);
@@ -58,15 +58,15 @@ class SceneDrawer {
   GlBuffer shape_buffer_;
 };
 
-/// A picture of `width` x `height` pixels, drawn finer and averaged, so that edges are smooth.
+/// A picture of `width` x `height` pixels, drawn at a higher resolution and averaged, so that edges are smooth.
 class Screen {
  public:
   explicit Screen(const Gl& gl) : gl_(gl) {}
-  /// Binds the frame to draw into; it has `samples` x `samples` pixels for each of the picture. 1, 2 or 4.
+  /// Binds the framebuffer to draw into, with `samples` x `samples` pixels for each pixel of the picture; 1, 2 or 4.
   void begin(int width, int height, int samples);
   int frameHeight() const { return frame_->height(); }
   int samples() const { return samples_; }
-  /// Averages into the frame `target` (0: the window) and binds that.
+  /// Averages into the framebuffer `target` (0: the window) and binds it.
   void resolve(GLuint target);
   const Canvas& frame() const { return *frame_; }
 

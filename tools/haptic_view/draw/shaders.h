@@ -4,8 +4,8 @@
 
 namespace spheretree::view {
 
-/// Light from the upper left behind the eye, a weaker one from the right, and the sky; colours are squared and rooted
-/// for linear light.
+/// Light from the upper left behind the eye, a weaker one from the right, and the sky. Colours are squared, and the
+/// result square-rooted, for linear light.
 #define ST_GLSL_LIGHT                                                                                  \
   "#version 330 core\n"                                                                                \
   "uniform vec3 eye, key, fill;\n"                                                                     \
@@ -54,7 +54,7 @@ void main() {
 }
 )";
 
-// A square that faces the eye and holds the ball's outline.
+// A square that faces the eye and contains the ball's outline.
 inline constexpr const char* kBallVertex = R"(#version 330 core
 layout(location = 0) in vec4 ball;
 layout(location = 1) in vec4 colour;
@@ -78,8 +78,8 @@ void main() {
 }
 )";
 
-// The ray's nearest point to the centre, then half a chord back: no difference of large squares, which float would
-// lose.
+// The point of the ray nearest to the centre, then half a chord back. This avoids a difference of large squares, which
+// would lose precision in float.
 inline constexpr const char* kBallFragment = ST_GLSL_LIGHT R"(
 in vec3 at;
 flat in vec4 centre_radius, c;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh of soft tissue as it is deformed, its stretch in colour. Units: mm.
+// The mesh of deformed soft tissue, with its stretch shown in colour. Units: mm.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace spheretree::view {
 
-/// Full colour stands for edges that are this much longer or shorter than at rest.
+/// Relative change of an edge's length that is shown in full colour.
 inline constexpr double kFullStretch = 0.5;
 
-/// A drawn surface, tied to tissue.
+/// A surface for drawing that is attached to tissue.
 class MovedSurface {
  public:
-  /// Each corner goes with the vertex of the tissue that is nearest to it: that is where it stands itself if the mesh
-  /// is the one that the tree was built from.
+  /// Each corner moves with the nearest vertex of the tissue. For the mesh from which the tree was built, that is the
+  /// vertex at the corner itself.
   MovedSurface(const Surface& rest, std::shared_ptr<const Tissue> tissue);
 
-  /// With the nodes moved by `displacements`; normals are those of the faces, colours go from `colour` to heat() with
-  /// the stretch of the edges. Cost: about 0.1 us a corner.
+  /// The surface with the nodes moved by `displacements`. Normals are those of the faces; colours go from `colour` to
+  /// heat() with the stretch of the edges. Cost: about 0.1 us a corner.
   TintedSurface at(std::span<const Eigen::Vector3f> displacements, Colour colour) const;
 
  private:

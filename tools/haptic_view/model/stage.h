@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Everything that is shown and does not change: bodies as meshes, spheres of every level and the surface that contact
-// is computed with, and where they stand. Units: mm; world frame, bodies in their own.
+// Everything that is shown and does not change: bodies as meshes, spheres of every level and the surface of contact,
+// and their poses. Units: mm; world frame, bodies in their own frames.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -34,22 +34,22 @@ struct TintedSurface {
   std::vector<Colour> colours;  // (corners)
 };
 
-/// A mark at a place that matters: where a sphere reaches farthest out of the object.
+/// A mark at an important place: where a sphere has the largest overhang.
 struct Spot {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::UnitZ();
   double length = 0;  // [mm]
 };
 
-/// One body in its own frame. Any part may be missing.
+/// One body in its own frame. Any member may be empty.
 struct Body {
   std::string name;
-  Surface mesh;                            // as the user gave it
-  Surface skin;                            // what a tool rests on, if the tree has one
-  std::vector<std::vector<Ball>> levels;   // cover spheres of each level set; the last one holds the leaves
+  Surface mesh;                            // as in the file
+  Surface skin;                            // the surface on which a tool rests, if the tree has one
+  std::vector<std::vector<Ball>> levels;   // cover spheres of each level set; the last level has the leaves
   std::vector<std::vector<Ball>> bounds;   // bounding spheres of the inner nodes of each level
-  std::vector<TintedSurface> overhangs;    // (levels) the balls in the colours of how far they reach out, place by place; empty: not known
-  std::vector<double> overhang_most;       // (levels) what the strongest colour stands for [mm]
-  std::vector<std::optional<Spot>> worst;  // (levels) the ball that reaches farthest out
+  std::vector<TintedSurface> overhangs;    // (levels) the balls, coloured by their local overhang; empty: unknown
+  std::vector<double> overhang_most;       // (levels) overhang of the strongest colour [mm]
+  std::vector<std::optional<Spot>> worst;  // (levels) the ball with the largest overhang
   Colour colour;                           // of the mesh
   Eigen::AlignedBox3d box;                 // of the mesh, or of the leaves
   bool empty() const { return mesh.empty() && levels.empty(); }
@@ -59,9 +59,9 @@ class MovedSurface;
 
 struct PlacedObject {
   std::size_t body = 0;
-  Configuration pose;                                  // of the body's frame in the world, where its carrier stands at the identity
-  std::uint32_t carrier = 0;                           // what moves it: n is the nth of ShownState::carriers, 0 the world
-  std::shared_ptr<const MovedSurface> soft = nullptr;  // its mesh, if it is soft tissue; null: it is rigid
+  Configuration pose;                                  // of the body's frame in the world, while its carrier is at the identity
+  std::uint32_t carrier = 0;                           // the body that moves it: index n - 1 in ShownState::carriers; 0: the world
+  std::shared_ptr<const MovedSurface> soft = nullptr;  // its mesh if it is soft tissue; null: rigid
 };
 
 struct Stage {
@@ -72,23 +72,23 @@ struct Stage {
   double force_limit = 8;                      // [N]
   Eigen::Vector3d torque_limit{188, 188, 48};  // [N mm]
 
-  /// A ball about all objects.
+  /// Centre of a ball around all objects.
   Eigen::Vector3d centre() const;
   double radius() const;
-  /// Of the tool from its reference point to its farthest point; 0 without a tool [mm].
+  /// Distance from the tool's reference point to its farthest point; 0 without a tool [mm].
   double toolReach() const;
   int levelCount() const;
 };
 
-/// A colour for the mesh of the `index`th object: that of its kind where the name tells it (tooth, jaw or gum, tongue,
-/// face), else one of eight that colour-blind people can tell apart.
+/// A colour for the mesh of object `index`: that of its kind, if the name indicates it (tooth, jaw or gum, tongue,
+/// face); otherwise one of eight colours that colour-blind people can distinguish.
 Colour colourOf(const std::string& name, std::size_t index);
 
-/// From dark violet (0) by blue and green to yellow (1): brighter all the way, so that colour-blind people and grey
-/// prints keep the order.
+/// From dark violet (0) through blue and green to yellow (1), with increasing brightness, so that the order is also
+/// visible to colour-blind people and in grey prints.
 Colour heat(double share);
 
-/// `mesh` may be null. Balls that descend from the same child of the root share a hue.
+/// `mesh` may be null. Balls that descend from the same child of the root have the same hue.
 Body bodyOf(std::string name, const SphereTree* tree, const TriangleMesh* mesh, Colour colour);
 
 }  // namespace spheretree::view

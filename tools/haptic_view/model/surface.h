@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Triangles to be drawn: corners with normals, smooth but for sharp edges. Units: mm.
+// Triangles for drawing: corners with normals, smooth except at sharp edges. Units: mm.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,10 +21,10 @@ struct Surface {
   bool empty() const { return indices.empty(); }
 };
 
-/// Normals are the mean over the faces at a corner, weighted by area, that meet at less than `crease` [rad].
+/// The normal of a corner is the area-weighted mean over its adjacent faces that meet at less than `crease` [rad].
 Surface surfaceOf(const TriangleMesh& mesh, double crease = 0.8);
 
-/// The patches, each as four flat triangles through its six nodes, with the normals of the patch: what a tool feels.
+/// The patches, each as four flat triangles through its six nodes, with the normals of the patch, which a tool feels.
 Surface surfaceOf(const Skin& skin);
 
 /// Adds a ball of 20 * 4^`rounds` triangles.

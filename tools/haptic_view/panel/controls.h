@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pointer and keys: what they do to camera, hand, replay and look. Reads ImGui::GetIO(), whose keys are numbered as
-// GLFW numbers them.
+// The effect of pointer and keys on camera, hand, replay and look. Reads ImGui::GetIO(), whose keys are numbered as by
+// GLFW.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace spheretree::view {
 
-/// Keys as GLFW numbers them.
+/// Keys, numbered as by GLFW.
 enum Key : int {
   kKeySpace = 32,
   kKey1 = 49,
@@ -33,7 +33,7 @@ constexpr Key keyOf(char letter) { return static_cast<Key>(kKeyA + (letter - 'A'
 /// Call once a frame, before the panels are drawn.
 void applyControls(ViewerState& state, const Layout& layout, double seconds);
 
-/// What the help lists: key or gesture, and what it does, for the state's way of working.
+/// A line of the help: key or gesture, and its effect in the current mode of the state.
 struct HelpLine {
   std::string key, does;
 };

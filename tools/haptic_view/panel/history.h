@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The last steps of a run as the plots and the figures need them. Units: s, N, N mm, mm, us.
+// The last steps of a run for the plots and the figures. Units: s, N, N mm, mm, us.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@ namespace spheretree::view {
 struct PlotSample {
   double time;
   float force[3], torque[3];
-  float depth;  // of the haptic tool behind the graphic one: how far the hand presses
+  float depth;  // distance of the haptic tool behind the graphic tool: how far the hand presses
   float step_us;
   std::uint32_t faults;
 };
 PlotSample sampleOf(const player::RecordedStep& step);
 
-/// Keeps at least the last kKept samples, in order, in one piece.
+/// Keeps at least the last kKept samples, in order and contiguous.
 class History {
  public:
   static constexpr std::size_t kKept = 60'000;  // a minute
@@ -31,10 +31,10 @@ class History {
   std::vector<PlotSample> samples_;
 };
 
-/// Those of the last `seconds`.
+/// The samples of the last `seconds`.
 std::span<const PlotSample> lastOf(std::span<const PlotSample> samples, double seconds);
 
-/// Of the step times of some samples [us]; zero without samples.
+/// Of the step times of some samples [us]; zero if there are none.
 struct StepTimes {
   double median = 0, p99 = 0, longest = 0;
 };

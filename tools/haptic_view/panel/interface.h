@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Text, panels and what pointer and keys do, by Dear ImGui: one for each window or picture.
+// Text, panels, and the handling of pointer and keys, by Dear ImGui: one for each window or picture.
 #pragma once
 
 #include "draw/look.h"
@@ -9,13 +9,13 @@ struct ImVec2;
 
 namespace spheretree::view {
 
-/// Packed as Dear ImGui wants it.
+/// A colour in the format of Dear ImGui.
 unsigned packed(Colour colour);
 unsigned packed(Colour colour, double opacity);
 
 class Interface {
  public:
-  /// `scale`: of text and panels, 1 for about 96 pixels an inch. A context of OpenGL must be current.
+  /// `scale` of text and panels: 1 for about 96 pixels an inch. An OpenGL context must be current.
   explicit Interface(double scale);
   ~Interface();
   Interface(const Interface&) = delete;
@@ -23,12 +23,12 @@ class Interface {
 
   double scale() const { return scale_; }
   void setTheme(ThemeKind kind);
-  /// Without a window: a frame of this size, `seconds` after the last one. Pointer and keys are what ImGui::GetIO()
-  /// holds.
+  /// Begins a frame without a window, of this size, `seconds` after the last one. Pointer and keys are those in
+  /// ImGui::GetIO().
   void begin(int width, int height, double seconds);
-  /// In a window, whose back end says size and time.
+  /// Begins a frame in a window, whose back end supplies size and time.
   void begin();
-  /// Draws into the bound frame.
+  /// Draws into the bound framebuffer.
   void end();
 
  private:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Panels, plots, scrubber, labels in the scene and the help.
+// Panels, plots, the time slider, labels in the scene, and the help.
 #pragma once
 
 #include "panel/viewer_state.h"
 
 namespace spheretree::view {
 
-/// Everything but the scenes themselves.
+/// Draws everything except the scenes themselves.
 void drawPanels(ViewerState& state, const Layout& layout, double scale);
 
 }  // namespace spheretree::view

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One frame of a window or one picture: input, panels, scenes. Not knowing where the frame goes, it is the same for
-// both.
+// One frame of a window or one picture: input, panels, scenes. It does not depend on the target of the frame, so both
+// look the same.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,11 @@ namespace spheretree::view {
 
 class Viewer {
  public:
-  /// The stages of `state.panes` must outlive it. @throws ViewError
+  /// The stages of `state.panes` must outlive the object. @throws ViewError
   Viewer(const Gl& gl, Interface& interface, ViewerState& state);
 
-  /// Between Interface::begin() and its end, which is called here: answers pointer and keys, draws into `target` (0:
-  /// the window).
-  /// `samples`: of each pixel, in each direction; `seconds` since the last frame.
+  /// Call it after Interface::begin(); it calls Interface::end(). Handles pointer and keys, and draws into `target` (0:
+  /// the window). `samples`: of each pixel, in each direction; `seconds` since the last frame.
   void frame(int width, int height, int samples, double seconds, GLuint target);
 
  private:

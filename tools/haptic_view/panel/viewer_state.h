@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// All that a window shows and all that it answers: plain values between a program, its panels and its pictures.
+// The complete state of a window: plain values shared by a program, its panels and its pictures.
 #pragma once
 
 #include <cstdint>
@@ -17,39 +17,39 @@
 
 namespace spheretree::view {
 
-/// Something that can go wrong, and a sentence on what it means.
+/// A condition that can occur, and a sentence on what it means.
 struct Lamp {
   std::string name, sentence;
-  bool is_on = false, was_on = false;  // now; at some time of the run
-  bool is_fault = true;                // else something that is meant to happen
+  bool is_on = false, was_on = false;  // at this moment; at any time of the run
+  bool is_fault = true;                // false: an intended condition
 };
 
-/// A figure of the panel: "late steps", "0 of 5,012".
+/// A figure of the panel, for example "late steps", "0 of 5,012".
 struct FigureLine {
   std::string name, value;
   bool is_bad = false;
 };
 
-/// One of up to six scenes side by side, or the only one.
+/// The only scene, or one of up to six side by side.
 struct Pane {
   const Stage* stage = nullptr;
   std::string title;
   bool has_state = false;
   LiveState state;
-  std::vector<Configuration> carriers;               // where what moves is
+  std::vector<Configuration> carriers;               // poses of the bodies
   std::vector<std::vector<Eigen::Vector3f>> tissue;  // (object) displacements of the nodes of soft tissue [mm]
-  std::span<const PlotSample> samples;               // in order; of a replay all of the run
+  std::span<const PlotSample> samples;               // in order; in a replay all of the run
   std::vector<FigureLine> figures;
   std::vector<Lamp> lamps;
   std::vector<std::string> notes;
 };
 
-/// A body that turns about a hinge and can be steered.
+/// A body with a hinge that can be steered.
 struct HingeControl {
   std::string name;
   double lowest = 0, highest = 0;  // [degree]
   double now = 0;
-  std::optional<double> wish;  // empty: it goes as the scene says
+  std::optional<double> wish;  // empty: it follows the scene
 };
 
 struct ViewerState {
@@ -61,37 +61,37 @@ struct ViewerState {
   Camera camera;
   bool panels = true, help = false, follow = false, frozen = false;
   double plot_seconds = 10;
-  std::string recording;  // file that is being written; empty: none
+  std::string recording;  // file that is currently written; empty: none
   bool can_record = false;
-  std::string message;  // for a moment, at the lower edge
-  // What is driven.
-  HandInput* hand = nullptr;  // null: nobody holds the tool by this window
+  std::string message;  // shown for a moment at the lower edge
+  // What the input controls.
+  HandInput* hand = nullptr;  // null: this window does not control the tool
   std::vector<HingeControl> hinges;
   HandSource hand_source = HandSource::Mouse;
   Playback* playback = nullptr;  // null: no replay
-  // What was asked for since the last frame.
+  // Requests since the last frame.
   bool wants_record = false, wants_quit = false;
 
   bool hasPlots() const { return !panes.empty() && !panes[0].samples.empty(); }
 };
 
-/// Where things stand in a window [pixels].
+/// The layout of a window [pixels].
 struct Layout {
-  Viewport scene, panel, scrubber, plots;  // without panels: the scene takes all
+  Viewport scene, panel, scrubber, plots;  // without panels the scene has the whole window
   std::vector<Viewport> panes;             // of the scene
 };
 Layout layoutOf(const ViewerState& state, int width, int height, double scale);
 
-/// What a user asks of the first view; the rest is chosen.
+/// The user's choices for the first view; everything else is automatic.
 struct CameraWish {
   std::optional<Eigen::Vector3d> from;  // direction from the target to the eye, not zero
-  double within = 0;                    // radius of the ball about the tool that is to be seen [mm]; 0: chosen
+  double within = 0;                    // radius of the visible ball around the tool [mm]; 0: automatic
 };
-/// firstCamera(), but for what is wished.
+/// firstCamera(), changed by the user's choices.
 Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport);
 
-/// From where a stage is seen at first: the whole of it, or what is about the tool if that is much smaller. Of some
-/// directions that in which the fewest balls hide the tool.
+/// The initial camera of a stage: it shows the whole stage, or the surroundings of the tool if they are much smaller.
+/// Of several directions, the one in which the fewest balls hide the tool is used.
 Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const Viewport& viewport);
 
 }  // namespace spheretree::view

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a replay stands: plays, waits, goes slowly, jumps, begins again. Steps are of 1 ms.
+// The position of a replay: plays, pauses, changes speed, jumps, begins again. Steps are of 1 ms.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@ namespace spheretree::view {
 
 class Playback {
  public:
-  /// `steps` > 0: of the longest run.
+  /// `steps` > 0: number of steps of the longest run.
   explicit Playback(std::size_t steps) : steps_(steps) {}
 
   std::size_t step() const { return static_cast<std::size_t>(at_); }
@@ -17,16 +17,16 @@ class Playback {
   double speed() const { return speed_; }
   bool loops = false;
 
-  void play();  // from the start if it stands at the end
+  void play();  // from the start if it is at the end
   void pause() { playing_ = false; }
   void toggle() { playing_ ? pause() : play(); }
-  /// To a step, or the nearest that there is.
+  /// Jumps to a step, or to the nearest existing one.
   void seek(double step);
-  /// By so many steps; it then waits there.
+  /// Moves by this number of steps and pauses.
   void nudge(double steps);
-  /// In [1/1000, 8]: 1 is as it was.
+  /// `speed` in [1/1000, 8]; 1 is real time.
   void setSpeed(double speed);
-  /// So much later by the clock on the wall [s].
+  /// Advances by an elapsed real time [s].
   void advance(double seconds);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The three streams between the servo loop and a view: the latest state and every step one way, where the hand means to
-// be the other way.
+// The three streams between the servo loop and a view: the latest state and every step in one direction, the target of
+// the hand in the other.
 // Units: mm, N, N mm, s; world axes.
 #pragma once
 
@@ -15,34 +15,34 @@
 
 namespace spheretree::view {
 
-/// A place where the tool touches something.
+/// A point where the tool touches an object.
 struct ShownContact {
-  Eigen::Vector3f point{0, 0, 0}, normal{0, 0, 1};  // world; the normal points from the object to the tool
+  Eigen::Vector3f point{0, 0, 0}, normal{0, 0, 1};  // world frame; the normal points from the object to the tool
   float force = 0;                                  // along the normal [N]
-  Eigen::Vector3f friction{0, 0, 0};                // across it, on the tool [N]
+  Eigen::Vector3f friction{0, 0, 0};                // tangential, on the tool [N]
   std::uint32_t object = 0;                         // index in the scene
 };
-inline constexpr std::size_t kMostContacts = 16;  // more than a step has
+inline constexpr std::size_t kMostContacts = 16;  // more than a step can have
 
-/// All that a picture shows of one servo step.
+/// The data of one servo step that a picture shows.
 struct LiveState {
   player::RecordedStep step;
   std::uint32_t contact_count = 0;
   std::array<ShownContact, kMostContacts> contacts{};
 };
 
-/// Where the hand means to be, as a mouse or another input says.
+/// The target pose of the hand from a mouse or another input.
 struct HandTarget {
   Configuration pose;
-  bool is_set = false;  // false: nobody has said anything yet
+  bool is_set = false;  // false: no input yet
 };
 
-/// Rows that wait for the view: 32 s of steps. A window that answers later than that (a driver that hangs) loses rows,
-/// and says how many.
+/// Size of the ring buffer of steps for the view: 32 s. A window that reads later than that (because of a driver that
+/// hangs) loses rows, and reports how many.
 inline constexpr std::size_t kStepRing = 1 << 15;
 
-/// A wish for each hinge of the scene, from the view's thread to that of the steps: an angle [degree], or NaN, and the
-/// body follows the scene.
+/// A requested angle for each hinge of the scene, from the view's thread to that of the steps [degree]; NaN: the body
+/// follows the scene.
 struct HingeWishes {
   std::array<std::atomic<double>, player::kMostHinges> degree;
   HingeWishes() {

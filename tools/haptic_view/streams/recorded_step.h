@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is kept of a servo step: a row of a recording, a point of the plots. Units: mm, N, N mm, s; times of stages in
-// us.
+// The data that is kept of a servo step: a row of a recording, a point of the plots. Units: mm, N, N mm, s; times of
+// stages in us.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace spheretree::player {
 
-inline constexpr std::size_t kMostHinges = 8;         // that can be steered and recorded; of more the scene's own path is kept
+inline constexpr std::size_t kMostHinges = 8;         // hinges that can be steered and recorded; further ones follow the path of the scene
 using HingeAngles = std::array<double, kMostHinges>;  // [degree]
 
 inline constexpr std::uint32_t kUntouched = ~std::uint32_t{0};
@@ -19,18 +19,19 @@ inline constexpr std::uint32_t kUntouched = ~std::uint32_t{0};
 struct RecordedStep {
   std::uint64_t tick = 0;
   double time = 0;        // of the tick [s]
-  Configuration haptic;   // of the reference point, world
+  Configuration haptic;   // of the reference point, world frame
   Configuration graphic;  // "
-  Wrench wrench;          // on the hand about the reference point, before the device's own limits
+  Wrench wrench;          // on the hand about the reference point, before the device's limits
   std::uint32_t pairs = 0, rows = 0, active = 0, qp_iterations = 0, faults = 0;
   double find_us = 0, rows_us = 0, qp_us = 0, total_us = 0;
-  double penetration = 0;              // of the graphic tool's leaves, as the runtime says [mm]
+  double penetration = 0;              // of the graphic tool's leaves, as reported by the runtime [mm]
   std::uint32_t touched = kUntouched;  // object of the contact with the largest force
-  double friction = 0;                 // all of it: length of its sum over the contacts [N]
-  double slip = 0;                     // of the contact with the largest force: how fast it rubs [mm/s]
-  HingeAngles hinges{};                // of the bodies with a hinge, in the order of the scene
-  std::uint32_t tissue_states = 0;     // of soft tissue that were taken over so far
-  // Of the step before: what passivity control added, and what it has still to take back [N, N mm, mJ].
+  double friction = 0;                 // length of the sum over all contacts [N]
+  double slip = 0;                     // tangential speed of the contact with the largest force [mm/s]
+  HingeAngles hinges{};                // angles of the bodies with a hinge, in the order of the scene
+  std::uint32_t tissue_states = 0;     // number of states of soft tissue used so far
+  // Of the step before: the wrench that passivity control added, and the energy that it has yet to remove [N, N mm,
+  // mJ].
   double passivity_force = 0, passivity_torque = 0, passivity_debt = 0;
 };
 

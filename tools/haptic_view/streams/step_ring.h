@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every value from one thread to another, in order: a ring for one writer and one reader without a lock. A value that
-// finds the ring full is dropped and counted; the writer never waits.
+// Transfers every value from one thread to another, in order: a lock-free ring buffer for one writer and one reader. If
+// it is full, a value is dropped and counted; the writer never waits.
 #pragma once
 
 #include <atomic>
@@ -13,10 +13,10 @@ namespace spheretree::view {
 template <class Value>
 class StepRing {
  public:
-  /// `capacity`: values that may wait, a power of two. All memory is taken and touched here.
+  /// `capacity`: number of values, a power of two. Allocates and touches all memory here.
   explicit StepRing(std::size_t capacity) : slots_(capacity) {}
 
-  /// Writer. False, and the value is dropped and counted, if the ring is full.
+  /// Writer: returns false, and counts the value as dropped, if the ring buffer is full.
   bool push(const Value& value) noexcept {
     const std::uint64_t at = written_.load(std::memory_order_relaxed);
     if (at - read_.load(std::memory_order_acquire) == slots_.size()) {
@@ -30,7 +30,7 @@ class StepRing {
   /// Writer: whether push() would drop its value.
   bool full() const noexcept { return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire) == slots_.size(); }
 
-  /// Reader: passes every waiting value to `take`, in order, then makes room for others. Returns how many.
+  /// Reader: passes all values to `take`, in order, then frees their slots. Returns their number.
   template <class Take>
   std::size_t drain(const Take& take) {
     const std::uint64_t begin = read_.load(std::memory_order_relaxed), end = written_.load(std::memory_order_acquire);
@@ -39,7 +39,7 @@ class StepRing {
     return end - begin;
   }
 
-  /// Values dropped so far. From any thread.
+  /// Number of values dropped so far. May be called from any thread.
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The latest value from one thread to another, wait-free on both sides: the writer never waits for the reader, nor the
-// reader for the writer, and the reader always sees a whole value.
+// Transfers the latest value from one thread to another, wait-free on both sides: neither thread waits for the other,
+// and the reader always sees a complete value.
 //
-// Three slots: one belongs to the writer, one to the reader, and one is between them. Either side swaps its own slot
-// for the one between by a single exchange of an atomic byte. A seqlock would need less memory, but its reader may have
-// to retry, and its payload would have to be atomic word by word.
+// There are three slots: one belongs to the writer, one to the reader, and one is in between. Each side exchanges its
+// own slot with the one in between by a single exchange of an atomic byte. A seqlock would need less memory, but its
+// reader might have to retry, and its payload would have to be atomic word by word.
 #pragma once
 
 #include <atomic>
@@ -18,16 +18,16 @@ class TripleBuffer {
   static_assert(std::is_copy_assignable_v<Value> && std::is_default_constructible_v<Value>);
 
  public:
-  /// Writer: the slot to fill. It holds an older value, so that every part of it must be written.
+  /// Writer: the slot to fill. It holds an older value, so every part of it must be written.
   Value& back() noexcept { return slots_[back_].value; }
-  /// Writer: hands the filled slot over; back() is then another one.
+  /// Writer: publishes the filled slot; back() then returns another one.
   void publish() noexcept { back_ = between_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex; }
   void publish(const Value& value) noexcept {
     back() = value;
     publish();
   }
 
-  /// Reader: takes the newest value over. False, and front() stays, if there is none since the last time.
+  /// Reader: takes the newest value. Returns false, and keeps front(), if there is no new one.
   bool refresh() noexcept {
     if (!(between_.load(std::memory_order_relaxed) & kFresh)) return false;
     front_ = between_.exchange(front_, std::memory_order_acq_rel) & kIndex;
@@ -37,9 +37,9 @@ class TripleBuffer {
   const Value& front() const noexcept { return slots_[front_].value; }
 
  private:
-  static constexpr std::uint8_t kIndex = 3, kFresh = 4;  // of between_: which slot, and whether the writer put it there
+  static constexpr std::uint8_t kIndex = 3, kFresh = 4;  // of between_: index of the slot, and whether the writer put it there
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
-  struct alignas(64) Slot {  // writer and reader do not share a cache line
+  struct alignas(64) Slot {  // separate cache lines for writer and reader
     Value value{};
   };
   Slot slots_[3];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A picture of what a window would show, drawn without one: for documents and tests.
+// A picture of a window's content, drawn without a window, for documents and tests.
 #pragma once
 
 #include <array>
@@ -12,14 +12,14 @@
 
 namespace spheretree::view {
 
-/// "1280x800", each from 64 to 8192; nothing for anything else.
+/// Parses "1280x800", each from 64 to 8192; otherwise empty.
 std::optional<std::array<int, 2>> sizeOf(const std::string& text);
 
 class PictureMaker {
  public:
-  /// `state` must outlive it; `scale`: of text and marks. One at a time. @throws ViewError
+  /// `state` must outlive the object; `scale` of text and marks. Only one at a time. @throws ViewError
   PictureMaker(int width, int height, double scale, ViewerState& state);
-  /// `state` as it is now, each pixel the mean of sixteen.
+  /// Draws the current `state`; each pixel is the mean of sixteen.
   Picture draw();
   Layout layout() const { return layoutOf(state_, width_, height_, interface_.scale()); }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A window of the desktop with OpenGL, pointer, keys and gamepad. One at a time, used by the main thread.
+// A desktop window with OpenGL, pointer, keys and gamepad. Only one at a time, used by the main thread.
 #pragma once
 
 #include <array>
@@ -16,17 +16,18 @@ struct GLFWwindow;
 
 namespace spheretree::view {
 
-/// Whether the environment names a display. A window may fail to open all the same.
+/// Whether the environment names a display. Opening a window may still fail.
 bool hasDisplay();
 
 struct GamepadState {
-  std::array<float, 6> axes;  // as gamepadDeflection() takes them
-  bool bumper;                // either of the two is held
+  std::array<float, 6> axes;  // in the order of gamepadDeflection()
+  bool bumper;                // one of the two is held
 };
 
 class Window {
  public:
-  /// `scale`: of text and marks; 0: that of the display. @throws ViewError: what is missing and what to do.
+  /// `scale` of text and marks; 0: that of the display. @throws ViewError; the message says what is missing and what to
+  /// do.
   Window(const std::string& title, int width, int height, double scale);
   ~Window();
   Window(const Window&) = delete;
@@ -38,15 +39,15 @@ class Window {
   void close();
   int width() const { return width_; }  // [pixels]
   int height() const { return height_; }
-  /// Draws of each pixel, in each direction: 1 where the processor draws, else 2.
+  /// Samples of each pixel in each direction: 1 if the processor renders, otherwise 2.
   int samples() const { return is_software_ ? 1 : 2; }
 
-  /// Waits until a frame is due (60 a second; 30 where the processor draws, so that it has time for other things),
-  /// takes what pointer and keys did, and begins the interface's frame. Returns the time since the last one [s].
+  /// Waits until the next frame (60 a second; 30 if the processor renders, to leave it time for other work), takes the
+  /// input of pointer and keys, and begins the interface's frame. Returns the time since the last frame [s].
   double begin();
   /// Shows the frame.
   void present();
-  /// The first gamepad, if there is one.
+  /// The state of the first gamepad, if there is one.
   std::optional<GamepadState> gamepad() const;
 
  private:
@@ -57,7 +58,7 @@ class Window {
   void takeTaps();
 
   std::vector<int> pressed_, released_later_;  // keys
-  int pressed_with_ = 0;                       // modifiers, as GLFW gives them
+  int pressed_with_ = 0;                       // modifiers, in GLFW's encoding
   bool is_software_ = false;
   int width_ = 0, height_ = 0;
   Clock::time_point last_, due_;

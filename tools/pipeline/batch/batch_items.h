@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tool and the objects of a scene on their way to trees: read, looked up in the cache, built by all threads under
-// one progress bar.
+// The tool and the objects of a scene while they are turned into trees: they are read, looked up in the cache, and
+// built by all threads under one progress bar.
 #pragma once
 
 #include <filesystem>
@@ -21,51 +21,51 @@ struct BatchItem {
   const formats::SceneItem* source = nullptr;
   bool is_tool = false;
   TreeJob job;
-  std::string key;  // "": it came as a tree
+  std::string key;  // "": the item came as a tree
   ItemStatus status = ItemStatus::Waiting;
-  std::string error;            // why it failed
-  TreeResult result;            // once it is built or cached
-  std::vector<std::byte> soft;  // of the .soft file, of soft tissue
-  /// Of its file in the folder of the batch.
+  std::string error;            // why the item failed
+  TreeResult result;            // set when the item is built or cached
+  std::vector<std::byte> soft;  // content of the .soft file, for soft tissue
+  /// Its file name in the folder of the batch.
   std::string treeName() const { return source->name + (source->soft ? ".soft" : ".stree"); }
   bool hasTree() const { return status == ItemStatus::Built || status == ItemStatus::Cached; }
 };
 
-/// The I-th of N shares of what is to be built.
+/// Part I of N of the trees to build.
 struct Shard {
   std::size_t index = 1, count = 1;
 };
 
-/// What every step of a batch works with.
+/// The data that every step of a batch uses.
 struct BatchContext {
   const formats::SceneFile& scene;
   const TreeCache& cache;
   int threads;
   tool::WorkProgress& progress;
-  std::shared_ptr<WorkRegions> work;  // null: the scene says nothing of where accuracy is needed
-  bool tell_finished = false;         // each object that was built, by progress.finished()
+  std::shared_ptr<WorkRegions> work;  // null: the scene has neither regions of work nor `reach`
+  bool tell_finished = false;         // report each built object with progress.finished()
 };
 
-/// The items of `scene`, which must outlive them: their meshes, which `meshes` holds, or their trees. One that cannot
-/// be read has failed.
+/// The items of `scene`, which must outlive them, with their meshes (kept in `meshes`) or their trees. An item that
+/// cannot be read has the status Failed.
 /// @throws builder::Cancelled
 std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes, int threads,
                                  builder::Progress& progress);
 
-/// The most leaves that an item may have where their number is chosen for it: what the scene says of its levels, or the
-/// deepest tree.
+/// The largest number of leaves of an item for which the program chooses the number: from the levels in the scene, or
+/// else that of the deepest tree.
 std::size_t mostLeaves(const formats::SceneFile& scene, const BatchItem& item);
 
-/// At most this many leaves, in the shallowest tree that holds them.
+/// Limits the number of leaves, in the shallowest tree that can have them.
 void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);
 
-/// Gives the objects what the scene says about where accuracy is needed; null if it says nothing.
+/// Gives the objects the regions of work and the reach of the scene; null if the scene has none.
 std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, std::vector<BatchItem>& items);
 
-/// Every waiting item gets its key and its tree: from the cache, or built, the biggest first. Of identical items one is
-/// built. Those that are not in this `shard` and not in the cache are skipped. `stage` is what the progress bar says.
-/// One bad item does not stop the others.
-/// @throws builder::Cancelled; formats::FileError if something is to be built and the cache cannot be written to.
+/// Every waiting item gets its key and its tree, from the cache or by a build, the largest mesh first. Of identical
+/// items only one is built. Items that are neither in this `shard` nor in the cache are skipped. `stage`: name for the
+/// progress bar. If an item fails, the others are still built.
+/// @throws builder::Cancelled; formats::FileError if something has to be built and the cache is not writable.
 void buildItems(std::vector<BatchItem>& items, const BatchContext& context, const std::string& stage, const Shard& shard = {});
 
 }  // namespace spheretree::pipeline

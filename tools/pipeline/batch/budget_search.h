@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The least worst-case error of a scene for a given number of leaves, or for given microseconds of each step. How:
-// docs/batch.md
+// The smallest worst-case error of a scene for a given number of leaves, or for a given time of each step in
+// microseconds. Method: docs/batch.md
 #pragma once
 
 #include <vector>
@@ -11,10 +11,10 @@
 
 namespace spheretree::pipeline {
 
-/// Builds all that waits in `items` within the budget. What came as a tree counts and stays. `paths`: those whose steps
-/// a budget of time counts; none: random contacts.
-/// @throws tool::UsageError if an item has another builder than cover, or if a leaf for each tree is more than the
-/// budget; Cancelled.
+/// Builds all waiting `items` within the budget. Items that came as trees count, and do not change. `paths`: the paths
+/// whose steps a budget of time counts; empty: random contacts.
+/// @throws tool::UsageError if an item has a builder other than cover, or if the budget is below one leaf for each
+/// tree; Cancelled.
 BudgetResult buildWithin(const Budget& budget, std::vector<BatchItem>& items, ToolPaths paths, const BatchContext& context);
 
 }  // namespace spheretree::pipeline

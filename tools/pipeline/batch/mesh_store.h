@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh files of a scene, each read once however many of its parts are objects.
+// The mesh files of a scene. Each file is read once, even if several of its parts are objects.
 #pragma once
 
 #include <filesystem>
@@ -21,15 +21,17 @@ class MeshStore {
  public:
   struct File {
     formats::MeshFile mesh;
-    Hash128 hash;  // of what the file says: its bytes, or for glTF, which may refer to other files, the mesh
+    Hash128 hash;  // of the bytes of the file, or of the mesh for glTF, which may refer to other files
     Components components;
   };
-  /// @throws what formats::readMesh throws; the same again for the same file.
+  /// @throws the exceptions of formats::readMesh, in every call for the same file.
   std::shared_ptr<const File> read(const std::filesystem::path& path, double unit_mm, double gltf_unit_mm);
-  /// Of an item of a scene: in its own unit, whatever the format says, or else in that of the scene (glTF: m).
+  /// The mesh of an item: in its own unit, which overrides that of the format, otherwise in the unit of the scene
+  /// (glTF: m).
   std::shared_ptr<const File> read(const formats::SceneFile& scene, const std::filesystem::path& scene_path,
                                    const formats::SceneItem& item);
-  /// A file that will only be written later: read() finds `mesh`, whose file holds `bytes`, under this path and unit.
+  /// Registers a file that will be written later: read() returns `mesh` for this path and unit; `bytes`: content of its
+  /// file.
   void hold(const std::filesystem::path& path, double unit_mm, TriangleMesh mesh, std::span<const std::byte> bytes);
 
  private:

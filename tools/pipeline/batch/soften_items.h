@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The objects of a scene that are soft tissue: tetrahedra, and trees that move with them.
+// Soft tissue in a scene: makes tetrahedra for its objects, and trees that move with them.
 #pragma once
 
 #include <vector>
@@ -8,13 +8,14 @@
 
 namespace spheretree::pipeline {
 
-/// What a note about tissue begins with.
+/// Prefix of notes about tissue.
 inline constexpr const char* kSoftNote = "soft: ";
 
-/// Gives each item that the scene calls soft, and that has a tree, its `soft` bytes (core's tissue_codec.h) from the
-/// cache, or makes them, and adds a note about them to its figures. An item that cannot be softened has failed. They
-/// are made one after the other: the child of TetGen takes one core, the rest uses all.
-/// @throws builder::Cancelled; formats::FileError if the cache cannot be written to.
+/// Gives each item that is soft tissue, and that has a tree, its `soft` bytes (core's tissue_codec.h), from the cache
+/// or newly computed, and adds a note about them to its figures. If that is impossible, the item gets the status
+/// Failed. Items are processed one after the other: the child process with TetGen uses one core, everything else all
+/// cores.
+/// @throws builder::Cancelled; formats::FileError if the cache is not writable.
 void softenItems(std::vector<BatchItem>& items, const TreeCache& cache, builder::Progress& progress);
 
 }  // namespace spheretree::pipeline

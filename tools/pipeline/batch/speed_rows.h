@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Speed against accuracy of a scene and of each of its objects, from few leaves to many: the field `pareto` of
+// Speed against accuracy of a scene and of each of its objects, from few to many leaves: the field `pareto` of
 // report.json.
 #pragma once
 
@@ -11,10 +11,9 @@
 
 namespace spheretree::pipeline {
 
-/// One row for each object alone, and for the scene, for each number of leaves from 8 to 4,096 and each tolerance that
-/// the scene gives, all with quick trees; and one for what was chosen: the trees of `items`, as they are. `source`: the
-/// items before they were built.
-/// `paths`: those whose steps are measured; empty: random contacts. Rows and fields: docs/batch.md
+/// Rows for each object alone and for the scene: one for each number of leaves from 8 to 4,096 and each tolerance in
+/// the scene, all with quick trees; and one for the chosen trees, those of `items`. `source`: the items before they
+/// were built. `paths`: the paths whose steps are measured; empty: random contacts. Rows and fields: docs/batch.md
 /// @throws Cancelled
 std::vector<SpeedRow> speedRows(const std::vector<BatchItem>& source, const std::vector<BatchItem>& items, ToolPaths paths,
                                 const BatchContext& context);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Finished trees by the hash of everything they depend on, so that an unchanged object is not built again.
+// Stores finished trees under the hash of everything that they depend on, so that an unchanged object is not built
+// again.
 #pragma once
 
 #include <filesystem>
@@ -14,17 +15,18 @@ namespace spheretree::pipeline {
 /// Version of the figures that an entry holds; part of its key.
 inline constexpr const char* kRecordSchema = "spheretree.batch-record/2";
 
-/// Trees and figures under DIR/KEY.stree and DIR/KEY.json. An entry counts only if both are whole and belong together.
+/// Trees and figures in DIR/KEY.stree and DIR/KEY.json. An entry is valid only if both files are complete and belong
+/// together.
 class TreeCache {
  public:
   explicit TreeCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
   std::optional<TreeResult> find(const std::string& key) const;
-  /// Makes the folder. Call it before store(), and before work that would be lost without it.
-  /// @throws formats::FileError if the folder cannot be written to.
+  /// Creates the folder. Call it before store(), and before work that would be lost if the folder is not writable.
+  /// @throws formats::FileError if the folder is not writable.
   void prepare() const;
   /// @throws formats::FileError
   void store(const std::string& key, const TreeResult& result) const;
-  /// Bytes of a soft tree (core's tissue_codec.h) under DIR/KEY.soft, checked; empty if there are none.
+  /// The checked bytes of a soft tree (core's tissue_codec.h) from DIR/KEY.soft; empty if there is none.
   std::vector<std::byte> findSoft(const std::string& key) const;
   /// @throws formats::FileError
   void storeSoft(const std::string& key, const std::vector<std::byte>& bytes) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One tree of a batch: the part of a mesh file that it is built from, how it is built, and the result with its figures.
+// One tree of a batch: the part of a mesh file from which it is built, the settings, and the result with its figures.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ namespace spheretree::pipeline {
 struct TreeResult {
   SphereTree tree;
   TreeFigures figures;
-  double seconds = 0;  // that the build took
+  double seconds = 0;  // duration of the build
 };
 
 struct TreeJob {
@@ -30,24 +30,23 @@ struct TreeJob {
   std::string repair = "auto";
   builder::BuildSettings settings;
   Configuration pose;                       // of the object in the world
-  std::shared_ptr<const WorkRegions> work;  // null: the same accuracy everywhere
-  // With settings.most_leaves > 0 all of these leaves are used, and the tolerances say where: they are the scene's,
-  // multiplied by
-  // `scale`, and the leaves come as near to them as they can.
+  std::shared_ptr<const WorkRegions> work;  // null: the same tolerance everywhere
+  // With settings.most_leaves > 0 the tree has exactly this number of leaves. The scene's tolerances, multiplied by
+  // `scale`, decide where they are; the leaves meet them as well as possible.
   double scale = 1;
 
-  /// Hash of everything that the tree depends on: content, part, unit, settings, version of the program; 32 hexadecimal
-  /// digits.
+  /// Hash of everything on which the tree depends: content, part, unit, settings, version of the program; 32
+  /// hexadecimal digits.
   std::string key() const;
-  /// Hash of the mesh alone, as it is built; 32 hexadecimal digits.
+  /// Hash of the mesh that is built, without the settings of the tree; 32 hexadecimal digits.
   std::string meshKey() const;
-  /// The mesh as it is built. @throws builder::BuildError if it is refused; builder::Cancelled.
+  /// The repaired mesh. @throws builder::BuildError if it is refused; builder::Cancelled.
   builder::RepairedMesh solid(builder::Progress& progress) const;
   /// @throws builder::BuildError, builder::Cancelled
   TreeResult run(builder::Progress& progress) const;
 };
 
-/// Names from a scene file, which its reader has checked.
+/// `settings`: with names from a scene file, which its reader has checked.
 builder::BuildSettings buildSettings(const formats::TreeSettings& settings);
 
 }  // namespace spheretree::pipeline

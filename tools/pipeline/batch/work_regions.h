@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where in a scene accuracy is needed: its regions of work, and where the tool can come.
+// Where a scene needs accuracy: its regions of work, and the space that the tool can reach.
 #pragma once
 
 #include <memory>
@@ -15,20 +15,21 @@
 
 namespace spheretree::pipeline {
 
-/// Shared by the objects of a scene; constant once `space` is set.
+/// Shared by the objects of a scene; constant after `space` is set.
 struct WorkRegions {
   std::vector<formats::WorkRegion> regions;
   std::optional<formats::Reach> reach;
-  std::unique_ptr<const builder::ReachableSpace> space;  // with `reach`, before the first tree is built
-  std::string key;                                       // everything that tolerances depend on, apart from the object's own mesh and pose
+  std::unique_ptr<const builder::ReachableSpace> space;  // if there is a `reach`; set before the first tree is built
+  std::string key;                                       // everything on which tolerances depend, except the object's own mesh and pose
 };
 
 TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose);
 
-/// Tolerances of the triangles of `world_mesh`, whose own is `tolerance_mm`; every tolerance is multiplied by `scale`.
+/// Tolerances of the triangles of `world_mesh`, whose own tolerance is `tolerance_mm`; all tolerances are multiplied by
+/// `scale`.
 std::vector<double> tolerancesAt(const WorkRegions& work, const TriangleMesh& world_mesh, double tolerance_mm, double scale = 1);
 
-/// One entry for each region that the object reaches into. `mesh` is in the frame of the tree.
+/// One entry for each region that the object intersects. `mesh` is in the frame of the tree.
 std::vector<WorkFigures> workFigures(const WorkRegions& work, const TriangleMesh& mesh, const Configuration& pose, const SphereTree& tree);
 
 }  // namespace spheretree::pipeline

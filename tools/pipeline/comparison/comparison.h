@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Builders and qualities against each other on some meshes: what `spheretree compare` calls, and its figures.
-// compare.json is these and nothing else (schema spheretree.comparison/1); JSON in and out: comparison_json.h
+// Compares builders and qualities on some meshes: the implementation of `spheretree compare`, and its figures, which
+// are the whole content of compare.json (schema spheretree.comparison/1); to and from JSON: comparison_json.h
 #pragma once
 
 #include <cstdint>
@@ -18,39 +18,39 @@
 
 namespace spheretree::pipeline {
 
-/// A builder in one of its qualities.
+/// A builder with one quality.
 struct Method {
   builder::BuilderKind builder = builder::BuilderKind::Cover;
   builder::Quality quality = builder::Quality::Standard;
   friend bool operator==(const Method&, const Method&) = default;
 };
 
-/// "cover.standard"
+/// For example "cover.standard".
 std::string idOf(const Method& method);
 
-/// Every builder in every quality that changes its result: the octree has none and stands once, as standard or else the
-/// first. What is named twice stands once.
+/// Every builder with every quality that changes its result. The octree has no qualities and appears once, with
+/// standard if that is listed, otherwise with the first one. Duplicates are removed.
 std::vector<Method> methods(const std::vector<builder::BuilderKind>& builders, const std::vector<builder::Quality>& qualities);
 
-/// Spheres that another program made for a mesh.
+/// Spheres that another program computed for a mesh.
 struct OtherSpheres {
   std::string name;            // unique for the mesh
   std::filesystem::path file;  // absolute
   std::string format;          // "cuRobo", "foam", ...
-  SphereTree level;            // all of them, as the one level of a tree
+  SphereTree level;            // all spheres, as the only level of a tree
 };
 
 /// A mesh to compare on.
 struct ComparedMesh {
   std::string name;            // unique, part of file names
   std::filesystem::path file;  // absolute
-  double unit_mm = 1;          // that it was read in
+  double unit_mm = 1;          // unit in which it was read
   TriangleMesh mesh;           // sound
-  TriangleMesh to_cover;       // what repair has taken out of `mesh` and trees cover all the same
+  TriangleMesh to_cover;       // surface that repair removed from `mesh`, but that trees still cover
   std::vector<OtherSpheres> others = {};
 };
 
-/// By the measures of every level of a tree; how long they took to make is not known.
+/// Other spheres with the measures that every level of a tree gets; the time of their computation is unknown.
 struct OtherFigures {
   std::string name;
   std::filesystem::path file;
@@ -64,8 +64,8 @@ struct MeshFigures {
   double unit_mm = 1;
   std::size_t triangles = 0;
   double diagonal_mm = 0, area_mm2 = 0, volume_mm3 = 0;
-  double leaves = 0;            // that a full tree has: the limits are for as many spheres
-  builder::CoverLimits limits;  // on the overhang of any cover
+  double leaves = 0;            // number of leaves of a full tree, for which the limits are computed
+  builder::CoverLimits limits;  // limits on the overhang of any cover
   std::vector<OtherFigures> others = {};
 };
 
@@ -73,8 +73,8 @@ struct MeshFigures {
 struct Run {
   std::string mesh;
   Method method;
-  std::string error;           // why it failed; empty: it was built, and the rest is set
-  std::filesystem::path tree;  // in the folder of the comparison
+  std::string error;           // reason for a failure; empty: the tree was built, and the other members are set
+  std::filesystem::path tree;  // relative to the folder of the comparison
   double seconds = 0, processor_seconds = 0;
   std::size_t nodes = 0;
   std::vector<builder::LevelEvaluation> levels;
@@ -82,7 +82,7 @@ struct Run {
   bool isBuilt() const { return error.empty(); }
 };
 
-/// How much the tree of one method changes when its mesh changes in ways that should not matter.
+/// How much the tree of one method changes under changes of its mesh that should not matter.
 struct Sensitivity {
   std::string mesh;
   Method method;
@@ -90,7 +90,7 @@ struct Sensitivity {
   std::vector<builder::SensitivityRow> rows;
 };
 
-/// Figures of the leaves of a run, lengths in per cent of the mesh's diagonal; or geometric means of them.
+/// Figures of the leaves of a run, with lengths in per cent of the mesh's diagonal; or geometric means of such figures.
 struct LeafFigures {
   double processor_seconds = 0, seconds = 0, overhang_percent = 0, p99_percent = 0, excess_percent = 0;
 };
@@ -113,25 +113,25 @@ struct Comparison {
 
 struct ComparisonSettings {
   std::vector<Method> methods;
-  builder::BuildSettings build;  // levels, branching, seed, threads; the rest comes from each method
+  builder::BuildSettings build;  // levels, branching, seed, threads; the other settings come from each method
   int rotations = 0;             // > 0: also measure the sensitivity, with this number of rotations of each mesh
-  std::filesystem::path folder;  // of the results; it may be that of a run that was stopped
+  std::filesystem::path folder;  // of the results; it may be that of an interrupted run
 };
 
-/// Builds and measures what the folder does not hold yet: a tree in trees/ and figures in runs/, named
-/// MESH.BUILDER.QUALITY, and limits in runs/MESH. A run that fails is part of the result and does not stop the others.
+/// Builds and measures what is not yet in the folder: a tree in trees/ and figures in runs/, named
+/// MESH.BUILDER.QUALITY, and limits in runs/MESH. A failed run is part of the result and does not stop the others.
 /// Writes compare.csv and compare.json at the end.
 /// @throws builder::Cancelled: finished runs are in the folder; formats::FileError.
 Comparison runComparison(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, builder::Progress& progress);
 
-/// Of a run that was built. @throws formats::FormatError if `comparison` has no mesh of its name.
+/// The leaf figures of a successful run. @throws formats::FormatError if `comparison` does not have its mesh.
 LeafFigures leafFigures(const Comparison& comparison, const Run& run);
 
-/// For each method with a tree for every mesh, in the order of the runs.
+/// One entry for each method that has a tree for every mesh, in the order of the runs.
 std::vector<MeanFigures> geometricMeans(const Comparison& comparison);
 
-/// One line for each level of each run, and for each file of other spheres: its name in place of the builder, without
-/// quality and seconds.
+/// One line for each level of each run, and for each file of other spheres, with its name in the column of the builder
+/// and without quality and seconds.
 std::string comparisonCsv(const Comparison& comparison);
 
 }  // namespace spheretree::pipeline

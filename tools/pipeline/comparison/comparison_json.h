@@ -14,13 +14,13 @@ nlohmann::ordered_json toJson(const MeshFigures& mesh);
 nlohmann::ordered_json toJson(const Run& run);
 nlohmann::ordered_json toJson(const Sensitivity& sensitivity);
 
-/// @throws nlohmann::json::exception if a key is missing or of another type; formats::FormatError for a builder or
-/// quality that is none.
+/// @throws nlohmann::json::exception if a key is missing or of another type; formats::FormatError for an unknown
+/// builder or quality.
 MeshFigures meshFiguresFromJson(const nlohmann::ordered_json& json);
 Run runFromJson(const nlohmann::ordered_json& json);
 Sensitivity sensitivityFromJson(const nlohmann::ordered_json& json);
 
-/// compare.json. @throws formats::FileError; formats::FormatError if it is not one of this schema.
+/// Reads compare.json. @throws formats::FileError; formats::FormatError if it does not have this schema.
 Comparison readComparison(const std::filesystem::path& path);
 
 }  // namespace spheretree::pipeline

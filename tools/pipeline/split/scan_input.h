@@ -11,9 +11,9 @@
 
 namespace spheretree::pipeline {
 
-/// Where the labels of a scan are: exactly one of these.
+/// The source of the labels of a scan: exactly one of these.
 struct LabelSource {
-  std::filesystem::path file;  // JSON, as formats::readScanLabels() reads it
+  std::filesystem::path file;  // JSON, in the format of formats::readScanLabels()
   std::string property;        // of a PLY file: a scalar of the vertices or faces, or "colour"
   bool parts = false;          // the parts of the mesh file, by their names
   std::string numbering = "fdi";
@@ -21,13 +21,13 @@ struct LabelSource {
 
 struct ScanInput {
   TriangleMesh mesh;
-  std::vector<std::int32_t> labels;  // of each vertex: FDI number, 0 for gum, or a number that is no tooth
-  std::string jaw;                   // "upper" or "lower", as the labels say; "" if they do not
+  std::vector<std::int32_t> labels;  // of each vertex: FDI number, 0 for gum, or a number that is not a tooth
+  std::string jaw;                   // "upper" or "lower" according to the labels; "" if they do not specify it
   std::vector<std::string> notes;    // whole sentences
 };
 
 /// @throws formats::FileError; formats::FormatError for labels that do not fit the mesh, with the place;
-/// tool::UsageError for a numbering that the labels cannot be in.
+/// tool::UsageError for a numbering that the labels cannot have.
 ScanInput readScan(const std::filesystem::path& scan, const std::string& unit, const LabelSource& source);
 
 }  // namespace spheretree::pipeline

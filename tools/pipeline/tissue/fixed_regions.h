@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a soft body stays where it is: balls, boxes, and what lies inside other objects.
+// The part of a soft body that does not move: balls, boxes, and the inside of other objects.
 // Units: mm, frame of the mesh.
 #pragma once
 
@@ -19,7 +19,7 @@ struct FixedRegions {
   bool holds(const Eigen::Vector3d& p) const;
 };
 
-/// Adds "sphere:X,Y,Z,RADIUS" or "box:X0,Y0,Z0,X1,Y1,Z1". False if `text` is neither.
+/// Adds "sphere:X,Y,Z,RADIUS" or "box:X0,Y0,Z0,X1,Y1,Z1". Returns false for any other text.
 bool addFixedRegion(const std::string& text, FixedRegions& regions);
 
 /// Adds the leaves of `tree`, which cover its object's surface.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Long computations called from Python: without the GIL, with progress out and Ctrl-C in.
+// Long computations called from Python: without the GIL, with progress reports and Ctrl-C.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -10,10 +10,10 @@
 
 namespace spheretree::python {
 
-/// Runs `work` on a thread of its own, without the GIL. Meanwhile this thread, which holds the GIL on entry, gives
-/// Python its signals, and calls `callback(stage, fraction)` (or nothing, if it is None) at each stage and about 20
-/// times a second. What either raises, as KeyboardInterrupt, cancels the work and is raised here; else what the work
-/// throws is thrown.
+/// Runs `work` in a separate thread, without the GIL. Meanwhile this thread, which must hold the GIL on entry, handles
+/// Python's signals and calls `callback(stage, fraction)` (unless it is None) at each stage and about 20 times a
+/// second. An exception of either, such as KeyboardInterrupt, cancels the work and is raised here; otherwise an
+/// exception of the work is thrown.
 void runInterruptibly(const pybind11::object& callback, const std::function<void(builder::Progress&)>& work);
 
 }  // namespace spheretree::python

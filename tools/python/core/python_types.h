@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two extension modules share: the C++ side of spheretree.Mesh and spheretree.SphereTree.
+// Types that the two extension modules share: the C++ side of spheretree.Mesh and spheretree.SphereTree.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -29,11 +29,11 @@ class PythonTree {
   const SphereTree* operator->() const { return &*tree_; }
   const runtime::SharedTree& shared() const { return tree_; }
 
-  /// The spheres of a level set in one piece: in the tree itself, or gathered once where leaves end early. The GIL must
-  /// be held.
+  /// The spheres of a level set in contiguous memory: in the tree itself, or copied once if earlier levels have leaves.
+  /// The GIL must be held.
   std::pair<const Sphere*, std::size_t> levelSpheres(int level);
 
-  pybind11::object statistics = pybind11::none();  // what the build found out
+  pybind11::object statistics = pybind11::none();  // statistics of the build
 
  private:
   runtime::SharedTree tree_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the verbs of the program share: the options that each has, and how one is chosen and run.
+// The framework of the program's verbs: their common options, and how a verb is selected and run.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,17 +13,17 @@ namespace spheretree::tool {
 
 inline const std::string kProgram = "spheretree";
 
-/// The program under construction: a verb adds its options to `cli`, and sets `run` once it is chosen.
+/// The program under construction: a verb adds its options to `cli`, and sets `run` when it is selected.
 struct Program {
   CLI::App cli{"Builds, checks and measures certified sphere-trees of triangle meshes."};
   std::string progress = "auto";
   bool quiet = false;
-  /// Returns an exit code; results go to stdout or to files, talk to stderr.
+  /// Returns an exit code; results go to stdout or to files, messages to stderr.
   std::function<int(WorkProgress&)> run;
 };
 
-/// A subcommand with the options that every verb has, and an example at the end of its help. `run` is called if it is
-/// chosen.
+/// Adds a subcommand with the common options of all verbs, and an example at the end of its help. `run` is called if
+/// the verb is selected.
 CLI::App* addVerb(Program& program, const std::string& verb, const std::string& description, const std::string& example,
                   std::function<int(WorkProgress&)> run);
 
@@ -42,8 +42,9 @@ void addSoftenCommand(Program& program);
 void addSplitCommand(Program& program);
 void addViewCommand(Program& program);
 
-/// Parses and runs the chosen verb; what is wrong with the command line is said on stderr. Returns an exit code.
-/// @throws what a verb throws, which runAndExplain() turns into messages.
+/// Parses the command line and runs the selected verb; errors in the command line are reported on stderr. Returns an
+/// exit code.
+/// @throws the exceptions of a verb, which runAndExplain() turns into messages.
 int runProgram(Program& program, int argc, char** argv);
 
 }  // namespace spheretree::tool

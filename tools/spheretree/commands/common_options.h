@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Options that several verbs have: each with one range, one default and one help text.
+// Options that several verbs share: each with one range, one default and one help text.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,7 +8,7 @@
 
 namespace spheretree::tool {
 
-/// --unit; `unit` stays empty if it is not given. formats::unitInMm() turns it into mm.
+/// --unit; `unit` stays empty if it is not given. formats::unitInMm() converts it to mm.
 void addUnit(CLI::App& app, std::string& unit);
 
 /// --parts, for choosePart().
@@ -17,7 +17,7 @@ void addParts(CLI::App& app, std::string& parts);
 /// --levels and --branching.
 void addTreeSize(CLI::App& app, int& levels, int& branching);
 
-/// --seed; `of`: what is chosen by it.
+/// --seed; `of`: what the random numbers choose.
 void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of);
 
 /// --threads.

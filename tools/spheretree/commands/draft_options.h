@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Options that say how mesh files become a scene: those of `scene`, and of `batch` where it takes mesh files.
+// Options for making a scene from mesh files, for `scene` and for `batch` with mesh files.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,7 +8,7 @@
 
 namespace spheretree::tool {
 
-/// --tool, --match, --reach and --unit. --tolerance is left to the verb.
+/// --tool, --match, --reach and --unit. The verb adds --tolerance itself.
 void addDraftOptions(CLI::App& app, pipeline::SceneDraftSettings& draft);
 
 }  // namespace spheretree::tool

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// evaluate ROBOT.urdf SPHERES: the spheres of every link against its collision shapes, whoever made them.
+// evaluate ROBOT.urdf SPHERES: measures the spheres of every link against its collision shapes, whichever program made
+// them.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +21,7 @@ struct EvaluateRobotOptions {
   builder::EvaluateSettings settings;
 };
 
-/// Prints a row for each link that has collision shapes; one without spheres is bare. Returns an exit code.
+/// Prints a row for each link with collision shapes; a link without spheres is uncovered. Returns an exit code.
 int evaluateRobot(const EvaluateRobotOptions& options, bool quiet, builder::Progress& progress);
 
 }  // namespace spheretree::tool

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree evaluate --states: how a soft tree stands for its object when that is deformed.
+// spheretree evaluate --states: how well a soft tree represents its object when it is deformed.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct StatesOptions {
 
 inline constexpr int kMaxStateSamples = 1'000'000;
 
-/// `name`: of the soft tree, in messages. `mesh`: as the tree was built from it. Prints a table by kind, or JSON.
-/// Returns an exit code: kExitInternal if a state broke the proof, which is then said.
+/// `name`: of the soft tree, for messages. `mesh`: from which the tree was built. Prints a table by kind, or JSON.
+/// Returns an exit code: kExitInternal, with a message, if a state violates the certificate.
 int reportStates(const std::string& name, const SphereTree& tree, const Tissue& tissue, const builder::RepairedMesh& mesh,
                  const StatesOptions& options, builder::Progress& progress);
 

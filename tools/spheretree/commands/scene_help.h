@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `spheretree help scene`: what a scene file holds, where no documentation is at hand. The whole of it:
+// `spheretree help scene`: a summary of the scene file for users without documentation. Complete reference:
 // docs/scene_file.md
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Trees as verbs read them: what a file holds is told by the ending of its name.
+// Reads trees for the verbs; the extension of a file tells its format.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace spheretree::tool {
 
-/// A tree from .stree, .sph or .json; standard input ("-") is told by its content. @throws UsageError for another
-/// ending, and what the readers throw.
+/// A tree from .stree, .sph or .json; standard input ("-") is identified by its content. @throws UsageError for another
+/// extension, and the exceptions of the readers.
 SphereTree readTree(const std::filesystem::path& path);
 
-/// A tree with its tissue, from .soft. @throws UsageError for another ending or a file without tissue, and what the
-/// readers throw.
+/// A tree with its tissue, from .soft. @throws UsageError for another extension or a file without tissue, and the
+/// exceptions of the readers.
 SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue);
 
 }  // namespace spheretree::tool

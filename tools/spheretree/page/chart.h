@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Charts as SVG text: speed against accuracy, and traces over time. Readable in print, on light and on dark screens:
-// colours come from chartStyle() and follow the reader's setting. Every curve and dot carries its name beside it, so
-// that none depends on colour.
+// Charts as SVG text: speed against accuracy, and traces over time. They are readable in print and on light and dark
+// screens: colours come from chartStyle() and follow the reader's setting. Every curve and dot has its name beside it,
+// so that none depends on colour.
 #pragma once
 
 #include <optional>
@@ -12,18 +12,18 @@
 
 namespace spheretree::tool {
 
-/// Rules for the classes that the charts use; a page that holds charts includes them once.
+/// CSS rules for the classes in the charts; a page with charts includes them once.
 std::string_view chartStyle();
 
-/// Up to 3 significant digits, without an exponent where that is short: "0.0123", "12.3", "1230", "4.1e-06".
+/// At most 3 significant digits, without an exponent where that is short: "0.0123", "12.3", "1230", "4.1e-06".
 std::string shortNumber(double value);
 
 struct ChartPoint {
-  double x = 0, y = 0;  // a point with x or y not above 0 is left out: the axes are logarithmic
-  std::string series;   // points of one series are joined in their order; its name stands beside its last point; "": of none
-  std::string title;    // what a pointer that rests on the dot shows
+  double x = 0, y = 0;  // points with x or y not above 0 are left out, since the axes are logarithmic
+  std::string series;   // points of one series are connected in their order; its name is beside its last point; "": no series
+  std::string title;    // tooltip of the dot
   int size = 1;         // 0 small, 1 medium, 2 large
-  bool chosen = false;  // ringed
+  bool chosen = false;  // drawn with a ring
 };
 
 struct ScatterChart {
@@ -33,20 +33,21 @@ struct ScatterChart {
     double y;
     std::string label;
   };
-  std::optional<Line> limit;  // dashed, across
+  std::optional<Line> limit;  // dashed, horizontal
   bool front = true;          // mark the Pareto front
 };
 
-/// Which points no other point beats in both x and y (less is better). Of equal points the first counts.
+/// Whether no other point is better in both x and y (less is better). Of equal points the first counts.
 std::vector<bool> paretoFront(std::span<const ChartPoint> points);
 
-/// Both axes logarithmic, less is better on both; the Pareto front, if marked, is a stepped line, its dots filled. A
-/// few dots far above all others are arrows at the top, with their figure, so that the axis serves the others.
+/// Both axes are logarithmic, and less is better on both. The Pareto front, if marked, is a stepped line with filled
+/// dots. A few dots far above all others are shown as arrows at the top, with their values, so that the axis suits the
+/// other dots.
 std::string scatterSvg(const ScatterChart& chart);
 
 struct Trace {
   std::string name;
-  std::vector<float> y;  // as many as x; what is not finite leaves a gap
+  std::vector<float> y;  // as many as x; a value that is not finite leaves a gap
 };
 
 struct TraceChart {
@@ -57,11 +58,12 @@ struct TraceChart {
   std::optional<ScatterChart::Line> limit;
 };
 
-/// Each pixel column shows the least and the greatest value in it, so that no peak is lost however long the trace.
+/// Each pixel column shows the smallest and the largest value in it, so that every peak is visible in a trace of any
+/// length.
 /// Cost: O(values).
 std::string traceSvg(const TraceChart& chart);
 
-/// One SVG file: a heading, and the charts (as the two functions above give them) in a row.
+/// One SVG file: a heading, and the charts (from the two functions above) in a row.
 std::string svgFile(const std::string& heading, std::span<const std::string> charts);
 
 /// `&`, `<`, `>` and `"` as entities.

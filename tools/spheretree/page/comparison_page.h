@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Charts and the page of a comparison, from its figures and the folder that holds its trees.
+// Charts and the page of a comparison, from its figures and the folder with its trees.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace spheretree::tool {
 
-/// comparison.svg (geometric means) and MESH.svg for each mesh, into `folder`.
+/// Writes comparison.svg (geometric means), and MESH.svg for each mesh, into `folder`.
 void writeComparisonCharts(const pipeline::Comparison& comparison, const std::filesystem::path& folder);
 
-/// The page. Trees come from `folder`, meshes from where they were; what cannot be read is left out and named. Its size
-/// stays below
-/// `max_bytes`: meshes get fewer triangles, then only trees on a Pareto front are shown in 3D, and the page says so.
+/// The page. Trees come from `folder`, meshes from their original paths; what cannot be read is left out and named. To
+/// stay below `max_bytes`, meshes get fewer triangles; if that does not suffice, only trees on a Pareto front are shown
+/// in 3D, and the page says so.
 std::string comparisonPage(const pipeline::Comparison& comparison, const std::filesystem::path& folder, std::size_t max_bytes,
                            builder::Progress& progress);
 

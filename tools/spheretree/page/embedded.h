@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Files that are part of the program: what its pages are made of.
+// Files that are embedded in the program, for its pages.
 #pragma once
 
 #include <string_view>

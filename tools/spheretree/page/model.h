@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes and trees as a page's 3D view takes them: quantised to 16 bits, which is 1/65535 of their size and no figure
-// is read from.
+// Meshes and trees for the 3D view of a page: quantised to 16 bits, that is to 1/65535 of their size. No figure is
+// computed from them.
 #pragma once
 
 #include "mesh/surface_with_sheets.h"
@@ -10,12 +10,12 @@
 
 namespace spheretree::tool {
 
-/// The mesh with at most about `triangles` triangles (holes and handles stay, and may need more), its vertices on the
-/// surface, and the sheets of its `surface`.
+/// The mesh reduced to about `triangles` triangles (it may have more, since holes and handles are kept), with vertices
+/// on the surface, and the sheets of its `surface`.
 Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::SurfaceWithSheets& surface, std::size_t triangles);
 
-/// Cover spheres of all nodes, and which level sets each belongs to. With a `field`, how far each sphere reaches out of
-/// the object at most: its radius plus the signed distance of its centre, as the builder's certificate has it.
+/// Cover spheres of all nodes, and the level sets of each. With a `field`, also an upper bound of the overhang of each
+/// sphere: its radius plus the signed distance of its centre, as in the builder's certificate.
 Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceField* field);
 
 }  // namespace spheretree::tool

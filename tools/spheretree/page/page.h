@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One HTML file that holds all that it shows: style, scripts, charts and the data of the 3D view. It opens from disk
-// and its content policy forbids every request.
+// A self-contained HTML file: style, scripts, charts and the data of the 3D view. It opens from disk, and its content
+// policy forbids every request.
 #pragma once
 
 #include <cstddef>
@@ -15,16 +15,16 @@ namespace spheretree::tool {
 
 using Json = nlohmann::ordered_json;
 
-/// What the scripts of a page work on: one JSON object, and the arrays that it refers to.
+/// The data for the scripts of a page: one JSON object, and the arrays that it refers to.
 class PageData {
  public:
   Json root = Json::object();
-  /// A reference to put somewhere into `root`; page.js turns it into a typed array.
+  /// Adds an array and returns a reference to put into `root`; page.js turns it into a typed array.
   Json add(std::span<const std::uint8_t> values) { return append("u8", values.data(), values.size(), 1); }
   Json add(std::span<const std::uint16_t> values) { return append("u16", values.data(), values.size(), 2); }
   Json add(std::span<const std::uint32_t> values) { return append("u32", values.data(), values.size(), 4); }
   Json add(std::span<const float> values) { return append("f32", values.data(), values.size(), 4); }
-  /// Length of the JSON (u32), JSON, arrays: deflated, then base64.
+  /// Length of the JSON (u32), JSON, arrays; deflated, then base64.
   std::string packed() const;
 
  private:
@@ -32,11 +32,11 @@ class PageData {
   std::vector<std::byte> arrays_;
 };
 
-/// zlib at its strongest, then base64.
+/// zlib at its highest level, then base64.
 std::string deflatedBase64(std::string_view bytes);
 
-/// A table whose columns sort when their heads are pressed. Cells are HTML; the first cell of a row is its head. The
-/// last cell of a row with fewer cells than the table takes the rest of its width, and its text wraps.
+/// A table whose columns are sorted by a click on their heads. Cells are HTML; the first cell of a row is its head. If
+/// a row has fewer cells than the table, its last cell spans the rest of the width, and its text wraps.
 struct HtmlTable {
   std::string caption;
   std::vector<std::string> heads;
@@ -46,12 +46,12 @@ struct HtmlTable {
 
 class Page {
  public:
-  /// `lead`: the verdict, HTML.
+  /// `lead`: the summary, HTML.
   Page(std::string title, std::string lead) : title_(std::move(title)), lead_(std::move(lead)) {}
-  /// `body`: HTML. Sections follow each other in the order of their addition and make the page's contents.
+  /// `body`: HTML. Sections appear in the order in which they are added, and make the table of contents.
   void addSection(std::string id, std::string heading, std::string body);
   PageData data;
-  /// `scripts` after page.js, in their order. Without any, neither three.js nor the data are included.
+  /// `scripts` follow page.js, in their order. Without any script, three.js and the data are left out.
   std::string html(std::span<const std::string_view> scripts) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The pages of `spheretree report`, and the figures that they show.
+// The pages of `spheretree report`, and their figures.
 #pragma once
 
 #include <filesystem>
@@ -16,27 +16,27 @@ struct Report {
   Json figures;
 };
 
-/// Of a folder that spheretree batch wrote; with the recording of a run in its scene, if there is one.
+/// The page of a folder that `spheretree batch` wrote; optionally with the recording of a run in its scene.
 Report batchReport(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& recording, std::size_t most_bytes,
                    builder::Progress& progress);
 
-/// Of a folder that spheretree batch --cohort wrote: its patients, the worst first.
+/// The page of a folder that `spheretree batch --cohort` wrote: its patients, the worst first.
 Report cohortReport(const std::filesystem::path& folder);
 
-/// Of a recording, with the compiled scene that it was made in, if it is given.
+/// The page of a recording; optionally with the compiled scene in which it was made.
 Report recordingReport(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& scene, std::size_t most_bytes,
                        builder::Progress& progress);
 
-/// Of a folder with the stability.json of haptic-player --scenario.
+/// The page of a folder with the stability.json of haptic-player --scenario.
 Report stabilityReport(const std::filesystem::path& folder, std::size_t most_bytes, builder::Progress& progress);
 
-/// The 3D section: view, and the row of the time slider if something can be replayed.
+/// The 3D section: the view, and a time slider if there is a replay.
 std::string viewSection(bool has_replay, const std::string& note);
 
-/// Boxes of large figures: name and value.
+/// Boxes with large figures: name and value.
 std::string figureBoxes(const std::vector<std::pair<std::string, std::string>>& boxes);
 
-/// What came of a run, in sentences.
+/// The result of a run, in sentences.
 std::string runVerdict(const Json& figures);
 
 /// The boxes of a run.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes as report.js takes them: a tool, placed objects, recordings to replay.
+// Scenes in the format of report.js: a tool, placed objects, recordings to replay.
 #pragma once
 
 #include <filesystem>
@@ -14,32 +14,32 @@
 
 namespace spheretree::tool {
 
-/// Collects models, each stored once however often it is shown. data.root["models"]: {NAME: {tree, mesh}}.
+/// Collects models; each is stored once, however often it is shown. data.root["models"]: {NAME: {tree, mesh}}.
 struct ShownMesh {
   TriangleMesh mesh, to_cover;  // as repaired: repair_mesh.h
 };
 
 class ModelStore {
  public:
-  /// `triangles`: of a mesh in the page.
+  /// `triangles`: number of triangles of a mesh in the page.
   ModelStore(PageData& data, std::size_t triangles) : data_(data), triangles_(triangles) { data.root["models"] = Json::object(); }
-  /// The tree, and the mesh if there is one. Returns the name of the model: that of an earlier one if the trees have
-  /// the same bytes.
+  /// Adds the tree, and the mesh if there is one. Returns the name of the model; an earlier one if the trees have the
+  /// same bytes.
   std::string add(const std::string& name, const std::filesystem::path& tree, const ShownMesh* mesh);
 
  private:
   PageData& data_;
   std::size_t triangles_;
-  std::map<std::string, std::string> name_of_;  // by the hash of a tree's file
+  std::map<std::string, std::string> name_of_;  // by the hash of the tree's file
 };
 
-/// The meshes behind a compiled scene, as its source scene names them, by the names of the items; those that cannot be
-/// read any more are absent. Items of the same mesh share it.
+/// The meshes of a compiled scene, which its source scene names, by the names of the items. Meshes that can no longer
+/// be read are absent. Items with the same mesh share it.
 using ShownMeshes = std::map<std::string, std::shared_ptr<const ShownMesh>>;
 ShownMeshes meshesOf(const std::filesystem::path& source_scene, builder::Progress& progress);
 
-/// {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm, quaternion_wxyz}], replays: []} of a
-/// scene of trees; its models are added. @throws what the readers throw.
+/// The JSON of a scene of trees: {name, tool: {model, reference_point_mm}, objects: [{name, model, position_mm,
+/// quaternion_wxyz}], replays: []}; adds its models. @throws the exceptions of the readers.
 Json sceneForView(const formats::SceneFile& scene, const std::filesystem::path& file, const ShownMeshes& meshes, ModelStore& models);
 
 }  // namespace spheretree::tool

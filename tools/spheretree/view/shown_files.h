@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Files as stages to be seen: meshes, trees, scenes and comparisons. Units: mm.
+// Files as stages for viewing: meshes, trees, scenes and comparisons. Units: mm.
 #pragma once
 
 #include <filesystem>
@@ -22,10 +22,11 @@ struct ShownFile {
   std::vector<std::string> notes;
 };
 
-/// What is to be shown, one for each pane. Of FILES, a mesh followed by trees stands beside each of them, and says how
-/// far their balls reach out; a scene is shown as it is placed; a comparison (its folder or compare.json) as the trees
-/// of one mesh, `mesh` or the first, tightest first. `unit_mm`: one unit of a mesh without one.
-/// @throws UsageError for more than kMostPanes; what the readers throw
+/// The stages to show, one for each pane. If FILES has a mesh followed by trees, the mesh is shown beside each tree,
+/// and the overhang of the balls is measured against it. A scene is shown with its poses. A comparison (its folder or
+/// compare.json) is shown as the trees of one mesh (`mesh`, or the first one), the smallest overhang first. `unit_mm`:
+/// one unit of a mesh without a unit.
+/// @throws UsageError for more than kMostPanes; the exceptions of the readers
 std::vector<std::unique_ptr<ShownFile>> shownFiles(const std::vector<std::filesystem::path>& files, const std::string& mesh, double unit_mm,
                                                    builder::Progress& progress);
 
