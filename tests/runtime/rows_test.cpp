@@ -128,8 +128,8 @@ TEST(Rows, SquaredRowsAreThePapersTaylorFormula) {
 }
 
 TEST(Rows, ADistanceRowIsOnTheSafeSide) {
-  // What the proof in docs/algorithms/runtime/constrained_step.md rests on: the true gap after a step is at least the row's value less |r| angle^2
-  // / 2.
+  // The proof in docs/algorithms/runtime/constrained_step.md uses that the true gap after a step is at least the row's
+  // value less |r| angle^2 / 2.
   Rig rig;
   Random random(4);
   for (int n = 0; n < 100; ++n) {
