@@ -170,8 +170,8 @@ NearestPoint DistanceField::search(const Vector3d& p, double limit) const {
       best = q;
       best.triangle = f.triangle;
       limit = best.distance;
-      // A few units in the last place above, so that a triangle at exactly this distance is still found, and ties do not
-      // depend on the order.
+      // A few units in the last place above, so that a triangle at exactly this distance is still found, and ties do
+      // not depend on the order.
       limit2 = best.distance * best.distance * (1 + 1e-15) + std::numeric_limits<double>::min();
     }
   });
