@@ -14,22 +14,22 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kRounded = 1 - 1e-12;  // times a tolerance: radii are rounded, and keep it even so
-constexpr int kMostGuesses = 4;         // of the number of leaves for a tolerance; each is about twice as near as the last
+constexpr double kRounded = 1 - 1e-12;  // factor on a tolerance, so that rounded radii still keep it
+constexpr int kMostGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
 
 struct Effort {
   std::size_t samples_a_sphere, least_samples;
-  std::size_t candidates_a_sphere;  // for the choice that the cover search starts from; more of them hardly help it
-  std::size_t medial_samples;       // points of the Delaunay triangulation, at least three a sphere
-  std::size_t touching_samples;     // of them, those that get a shrinking ball
+  std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
+  std::size_t medial_samples;       // points of the Delaunay triangulation, at least three for each sphere
+  std::size_t touching_samples;     // how many of these points get a shrinking ball
   std::uint64_t swap_work;
   int gap_rounds;
-  double search_moves;  // a sphere
+  double search_moves;  // for each sphere
   std::uint64_t search_work;
   double search_step;
   int search_failures;
   double gap_tolerance;
-  double removal_moves;  // a sphere
+  double removal_moves;  // for each sphere
 };
 
 Effort effortOf(Quality quality) {
@@ -89,21 +89,21 @@ std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
   return few;
 }
 
-// Voronoi vertices and shrinking balls of one sampling of the surface, of `count` points.
+// Voronoi vertices and shrinking balls of one sampling of the surface, with `count` points.
 std::vector<Ball> medialPool(const TriangleMesh& mesh, const DistanceField& field, std::size_t count, const Effort& effort,
                              std::uint64_t seed, bool is_soft, Progress& progress) {
   SampleSettings sampling;
   sampling.count = count;
   sampling.seed = seed;
   const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
-  // Balls for tissue lie between the surface and a sheet near the medial axis, where no Voronoi vertex is.
+  // Balls for tissue lie between the surface and a sheet near the medial axis, where there are no Voronoi vertices.
   if (is_soft) return shrinkingBalls(samples, field);
   std::vector<Eigen::Vector3d> points;
   for (const SurfaceSample& s : samples) points.push_back(s.point);
   progress.check();
   std::vector<Ball> pool = voronoiBalls(points, field);
   progress.check();
-  // In a solid thinner than the spacing of the samples Voronoi vertices fail: they lie outside.
+  // In a solid thinner than the spacing of the samples, Voronoi vertices lie outside and are useless.
   const bool thin = pool.size() < samples.size() / 2;
   const std::vector<Ball> touching = shrinkingBalls(thinned(samples, thin ? samples.size() : effort.touching_samples), field);
   pool.insert(pool.end(), touching.begin(), touching.end());
@@ -129,7 +129,7 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
   return levelsAbove(cover(budget, progress), full, settings, progress);
 }
 
-// A pool that is fine enough for `spheres`, and the effort that goes with them.
+// Makes a pool that is fine enough for `spheres`, and sets the corresponding effort.
 void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
   const Effort effort = effortOf(quality_);
   const std::size_t samples = std::max(effort.medial_samples, 3 * spheres);
@@ -145,7 +145,7 @@ void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
   fitted_ = spheres;
 }
 
-// The search that `spheres` balls start, chosen from the pool.
+// The search for `spheres` balls, started from balls of the pool.
 CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) const {
   const Effort effort = effortOf(quality_);
   SampleSettings sampling;
@@ -157,7 +157,7 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) c
   choice.gap_rounds = effort.gap_rounds;
   choice.gap_tolerance = effort.gap_tolerance;
   choice.seed = seed_ + spheres;
-  // Memory grows with the candidates; in very deep trees eight a sphere do.
+  // Memory grows with the candidates; in very deep trees eight for each sphere suffice.
   const std::size_t candidates =
       std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
   SearchSettings search;
@@ -171,7 +171,7 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) c
           progress};
 }
 
-// The tightest cover of so many spheres.
+// The cover with the smallest stand-off that was found for this number of spheres.
 const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
   if (const auto known = covers_.find(spheres); known != covers_.end()) return known->second;
   CoverSearch search = startSearch(spheres, progress);
@@ -180,7 +180,8 @@ const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
   return covers_[spheres] = search.cover();
 }
 
-// About how many leaves a stand-off needs, by greedy covers of a few samples: it falls as a power of their number.
+// Estimates the number of leaves for a stand-off from greedy covers of few samples: the stand-off is a power of that
+// number.
 std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress) {
   auto guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
   for (int round = 0, last = 0; round < kMostGuesses && last != static_cast<int>(guess); ++round) {
@@ -195,7 +196,8 @@ std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, 
   return guess;
 }
 
-// The fewest leaves found, from those of the last tolerance or, where it was another, from a number that is guessed.
+// The smallest number of leaves found, starting from the leaves of the last tolerance if there was one, otherwise from
+// an estimated number.
 Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progress& progress) {
   if (!leaves_) {
     const std::size_t guess = guessLeaves(stand_off, max_leaves, progress);
@@ -205,14 +207,15 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
   leaves_->fit(kRounded * stand_off, max_leaves, progress);
   Cover fewest = leaves_->cover();
   if (fewest.balls.size() > 1) return fewest;
-  // Of all balls that keep the tolerance alone, the one that stands off least: no other number of balls needs the rest.
+  // If one ball keeps the tolerance, uses the one with the smallest stand-off. Only for one ball is this worth the
+  // time.
   const Cover& lowest = cover(1, progress);
   return lowest.stand_off < fewest.stand_off ? lowest : fewest;
 }
 
-/// The levels above `leaves`, each with as many balls as it may have; `full`: leaves of a full tree.
+/// The levels above `leaves`, each with the largest allowed number of balls; `full`: number of leaves of a full tree.
 LevelBalls CoverBuilder::levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, Progress& progress) {
-  // With a tolerance, no more spheres above than the leaves need as parents.
+  // With a tolerance, only as many spheres above as the leaves need as parents.
   std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
   for (std::size_t level = 1; level < counts.size(); ++level)
     counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
@@ -224,12 +227,12 @@ LevelBalls CoverBuilder::levelsAbove(Cover leaves, std::size_t full, const Build
   std::size_t done = 0;
   for (std::size_t level = counts.size() - 1; level-- > 0;) {
     done += counts[level + 1];
-    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time goes by the spheres
+    progress.advance(static_cast<double>(done) / static_cast<double>(total));  // the time is proportional to the spheres
     covers[level] = cover(std::min(counts[level], covers[level + 1].balls.size()), progress);
   }
   LevelBalls levels;
   for (std::size_t level = 0; level < covers.size(); ++level) {
-    // Of a round object eight balls may reach out no farther than 64 that are each searched for less.
+    // On a round object, eight balls may have a smaller overhang than 64, for each of which less work is spent.
     if (level > 0 && covers[level].stand_off > covers[level - 1].stand_off) covers[level] = covers[level - 1];
     levels.balls.push_back(covers[level].balls);
   }

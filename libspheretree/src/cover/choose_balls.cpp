@@ -24,19 +24,22 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;                // of the greedy cover: what is left of the interval, the later steps take in their stride
-constexpr double kUncoverableShare = 0.4;     // share of the stand-off: a sample that no candidate comes so near to holds the search up
-constexpr int kMostTopUps = 9;                // of the candidates where they are dry, each with a new greedy cover
-constexpr std::size_t kMostTopUpSamples = 8;  // times the spheres: samples that get a candidate of their own in one top-up
-constexpr double kGoalGrowth = 1.3;  // of the stand-off if it proves too low; more every time: of a ball, one sphere promises far too much
-constexpr double kFull = 0.9;        // share of the spheres that a greedy cover uses where candidates suffice
-constexpr double kFirstGoalFactor = 1.2;      // times the stand-off that the spheres left over promise: where the search for it begins
-constexpr std::size_t kDenser = 8;            // times the samples, of which those are taken that lie where balls have few
-constexpr double kHexagon = 2.598;            // area of the largest cell of a flat spot, over the square of the spot's radius (Kershner)
-constexpr double kMostSamples = 3;            // times the usual ones, for a ball whose patch is a ring
-constexpr double kGapSpacing = 0.1;           // of the samples at holes, in widths of a patch: one or a few for a hole
-constexpr double kGapSwapsGoalFactor = 1.15;  // times the stand-off on the samples so far: where the swaps start that know of the holes
-constexpr double kSearchGoalFactor = 1.005;   // times the stand-off on the samples: where the cover search starts if they know of the holes
+constexpr int kBisections = 4;                // of the greedy cover; more are not needed, because later steps improve the result anyway
+constexpr double kUncoverableShare = 0.4;     // share of the stand-off: a sample without a candidate this near limits the search
+constexpr int kMostTopUps = 9;                // rounds that add candidates at uncoverable samples, each with a new greedy cover
+constexpr std::size_t kMostTopUpSamples = 8;  // for each sphere: samples that get a candidate of their own in one top-up
+constexpr double kGoalGrowth =
+    1.3;  // of the stand-off if it is too low; the factor is applied again each time, since the estimate from one sphere is far too low
+constexpr double kFull = 0.9;             // share of the spheres that a greedy cover uses if the candidates suffice
+constexpr double kFirstGoalFactor = 1.2;  // first goal, as a multiple of the stand-off that the number of unused spheres suggests
+constexpr std::size_t kDenser = 8;        // times as many samples, from which those of balls with few samples are taken
+constexpr double kHexagon = 2.598;        // area of the largest cell of a flat spot, divided by the square of the spot's radius (Kershner)
+constexpr double kMostSamples = 3;        // times the usual number, for a ball whose patch is a ring
+constexpr double kGapSpacing = 0.1;       // distance of the samples in gaps, in widths of a patch: one or a few for each gap
+constexpr double kGapSwapsGoalFactor =
+    1.15;  // first goal of the swaps with samples in gaps, as a multiple of the stand-off on the samples so far
+constexpr double kSearchGoalFactor =
+    1.005;  // first goal of the cover search if samples in gaps are known, as a multiple of the stand-off on the samples
 
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
@@ -47,14 +50,14 @@ std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
 }
 
 struct Assignment {
-  std::vector<Vector3d> points;    // samples, those of one ball together
+  std::vector<Vector3d> points;    // samples, grouped by ball
   std::vector<std::size_t> begin;  // (balls + 1)
   double stand_off = 0;            // largest gap
   std::span<const Vector3d> patch(std::size_t b) const { return {points.data() + begin[b], begin[b + 1] - begin[b]}; }
 };
 
-// Each sample goes to the ball that it lies in deepest: the least |p - c| - d(c). `reach`: a stand-off at which the
-// balls (radius d) cover every sample; it is doubled as often as that proves wrong.
+// Assigns each sample to the ball in which it lies deepest (smallest |p - c| - d(c)). `reach`: a stand-off at which the
+// balls (radius d) should cover every sample; it is doubled until they do.
 Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, double reach) {
   constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> owner(samples.size());
@@ -88,8 +91,8 @@ Assignment assign(const SampleIndex& samples, std::span<const Ball> balls, doubl
   return out;
 }
 
-// Passes of assignment and refit; keeps the best set of balls seen and returns its stand-off. `balls` have radius d(c);
-// `stand_off`: near theirs, it only saves time.
+// Repeats assignment and refit; keeps the best set of balls and returns its stand-off. `balls` have radius d(c);
+// `stand_off`: an estimate of theirs, which only saves time.
 double refitAll(const DistanceField& field, const SampleIndex& samples, std::vector<Ball>& balls, double stand_off, int passes,
                 const Progress& progress) {
   std::vector<Ball> now = balls;
@@ -114,8 +117,8 @@ double refitAll(const DistanceField& field, const SampleIndex& samples, std::vec
   return best;
 }
 
-// Centres below a sharp convex edge or corner at `point`. A ball that reaches an edge best has its centre about the
-// stand-off deep, where the medial axis that samples find is too thin to hold a choice.
+// Adds centres below a sharp convex edge or corner at `point`. The best ball for an edge has its centre about the
+// stand-off deep, where the medial axis of the samples is too thin to offer candidates.
 void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d& normal, double stand_off, std::vector<Ball>& candidates) {
   for (const double depth : {0.6, 1.0, 1.6, 2.5}) {
     const Vector3d c = point - depth * stand_off * normal;
@@ -124,9 +127,9 @@ void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d&
   }
 }
 
-// More candidates at the samples that no candidate comes near to: the ball that touches the surface there or, at an
-// edge, smaller ones below it. On a slender part the pool may hold none that reaches an end; without them the search
-// would stop there, with most of its spheres idle.
+// Adds candidates at the samples that have no candidate nearby: the ball that touches the surface there or, at an edge,
+// smaller ones below it. On a slender part the pool may have no candidate that reaches an end; without new ones the
+// search would stop there, with most of its spheres unused.
 void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
                  std::vector<Ball>& candidates) {
   std::vector<std::uint32_t> dry;
@@ -144,16 +147,15 @@ void addWhereDry(const DistanceField& field, const SampleIndex& samples, const G
       found[i].push_back(touching);
     else
       addBelow(field, here.point, normal, kUncoverableShare * stand_off, found[i]);
-    if (found[i].empty()) found[i].push_back({here.point, 0});  // of a sheet
+    if (found[i].empty()) found[i].push_back({here.point, 0});  // the point is on a sheet
   });
   for (const std::vector<Ball>& balls : found) candidates.insert(candidates.end(), balls.begin(), balls.end());
 }
 
-// More samples for balls that have fewer than half of what they should. A ball that touches the surface at two round
-// spots should have
-// `usual`; one that touches along a ring or a band, as in a tube, has a patch that is longer than wide, and as many
-// more. At a cap of a long cylinder, an area small for its need of spheres, samples uniform by area would leave a ball
-// with one. Empty if no more than a quarter of the balls are so poor.
+// More samples for balls that have fewer than half of what they need. A ball that touches the surface in two round
+// spots needs `usual`; one that touches along a ring or a band, as in a tube, has a longer patch and needs
+// proportionally more. At the cap of a long cylinder, which is small for the number of spheres that it needs, samples
+// uniform by area would leave a ball with a single sample. Empty if at most a quarter of the balls have too few.
 std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleIndex& uniform, const SampleIndex& samples,
                                       std::span<const Ball> balls, double stand_off, double area, std::size_t usual, std::uint64_t seed) {
   const Assignment patches = assign(samples, balls, stand_off), shares = assign(uniform, balls, stand_off);
@@ -184,8 +186,8 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
   return added;
 }
 
-// The greedy cover of least stand-off, found by bisection between `low` and `high`; the table must hold all gaps up to
-// `high`. Empty if not even that suffices.
+// The greedy cover of smallest stand-off, found by bisection between `low` and `high`; the table must contain all gaps
+// up to `high`. Empty if `high` does not suffice either.
 struct Greedy {
   std::vector<std::uint32_t> chosen;
   double stand_off;
@@ -205,8 +207,8 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
   return best;
 }
 
-// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is not enough, above; and
-// `h` of it. Candidates are added where they are dry: returns how many.
+// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is too small, above; sets
+// `h` to its stand-off. Adds candidates at uncoverable samples and returns how many.
 std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
   double rise = kGoalGrowth;
@@ -222,24 +224,25 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     for (const std::uint32_t c : greedy.chosen) balls.push_back(candidates[c]);
     h = greedy.stand_off;
     const std::size_t known = candidates.size();
-    // The fewer spheres that took, the lower the stand-off of all of them will be.
+    // If fewer spheres suffice, the stand-off of all of them will be lower, in proportion.
     addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostTopUpSamples * most,
                 candidates);
     return candidates.size() - known;
   }
 }
 
-// A first stand-off from a thinned problem, so that the full table is not larger than it needs to be.
+// A first stand-off from a subset of samples and candidates, so that the full table is not larger than necessary.
 struct RoughCover {
   double stand_off;
-  std::size_t spheres;  // used
+  std::size_t spheres;  // number of spheres used
 };
 RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> points, std::span<const Ball> candidates, std::size_t n,
                        const Progress& progress) {
   const std::size_t few = std::max<std::size_t>(10 * n, 500);
   const SampleIndex samples(everyNth<Vector3d>(points, few));
   const std::vector<Ball> some = everyNth<Ball>(candidates, few);
-  // The stand-off falls about as 1/n. Too high a start costs memory: every candidate would reach every sample.
+  // The stand-off is roughly proportional to 1/n. A higher start costs memory, since every candidate would reach every
+  // sample.
   const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
   for (double low = 0, high = start;; low = high, high *= 2) {
     const Greedy greedy = bisectGreedy(GapTable(samples, some, high), low, high, n, kBisections, progress);
@@ -247,8 +250,8 @@ RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> poi
   }
 }
 
-// Swaps balls for candidates, from the stand-off `h` down; no more than `most` in the end. The table is as large as `h`
-// is high.
+// Swaps balls for candidates, at stand-offs from `h` downward, with at most `most` balls at the end. The table grows
+// with `h`.
 void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
                  std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
   std::vector<Ball> all = balls;
@@ -279,8 +282,8 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   for (const SurfaceSample& s : given)
     if (s.feature) addBelow(field, s.point, s.normal, h, candidates);
 
-  // The fewer spheres that took, the lower the stand-off of all of them will be: a table for no more than that costs a
-  // fraction.
+  // If fewer spheres suffice, the stand-off of all of them will be lower, in proportion; a table for that stand-off
+  // costs a fraction.
   h *= std::min(1.0, kFirstGoalFactor * (static_cast<double>(used) / static_cast<double>(n)));
   std::mt19937_64 random(settings.seed);
   const SampleIndex uniform(points);
@@ -301,8 +304,8 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   double stand_off = refitAll(field, samples, balls, h, settings.refits, progress);
   double start = ChosenBalls().start;
   if (top_ups > 0 && settings.gap_rounds > 0) {
-    // Uniform samples did not suit the object. What they miss, such as the edges of a faceted rod, decides how many
-    // balls go where: a cover search that finds it out has to pass balls along the whole rod.
+    // Uniform samples were unsuitable. What they miss, such as the edges of a faceted rod, determines how many balls
+    // each region needs; if only the cover search noticed it, it would have to move balls along the whole rod.
     GapSampler gaps(mesh, field, n, kGapSpacing);
     for (int round = 0; round < settings.gap_rounds; ++round) {
       const std::vector<Vector3d> missed = gaps.find(balls, stand_off, settings.gap_tolerance, nullptr, progress);
@@ -315,7 +318,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
     start = kSearchGoalFactor;
   }
 
-  // Spheres left over start as copies, which the next step is free to send wherever one is missed most.
+  // Unused spheres start as copies; the next step moves each to where it is most useful.
   for (std::size_t i = 0; balls.size() < n; ++i) balls.push_back(balls[i]);
   return {std::move(balls), std::move(points), start, random()};
 }

@@ -12,12 +12,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint64_t kLeastAttempts = 8;  // that the work suffices for: where refits are dear, one goal out of reach would take it all
-constexpr std::uint64_t kTriangleWork =
-    4;                           // a triangle searched for gaps costs as much as so many triangles or points of a refit, at least
-constexpr double kRise = 0.05;   // by what share the first goal rises if it cannot be reached, at first
-constexpr double kClosed = 0.5;  // share of the gap tolerance to which holes are closed in the end
-constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that may take, as shares of the gap tolerance
+constexpr std::uint64_t kLeastAttempts = 8;  // the work is divided into at least this many attempts, so that one unreachable goal cannot
+                                             // use all of it where refits are expensive
+constexpr std::uint64_t kTriangleWork = 4;   // cost of a triangle that is searched for gaps, in triangles or points of a refit
+constexpr double kRise = 0.05;               // share by which the first goal rises at first, if it cannot be reached
+constexpr double kClosed = 0.5;              // share of the gap tolerance to which close() closes gaps
+constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that close() tries, as shares of the gap tolerance
 
 }  // namespace
 
@@ -27,9 +27,9 @@ CoverSearch::CoverSearch(const TriangleMesh& mesh, const DistanceField& field, C
       points_(std::move(start.samples)),
       sampler_(mesh, field, start.balls.size(), settings.gap_spacing),
       state_(field, points_, std::move(start.balls), std::mt19937_64(start.seed)()) {
-  // What a search on samples alone believes to be covered has holes between them: up, with the balls as they have moved
-  // by then, and faster every time. From too high the way down is short; work spent in vain at the first goals would be
-  // missed there.
+  // Balls that cover all samples leave gaps between them. The goal rises from there, with the balls in their moved
+  // positions, and faster each time: from a goal that is too high the way down is short, and work spent on unreachable
+  // first goals would be missing later.
   double goal = start.start * state_.standOff(0.01 * field.diagonal()), rise = kRise;
   for (state_.setGoal(goal); !settle(goal, settings_.gap_tolerance, work() + attempt(), progress); state_.setGoal(goal))
     goal *= 1 + rise, rise *= 1.5;
@@ -54,16 +54,16 @@ void CoverSearch::lower(double target, Progress& progress) {
       step = std::min(step * 1.3, 2 * settings_.step);
     } else {
       ++failures;
-      step *= 0.5;  // from where the balls are now: most of them have come nearer to the next goal
+      step *= 0.5;  // continues from the current balls, most of which have come nearer to the next goal
     }
   }
 }
 
 bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) {
-  // An aim that is put right shares the moves of the last; another stand-off has its own.
+  // A slightly corrected stand-off shares the moves of the last one; a different one has moves of its own.
   if (std::abs(wanted - fitted_to_) > settings_.step * wanted) removal_moves_ = 0;
   fitted_to_ = wanted;
-  // A larger stand-off is kept at once. What is known of holes since may ask for a few moves.
+  // A larger stand-off is kept already. Gaps that were found since then may need a few moves.
   if (stand_off_ <= wanted) change(best_.size(), wanted, progress);
   if (stand_off_ > wanted) addBalls(wanted, max_balls, progress);
   if (stand_off_ > wanted) {
@@ -78,7 +78,7 @@ bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) 
 }
 
 void CoverSearch::close(Progress& progress) {
-  // What is left of a hole, certification closes by growth beyond the stand-off. Moves close half of it for less.
+  // Certification closes the remaining gaps by growth beyond the stand-off. Closing half of them by moves costs less.
   state_.setBalls(best_);
   const double h = stand_off_;
   for (const double rise : kGoalRises) {
@@ -95,8 +95,8 @@ bool CoverSearch::coverAll(std::uint64_t max_work, Progress& progress) {
   return state_.coverAll(settings_.moves, max_work - std::min(max_work, looked_at_), progress);
 }
 
-// Covers at the goal what the mesh has between the samples too, but for holes as deep as a share of it, by sampling
-// what was missed. False if it cannot.
+// Also covers the mesh between the samples at the goal, except for gaps shallower than this share of it, by adding
+// samples at uncovered points. Returns false if that fails.
 bool CoverSearch::settle(double goal, double tolerance, std::uint64_t max_work, Progress& progress) {
   for (;;) {
     const std::vector<Ball> left = state_.takeLeft();
@@ -107,12 +107,13 @@ bool CoverSearch::settle(double goal, double tolerance, std::uint64_t max_work, 
     if (missed.empty()) return true;
     points_.insert(points_.end(), missed.begin(), missed.end());
     for (const Vector3d& p : missed) state_.append(p);
-    if (state_.isCovered()) return true;  // what is missed still is rounding
+    if (state_.isCovered()) return true;  // the remaining gaps are rounding errors
     if (!coverAll(max_work, progress)) return false;
   }
 }
 
-// The best cover with another number of balls, at the goal; it becomes the best if it can be mended there.
+// Changes the number of balls of the best cover, at the goal; the result becomes the best cover if all samples and gaps
+// can be covered.
 bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
   const std::uint64_t max_work = work() + attempt();
   state_.setBalls(best_);
@@ -124,7 +125,7 @@ bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
   return true;
 }
 
-// Until the stand-off is kept: as many as the stand-off asks for, which is about 1/n, and more if that fails.
+// Adds balls until the stand-off is reached: first the number that follows from stand-off ~ 1/n, then more.
 void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progress) {
   const auto limit = static_cast<double>(max_balls);
   double needed = std::ceil(static_cast<double>(best_.size()) * stand_off_ / wanted);
@@ -137,8 +138,9 @@ void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progr
   if (best_.size() < max_balls) change(max_balls, stand_off_, progress);
 }
 
-// As long as the others can keep the stand-off: some at once, fewer after a failure. Before the first failure removals
-// are cheap, and how many there are depends on where the search began: the moves are counted from there on.
+// Removes balls while the others can keep the stand-off: several at once, fewer after a failure. Removals before the
+// first failure are cheap, and their number depends on the start of the search; therefore moves are counted only after
+// that failure.
 void CoverSearch::removeBalls(Progress& progress) {
   const auto all = static_cast<std::uint64_t>(settings_.removal_moves * static_cast<double>(best_.size()));
   const std::uint64_t max_moves = std::max(all - std::min(all, removal_moves_), all / kLeastAttempts);

@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kMostTakers = 6;  // balls asked to take a point
-constexpr int kDropRounds = 8;          // in which a ball gives points up for a new one
+constexpr std::size_t kMostTakers = 6;  // largest number of balls that are tried for a sample
+constexpr int kDropRounds = 8;          // rounds in which a ball gives up samples for a new one
 constexpr int kRefitSteps = 14;
-constexpr std::uint64_t kTabu = 8;  // moves for which a ball that gave something up is asked last, at most
-constexpr double kDepth = 0.5;      // share of the goal at which a ball sent to a sample holds it: at an edge no inscribed ball touches
+constexpr std::uint64_t kTabu = 8;  // largest number of moves for which a ball that gave up samples is tried last
+constexpr double kDepth = 0.5;  // share of the goal: gap of a sample to a new ball for it; at an edge no inscribed ball touches the sample
 
 }  // namespace
 
@@ -106,7 +106,7 @@ void CoverState::removeBall() {
   const std::uint32_t b = std::min(leastMissed(), last);
   uncover(b);
   left_.push_back(cells_[b].seen);
-  if (b != last) {  // the last gets its number
+  if (b != last) {  // the last ball takes over index b
     uncover(last);
     balls_[b] = balls_[last];
     cells_[b] = std::move(cells_[last]);
@@ -166,10 +166,10 @@ void CoverState::uncover(std::uint32_t b) {
   }
 }
 
-// Has a ball take sample `s`: the one that has to give up least.
+// Gives sample `s` to the ball with the smallest loss.
 void CoverState::place(std::uint32_t s) {
   const Vector3d p = samples_[s];
-  std::array<std::pair<double, std::uint32_t>, kMostTakers> nearest;  // least gap at p first
+  std::array<std::pair<double, std::uint32_t>, kMostTakers> nearest;  // sorted by gap at p
   std::size_t count = 0;
   for (std::uint32_t b = 0; b < balls_.size(); ++b) {
     const double far = balls_[b].radius + (count == kMostTakers ? nearest[kMostTakers - 1].first : kInfinity);
@@ -183,7 +183,7 @@ void CoverState::place(std::uint32_t s) {
   double least_cost = kInfinity;
   std::uint32_t chosen = kNone;
   Ball to;
-  for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // those that gave something up lately are asked last
+  for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // tabu balls are tried last
     if (i == count && chosen != kNone) break;
     const std::uint32_t b = nearest[i % count].second;
     if ((cells_[b].tabu > move_) != (i >= count)) continue;
@@ -192,7 +192,7 @@ void CoverState::place(std::uint32_t s) {
     if (cost < least_cost) least_cost = cost, chosen = b, to = trial;
   }
   if (least_cost > 0) {
-    // Or the ball that is missed least, wherever it is, comes here.
+    // Alternatively, the ball with the smallest loss, wherever it is, moves here.
     const std::uint32_t idle = leastMissed();
     if (idle != kNone && cells_[idle].own < least_cost) {
       const Ball below = ballFor(p);
@@ -201,7 +201,7 @@ void CoverState::place(std::uint32_t s) {
   }
   if (least_cost > 0) {
     for (const std::uint32_t q : open_) ++state_[q].weight;
-    if (chosen == kNone) return;  // its weight will make it dearer to lose
+    if (chosen == kNone) return;  // the raised weight makes the sample less likely to be given up again
     cells_[chosen].tabu = move_ + 1 + random_() % kTabu;
   }
   uncover(chosen);
@@ -209,7 +209,7 @@ void CoverState::place(std::uint32_t s) {
   cover(chosen);
 }
 
-// The ball with the least weight of samples that it alone covers; tabu ones are none. kNone if all are.
+// The ball with the smallest weight of samples that only it covers, except tabu balls; kNone if all are tabu.
 std::uint32_t CoverState::leastMissed() const {
   std::uint32_t idle = kNone;
   for (std::uint32_t b = 0; b < balls_.size(); ++b)
@@ -217,9 +217,9 @@ std::uint32_t CoverState::leastMissed() const {
   return idle;
 }
 
-// A ball that covers a point of the surface at the goal, if it is one: the largest straight below it that is no
-// farther from it than kDepth. Where the solid ends before, the one that touches as far beside it on its triangle; on
-// a sheet, the point.
+// A ball that covers a point of the surface at the goal, if possible: the largest ball straight below it with a gap of
+// at most kDepth * goal. Where the solid is too thin for that, the ball that touches the surface at that distance
+// beside it, on its triangle; on a sheet, the point itself.
 Ball CoverState::ballFor(const Vector3d& p) const {
   const NearestPoint here = field_.nearest(p);
   const Ball below = shrinkingBall(field_, here.point, field_.pseudonormal(here), 0, kDepth * goal_);
@@ -231,8 +231,9 @@ Ball CoverState::ballFor(const Vector3d& p) const {
   return aside.radius > 0 ? aside : Ball{here.point, 0};
 }
 
-// A refit goes straight, and so out of a thin bent solid. The largest ball that touches where that one is nearest
-// takes its place, unless it stands off more from patch_ and the goal. Its stand-off.
+// A refit moves in a straight line and may leave a thin curved solid. The largest ball that touches the surface nearest
+// to the new centre replaces it, unless its stand-off is larger than both `stand_off` and the goal. Returns the new
+// stand-off.
 double CoverState::comeInside(Ball& trial, double stand_off) const {
   const Ball inner = touchingBall(field_, trial.centre);
   if (!(inner.radius > 0)) return stand_off;
@@ -243,8 +244,8 @@ double CoverState::comeInside(Ball& trial, double stand_off) const {
   return reach - inner.radius;
 }
 
-// Weight of the samples that ball `b` alone covers and must give up to take sample `s`; `trial` is where it goes.
-// Infinite if it cannot, or once the cost is known to be `target`.
+// Weight of the samples that only ball `b` covers and must give up to take sample `s`; `trial` receives the new ball.
+// Infinite if it cannot, or as soon as the cost is known to be at least `target`.
 double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, Ball& trial) {
   patch_.clear();
   patch_samples_.clear();
@@ -259,9 +260,9 @@ double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, B
     trial = {refit.centre, refit.clearance};
     work_ += refit.work;
     const double stand_off = trial.radius > 0 ? refit.stand_off : comeInside(trial, refit.stand_off);
-    if (stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // none leaves the solid
+    if (stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // no ball may leave the solid
     if (round == kDropRounds || patch_.size() == 1) return kInfinity;
-    // Give up the farthest of the others, half as deep as they are out: the next refit brings more in.
+    // Gives up the farthest of the other samples, down to half of the excess: the next refit improves the rest.
     double most = 0;
     for (std::size_t k = 0; k + 1 < patch_.size(); ++k) most = std::max(most, (patch_[k] - trial.centre).norm());
     const double limit = std::min(trial.radius + 0.5 * (stand_off + goal_), most) * (1 - 1e-12);

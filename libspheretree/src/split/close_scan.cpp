@@ -24,9 +24,9 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;
 
-constexpr int kBaseRings = 10;        // of the scan at its border that the base is tested against
+constexpr int kBaseRings = 10;        // rings of triangles at the scan's border that are tested against the base
 constexpr int kMostTrims = 10;        // rounds of trimming the border
-constexpr int kMostSmoothing = 2000;  // rounds until the outline of the base does not cross itself
+constexpr int kMostSmoothing = 2000;  // rounds of smoothing until the outline of the base does not cross itself
 
 void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
   for (const Triangle& t : triangles) {
@@ -36,7 +36,7 @@ void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
   }
 }
 
-/// A simple polygon as triangles that run as it does, indices from 0.
+/// Triangulates a simple polygon, with its winding; indices from 0.
 std::vector<Triangle> triangulated(const std::vector<Kernel::Point_2>& polygon) {
   using Vertex = CGAL::Triangulation_vertex_base_with_info_2<std::uint32_t, Kernel>;
   using Face = CGAL::Constrained_triangulation_face_base_2<Kernel, CGAL::Triangulation_face_base_with_info_2<int, Kernel>>;
@@ -75,7 +75,7 @@ std::vector<Triangle> triangulated(const std::vector<Kernel::Point_2>& polygon) 
   return triangles;
 }
 
-/// The shadow of the border along `up`, as points of the plane, smoothed until it is a simple polygon.
+/// The border projected along `up`, as points of the plane, smoothed until it is a simple polygon.
 std::vector<Kernel::Point_2> outlineOf(const TriangleMesh& mesh, const Loop& loop, const Vector3d& u, const Vector3d& v) {
   std::vector<Kernel::Point_2> points;
   for (const std::uint32_t i : loop) points.emplace_back(mesh.positions[i].dot(u), mesh.positions[i].dot(v));
@@ -92,7 +92,7 @@ std::vector<Kernel::Point_2> outlineOf(const TriangleMesh& mesh, const Loop& loo
 }
 
 struct Base {
-  std::vector<Vector3d> points;     // come after those of the mesh
+  std::vector<Vector3d> points;     // appended to those of the mesh
   std::vector<Triangle> triangles;  // the wall, then the floor
 };
 
@@ -114,7 +114,7 @@ Base baseUnder(const TriangleMesh& mesh, const Loop& loop, const Vector3d& up, d
   }
   if (CGAL::is_simple_2(outline.begin(), outline.end())) {
     for (const Triangle& t : triangulated(outline)) base.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  } else {  // closed all the same; the repair of the gum decides what is inside
+  } else {  // the outline still crosses itself; the repair of the gum decides what is inside
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& p : base.points) middle += p / n;
     base.points.push_back(middle);
@@ -123,8 +123,8 @@ Base baseUnder(const TriangleMesh& mesh, const Loop& loop, const Vector3d& up, d
   return base;
 }
 
-/// Triangles of the mesh that a base crosses, and those at the corners of a base that crosses itself; empty if there
-/// are none. Looks at what is within some rings of the loop.
+/// Triangles of the mesh that a base crosses, and triangles at the corners of a base that crosses itself; empty if
+/// there are none. Tests only the rings near the loop.
 std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, const Base& base) {
   const std::vector<std::uint32_t> index = trianglesNear(mesh, loop, kBaseRings);
   TriangleMesh both{mesh.positions, {}, {}, {}};
@@ -134,7 +134,7 @@ std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, cons
   std::vector<char> is_dropped(mesh.triangles.size(), 0), is_bad(mesh.positions.size(), 0);
   bool is_any = false;
   for (const auto& [a, b] : findCrossingTriangles(both, kMostSplitCrossings).pairs) {
-    if (b < index.size()) continue;  // of the mesh alone
+    if (b < index.size()) continue;  // a pair within the mesh
     is_any = true;
     if (a < index.size()) {
       is_dropped[index[a]] = 1;

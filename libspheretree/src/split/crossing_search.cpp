@@ -10,7 +10,7 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kMostCells = 64;  // that a triangle stands in
+constexpr double kMostCells = 64;  // largest number of cells in which a triangle is stored
 
 }  // namespace
 
@@ -53,7 +53,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> CrossingSearch::against(con
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   const auto old_count = static_cast<std::uint32_t>(triangles_.size());
   std::vector<Eigen::AlignedBox3d> boxes;
-  std::vector<std::uint32_t> order;  // of fresh ones that are not flat, by the lower end in x
+  std::vector<std::uint32_t> order;  // fresh triangles that are not flat, by their lower end in x
   for (std::uint32_t i = 0; i < fresh.size(); ++i) {
     boxes.push_back(boxOf(fresh[i]));
     if (!isFlat(positions_, fresh[i])) order.push_back(i);

@@ -16,15 +16,15 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kRounds = 4;        // of smoothing
-constexpr double kBand = 4;       // width of the band where distances are known, in `smooth` and in mean edges at the border
-constexpr double kMargin = 0.15;  // share of an edge that a cut keeps from its ends: no slivers
+constexpr double kBand = 4;       // width of the band with known distances, in units of `smooth` and of the mean edge at the border
+constexpr double kMargin = 0.15;  // share of an edge between a cut and the ends of the edge, which avoids slivers
 
 struct Known {
   std::int32_t region;
   double distance;  // signed [mm]
 };
 
-/// Distances of the vertices in the band, few for each, by region.
+/// Distances of the vertices in the band, by region; a vertex has only a few.
 using Distances = std::vector<std::vector<Known>>;
 
 double valueOf(const std::vector<Known>& known, std::int32_t region, double otherwise) {
@@ -74,11 +74,11 @@ class Cutter {
   }
 
   template <class Visit>
-  void forNeighbours(std::uint32_t v, Visit&& visit) const {  // an inner one twice: both times alike
+  void forNeighbours(std::uint32_t v, Visit&& visit) const {  // visits an inner neighbour twice, so all have the same weight
     for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) visit(neighbours_[i]);
   }
 
-  /// Exact to the border within the triangles that it crosses, and along edges beyond.
+  /// The distances are exact within the triangles that the border crosses; beyond, they are measured along edges.
   void findDistances() {
     double length = 0;
     std::size_t edges = 0;
@@ -116,9 +116,9 @@ class Cutter {
     const auto isIn = [&](std::uint32_t v) { return before_[v] == region; };
     while (!queue.empty()) {
       const double d = queue.top().first;
-      const auto v = queue.top().second;  // no structured binding: Clang 14 lets no lambda capture one
+      const auto v = queue.top().second;  // no structured binding, since Clang 14 cannot capture one in a lambda
       queue.pop();
-      if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions come one after the other
+      if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions are processed one after the other
       known_[v].push_back({region, isIn(v) ? d : -d});
       forNeighbours(v, [&](std::uint32_t u) {
         const double next = d + (mesh_.positions[u] - mesh_.positions[v]).norm();
@@ -127,7 +127,7 @@ class Cutter {
     }
   }
 
-  /// Value at `v` of the linear function of the tangent plane that fits best what `v` and its neighbours have.
+  /// Value at `v` of the linear function on the tangent plane that fits the values at `v` and its neighbours best.
   double fitted(std::uint32_t v, std::int32_t region) const {
     const Vector3d& p = mesh_.positions[v];
     const Vector3d n = normal_[v].normalized();
@@ -142,14 +142,14 @@ class Cutter {
       right += value * row;
     };
     const double own = valueOf(known_[v], region, 0);
-    add(p, own), add(p, own);  // twice, as a neighbour comes
+    add(p, own), add(p, own);  // twice, because each neighbour is visited twice
     bool is_whole = true;
     forNeighbours(v, [&](std::uint32_t q) {
       const double far = before_[q] == region ? band_ : -band_, value = valueOf(known_[q], region, far);
       is_whole = is_whole && value != far;
       add(mesh_.positions[q], value);
     });
-    if (!is_whole) return own;  // at the end of the band nothing is smoothed
+    if (!is_whole) return own;  // values at the end of the band are not smoothed
     const Eigen::LDLT<Eigen::Matrix3d> solver(sums);
     const double value = solver.solve(right)[0];
     return std::isfinite(value) && std::abs(value) < band_ ? value : own;
@@ -177,7 +177,7 @@ class Cutter {
     dropStrays();
   }
 
-  /// Vertices that changed and do not hang on a vertex that was of their new region before go back.
+  /// Restores the old region of changed vertices that are not connected to a vertex which already had their new region.
   void dropStrays() {
     std::vector<char> holds(before_.size(), 0);
     std::vector<std::uint32_t> stack;
@@ -196,7 +196,7 @@ class Cutter {
       if (!holds[v]) s_.vertex_region[v] = before_[v];
   }
 
-  /// Share of the way from `u` to `v` where the regions of both are as likely.
+  /// Position on the edge from `u` to `v`, as a share, at which the values of both regions are equal.
   double cutAt(std::uint32_t u, std::uint32_t v) const {
     if (!(smooth_ > 0)) return 0.5;
     const std::int32_t a = s_.vertex_region[u], b = s_.vertex_region[v];
@@ -214,7 +214,7 @@ class Cutter {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t u = mesh_.triangles[t][k], v = mesh_.triangles[t][(k + 1) % 3];
         if (s_.vertex_region[u] == s_.vertex_region[v] || cut_of[t][k] != EdgeFaces::kNone) continue;
-        // From the lower vertex, so that both triangles would find the same point.
+        // From the lower vertex, so that both triangles compute the same point.
         const std::uint32_t low = std::min(u, v), high = std::max(u, v);
         const double share = cutAt(low, high);
         cut_of[t][k] = add((1 - share) * mesh_.positions[low] + share * mesh_.positions[high]);
@@ -231,7 +231,7 @@ class Cutter {
     return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
   }
 
-  /// The first piece takes the place of the triangle; the others come last.
+  /// The first piece replaces the triangle; the others are appended.
   void put(std::uint32_t t, bool is_first, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t region) {
     if (is_first) {
       mesh_.triangles[t] = {a, b, c};
@@ -259,7 +259,7 @@ class Cutter {
       }
       return;
     }
-    std::size_t k = 0;  // the corner on its own
+    std::size_t k = 0;  // the corner with a region of its own
     while (!(isCut(k) && isCut((k + 2) % 3))) ++k;
     const std::uint32_t p = cuts[k], q = cuts[(k + 2) % 3], b = old[(k + 1) % 3], c = old[(k + 2) % 3];
     put(t, true, old[k], p, q, region(k));
@@ -277,7 +277,7 @@ class Cutter {
   ScanSurface& s_;
   TriangleMesh& mesh_;
   double smooth_, band_ = 0;
-  std::vector<std::int32_t> before_;  // regions of the vertices as they came
+  std::vector<std::int32_t> before_;  // original regions of the vertices
   std::vector<std::uint32_t> first_, neighbours_;
   std::vector<Vector3d> normal_;
   Distances known_, fixed_;

@@ -19,13 +19,13 @@ namespace {
 
 using Loop = std::vector<std::uint32_t>;
 
-constexpr std::size_t kMostSpanned = 3000;  // vertices of a loop that is spanned at once
+constexpr std::size_t kMostSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
 constexpr int kMostWidened = 20;            // rounds of widening holes whose filling crosses something
 constexpr double kFillDensity = 1.5;        // of the finer filling, in triangles along the edges of its border
-constexpr int kNearRings = 3;               // of the scan round a hole, that its filling is tested against
-constexpr double kSearchCell = 3;           // mean edges of the scan: side of a cube of the search
+constexpr int kNearRings = 3;               // rings of the scan around a hole against which its filling is tested
+constexpr double kSearchCell = 3;           // side of a cube of the search, in mean edges of the scan
 
-/// Every border loop but the outer one.
+/// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
   const Loop outer = findOuterLoop(mesh);
   std::vector<Loop> loops = findHoleLoops(mesh);
@@ -39,8 +39,8 @@ class Filling {
   explicit Filling(ScanSurface& s)
       : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, cellOf(s.mesh)) {}
 
-  /// Triangles of the scan that have to go first, true for each; empty if all is filled. `widen`: rings round holes
-  /// that cannot be filled go in any case. `is_last`: what cannot be filled well is filled all the same.
+  /// Returns the triangles of the scan that have to be removed first, true for each; empty if everything is filled.
+  /// `widen`: also removes rings around holes that cannot be filled. `is_last`: fills all holes, even with crossings.
   std::vector<char> run(const std::vector<Loop>& loops, bool widen, bool is_last) {
     findNear(loops);
     for (const Loop& loop : loops) fill(loop, widen, is_last);
@@ -84,8 +84,8 @@ class Filling {
     is_any_dropped_ = true;
   }
 
-  /// What has to go where a filling cannot be: triangles that it crosses; the ring round the corners of those of its
-  /// triangles that are bad, cross each other, or with `widen` cross anything.
+  /// Marks triangles to remove where a filling fails: the triangles that it crosses; and the ring around the corners of
+  /// its own triangles that are bad, cross each other or, with `widen`, cross anything.
   void noteBad(const std::vector<Triangle>& filling, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
                std::vector<char>& is_bad, bool widen) {
     const auto old_count = static_cast<std::uint32_t>(scan_triangle_.size());
@@ -110,7 +110,7 @@ class Filling {
     return filling;
   }
 
-  /// True for triangles that are flat, or have an edge other than those of the loop that the scan has, too.
+  /// True for triangles that are flat, or that share an edge with the scan that is not part of the loop.
   std::vector<char> badTriangles(const std::vector<Triangle>& filling, const Loop& loop) const {
     std::map<std::uint32_t, std::uint32_t> next;
     for (std::size_t k = 0; k < loop.size(); ++k) next[loop[k]] = loop[(k + 1) % loop.size()];
@@ -129,7 +129,7 @@ class Filling {
   }
 
   void accept(const std::vector<Triangle>& filling, const Loop& loop) {
-    for (std::size_t v = s_.vertex_region.size(); v < mesh_.positions.size(); ++v) {  // a new vertex goes with the nearest one
+    for (std::size_t v = s_.vertex_region.size(); v < mesh_.positions.size(); ++v) {  // a new vertex gets the region of the nearest old one
       std::uint32_t nearest = loop[0];
       for (const std::uint32_t u : loop)
         if ((mesh_.positions[u] - mesh_.positions[v]).squaredNorm() < (mesh_.positions[nearest] - mesh_.positions[v]).squaredNorm())
@@ -149,7 +149,7 @@ class Filling {
   std::size_t scanned_;
   EdgeFaces faces_;  // of the scan
   CrossingSearch search_;
-  std::vector<std::uint32_t> scan_triangle_;  // of each triangle in the search; kNone: of a filling
+  std::vector<std::uint32_t> scan_triangle_;  // of each triangle in the search; kNone: it belongs to a filling
   std::vector<char> is_bad_, is_dropped_;
   bool is_any_dropped_ = false;
 };

@@ -41,9 +41,9 @@ Pieces piecesOf(const TriangleMesh& mesh, const std::vector<std::int32_t>& label
   return pieces;
 }
 
-/// One round: every piece that is too small, the smallest first, unless a neighbour changed in this round.
+/// One round: merges every piece that is too small, the smallest first, unless a neighbour changed in this round.
 bool joinIslands(const TriangleMesh& mesh, const Pieces& pieces, double min_area, std::vector<std::int32_t>& label, std::size_t& islands) {
-  std::map<std::uint32_t, std::map<std::uint32_t, double>> borders;  // of small pieces: length with each neighbour
+  std::map<std::uint32_t, std::map<std::uint32_t, double>> borders;  // of small pieces: border length with each neighbour
   for (const Triangle& t : mesh.triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3], p = pieces.of[a], q = pieces.of[b];
@@ -95,7 +95,7 @@ LabelPieces findLabelPieces(const TriangleMesh& mesh, std::vector<std::int32_t> 
   std::vector<std::int32_t> region_of(pieces.all.size(), kGumRegion);
   for (const std::uint32_t p : order) {
     const Piece& piece = pieces.all[p];
-    if (piece.label == 0 || !(piece.area > 0)) continue;  // gum, or a vertex of no triangle
+    if (piece.label == 0 || !(piece.area > 0)) continue;  // gum, or a vertex without triangles
     const bool is_first = out.region_label.back() != piece.label;
     region_of[p] = static_cast<std::int32_t>(out.region_label.size());
     out.region_piece.push_back(is_first ? 1 : out.region_piece.back() + 1);

@@ -23,20 +23,20 @@ namespace {
 
 using Line = std::vector<std::uint32_t>;  // vertices
 
-constexpr double kStep = 0.5;        // mean border edges that a wall first leads straight inside
-constexpr int kWayRounds = 4;        // of smoothing the ways
-constexpr double kLeastShare = 0.5;  // of the slope of the way that halves the angle: what smoothing leaves of it
-constexpr int kMostHalvings = 40;    // of that where it crosses something
-constexpr double kFlatArc = 2;       // mean edges of an arc that it must rise above the line between its ends for a window
+constexpr double kStep = 0.5;        // length of the first straight part of a wall, in mean border edges
+constexpr int kWayRounds = 4;        // rounds of smoothing the directions of these parts
+constexpr double kLeastShare = 0.5;  // smallest remaining share of the slope of the bisecting direction after smoothing
+constexpr int kMostHalvings = 40;    // halvings of a length where it crosses something
+constexpr double kFlatArc = 2;       // mean edges by which an arc must rise above the line between its ends to get a window
 constexpr std::array kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
-constexpr double kCell = 3;                                       // mean edges of the scan: side of a cube of the search
-constexpr double kClear = 0.1;                                    // mean edges of its border by which a wall keeps clear of what it crossed
-constexpr double kWallDensity = 0.5;                              // of a wall that is moved, in triangles along the edge of its border
-constexpr int kMostMoves = 25;                                    // rounds of moving a wall without fewer crossings
+constexpr double kCell = 3;                                       // side of a cube of the search, in mean edges of the scan
+constexpr double kClear = 0.1;                                    // distance of a wall from what it crossed, in mean edges of its border
+constexpr double kWallDensity = 0.5;                              // of a wall that is moved, in triangles along the edges of its border
+constexpr int kMostMoves = 25;                                    // rounds of moving a wall without a reduction of its crossings
 constexpr int kMovesAHalving = 10;                                // rounds after which triangles that still cross are halved
-constexpr double kStubTaper = 0.4;  // width of the end of a stub as a share of its beginning: about that of a root's tip
+constexpr double kStubTaper = 0.4;  // width of the end of a stub, as a share of its beginning: about that of a root's tip
 
-/// A border edge of a region, as its triangles run, and the region on the other side.
+/// A border edge of a region, in the direction of its triangles, and the region on the other side.
 struct BorderEdge {
   std::uint32_t from, to;
   std::int32_t other;
@@ -78,7 +78,7 @@ class WallFinder {
     wall_of_.assign(mesh_.triangles.size(), -1);
   }
 
-  /// Adds the walls that are not yet in the search.
+  /// Adds the walls to the search that are not yet in it.
   void settleWalls() {
     for (; settled_ < out_.walls.size(); ++settled_)
       for (const Triangle& t : out_.walls[settled_].triangles) {
@@ -94,8 +94,9 @@ class WallFinder {
     return triangles;
   }
 
-  /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If each attempt crosses
-  /// something, they are made finer and moved, those that cross least first, until one crosses nothing; else the best.
+  /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If all attempts have
+  /// crossings, refines and moves their walls, in the order of increasing crossings, until one has none; otherwise
+  /// keeps the best.
   template <class Add>
   void addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
     settleWalls();
@@ -135,8 +136,8 @@ class WallFinder {
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   /// Moves the vertices from `points` on until the walls from `first` on cross nothing: to the right side of what they
-  /// cross, and where they cross themselves to the middle of their neighbours. Where that does not help, the triangles
-  /// there are halved. Returns how many pairs are left.
+  /// cross; where walls cross each other, to the mean of their neighbours. If that does not help, halves the triangles
+  /// there. Returns the number of remaining pairs.
   std::size_t moveApart(std::int32_t region, std::size_t first, std::size_t points, double edge) {
     const auto from = static_cast<std::ptrdiff_t>(points);
     std::vector<Vector3d> best_positions;
@@ -176,7 +177,7 @@ class WallFinder {
     std::vector<int> moves(neighbours.size(), 0);
     const auto add = [&](std::uint32_t v, const Vector3d& way) { move[v - points] += way, ++moves[v - points]; };
     for (const auto& [s, w] : pairs) {
-      if (s >= old_count) {  // both are new: to the middle of the neighbours
+      if (s >= old_count) {  // both triangles are new: to the mean of the neighbours
         for (const std::uint32_t t : {s, w})
           for (const std::uint32_t v : walls[t - old_count]) {
             if (v < points) continue;
@@ -197,7 +198,7 @@ class WallFinder {
       if (moves[i] > 0) mesh_.positions[points + i] += move[i] / moves[i];
   }
 
-  /// Puts a vertex into the middle of the longest inner edge of each wall triangle that crosses something.
+  /// Inserts a vertex in the middle of the longest inner edge of each wall triangle that crosses something.
   void halveCrossing(std::size_t first, const std::vector<Triangle>& walls, const Pairs& pairs) {
     using Edge = std::pair<std::uint32_t, std::uint32_t>;
     std::map<Edge, int> uses;
@@ -236,7 +237,7 @@ class WallFinder {
     }
   }
 
-  /// Unit normal of a triangle in the search, away from the side where walls of `region` may be.
+  /// Unit normal of a triangle in the search, pointing away from the side where walls of `region` may be.
   Vector3d outOf(std::int32_t region, std::uint32_t triangle) const {
     const Triangle& t = search_->triangles()[triangle];
     const Vector3d n = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]).normalized();
@@ -258,11 +259,12 @@ class WallFinder {
       }
   }
 
-  /// Strips of wall from the borders of all regions into the solid. A border vertex lies within an edge or a triangle
-  /// of the scan, so that no more than two planes meet there, and the way that halves the angle between them leads
-  /// inside; short enough strips along these ways cross nothing. What closes the regions begins at the inner ends.
+  /// Makes strips of wall from the borders of all regions into the solid. A border vertex lies within an edge or a
+  /// triangle of the scan, so at most two planes meet there, and the bisector of the angle between them points inside;
+  /// sufficiently short strips along these directions cross nothing. The walls that close the regions start at the
+  /// inner ends.
   void leaveSurface() {
-    std::vector<std::pair<std::uint32_t, double>> steps;  // border vertex, how far inside
+    std::vector<std::pair<std::uint32_t, double>> steps;  // border vertex, distance inside
     std::vector<std::uint32_t> step_of(mesh_.positions.size(), EdgeFaces::kNone);
     std::vector<Vector3d> way;
     findWays(steps, step_of, way);
@@ -273,7 +275,7 @@ class WallFinder {
     for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region) {
       std::map<std::int32_t, std::vector<Triangle>> strip_to;
       for (const BorderEdge& e : edges_of_[static_cast<std::size_t>(region)]) {
-        if (e.other > region) continue;  // that one makes it
+        if (e.other > region) continue;  // the other region makes this strip
         const std::uint32_t from = inner_of_[e.from], to = inner_of_[e.to];
         strip_to[e.other].push_back({e.to, e.from, from});
         strip_to[e.other].push_back({e.to, from, to});
@@ -301,7 +303,7 @@ class WallFinder {
 
   void findWays(std::vector<std::pair<std::uint32_t, double>>& steps, std::vector<std::uint32_t>& step_of,
                 std::vector<Vector3d>& way) const {
-    std::vector<std::array<std::uint32_t, 2>> borders;  // both ends as places in `steps`
+    std::vector<std::array<std::uint32_t, 2>> borders;  // both ends as indices in `steps`
     const auto placeOf = [&](std::uint32_t v) {
       if (step_of[v] == EdgeFaces::kNone) {
         step_of[v] = static_cast<std::uint32_t>(steps.size());
@@ -316,7 +318,7 @@ class WallFinder {
         length += (mesh_.positions[e.to] - mesh_.positions[e.from]).norm();
       }
     for (auto& [v, step] : steps) step = kStep * length / static_cast<double>(borders.size());
-    // Normals of the planes at each border vertex: the first one, and the one farthest from it.
+    // Normals of the planes at each border vertex: the first one, and the one that differs most from it.
     std::vector<std::array<Vector3d, 2>> planes(steps.size(), {Vector3d::Zero(), Vector3d::Zero()});
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) {
@@ -346,7 +348,7 @@ class WallFinder {
     }
   }
 
-  /// The next border edge of the region round the end of `edge`, through its triangles.
+  /// The next border edge of the region, going around the end of `edge` through its triangles.
   std::pair<std::uint32_t, std::int32_t> next(std::int32_t region, const BorderEdge& edge) const {
     std::uint32_t face = faces_.face(edge.from, edge.to);
     for (;;) {
@@ -379,7 +381,7 @@ class WallFinder {
     return loops;
   }
 
-  /// Ends of arcs: where the neighbour changes, or more than two borders meet.
+  /// End of an arc: the neighbour changes, or more than two borders meet.
   bool isNode(const BorderEdge& before, const BorderEdge& after) const {
     return before.other != after.other || borders_at_[after.from] != 2;
   }
@@ -393,7 +395,7 @@ class WallFinder {
     std::vector<char> is_node(n, 0);
     for (std::size_t i = 0; i < n; ++i) is_node[i] = isNode(loop[(i + n - 1) % n], loop[i]);
     for (BorderEdge& e : loop) e.from = inner_of_[e.from], e.to = inner_of_[e.to];
-    if (start == n && loop[0].other != kGumRegion) {  // one neighbour all round: their common window is all there is
+    if (start == n && loop[0].other != kGumRegion) {  // one neighbour all around: their common window closes the region
       if (loop[0].other > region) addCap(region, loop[0].other, reversed(verticesOf(loop)), std::vector<char>(n, 0));
       return;
     }
@@ -409,7 +411,7 @@ class WallFinder {
       rim.insert(rim.end(), line.begin(), line.end() - 1);
       is_shared.resize(rim.size(), other != kGumRegion);
     }
-    for (std::size_t i = rim.size(); i-- > 0;)  // the last vertex of a line is the first of what follows
+    for (std::size_t i = rim.size(); i-- > 0;)  // the last vertex of a line is the first one of the next part
       if (is_shared[i] && !is_shared[(i + 1) % rim.size()]) is_shared[(i + 1) % rim.size()] = 1;
     std::reverse(rim.begin(), rim.end());
     std::reverse(is_shared.begin(), is_shared.end());
@@ -431,8 +433,8 @@ class WallFinder {
 
   double height(std::uint32_t v) const { return mesh_.positions[v].dot(settings_.up); }
 
-  /// What stands for `arc` in the rim of the cap: the arc itself, or the line below its window, from the arc's first
-  /// vertex to its last. The region with the lower number makes it, the other one finds it.
+  /// The part of the cap's rim that replaces `arc`: the arc itself, or the line below its window, from the arc's first
+  /// vertex to its last. The region with the lower number makes it; the other one reuses it.
   Line lineUnder(std::int32_t region, std::int32_t other, const Line& arc) {
     const auto known = line_of_.find({arc[1], arc[0]});
     if (known != line_of_.end() && known->second.front() == arc.back() && known->second.back() == arc.front())
@@ -473,7 +475,7 @@ class WallFinder {
     return line;
   }
 
-  /// Spans `loop`, which runs as the triangles of the wall of `above` do.
+  /// Triangulates `loop`, which has the direction of the triangles of the wall of `above`.
   void addWall(std::int32_t above, std::int32_t below, const Line& loop) {
     if (loop.size() < 3) {
       out_.walls.push_back({above, below, {}});
@@ -490,8 +492,8 @@ class WallFinder {
     out_.walls.push_back({above, below, std::move(triangles)});
   }
 
-  /// A cap that spans the rim lies above the scan where the rim runs beside the bottom of a groove, as the sulcus is,
-  /// and then crosses the crown. So a collar goes down from the rim first, no deeper than it takes.
+  /// Where the rim runs beside the bottom of a groove, such as the sulcus, a cap that spans the rim lies above the scan
+  /// and crosses the crown. Therefore a collar first leads down from the rim, only as deep as necessary.
   void addCap(std::int32_t region, std::int32_t below, const Line& rim, const std::vector<char>& is_shared) {
     double length = 0;
     for (std::size_t i = 0; i < rim.size(); ++i) length += (mesh_.positions[rim[(i + 1) % rim.size()]] - mesh_.positions[rim[i]]).norm();
@@ -518,7 +520,8 @@ class WallFinder {
     return ring;
   }
 
-  /// A collar of `depth` from the loop down, where it is not still, and what spans the rest.
+  /// A collar of `depth` downward from the loop, except where it is marked in `is_still`, and a wall that spans the
+  /// rest.
   void addCollared(std::int32_t above, std::int32_t below, const Line& loop, const std::vector<char>& is_still, double depth, double edge) {
     if (!(depth > 0)) return addWall(above, below, loop);
     const std::vector<Vector3d> ring = innerRing(loop, is_still, depth, edge);
@@ -563,12 +566,12 @@ class WallFinder {
   EdgeFaces faces_;
   std::vector<Vector3d> normal_;            // of the vertices of the surface, then of the inner ends of the strips
   std::vector<std::uint32_t> inner_of_;     // of each vertex of the surface: the inner end of its strip, or itself
-  std::unique_ptr<CrossingSearch> search_;  // holds the surface, then the walls that are settled
-  std::vector<std::int32_t> wall_of_;       // of each triangle in it; -1: of the surface
+  std::unique_ptr<CrossingSearch> search_;  // contains the surface, then the final walls
+  std::vector<std::int32_t> wall_of_;       // of each triangle in search_; -1: of the surface
   std::size_t settled_ = 0;
-  std::vector<std::uint32_t> borders_at_;  // of each vertex: border edges that begin there
+  std::vector<std::uint32_t> borders_at_;  // of each vertex: number of border edges that begin there
   std::vector<std::vector<BorderEdge>> edges_of_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Line> line_of_;  // of each edge of an arc, as the first region runs
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Line> line_of_;  // of each edge of an arc, in the direction of the first region
   PartSolids out_;
 };
 

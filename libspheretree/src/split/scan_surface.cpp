@@ -41,7 +41,7 @@ std::vector<std::uint32_t> trianglesNear(const TriangleMesh& mesh, std::span<con
 
 namespace {
 
-/// Drops triangles until each edge has at most one in each direction; the larger ones stay.
+/// Removes triangles until each edge has at most one in each direction; larger triangles are kept.
 double dropSurplus(TriangleMesh& mesh) {
   double lost = 0;
   for (bool again = true; again;) {
@@ -74,9 +74,9 @@ double dropSurplus(TriangleMesh& mesh) {
   return lost;
 }
 
-/// Where several fans of triangles meet in a vertex, the largest one stays. Returns the area that went.
+/// Where several fans of triangles meet in a vertex, keeps the largest one. Returns the removed area.
 double dropPinches(TriangleMesh& mesh) {
-  Groups fans(3 * mesh.triangles.size());  // corners hang together across edges
+  Groups fans(3 * mesh.triangles.size());  // corners are connected across edges
   const std::vector<Side> sides = sortedSides(mesh);
   forEachEdge(sides, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;

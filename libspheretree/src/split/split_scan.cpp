@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kStubMargin = 1;  // of gum below the stubs [mm]
+constexpr double kStubMargin = 1;  // thickness of the gum below the stubs [mm]
 
 std::string number(double value) {
   char text[32];
@@ -34,7 +34,7 @@ std::string number(double value) {
   return text;
 }
 
-double volumeOf(const TriangleMesh& mesh) {  // divergence theorem, about a vertex
+double volumeOf(const TriangleMesh& mesh) {  // by the divergence theorem, about a vertex
   double sixfold = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vector3d& o = mesh.positions[0];
@@ -83,7 +83,7 @@ class Splitter {
   }
 
  private:
-  /// A manifold surface without debris; which way is up.
+  /// Makes a manifold surface without debris, and determines the upward direction.
   void prepare(const TriangleMesh& scan, std::vector<std::int32_t> labels) {
     out_.scan_area = surfaceArea(scan);
     RepairSoup soup{{scan.positions, scan.triangles, {}, {}}, std::vector<std::uint32_t>(scan.triangles.size())};
@@ -173,7 +173,8 @@ class Splitter {
     part.volume = volumeOf(part.mesh);
   }
 
-  /// Of all solids together, where vertices at one place are one: walls that two solids share do not cross.
+  /// Counts the crossings of all solids together. Vertices at the same place count as one, so that walls that two
+  /// solids share do not cross.
   void countCrossings() {
     progress_.stage("crossings");
     TriangleMesh all;
@@ -198,7 +199,7 @@ class Splitter {
       first += static_cast<std::uint32_t>(out_.parts[p].mesh.positions.size());
     }
     for (const auto& [a, b] : findCrossingTriangles(all, kMostSplitCrossings).pairs) {
-      if (part_of[a] == part_of[b]) continue;  // the checks of the part say so
+      if (part_of[a] == part_of[b]) continue;  // counted by the checks of the part
       ++out_.crossing_pairs;
       for (const std::uint32_t t : {a, b}) {
         SplitPart& part = out_.parts[part_of[t]];

@@ -10,7 +10,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Of a point of the triangle: those of corners 1 and 2. By least squares, which also suits a triangle without area.
+// Weights of corners 1 and 2 for a point of the triangle, by least squares, which also works for a triangle without
+// area.
 Eigen::Vector2d weightsOf(const Vector3d& p, const std::array<Vector3d, 3>& corner) {
   Eigen::Matrix<double, 3, 2> edges;
   edges << corner[1] - corner[0], corner[2] - corner[0];

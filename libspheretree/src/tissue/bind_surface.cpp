@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kVerticesAChunk = 256;
-constexpr double kPadding = 1e-9;  // of the diagonal: a vertex on a face counts as within reach of both sides
+constexpr double kPadding = 1e-9;  // as a share of the diagonal: a vertex on a face is in range of both tetrahedra
 
 }  // namespace
 

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 64;
-constexpr double kRounding = 1e-9;  // of the extent of the mesh: what a corner may lie outside of its leaf at rest
+constexpr double kRounding = 1e-9;  // as a share of the mesh's extent: how far a corner may lie outside of its leaf at rest
 
 using Weights = Eigen::Vector3d;  // barycentric coordinates of a corner of a piece
 
@@ -29,7 +29,7 @@ struct Piece {
   std::vector<Weights> corners;
 };
 
-// Cuts triangles one after the other.
+// Cuts triangles, one after the other.
 class Cutter {
  public:
   Cutter(const BallIndex& index, double allowed) : index_(index), allowed_(allowed) {}
@@ -70,7 +70,7 @@ class Cutter {
         pieces_->push_back({index_.original(holder), number_, std::move(polygon)});
         return;
       }
-      // On neither side of the plane of equal power is the leaf of the other side needed again, whence it ends.
+      // Neither side of the plane of equal power needs the leaf of the other side again, so the recursion ends.
       const std::uint32_t a = std::min(holder, *other), b = std::max(holder, *other);
       std::vector<double> difference;
       for (const Vector3d& p : corners) difference.push_back(power(a, p) - power(b, p));
@@ -83,7 +83,7 @@ class Cutter {
     }
   }
 
-  // The leaf that the polygon reaches least out of.
+  // The leaf for which the polygon's largest distance outside the leaf is smallest.
   std::uint32_t bestHolder(const std::vector<Vector3d>& corners, const std::vector<std::uint32_t>& near) const {
     if (near.empty()) refuseHole(0, corners[0]);
     double least = std::numeric_limits<double>::infinity();
@@ -96,7 +96,7 @@ class Cutter {
     return best;
   }
 
-  // The part where sign * difference <= 0. Both sides compute the same new corners.
+  // The part with sign * difference <= 0. Both sides compute the same new corners.
   static std::vector<Weights> side(const std::vector<Weights>& polygon, const std::vector<double>& difference, double sign) {
     std::vector<Weights> part;
     for (std::size_t v = 0, before = polygon.size() - 1; v < polygon.size(); before = v++) {
@@ -123,7 +123,7 @@ class Cutter {
   std::vector<Piece>* pieces_ = nullptr;
 };
 
-// Numbers the corners: vertices as they are, each cut once in its triangle.
+// Numbers the corners: vertices keep their number, each cut gets one number in its triangle.
 class Numbering {
  public:
   Numbering(const TriangleMesh& mesh, std::size_t leaves) : mesh_(mesh), corners_of_(leaves) {}

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Connected parts of the solid, by the lowest node of each.
+// Connected parts of the solid, each identified by its lowest node.
 std::vector<std::uint32_t> partOfNodes(const Tetrahedra& solid) {
   std::vector<std::uint32_t> root(solid.nodes.size());
   std::iota(root.begin(), root.end(), 0u);
@@ -33,7 +33,7 @@ std::vector<std::uint32_t> partOfNodes(const Tetrahedra& solid) {
   return root;
 }
 
-// Three fixed corners that are not in line hold a body.
+// Three fixed corners that are not collinear hold a body.
 bool isHeld(const std::vector<Vector3d>& fixed, double size) {
   if (fixed.size() < 3) return false;
   const Vector3d& a = fixed.front();
@@ -123,13 +123,13 @@ std::vector<Vector3d> Elasticity::displacements(std::span<const Vector3d> forces
 }
 
 void Elasticity::solve(Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& columns) const {
-  // Rows of all right-hand sides stand together: an entry of the factor is read once for all of them.
+  // Row by row for all right-hand sides, so that each entry of the factor is read only once.
   columns = factor_.permutationP() * columns;
   const Eigen::SparseMatrix<double>& lower = factor_.matrixL().nestedExpression();
   using Entry = Eigen::SparseMatrix<double>::InnerIterator;
   for (Eigen::Index j = 0; j < lower.outerSize(); ++j) {
     Entry it(lower, j);
-    columns.row(j) /= it.value();  // the diagonal comes first
+    columns.row(j) /= it.value();  // the diagonal is the first entry
     for (++it; it; ++it) columns.row(it.index()) -= it.value() * columns.row(j);
   }
   for (Eigen::Index j = lower.outerSize(); j-- > 0;) {

@@ -21,7 +21,7 @@ struct Sample {
   std::array<double, 3> weight;
 };
 
-// Uniform by the area at rest.
+// Uniformly distributed by the area at rest.
 std::vector<Sample> samplesOf(const TriangleMesh& surface, std::size_t count, std::uint64_t seed) {
   std::vector<double> area{0};
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
@@ -61,7 +61,7 @@ class Evaluator {
     return figures;
   }
 
-  // Independent of the pieces: every leaf may hold a sample. The rounding of the sample itself is allowed for.
+  // Independent of the pieces: a sample may lie in any leaf. Includes a margin for the rounding of the sample itself.
   std::size_t bareSamples(const std::vector<Sphere>& leaves, const std::vector<Vector3d>& positions) const {
     std::vector<Ball> balls;
     for (const Sphere& s : leaves) balls.push_back({Vector3d(s.x, s.y, s.z), s.radius});

@@ -73,7 +73,7 @@ class States {
     });
   }
 
-  // The middle line along the longest side becomes an arc; sections stay plane.
+  // The middle line along the longest side becomes an arc; cross-sections stay plane.
   TissueState bend(double angle) {
     Eigen::Index longest = 0;
     const double length = box_.sizes().maxCoeff(&longest);

@@ -33,7 +33,7 @@ Tissue softenTree(const TriangleMesh& surface, const SphereTree& tree, const Tri
   tissue.tetrahedra = solid.corners;
   progress.stage("stiffness");
   const TriangleMesh outside = boundaryOf(solid);
-  tissue.response = surfaceResponse(Elasticity(solid, material, fixed, progress), outside, progress);  // refuses what is not held
+  tissue.response = surfaceResponse(Elasticity(solid, material, fixed, progress), outside, progress);  // throws if a part is not held
   progress.stage("bind the surface");
   tissue.surface = bindSurface(surface, solid, origin, progress);
   progress.stage("cut the surface");

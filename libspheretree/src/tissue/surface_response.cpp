@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kNodesAtATime = 8;  // three right-hand sides each: a row of them is three lines of the cache
+constexpr std::size_t kNodesAtATime = 8;  // three right-hand sides each: a row of them fills three cache lines
 
 using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 

@@ -16,16 +16,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kVolumeError = 1e-6;  // of a volume: sums of rounded products stay far below
-// A tetrahedron with less than this share of the volume of a cube of its longest edge is flat: its stiffness would take
-// 12 of the 16 digits.
+constexpr double kVolumeError = 1e-6;  // relative error of a volume; the rounding errors of sums of products are far smaller
+// A tetrahedron with less than this share of the volume of a cube of its longest edge is flat: it would cost the
+// stiffness matrix 12 of its 16 digits.
 constexpr double kLeastShape = 1e-9;
 
-// Sides of a tetrahedron, opposite each corner, wound outward where the volume is positive.
+// Sides of a tetrahedron, opposite each corner, wound outward if the volume is positive.
 constexpr std::array<std::array<std::size_t, 3>, 4> kSides{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
 struct Side {
-  std::array<std::uint32_t, 3> key;  // its nodes, ascending
+  std::array<std::uint32_t, 3> key;  // its nodes in ascending order
   std::uint32_t tetrahedron;
   std::uint8_t opposite;
 };
@@ -53,7 +53,7 @@ double signedVolume(const TriangleMesh& surface) {
   return volume6 / 6;
 }
 
-// What is usable of `found`, tetrahedra turned; the order stays.
+// The usable tetrahedra of `found`, oriented to positive volume, in their order.
 Tetrahedra turned(const Tetrahedra& found) {
   for (std::size_t i = 0; i < found.nodes.size(); ++i)
     if (!found.nodes[i].allFinite()) throw BuildError("tetrahedra: node " + std::to_string(i) + " is not finite");
@@ -75,8 +75,8 @@ bool isFlat(const Tetrahedra& solid, std::size_t t) {
   return !(volumeOf(solid, t) > kLeastShape * longest * longest * longest);
 }
 
-// Four vertices of the surface that lie in a plane can make a flat tetrahedron along it. Without it the surface is the
-// same to rounding, with the other sides of that tetrahedron as its triangles.
+// Four coplanar vertices of the surface can make a flat tetrahedron along it. Without it the surface is the same up to
+// rounding; the other sides of that tetrahedron become its triangles.
 void dropFlatAlongSurface(Tetrahedra& solid) {
   for (;;) {
     std::vector<char> flat(solid.corners.size()), drop(flat.size(), 0);
