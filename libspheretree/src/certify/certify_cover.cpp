@@ -273,8 +273,8 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
     for (const Vector3d& corner : pieceOf(mesh, t, origin).corner) boxes[t].extend(corner);
   const BoxTree triangles(boxes, 4);
 
-  std::vector<char> gone(stored.size(), 0), redundant(stored.size(), 0);
-  PowerCells cells(index, &gone);
+  std::vector<char> absent(stored.size(), 0), redundant(stored.size(), 0);
+  PowerCells cells(index, &absent);
   std::vector<Piece> open;
   // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the
   // ball meet few others.
@@ -296,14 +296,14 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
   };
   for (const std::uint32_t candidate : candidates) {
     progress.check();
-    gone[slot[candidate]] = 1;
+    absent[slot[candidate]] = 1;
     bool covered = true;
     const Ball& ball = stored[candidate];
     triangles.searchWithin(ball.centre, ball.radius * ball.radius * (1 + 1e-12), [&](std::size_t first, std::size_t count) {
       for (std::size_t k = first; covered && k < first + count; ++k)
         covered = staysCovered(pieceOf(mesh, triangles.order()[k], origin), ball);
     });
-    gone[slot[candidate]] = redundant[candidate] = covered;
+    absent[slot[candidate]] = redundant[candidate] = covered;
   }
   return redundant;
 }

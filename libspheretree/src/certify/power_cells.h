@@ -22,8 +22,8 @@ namespace spheretree::builder {
 
 class PowerCells {
  public:
-  /// Balls whose slot is marked in `gone` are treated as absent; the marks may change between calls.
-  explicit PowerCells(const BallIndex& index, const std::vector<char>* gone = nullptr) : index_(index), gone_(gone) {}
+  /// Balls whose slot is marked in `absent` are treated as absent; the marks may change between calls.
+  explicit PowerCells(const BallIndex& index, const std::vector<char>* absent = nullptr) : index_(index), absent_(absent) {}
 
   /// Returns true if the triangle is covered. Otherwise calls hole(point, slot of the ball of its cell) for every
   /// corner of a cell that is outside all balls. No point of a cell is farther from the cell's ball than one of those
@@ -44,7 +44,7 @@ class PowerCells {
     double least = std::numeric_limits<double>::infinity();
     index_.tree.searchWithin(middle, extent2 * (1 + 1e-12), [&](std::size_t begin, std::size_t count) {
       for (auto slot = static_cast<std::uint32_t>(begin); slot < begin + count; ++slot) {
-        if (isGone(slot)) continue;
+        if (isAbsent(slot)) continue;
         near_.push_back(slot);
         if (const double p = power(slot, middle); p < least) least = p, first = slot;
       }
@@ -79,7 +79,7 @@ class PowerCells {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
  private:
-  bool isGone(std::uint32_t slot) const { return gone_ && (*gone_)[slot]; }
+  bool isAbsent(std::uint32_t slot) const { return absent_ && (*absent_)[slot]; }
   double power(std::uint32_t slot, const Eigen::Vector3d& p) const {
     const Ball& ball = index_.balls[slot];
     return (p - ball.centre).squaredNorm() - ball.radius * std::max(ball.radius, 0.0);
@@ -89,7 +89,7 @@ class PowerCells {
     return !(ball.radius >= 0) || (p - ball.centre).squaredNorm() > ball.radius * ball.radius;
   }
   bool holds(std::uint32_t slot, const std::array<Eigen::Vector3d, 3>& triangle) const {
-    if (slot >= index_.balls.size() || isGone(slot)) return false;
+    if (slot >= index_.balls.size() || isAbsent(slot)) return false;
     return std::ranges::none_of(triangle, [&](const Eigen::Vector3d& p) { return isOut(slot, p); });
   }
 
@@ -173,7 +173,7 @@ class PowerCells {
   }
 
   const BallIndex& index_;
-  const std::vector<char>* gone_;
+  const std::vector<char>* absent_;
   std::uint32_t last_ = 0;
   bool covered_ = true;
   std::vector<std::uint32_t> held_by_;

@@ -37,10 +37,10 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
     std::vector<std::uint32_t> left, candidates;  // candidates: places in `left`
     std::vector<Sphere> left_spheres;
     const std::vector<char> maybe = maybeRedundant(holders, fitted, group, kept, redundant);
-    const auto gone = static_cast<std::size_t>(std::count(redundant.begin(), redundant.end(), 1));
+    const auto marked_count = static_cast<std::size_t>(std::count(redundant.begin(), redundant.end(), 1));
     for (std::uint32_t b = 0; b < spheres.size(); ++b) {
       if (redundant[b]) continue;
-      if (maybe[b] && candidates.size() < most - gone) candidates.push_back(static_cast<std::uint32_t>(left.size()));
+      if (maybe[b] && candidates.size() < most - marked_count) candidates.push_back(static_cast<std::uint32_t>(left.size()));
       left.push_back(b);
       left_spheres.push_back(spheres[b]);
     }

@@ -205,12 +205,12 @@ Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progre
     leaves_.emplace(startSearch(guess, progress));
   }
   leaves_->fit(kRounded * stand_off, max_leaves, progress);
-  Cover fewest = leaves_->cover();
-  if (fewest.balls.size() > 1) return fewest;
+  Cover smallest = leaves_->cover();
+  if (smallest.balls.size() > 1) return smallest;
   // If one ball keeps the tolerance, uses the one with the smallest stand-off. Only for one ball is this worth the
   // time.
   const Cover& lowest = cover(1, progress);
-  return lowest.stand_off < fewest.stand_off ? lowest : fewest;
+  return lowest.stand_off < smallest.stand_off ? lowest : smallest;
 }
 
 /// The levels above `leaves`, each with the largest allowed number of balls; `full`: number of leaves of a full tree.

@@ -130,17 +130,17 @@ void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d&
 // Adds candidates at the samples that have no candidate nearby: the ball that touches the surface there or, at an edge,
 // smaller ones below it. On a slender part the pool may have no candidate that reaches an end; without new ones the
 // search would stop there, with most of its spheres unused.
-void addWhereDry(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
-                 std::vector<Ball>& candidates) {
-  std::vector<std::uint32_t> dry;
+void addWhereUncoverable(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
+                         std::vector<Ball>& candidates) {
+  std::vector<std::uint32_t> uncoverable;
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
     const auto near = [&](const GapTable::Entry& e) { return e.gap <= kUncoverableShare * stand_off; };
-    if (std::ranges::none_of(table.ofSample(s), near)) dry.push_back(s);
+    if (std::ranges::none_of(table.ofSample(s), near)) uncoverable.push_back(s);
   }
-  dry = everyNth<std::uint32_t>(dry, most);
-  std::vector<std::vector<Ball>> found(dry.size());
-  tbb::parallel_for(std::size_t{0}, dry.size(), [&](std::size_t i) {
-    const NearestPoint here = field.nearest(samples[dry[i]]);
+  uncoverable = everyNth<std::uint32_t>(uncoverable, most);
+  std::vector<std::vector<Ball>> found(uncoverable.size());
+  tbb::parallel_for(std::size_t{0}, uncoverable.size(), [&](std::size_t i) {
+    const NearestPoint here = field.nearest(samples[uncoverable[i]]);
     const Vector3d normal = field.pseudonormal(here);
     const Ball touching = shrinkingBall(field, here.point, normal);
     if (touching.radius > 0)
@@ -161,14 +161,14 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
   const Assignment patches = assign(samples, balls, stand_off), shares = assign(uniform, balls, stand_off);
   const double area_of_sample = area / static_cast<double>(uniform.size());
   std::vector<std::size_t> wanted(balls.size());
-  std::size_t poor = 0;
+  std::size_t sparse_count = 0;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const double square = stand_off * (2 * std::max(balls[b].radius, 0.0) + stand_off);  // of the radius of a round spot
     const double spots = static_cast<double>(shares.patch(b).size()) * area_of_sample / (kHexagon * square);
     wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMostSamples));
-    poor += patches.patch(b).size() < wanted[b] / 2;
+    sparse_count += patches.patch(b).size() < wanted[b] / 2;
   }
-  if (poor <= balls.size() / 4) return {};
+  if (sparse_count <= balls.size() / 4) return {};
   SampleSettings sampling;
   sampling.count = kDenser * samples.size();
   sampling.seed = seed;
@@ -217,7 +217,7 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     const GapTable table(samples, candidates, high);
     const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
     if (greedy.chosen.empty()) {
-      addWhereDry(field, samples, table, high, kMostTopUpSamples * most, candidates);
+      addWhereUncoverable(field, samples, table, high, kMostTopUpSamples * most, candidates);
       continue;
     }
     balls.clear();
@@ -225,8 +225,8 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     h = greedy.stand_off;
     const std::size_t known = candidates.size();
     // If fewer spheres suffice, the stand-off of all of them will be lower, in proportion.
-    addWhereDry(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostTopUpSamples * most,
-                candidates);
+    addWhereUncoverable(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostTopUpSamples * most,
+                        candidates);
     return candidates.size() - known;
   }
 }

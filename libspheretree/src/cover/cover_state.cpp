@@ -103,7 +103,7 @@ bool CoverState::coverAll(int max_moves, std::uint64_t max_work, const Progress&
 
 void CoverState::removeBall() {
   const auto last = static_cast<std::uint32_t>(balls_.size() - 1);
-  const std::uint32_t b = std::min(leastMissed(), last);
+  const std::uint32_t b = std::min(leastUsefulBall(), last);
   uncover(b);
   left_.push_back(cells_[b].seen);
   if (b != last) {  // the last ball takes over index b
@@ -193,10 +193,10 @@ void CoverState::place(std::uint32_t s) {
   }
   if (least_cost > 0) {
     // Alternatively, the ball with the smallest loss, wherever it is, moves here.
-    const std::uint32_t idle = leastMissed();
-    if (idle != kNone && cells_[idle].own < least_cost) {
+    const std::uint32_t least_useful = leastUsefulBall();
+    if (least_useful != kNone && cells_[least_useful].own < least_cost) {
       const Ball below = ballFor(p);
-      if ((below.centre - p).norm() - below.radius <= goal_) least_cost = cells_[idle].own, chosen = idle, to = below;
+      if ((below.centre - p).norm() - below.radius <= goal_) least_cost = cells_[least_useful].own, chosen = least_useful, to = below;
     }
   }
   if (least_cost > 0) {
@@ -210,11 +210,11 @@ void CoverState::place(std::uint32_t s) {
 }
 
 // The ball with the smallest weight of samples that only it covers, except tabu balls; kNone if all are tabu.
-std::uint32_t CoverState::leastMissed() const {
-  std::uint32_t idle = kNone;
+std::uint32_t CoverState::leastUsefulBall() const {
+  std::uint32_t least_useful = kNone;
   for (std::uint32_t b = 0; b < balls_.size(); ++b)
-    if (cells_[b].tabu <= move_ && (idle == kNone || cells_[b].own < cells_[idle].own)) idle = b;
-  return idle;
+    if (cells_[b].tabu <= move_ && (least_useful == kNone || cells_[b].own < cells_[least_useful].own)) least_useful = b;
+  return least_useful;
 }
 
 // A ball that covers a point of the surface at the goal, if possible: the largest ball straight below it with a gap of

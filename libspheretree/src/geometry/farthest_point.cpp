@@ -118,7 +118,7 @@ PartsNearSurface clipToDepth(const DistanceField& solid, const TriangleMesh& mes
         return false;
       });
   for (std::size_t i = 0; i < triangles.size(); ++i)
-    if (is_cut[i]) (is_kept[i] ? result.partly : result.gone).push_back(triangles[i]);
+    if (is_cut[i]) (is_kept[i] ? result.partly : result.removed).push_back(triangles[i]);
   return result;
 }
 

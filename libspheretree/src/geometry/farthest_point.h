@@ -19,8 +19,9 @@ double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::s
 
 struct PartsNearSurface {
   TriangleMesh pieces;  // the remaining triangles and pieces of triangles, each with vertices of its own
-  std::vector<std::uint32_t> gone,
-      partly;  // indices of the given triangles, in their order, that are removed entirely (gone) or in part (partly)
+  // Indices of the given triangles, in their order.
+  std::vector<std::uint32_t> removed;  // nothing of them is left
+  std::vector<std::uint32_t> partly;   // a part of them is removed
 };
 
 /// Removes the parts of the triangles that lie deeper than `depth` [mm] within the solid. Removed parts are proven to

@@ -208,17 +208,17 @@ Holders findHolders(std::span<const Vector3d> points, std::span<const FittedBall
 }
 
 std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
-                                 std::span<const char> fixed, std::span<const char> gone) {
-  const auto isGone = [&](std::uint32_t b) { return !gone.empty() && gone[b]; };
+                                 std::span<const char> fixed, std::span<const char> absent) {
+  const auto isAbsent = [&](std::uint32_t b) { return !absent.empty() && absent[b]; };
   const std::size_t points = holders.begin.size() - 1;
   std::vector<std::vector<std::uint32_t>> held(balls.size());
   std::vector<std::uint32_t> times(points, 0);
   for (std::uint32_t i = 0; i < points; ++i)
     for (const std::uint32_t b : holders.of(i))
-      if (!isGone(b)) ++times[i], held[b].push_back(i);
+      if (!isAbsent(b)) ++times[i], held[b].push_back(i);
   std::vector<std::uint32_t> order, left;
   for (std::uint32_t b = 0; b < balls.size(); ++b) {
-    if (isGone(b)) continue;
+    if (isAbsent(b)) continue;
     order.push_back(b);
     if (group[b] >= left.size()) left.resize(group[b] + 1, 0);
     ++left[group[b]];

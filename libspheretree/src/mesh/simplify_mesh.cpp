@@ -75,7 +75,7 @@ class Simplifier {
       for (const std::uint32_t v : t) quadrics_[v] += q;
     }
     best_.resize(points_.size());
-    is_stale_.assign(points_.size(), 1);
+    needs_update_.assign(points_.size(), 1);
   }
 
   TriangleMesh run(std::size_t wanted) {
@@ -149,7 +149,7 @@ class Simplifier {
     progress_.check();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), kGrain), [&](const auto& range) {
       for (std::size_t v = range.begin(); v < range.end(); ++v)
-        if (is_stale_[v]) best_[v] = cheapest(vertexOf(v)), is_stale_[v] = 0;
+        if (needs_update_[v]) best_[v] = cheapest(vertexOf(v)), needs_update_[v] = 0;
     });
     std::vector<std::uint32_t> order;
     for (std::uint32_t v = 0; v < best_.size(); ++v)
@@ -165,7 +165,7 @@ class Simplifier {
     for (const std::uint32_t v : order) {
       if (removed >= most) break;
       const Halfedge h = best_[v].halfedge;
-      if (is_stale_[v]) continue;
+      if (needs_update_[v]) continue;
       if (!connectivity_.is_collapse_ok(h)) {
         best_[v].cost = kInfinity;  // until its surroundings change
         continue;
@@ -174,8 +174,8 @@ class Simplifier {
       connectivity_.collapse(h);
       removed += 2;
       quadrics_[static_cast<std::size_t>(to.idx())] += quadrics_[v];
-      is_stale_[v] = is_stale_[static_cast<std::size_t>(to.idx())] = 1;
-      for (const auto near : connectivity_.vv_range(to)) is_stale_[static_cast<std::size_t>(near.idx())] = 1;
+      needs_update_[v] = needs_update_[static_cast<std::size_t>(to.idx())] = 1;
+      for (const auto near : connectivity_.vv_range(to)) needs_update_[static_cast<std::size_t>(near.idx())] = 1;
     }
     return removed;
   }
@@ -204,7 +204,7 @@ class Simplifier {
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
   std::vector<Collapse> best_;
-  std::vector<char> is_stale_;  // what stands in best_ holds no more
+  std::vector<char> needs_update_;  // what stands in best_ holds no more
 };
 
 // --- the bound ---
@@ -219,7 +219,7 @@ class PieceBound {
  public:
   /// A bound of a whole triangle that is not above `tight` is not made tighter.
   PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight)
-      : field_(field), allowed_(allowed), enough_(sufficient_bound), tight_(tight) {}
+      : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight) {}
 
   /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if
   /// a point is farther than `sufficient_bound`.
@@ -228,7 +228,7 @@ class PieceBound {
     if (bound <= tight_) return bound;
     bound = 0;
     stack_.assign(1, triangle);
-    if (enough_ < kInfinity) {
+    if (sufficient_bound_ < kInfinity) {
       const ProjectedCover cover = coverByProjection({triangle[0].p, triangle[1].p, triangle[2].p}, field_, allowed_);
       bound = cover.distance;
       stack_.clear();
@@ -248,7 +248,7 @@ class PieceBound {
       for (std::size_t j = 1; j < 3; ++j)
         if (side2(piece, j) > side2(piece, k)) k = j;
       const Corner halfway = corner(0.5 * (piece[(k + 1) % 3].p + piece[(k + 2) % 3].p));
-      if (halfway.distance > enough_) return kInfinity;
+      if (halfway.distance > sufficient_bound_) return kInfinity;
       for (const std::size_t replaced : {1, 2}) {
         stack_.push_back(piece);
         stack_.back()[(k + replaced) % 3] = halfway;
@@ -322,7 +322,7 @@ class PieceBound {
   }
 
   const DistanceField& field_;
-  double allowed_, enough_, tight_;
+  double allowed_, sufficient_bound_, tight_;
   std::vector<std::array<Corner, 3>> stack_;
 };
 

@@ -65,13 +65,13 @@ std::vector<FittedBall> reduceBurst(const Region& region) {
   std::vector<MedialCluster> clusters = startClusters(region);
   std::vector<Burst> bursts(clusters.size());
   for (std::size_t c = 0; c < clusters.size(); ++c) bursts[c] = plan(clusters, clusters[c]);
-  std::vector<char> stale(clusters.size(), 0);
+  std::vector<char> needs_plan(clusters.size(), 0);
   std::size_t alive = clusters.size();
   while (alive > 1) {
     std::size_t next = clusters.size();
     for (std::size_t c = 0; c < clusters.size(); ++c) {
       if (!clusters[c].alive) continue;
-      if (stale[c]) bursts[c] = plan(clusters, clusters[c]), stale[c] = 0;
+      if (needs_plan[c]) bursts[c] = plan(clusters, clusters[c]), needs_plan[c] = 0;
       if (next == clusters.size() || bursts[c].cost < bursts[next].cost) next = c;
     }
     if (!std::isfinite(bursts[next].cost)) {  // parts that no chain of neighbours joins: from now on all are neighbours
@@ -81,30 +81,30 @@ std::vector<FittedBall> reduceBurst(const Region& region) {
       for (const std::uint32_t c : left) {
         clusters[c].neighbours.clear();
         std::copy_if(left.begin(), left.end(), std::back_inserter(clusters[c].neighbours), [c](std::uint32_t n) { return n != c; });
-        stale[c] = 1;
+        needs_plan[c] = 1;
       }
       continue;
     }
     if (alive <= region.max_balls && bursts[next].worst > region.target_overhang) break;
     const Burst burst = std::move(bursts[next]);
-    MedialCluster& gone = clusters[next];
-    gone.alive = false;
+    MedialCluster& removed = clusters[next];
+    removed.alive = false;
     --alive;
-    for (std::size_t i = 0; i < gone.points.size(); ++i) clusters[gone.neighbours[burst.heir[i]]].points.push_back(gone.points[i]);
-    for (std::size_t k = 0; k < gone.neighbours.size(); ++k) {
-      MedialCluster& heir = clusters[gone.neighbours[k]];
+    for (std::size_t i = 0; i < removed.points.size(); ++i) clusters[removed.neighbours[burst.heir[i]]].points.push_back(removed.points[i]);
+    for (std::size_t k = 0; k < removed.neighbours.size(); ++k) {
+      MedialCluster& heir = clusters[removed.neighbours[k]];
       heir.ball.radius = burst.radius[k];
       // The neighbours of the burst ball become neighbours of each other.
       std::vector<std::uint32_t> joined;
-      std::set_union(heir.neighbours.begin(), heir.neighbours.end(), gone.neighbours.begin(), gone.neighbours.end(),
+      std::set_union(heir.neighbours.begin(), heir.neighbours.end(), removed.neighbours.begin(), removed.neighbours.end(),
                      std::back_inserter(joined));
-      std::erase(joined, gone.neighbours[k]);
+      std::erase(joined, removed.neighbours[k]);
       std::erase(joined, static_cast<std::uint32_t>(next));
       heir.neighbours = std::move(joined);
     }
-    for (const std::uint32_t n : gone.neighbours) {
-      stale[n] = 1;
-      for (const std::uint32_t far : clusters[n].neighbours) stale[far] = 1;
+    for (const std::uint32_t n : removed.neighbours) {
+      needs_plan[n] = 1;
+      for (const std::uint32_t far : clusters[n].neighbours) needs_plan[far] = 1;
     }
   }
   std::vector<FittedBall> balls;

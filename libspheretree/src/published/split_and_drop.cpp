@@ -65,7 +65,7 @@ class Level {
     }
     for (std::size_t b = 0; b < balls_.size(); ++b) {
       balls_[b].radius = patch[b].empty() ? 0 : (balls_[b].clearance + reach[b]) * (1 + 1e-12);
-      if (patch[b] != state_[b].patch) state_[b].settled = state_[b].firm = false;
+      if (patch[b] != state_[b].patch) state_[b].refit_is_useless = state_[b].split_is_useless = false;
       state_[b].patch.swap(patch[b]);
     }
   }
@@ -111,7 +111,7 @@ class Level {
     std::size_t spare = most - balls_.size();
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
-      if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].firm)) wide.push_back(b);
+      if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].split_is_useless)) wide.push_back(b);
     std::stable_sort(wide.begin(), wide.end(),
                      [&](std::uint32_t x, std::uint32_t y) { return balls_[x].overhang() > balls_[y].overhang(); });
     const std::size_t batch = std::max<std::size_t>(1, balls_.size() / 16);
@@ -121,8 +121,8 @@ class Level {
     std::vector<std::vector<FittedBall>> parts(wide.size());
     tbb::parallel_for(std::size_t{0}, wide.size(), [&](std::size_t k) {
       State& s = state_[wide[k]];
-      if (!s.firm) parts[k] = breakUp(wide[k], 2);
-      s.firm = parts[k].empty();
+      if (!s.split_is_useless) parts[k] = breakUp(wide[k], 2);
+      s.split_is_useless = parts[k].empty();
     });
     bool any = false;
     for (std::size_t k = 0; k < wide.size(); ++k) {
@@ -133,7 +133,7 @@ class Level {
         parts[k] = breakUp(b, more);
       if (parts[k].empty()) continue;
       const std::size_t needed = parts[k].size() - 1;
-      touched_[b] = gone_[b] = 1;
+      touched_[b] = removed_[b] = 1;
       if (needed > spare) {
         for (; next < cheap.size(); ++next) {
           const std::uint32_t d = cheap[next];
@@ -141,7 +141,7 @@ class Level {
           if (next == cheap.size() || (!touched_[d] && drop(d))) break;
         }
         if (next == cheap.size()) {
-          gone_[b] = 0;
+          removed_[b] = 0;
           break;
         }
         ++next, ++spare;
@@ -174,8 +174,8 @@ class Level {
     Within within;
     std::vector<std::uint32_t> patch;  // points that lie deepest in the ball
     double loss = 0;                   // what the others would have to reach out without it
-    bool settled = false;              // a refit to this patch gains nothing
-    bool firm = false;                 // halves of this patch are no better
+    bool refit_is_useless = false;     // a refit to this patch gains nothing
+    bool split_is_useless = false;     // halves of this patch are no better
   };
 
   void findWithin(const FittedBall& ball, Within& within) const {
@@ -223,7 +223,7 @@ class Level {
 
   void begin() {
     touched_.assign(balls_.size(), 0);
-    gone_.assign(balls_.size(), 0);
+    removed_.assign(balls_.size(), 0);
     inherits_.assign(balls_.size(), 0);
     made_.clear();
   }
@@ -231,14 +231,14 @@ class Level {
   // False if a ball that would have to take over is about to change itself.
   bool drop(std::uint32_t b) {
     for (const std::uint32_t i : state_[b].patch)
-      if (second_[i].ball != kNoParent && gone_[second_[i].ball]) return false;
-    touched_[b] = gone_[b] = 1;
+      if (second_[i].ball != kNoParent && removed_[second_[i].ball]) return false;
+    touched_[b] = removed_[b] = 1;
     for (const std::uint32_t i : state_[b].patch) {
       const std::uint32_t heir = second_[i].ball;
       if (heir == kNoParent) continue;  // beyond the stand-off of all: the next assignment grows one
       touched_[heir] = inherits_[heir] = 1;
       state_[heir].patch.push_back(i);
-      state_[heir].settled = false;
+      state_[heir].refit_is_useless = false;
     }
     return true;
   }
@@ -246,12 +246,12 @@ class Level {
   void finish(double relaxed) {
     const double worst = this->worst();
     tbb::parallel_for(std::size_t{0}, balls_.size(), [&](std::size_t b) {
-      if (gone_[b] || state_[b].settled || !(inherits_[b] || balls_[b].overhang() > relaxed * worst)) return;
+      if (removed_[b] || state_[b].refit_is_useless || !(inherits_[b] || balls_[b].overhang() > relaxed * worst)) return;
       const double before = balls_[b].overhang();
       refitToPatch(field_, pointsOf(state_[b].patch), balls_[b], relaxed * worst);
-      state_[b].settled = !inherits_[b] && balls_[b].overhang() > before * (1 - kWorthwhile);
+      state_[b].refit_is_useless = !inherits_[b] && balls_[b].overhang() > before * (1 - kWorthwhile);
     });
-    keep([&](std::size_t b) { return !gone_[b]; });
+    keep([&](std::size_t b) { return !removed_[b]; });
     balls_.insert(balls_.end(), made_.begin(), made_.end());
     assign();
   }
@@ -289,8 +289,8 @@ class Level {
   const Progress& progress_;
   double stand_off_ = 0;
   std::vector<Holder> first_, second_;
-  std::vector<State> state_;                     // (balls)
-  std::vector<char> touched_, inherits_, gone_;  // (balls) in this round: part of an exchange; gets points; not kept
+  std::vector<State> state_;                        // (balls)
+  std::vector<char> touched_, inherits_, removed_;  // (balls) in this round: part of an exchange; gets points; not kept
   std::vector<FittedBall> made_;
 };
 
@@ -306,14 +306,15 @@ void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, 
   if (settings.max_balls > 1 && settings.max_balls <= kFew && settings.max_rounds > 0 && level.worst() > settings.target_overhang)
     level.startAgain(settings.max_balls);
   double before = level.worst();
-  for (int round = 0, idle = 0; round < settings.max_rounds && idle < kPatience && level.worst() > settings.target_overhang;) {
+  for (int round = 0, rounds_without_gain = 0;
+       round < settings.max_rounds && rounds_without_gain < kPatience && level.worst() > settings.target_overhang;) {
     const std::size_t count = level.count();
-    const bool exchanged = level.exchange(settings.max_balls, idle > 0 ? 0 : kRelaxed);  // stuck: all move, so that room spreads
+    const bool exchanged = level.exchange(settings.max_balls, rounds_without_gain > 0 ? 0 : kRelaxed);  // without gain, all balls move
     const double now = level.worst();
     const bool grown = level.count() > count;  // what is free is used up first
     if (!grown) ++round;
-    idle = grown || now < before * (1 - kWorthwhile) ? 0 : idle + 1;
-    if (!exchanged && idle > 1) break;
+    rounds_without_gain = grown || now < before * (1 - kWorthwhile) ? 0 : rounds_without_gain + 1;
+    if (!exchanged && rounds_without_gain > 1) break;
     before = std::min(before, now);
   }
   level.removeEmpty();

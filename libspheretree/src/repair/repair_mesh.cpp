@@ -113,10 +113,10 @@ class Repair {
       std::vector<std::uint32_t> left;
       for (std::uint32_t t = 0; t < is_removed.size(); ++t)
         if (!is_removed[t]) left.push_back(t);
-      PartsNearSurface undeep = clipToDepth(DistanceField(out.mesh), input_, left, alpha, progress_);
-      out.to_cover = std::move(undeep.pieces);
-      out.partly = std::move(undeep.partly);
-      step.removed = std::move(undeep.gone);
+      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, left, alpha, progress_);
+      out.to_cover = std::move(clipped.pieces);
+      out.partly = std::move(clipped.partly);
+      step.removed = std::move(clipped.removed);
     }
     step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " round the whole, at most " +
                 number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
@@ -163,10 +163,10 @@ class Repair {
     const RepairSoup whole = soup_;
     std::vector<std::uint32_t> removed = builder::dropFins(soup_);
     if (removed.empty()) return;
-    std::vector<std::uint32_t> gone;
+    std::vector<std::uint32_t> removed_triangles;
     for (std::uint32_t t = 0; t < whole.source.size(); ++t)
-      if (std::binary_search(removed.begin(), removed.end(), whole.source[t])) gone.push_back(t);
-    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, gone, kEnough * diagonal_, progress_);
+      if (std::binary_search(removed.begin(), removed.end(), whole.source[t])) removed_triangles.push_back(t);
+    const double height = farthestFrom(DistanceField(soup_.mesh), whole.mesh, removed_triangles, kEnough * diagonal_, progress_);
     steps_.push_back({RepairStepKind::DropFins,
                       counted(removed.size(), "triangle", "triangles") + " of fins left out, that stand on an edge of the rest, up to " +
                           number(height) + " mm high.",
@@ -328,10 +328,10 @@ class Repair {
           step.kind == RepairStepKind::ResolveOverlaps)
         out.bound_mm += step.change_mm;
     if (!modified.empty()) {
-      PartsNearSurface undeep = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
-      out.to_cover = std::move(undeep.pieces);
-      partly_.insert(undeep.gone.begin(), undeep.gone.end());
-      partly_.insert(undeep.partly.begin(), undeep.partly.end());
+      PartsNearSurface clipped = clipToDepth(DistanceField(out.mesh), input_, modified, kDeep * diagonal_, progress_);
+      out.to_cover = std::move(clipped.pieces);
+      partly_.insert(clipped.removed.begin(), clipped.removed.end());
+      partly_.insert(clipped.partly.begin(), clipped.partly.end());
     }
     for (const std::uint32_t t : partly_)
       if (!is_removed[t]) out.partly.push_back(t);

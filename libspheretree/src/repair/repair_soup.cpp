@@ -308,16 +308,16 @@ Stitched stitchCracks(RepairSoup& soup, std::size_t input_triangles) {
   };
   const double diagonal = diagonalOf(soup.mesh);
   std::array<std::size_t, kTolerances.size()> open{};
-  std::size_t fewest = findOpenEdges(soup.mesh).size();
-  const std::size_t before = fewest;
+  std::size_t fewest_open = findOpenEdges(soup.mesh).size();
+  const std::size_t before = fewest_open;
   for (std::size_t i = 0; i < kTolerances.size(); ++i) {
     RepairSoup copy = soup;
     attempt(kTolerances[i] * diagonal, copy);
     open[i] = findOpenEdges(copy.mesh).size();
-    fewest = std::min(fewest, open[i]);
-    if (fewest == 0) break;
+    fewest_open = std::min(fewest_open, open[i]);
+    if (fewest_open == 0) break;
   }
-  const auto target = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest)) + fewest;
+  const auto target = static_cast<std::size_t>(kNearlyAll * static_cast<double>(before - fewest_open)) + fewest_open;
   Stitched result;
   result.is_modified.assign(input_triangles, 0);
   if (before <= target) return result;
@@ -447,8 +447,8 @@ std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
     for (const std::uint32_t p : order)
       if (is_free[p] && is_joined[p] && area[p] <= left && box[p].diagonal().norm() <= most_size)
         goes[p] = 1, left -= area[p], again = true;
-    const auto gone = filter(soup, [&](std::size_t t) { return !goes[patches.of[t]]; });
-    dropped.insert(dropped.end(), gone.begin(), gone.end());
+    const auto removed = filter(soup, [&](std::size_t t) { return !goes[patches.of[t]]; });
+    dropped.insert(dropped.end(), removed.begin(), removed.end());
   }
   std::sort(dropped.begin(), dropped.end());
   return dropped;

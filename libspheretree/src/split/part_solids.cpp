@@ -79,11 +79,11 @@ class WallFinder {
   }
 
   /// Adds the walls to the search that are not yet in it.
-  void settleWalls() {
-    for (; settled_ < out_.walls.size(); ++settled_)
-      for (const Triangle& t : out_.walls[settled_].triangles) {
+  void addWallsToSearch() {
+    for (; walls_in_search_ < out_.walls.size(); ++walls_in_search_)
+      for (const Triangle& t : out_.walls[walls_in_search_].triangles) {
         search_->add(t);
-        wall_of_.push_back(static_cast<std::int32_t>(settled_));
+        wall_of_.push_back(static_cast<std::int32_t>(walls_in_search_));
       }
   }
 
@@ -99,7 +99,7 @@ class WallFinder {
   /// keeps the best.
   template <class Add>
   void addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
-    settleWalls();
+    addWallsToSearch();
     const std::size_t points = mesh_.positions.size(), walls = out_.walls.size();
     const auto undo = [&] {
       mesh_.positions.resize(points);
@@ -114,7 +114,7 @@ class WallFinder {
       undo();
     }
     std::sort(order.begin(), order.end());
-    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    std::size_t fewest_crossings = std::numeric_limits<std::size_t>::max();
     std::vector<Vector3d> best_positions;
     std::vector<InnerWall> best_walls;
     for (const auto& [crossings, attempt] : order) {
@@ -122,8 +122,8 @@ class WallFinder {
       for (std::size_t w = walls; w < out_.walls.size(); ++w) refineSpan(mesh_, out_.walls[w].triangles, kWallDensity);
       const std::size_t left = moveApart(region, walls, points, edge);
       if (left == 0) return;
-      if (left < fewest) {
-        fewest = left;
+      if (left < fewest_crossings) {
+        fewest_crossings = left;
         best_positions.assign(mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points), mesh_.positions.end());
         best_walls.assign(out_.walls.begin() + static_cast<std::ptrdiff_t>(walls), out_.walls.end());
       }
@@ -142,12 +142,12 @@ class WallFinder {
     const auto from = static_cast<std::ptrdiff_t>(points);
     std::vector<Vector3d> best_positions;
     std::vector<InnerWall> best_walls;
-    std::size_t fewest = std::numeric_limits<std::size_t>::max();
-    for (int round = 0, best_round = 0; fewest > 0 && round < best_round + kMostMoves; ++round) {
+    std::size_t fewest_crossings = std::numeric_limits<std::size_t>::max();
+    for (int round = 0, best_round = 0; fewest_crossings > 0 && round < best_round + kMostMoves; ++round) {
       const std::vector<Triangle> walls = trianglesFrom(first);
       const Pairs pairs = search_->against(walls);
-      if (pairs.size() < fewest) {
-        fewest = pairs.size();
+      if (pairs.size() < fewest_crossings) {
+        fewest_crossings = pairs.size();
         best_round = round;
         best_positions.assign(mesh_.positions.begin() + from, mesh_.positions.end());
         best_walls.assign(out_.walls.begin() + static_cast<std::ptrdiff_t>(first), out_.walls.end());
@@ -161,7 +161,7 @@ class WallFinder {
     mesh_.positions.insert(mesh_.positions.end(), best_positions.begin(), best_positions.end());
     out_.walls.resize(first);
     out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
-    return fewest;
+    return fewest_crossings;
   }
 
   void moveOnce(std::int32_t region, const std::vector<Triangle>& walls, const Pairs& pairs, std::size_t points, double edge) {
@@ -568,7 +568,7 @@ class WallFinder {
   std::vector<std::uint32_t> inner_of_;     // of each vertex of the surface: the inner end of its strip, or itself
   std::unique_ptr<CrossingSearch> search_;  // contains the surface, then the final walls
   std::vector<std::int32_t> wall_of_;       // of each triangle in search_; -1: of the surface
-  std::size_t settled_ = 0;
+  std::size_t walls_in_search_ = 0;
   std::vector<std::uint32_t> borders_at_;  // of each vertex: number of border edges that begin there
   std::vector<std::vector<BorderEdge>> edges_of_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, Line> line_of_;  // of each edge of an arc, in the direction of the first region

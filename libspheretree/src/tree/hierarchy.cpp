@@ -134,12 +134,12 @@ class Grouping {
   // the radius (large balls inside an object are best kept together) and the distance from the middle.
   std::size_t cut(std::vector<std::uint32_t>& members, std::size_t left, std::size_t right) const {
     const std::size_t count = members.size();
-    const std::size_t fewest = std::max(count - std::min(count, right * capacity_), std::min(left, count));
-    const std::size_t most = std::max(fewest, std::min(left * capacity_, count - std::min(right, count - fewest)));
+    const std::size_t min_left = std::max(count - std::min(count, right * capacity_), std::min(left, count));
+    const std::size_t max_left = std::max(min_left, std::min(left * capacity_, count - std::min(right, count - min_left)));
     Vector3d middle = Vector3d::Zero();
     for (const std::uint32_t c : members) middle += children_[c].centre / static_cast<double>(count);
     std::vector<std::uint32_t> best_order = members;
-    std::size_t best_count = fewest;
+    std::size_t best_count = min_left;
     double least = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, std::uint32_t>> keyed(count);
     std::vector<Ball> sorted(count);
@@ -161,8 +161,8 @@ class Grouping {
         extendBy(sorted[i], box);
         right_least[i] = 0.5 * box.sizes().maxCoeff();
       }
-      const std::size_t step = std::max<std::size_t>(1, (most - fewest) / kCuts);
-      for (std::size_t here = fewest; here <= most; here += step) {
+      const std::size_t step = std::max<std::size_t>(1, (max_left - min_left) / kCuts);
+      for (std::size_t here = min_left; here <= max_left; here += step) {
         if (here == 0 || here == count) continue;
         if (cost(here, left_least[here]) + cost(count - here, right_least[here]) >= least) continue;
         const std::span<const Ball> all(sorted);

@@ -65,10 +65,10 @@ TEST(NotDeepWithin, TellsWhatIsGoneAndWhatIsCut) {
   mesh.positions = {{1, 5, 5}, {19, 5, 5}, {1, 6, 5}, {4, 4, 4}, {6, 4, 4}, {4, 6, 5}, {20, 0, 0}, {21, 0, 0}, {20, 1, 0}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
   Progress progress;
-  const PartsNearSurface undeep =
+  const PartsNearSurface clipped =
       clipToDepth(DistanceField(boxMesh({0, 0, 0}, {10, 10, 10})), mesh, std::vector<std::uint32_t>{2, 0, 1}, 2, progress);
-  EXPECT_EQ(undeep.partly, std::vector<std::uint32_t>{0});
-  EXPECT_EQ(undeep.gone, std::vector<std::uint32_t>{1});
+  EXPECT_EQ(clipped.partly, std::vector<std::uint32_t>{0});
+  EXPECT_EQ(clipped.removed, std::vector<std::uint32_t>{1});
 }
 
 }  // namespace

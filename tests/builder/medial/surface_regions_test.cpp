@@ -115,10 +115,10 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
       held = held || (!redundant[b] && (p - balls[b].centre).norm() <= balls[b].radius * (1 + 1e-9));
     EXPECT_TRUE(held);
   }
-  // Once one of each two is gone, the others drop no more than they do by themselves.
-  std::vector<char> gone(balls.size(), 0);
-  std::fill(gone.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), gone.end(), 1);
-  const std::vector<char> of_both = maybeRedundant(holders, balls, group, {}, gone);
+  // Once one of each two is absent, the others drop no more than they do by themselves.
+  std::vector<char> absent(balls.size(), 0);
+  std::fill(absent.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), absent.end(), 1);
+  const std::vector<char> of_both = maybeRedundant(holders, balls, group, {}, absent);
   const std::vector<char> of_first = maybeRedundant(findHolders(s.surface.points, s.balls), s.balls, group, {}, {});
   EXPECT_TRUE(std::equal(of_first.begin(), of_first.end(), of_both.begin()));
   EXPECT_EQ(std::count(of_both.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), of_both.end(), 1), 0);
