@@ -17,7 +17,7 @@ namespace spheretree::builder {
 
 namespace {
 
-// The published method that builds by regions; Cover, Octree and Combined are none.
+// The published method that builds by regions; Cover, Octree and Combined are not such methods.
 Method methodOf(BuilderKind kind) {
   switch (kind) {
     case BuilderKind::Merge:

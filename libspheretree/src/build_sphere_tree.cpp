@@ -32,10 +32,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSkinTolerance = 2e-3;  // of the skin, where none is asked for, as a share of the diagonal
-constexpr double kFar = 16;  // diagonals of the mesh from the origin of its frame, beyond which the tree gets an origin of its own
+constexpr double kSkinTolerance = 2e-3;  // default tolerance of the skin, as a share of the diagonal
+constexpr double kFar = 16;  // distance from the origin of the mesh's frame, in diagonals, beyond which the tree gets an origin of its own
 
-// The times of stages that follow each other.
+// Measures the times of consecutive stages.
 class StageClock {
  public:
   explicit StageClock(BuildStatistics& statistics) : statistics_(statistics) {}
@@ -50,13 +50,13 @@ class StageClock {
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
 
-// Float32 holds 7 digits: far from the origin they would be spent on the place of the mesh, not on its shape.
+// Float32 has 7 digits: far from the origin they would be used up by the position of the mesh instead of its shape.
 Vector3d chooseOrigin(const DistanceField& field) {
   const double farthest = std::max(field.box().min().cwiseAbs().maxCoeff(), field.box().max().cwiseAbs().maxCoeff());
   return farthest > kFar * field.diagonal() ? Vector3d(field.box().center()) : Vector3d::Zero();
 }
 
-// The field that the balls of a graded tree keep their distance in; of no triangles if the tree is not graded.
+// The distance field that limits the balls of a graded tree; it has no triangles if the tree is not graded.
 DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, const BuildSettings& settings) {
   if (settings.tolerance_of_triangle_mm.empty()) return DistanceField();
   std::vector<double> slack = settings.tolerance_of_triangle_mm;
@@ -67,9 +67,9 @@ DistanceField gradedField(const TriangleMesh& mesh, const TriangleMesh& sheets, 
 // The levels for the settings, searched on the simplified input and certified against the target.
 CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettings& settings, const CertificationTarget& target,
                                 StageClock& clock, Progress& progress) {
-  // Balls that cover the simplified surface with a stand-off h cover the mesh given once they have grown by the
-  // distance bound of the simplification, and reach out of it by at most h and twice the bound: its distance from their
-  // centres may be less by the bound, too.
+  // Balls that cover the simplified surface with a stand-off h cover the original mesh after they have grown by the
+  // distance bound d of the simplification. Their overhang over the mesh is then at most h + 2 d, since the distance of
+  // the mesh from their centres may also be smaller by d.
   const double tolerance = std::max(0.0, settings.tolerance_mm - 2 * search.distance_bound_mm) / search.pose.scale;
   LevelBuilder builder(search.mesh, search.field);
   return searchLevels(settings, tolerance, [&](const BuildSettings& tried, std::size_t max_levels) {
@@ -84,7 +84,7 @@ CertifiedLevels certifiedLevels(const SimplifiedInput& search, const BuildSettin
   });
 }
 
-// Groups the levels where the builder has not, and makes the tree.
+// Groups the levels if the builder has not done so, and makes the tree.
 SphereTree treeOf(CertifiedLevels& levels, const BuildSettings& settings, const CertificationTarget& target, Progress& progress) {
   std::vector<std::vector<std::uint32_t>> parents = std::move(levels.parents);
   if (parents.empty()) {
@@ -98,7 +98,7 @@ SphereTree treeOf(CertifiedLevels& levels, const BuildSettings& settings, const 
   return tree;
 }
 
-// The least tolerance that the leaves keep: their worst overhang, in the graded field where there is one.
+// The smallest tolerance that the leaves keep: their worst overhang, in the graded field if there is one.
 double leastTolerance(const SphereTree& tree, const CertificationTarget& target) {
   double worst = 0;
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1))
@@ -106,7 +106,7 @@ double leastTolerance(const SphereTree& tree, const CertificationTarget& target)
   return worst;
 }
 
-// How far the leaves reach out has no say: it is the skin that is felt.
+// The tolerance of the skin does not depend on the overhang of the leaves, since the tool rests on the skin.
 void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const BuildSettings& settings, SphereTree& tree,
              Progress& progress) {
   if (!settings.skin) return;
@@ -122,7 +122,7 @@ void addSkin(const TriangleMesh& mesh, const SurfaceWithSheets& surface, const B
   tree.skin = buildSkin(mesh, surface.sheets, surface.field, origin, skin, progress);
 }
 
-// Over the leaves: what a traversal that goes down to them follows.
+// The search tree over the leaves, for traversals that go down to them.
 void addSearchTree(SphereTree& tree) {
   std::vector<Sphere> leaves;
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[leaf]);
@@ -159,7 +159,7 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   statistics.simplification = {search.simplified_triangles, search.distance_bound_mm};
   clock.finish("search mesh");
 
-  const TriangleMesh to_cover = joined(mesh, cover_too);  // triangles of both; the sharing of vertices does not matter
+  const TriangleMesh to_cover = joined(mesh, cover_too);  // triangles of both; it does not matter whether they share vertices
   const CertificationTarget target{to_cover, is_graded ? graded : field, chooseOrigin(field), settings.seed};
   CertifiedLevels levels = certifiedLevels(search, settings, target, clock, progress);
   statistics.certified_pieces = levels.pieces;

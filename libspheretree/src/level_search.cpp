@@ -10,16 +10,16 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr int kMaxAttempts = 4;         // builds for a smaller tolerance, where certification pushes spheres beyond it
-constexpr double kUndershoot = 0.997;   // the first of them aims this share below what the overshoot asks for, the others farther each time
-constexpr std::size_t kSmallTree = 21;  // nodes: 1 + 4 + 16; trees this small are searched exhaustively
-constexpr std::size_t kNearlySmall = 2;  // times as many nodes: where a search needs more, no tree that small is tried
-constexpr double kOutOfReach = 1.05;     // times the tolerance: a full tree this far out is not followed by one with fewer leaves
+constexpr int kMaxAttempts = 4;          // builds for a smaller tolerance, if certification makes the overhang exceed it
+constexpr double kUndershoot = 0.997;    // further factor on these tolerances; applied once more in each attempt
+constexpr std::size_t kSmallTree = 21;   // nodes: 1 + 4 + 16; trees this small are searched exhaustively
+constexpr std::size_t kNearlySmall = 2;  // times this number: if the search needs more nodes, no full tree is tried
+constexpr double kOutOfReach = 1.05;     // times the tolerance: if a full tree exceeds this, trees with fewer leaves are not tried
 
-// Levels are built for the tolerance over this factor, since certification makes spheres grow to close the gaps that a
-// search leaves.
+// Levels are built for the tolerance divided by this factor, since certification increases radii to close the gaps that
+// a search leaves.
 double certificationAllowance(const BuildSettings& settings) {
-  if (settings.builder == BuilderKind::Octree) return 1;  // leaves no gaps
+  if (settings.builder == BuilderKind::Octree) return 1;  // it leaves no gaps
   if (settings.builder == BuilderKind::Cover)
     return settings.quality == Quality::Best ? 1.008 : settings.quality == Quality::Quick ? 1.018 : 1.013;
   return settings.quality == Quality::Best ? 1.015 : 1.045;
@@ -33,8 +33,7 @@ class LevelSearch {
   CertifiedLevels run() {
     double aim = search_tolerance_ / certificationAllowance(settings_);
     best_ = forTolerance(aim);
-    // If the levels kept the tolerance before certification, certification has pushed them beyond it: aim lower by as
-    // much.
+    // If the levels kept the tolerance only before certification, reduces the target by the overshoot.
     double undershoot = 1;
     for (int attempt = 0; attempt < kMaxAttempts && best_.uncertified_overhang <= settings_.tolerance_mm && !isKept(best_); ++attempt) {
       undershoot *= kUndershoot;
@@ -43,7 +42,7 @@ class LevelSearch {
     }
     const bool tries_full = settings_.tolerance_mm > 0 && settings_.builder != BuilderKind::Octree;  // an octree joins its cells instead
     if (!tries_full || best_.count() > kNearlySmall * kSmallTree) return std::move(best_);
-    // Certification may also add less than the allowance, and one leaf more is a large share of a small tree.
+    // Certification may also add less than the allowance, and in a small tree one additional leaf is a large share.
     if (aim < search_tolerance_ && isKept(best_) && best_.count() <= kSmallTree) offer(forTolerance(search_tolerance_));
     tryFull(2);
     if (settings_.levels > 2) tryFull(3);
@@ -57,8 +56,7 @@ class LevelSearch {
     if (isKept(other) && (!isKept(best_) || other.count() < best_.count())) best_ = std::move(other);
   }
 
-  // Builds every small full tree of `depth` levels, the largest branching first, down to the first that is out of
-  // reach.
+  // Builds every small full tree of `depth` levels, the largest branching first, until one is out of reach.
   void tryFull(int depth) {
     for (int branching = settings_.branching; branching >= kMinBranching; --branching) {
       std::size_t nodes = 1;
@@ -87,7 +85,7 @@ class LevelSearch {
   const BuildSettings& settings_;
   double search_tolerance_;
   const BuildCertified& build_;
-  CertifiedLevels best_;  // found so far
+  CertifiedLevels best_;  // best levels found so far
 };
 
 }  // namespace

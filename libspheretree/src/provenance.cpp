@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "spheretree/builder/provenance.h"
 
-#define XXH_INLINE_ALL  // nothing to link
+#define XXH_INLINE_ALL  // header-only, nothing to link
 #include <xxhash.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ Hash128 meshHash(const TriangleMesh& mesh) {
   return canonical(XXH3_128bits_digest(state.get()));
 }
 
-// Tolerances of single triangles are many: their hash stands for them.
+// There are many tolerances of single triangles: their hash represents them.
 static std::string gradedText(const BuildSettings& settings) {
   if (settings.tolerance_of_triangle_mm.empty()) return "";
   std::string text = "tolerance_of_triangle_mm=";

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// std::uniform_real_distribution and std::shuffle may differ between libraries; these may not.
+// Unlike std::uniform_real_distribution and std::shuffle, these are the same in all libraries.
 double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 template <class T>
@@ -77,7 +77,7 @@ TriangleMesh facesShuffled(TriangleMesh mesh, std::mt19937_64& random) {
   return mesh;
 }
 
-// Each triangle in four, by the middles of its sides: the same surface.
+// Divides each triangle into four, by the middles of its sides: the same surface.
 TriangleMesh subdivided(const TriangleMesh& mesh) {
   TriangleMesh out;
   out.positions = mesh.positions;

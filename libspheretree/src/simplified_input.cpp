@@ -16,23 +16,24 @@ namespace spheretree::builder {
 
 namespace {
 
-// Triangles that the search can use: with 200 a leaf, the simplified surface is off by a few hundredths of the leaves'
-// overhang.
+// Number of triangles that the search needs: with 200 for each leaf, the simplified surface differs by a few hundredths
+// of the leaves' overhang.
 constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
-constexpr double kMostOfTolerance = 0.1;  // that simplification may use up
-constexpr double kSliver = 16;            // roundings: triangles that are no higher may turn over by them, and lie across their neighbours
+constexpr double kMostOfTolerance = 0.1;  // share of the tolerance that simplification may use
+constexpr double kSliver =
+    16;  // height in units of the rounding, up to which rounding may turn over a triangle, so that it overlaps its neighbours
 
 bool hasSlivers(const TriangleMesh& posed) {
   for (std::size_t t = 0; t < posed.triangles.size(); ++t) {
     const Eigen::Vector3d ab = posed.corner(t, 1) - posed.corner(t, 0), ac = posed.corner(t, 2) - posed.corner(t, 0);
     const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    const double least = kSliver * kPoseRounding;  // the height is twice the area over the longest side
+    const double least = kSliver * kPoseRounding;  // the height is twice the area divided by the longest side
     if (!(ab.cross(ac).squaredNorm() > least * least * longest2)) return true;
   }
   return false;
 }
 
-// To fewer triangles, with the field of them; false if it was not to be.
+// Reduces the triangles and computes their field; false if that is impossible or not worthwhile.
 bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
   std::size_t wanted = kTrianglesALeaf;
   for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
@@ -52,8 +53,8 @@ bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSe
   return true;
 }
 
-// For soft tissue: no ball is to be deeper than a share of the thickness. The stand-off of the balls that the sheet is
-// made by is about that of the leaves to come: a patch of width w on a ball of radius r stands off by w^2 / 8 r.
+// For soft tissue: no ball may be deeper than a share of the thickness. The stand-off of the balls from which the sheet
+// is made is about that of the later leaves: a patch of width w on a ball of radius r has a stand-off of w^2 / (8 r).
 TriangleMesh sheetForTissue(const SimplifiedInput& search, const BuildSettings& settings) {
   const DistanceField& field = search.field;
   double leaves = 1;
@@ -72,7 +73,7 @@ SimplifiedInput simplifyInput(const TriangleMesh& mesh, const TriangleMesh& shee
   SimplifiedInput search;
   search.pose = canonicalPose(mesh);
   TriangleMesh posed = inPose(mesh, search.pose);
-  // What is inside must stay certain: one fold that rounding made can turn the sign of distances far outside.
+  // Inside and outside must stay certain: a single fold caused by rounding can flip the sign of distances far outside.
   if (hasSlivers(posed) && !checkMesh(posed).clean()) search.pose = {}, posed = mesh;
   OrderedMesh ordered = inCanonicalOrder(posed);
   search.mesh = std::move(ordered.mesh);

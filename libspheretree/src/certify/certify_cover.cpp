@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kTrianglesAChunk = 256;
-constexpr double kRelative = 0.1;  // share of a growth to which it is the least: without it, pieces grow as the square of a hole
-constexpr double kSame = 1e-3;     // of its gap: corners of a hole as near as that are one corner, of two cells
+constexpr double kRelative = 0.1;  // relative accuracy of a growth: without it, the number of pieces would grow as the square of a gap
+constexpr double kSame = 1e-3;     // as a share of the gap: corners of a gap this near to each other are one corner, of two cells
 
 struct Piece {
   std::array<Vector3d, 3> corner;
@@ -42,7 +42,7 @@ Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
 
 double side2(const Piece& p, std::size_t opposite) { return (p.corner[(opposite + 1) % 3] - p.corner[(opposite + 2) % 3]).squaredNorm(); }
 
-// By the corner opposite it.
+// Returns the index of the corner opposite the longest side.
 std::size_t longestSide(const Piece& piece) {
   std::size_t k = 0;
   for (std::size_t j = 1; j < 3; ++j)
@@ -57,8 +57,8 @@ std::size_t shortestSide(const Piece& piece) {
   return k;
 }
 
-// Halves of the side opposite corner k: with the longest, slivers become compact. The two share their new corner
-// exactly.
+// Halves the piece at the side opposite corner k: if that is the longest, slivers become compact. Both halves have
+// exactly the same new corner.
 std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
   const Vector3d halfway = 0.5 * (piece.corner[(k + 1) % 3] + piece.corner[(k + 2) % 3]);
   std::array<Piece, 2> halves{piece, piece};
@@ -66,16 +66,16 @@ std::array<Piece, 2> halvesOf(const Piece& piece, std::size_t k) {
   return halves;
 }
 
-// Splits one triangle until each piece lies in one ball, or the caller is content with it.
+// Splits one triangle until each piece lies in one ball or the caller accepts it.
 class Splitter {
  public:
   Splitter(const BallIndex& index, double margin) : index_(index), margin_(margin) {}
 
-  // held() for a piece inside a ball; open(piece, its longest side, slots of the balls near) for one that is in no
-  // single ball: true if that is the end of it, false to have it split.
+  // Calls held() for a piece inside a ball, and open(piece, its longest side, slots of the balls nearby) for a piece
+  // that is in no single ball: the result is true if the piece is finished, false if it has to be split.
   template <class Held, class Open>
   void run(const Piece& triangle, Held held, Open open) {
-    if (isHeld(triangle, last_held_)) {  // the ball that held the piece before: neighbours follow each other in a mesh
+    if (isHeld(triangle, last_held_)) {  // tests the ball of the previous piece first, since consecutive triangles are often neighbours
       held();
       return;
     }
@@ -97,7 +97,7 @@ class Splitter {
       }
       const Vector3d centroid = centroidOf(frame.piece);
       const double reach = radiusAbout(frame.piece, centroid) + margin_;
-      // Keep the balls that touch the piece, for its children; stop at one that holds it.
+      // Keeps the balls that touch the piece, for its children; stops at a ball that contains it.
       bool is_held = false;
       const std::size_t begin = near_.size();
       for (std::size_t i = frame.near_begin; i < frame.near_end && !is_held; ++i) {
@@ -122,7 +122,7 @@ class Splitter {
  private:
   struct Frame {
     Piece piece;
-    std::size_t near_begin, near_end;  // its candidates in near_, which is a stack too
+    std::size_t near_begin, near_end;  // range of its candidates in the stack near_
   };
   bool isHeld(const Piece& piece, std::uint32_t slot) const {
     const Ball& ball = index_.balls[slot];
@@ -144,20 +144,20 @@ Piece pieceOf(const TriangleMesh& mesh, std::size_t t, const Vector3d& origin) {
   return {{mesh.corner(t, 0) - origin, mesh.corner(t, 1) - origin, mesh.corner(t, 2) - origin}};
 }
 
-// What rounding can move a split point or a distance by: the split is at most 100 deep, each midpoint is off by half an
-// ulp.
+// Upper bound of the rounding error of a split point or a distance: a split is at most 100 deep, and each midpoint is
+// off by half an ulp.
 double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
   double most = origin.cwiseAbs().maxCoeff();
   for (const Vector3d& p : mesh.positions) most = std::max(most, p.cwiseAbs().maxCoeff());
   return 1e-13 * most;
 }
 
-// The ball that must grow least to hold a piece, among those near it, or among all if none is near. Ties go to the
-// lower number.
+// The ball that needs the smallest growth to contain a piece, among those near it, or among all if none is near. Ties
+// go to the lower number.
 struct Growth {
   std::uint32_t slot;
-  double need;  // its radius then
-  double more;  // than its radius now: no point of the piece has a larger gap
+  double need;  // its radius after the growth
+  double more;  // increase of its radius: no point of the piece has a larger gap
 };
 Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const std::uint32_t> near) {
   Growth best{0, 0, std::numeric_limits<double>::infinity()};
@@ -176,7 +176,7 @@ Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const s
   return best;
 }
 
-// Distance from a point to the nearest ball, 0 in a ball; `limit` if it is more.
+// Distance from a point to the nearest ball, 0 in a ball; at most `limit`.
 double gapAt(const BallIndex& index, const Vector3d& p, double limit) {
   double gap = limit;
   index.tree.searchWithin(p, limit * limit, [&](std::size_t first, std::size_t count) {
@@ -191,7 +191,7 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
                             Progress& progress) {
   if (balls.empty()) throw std::invalid_argument("certify: no balls");
   constexpr double kLargest = std::numeric_limits<float>::max() / 4;
-  std::vector<Ball> stored;  // what float32 holds
+  std::vector<Ball> stored;  // rounded to float32
   stored.reserve(balls.size());
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Vector3d c = balls[i].centre - origin;
@@ -205,9 +205,9 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
   const double margin = roundingMargin(mesh, origin);
   const std::size_t triangles = mesh.triangles.size();
   const std::size_t chunks = (triangles + kTrianglesAChunk - 1) / kTrianglesAChunk;
-  // Branch and bound for the deepest hole is the proof at once: a piece is done when no point of it can have a gap
-  // worth more than the deepest found so far, and the growth that this bound asks for holds it. A piece that growth
-  // would close is split a little further first: most such pieces lie in two balls that both need none.
+  // Branch and bound for the deepest gap gives the proof as well: a piece is finished when none of its points can have
+  // a gap larger than the deepest one found so far, and the growth that this bound requires contains it. A piece that
+  // would need growth is first split a little further: most such pieces lie in two balls, neither of which has to grow.
   const double fine = 50 * resolution;
   struct Part {
     std::vector<Growth> growth;
@@ -218,7 +218,7 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
     progress.check();
     Splitter splitter(index, margin);
     Part& part = parts[chunk];
-    double deepest = 0;  // gap found in this chunk
+    double deepest = 0;  // deepest gap found in this chunk
     for (std::size_t t = chunk * kTrianglesAChunk; t < std::min(triangles, (chunk + 1) * kTrianglesAChunk); ++t)
       splitter.run(
           pieceOf(mesh, t, origin), [&] { ++part.pieces; },
@@ -226,8 +226,8 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
             const bool coarse = side > fine;
             if (coarse && near.size() != 1) return false;
             Growth growth = leastGrowth(index, piece, near);
-            // Where no ball but one is near, and none is nearer to the farthest corner, that one must grow so far,
-            // split or not.
+            // If only one ball is near, and no other is nearer to the farthest corner, that ball has to grow this far,
+            // whether the piece is split or not.
             if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;
             if (!coarse && growth.more > (1 + kRelative) * deepest + resolution) {
               deepest = std::max(deepest, gapAt(index, centroidOf(piece), growth.more));
@@ -276,8 +276,8 @@ std::vector<char> provenRedundant(const TriangleMesh& mesh, std::span<const Sphe
   std::vector<char> absent(stored.size(), 0), redundant(stored.size(), 0);
   PowerCells cells(index, &absent);
   std::vector<Piece> open;
-  // Without the ball, of a triangle that was covered with it: pieces away from it still are. Those of the size of the
-  // ball meet few others.
+  // Tests a triangle that was covered with the ball, without it: pieces outside the ball are still covered. Pieces of
+  // the size of the ball intersect few other balls.
   const auto staysCovered = [&](const Piece& triangle, const Ball& ball) {
     open.assign(1, triangle);
     while (!open.empty()) {
@@ -373,8 +373,8 @@ TriangleMesh subdivided(const TriangleMesh& mesh, double longest) {
         open.insert(open.end(), {halves[1], halves[0]});
         continue;
       }
-      // A slender one, as a rod has them, into slices all at once: by halves they would lie three deep across it, and
-      // nine, and so on.
+      // A slender triangle, as in a rod, is cut into slices at once: repeated halving would leave three layers across
+      // it, then nine, and so on.
       const Vector3d &a = piece.corner[tip], &b = piece.corner[(tip + 1) % 3], &c = piece.corner[(tip + 2) % 3];
       const double slices = std::ceil(std::sqrt(side2(piece, k)) / (longest - base));
       const auto onto = [&](const Vector3d& corner, double i) { return Vector3d(a + (corner - a) * (i / slices)); };

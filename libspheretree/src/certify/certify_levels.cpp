@@ -31,7 +31,7 @@ class Certifier {
   }
 
  private:
-  struct Ended {  // a ball that belongs to the cover of all deeper levels: one sphere for all of them
+  struct Ended {  // a ball that is a leaf: one sphere for the covers of all deeper levels
     std::size_t level, index;
   };
 
@@ -59,7 +59,7 @@ class Certifier {
     if (!is_deepest) findEnded(level);
   }
 
-  // The spheres of a level that no sphere of the next names as its parent.
+  // Finds the spheres of a level without children on the next level.
   void findEnded(std::size_t level) {
     if (levels_.parents.empty()) return;
     std::vector<char> has_child(levels_.balls[level].size(), 0);
@@ -68,12 +68,11 @@ class Certifier {
       if (!has_child[i]) ended_.push_back({level, i});
   }
 
-  // Drops leaves that the others make redundant. `set`: the `own` spheres of the deepest level, then those that ended
-  // above.
+  // Removes redundant leaves. `set`: first the `own` spheres of the deepest level, then the leaves of earlier levels.
   void dropRedundant(std::vector<Sphere>& set, std::size_t own) {
     if (out_.spheres.size() < 2) return;
     const std::size_t above = out_.spheres[out_.spheres.size() - 2].size();
-    std::vector<std::uint32_t> group(set.size(), static_cast<std::uint32_t>(above));  // spheres that ended above have no parent here
+    std::vector<std::uint32_t> group(set.size(), static_cast<std::uint32_t>(above));  // leaves of earlier levels have no parent here
     if (!out_.parents.empty()) std::copy(out_.parents.back().begin(), out_.parents.back().end(), group.begin());
     std::vector<char> fixed(own, 0);
     fixed.resize(set.size(), 1);

@@ -5,7 +5,8 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kRounding = 1e-12;  // more than a signed distance is wrong by, as a share of the largest length (distance_field.h)
+constexpr double kRounding =
+    1e-12;  // larger than the relative error of a signed distance, as a share of the largest length (distance_field.h)
 
 }  // namespace
 

@@ -26,15 +26,16 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
   std::vector<Vector3d> points;
   for (const SurfaceSample& s : sampleSurface(mesh, sampling)) points.push_back(s.point);
   std::vector<FittedBall> fitted;
-  for (const Sphere& s : spheres) fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, s.radius, 0});  // clearance 0: the largest go first
+  for (const Sphere& s : spheres)
+    fitted.push_back({Vector3d(s.x, s.y, s.z) + origin, s.radius, 0});  // clearance 0: the largest balls are removed first
   const Holders holders = findHolders(points, fitted);
   std::vector<char> redundant(spheres.size(), 0), kept(spheres.size(), 0);
   std::copy(fixed.begin(), fixed.end(), kept.begin());
-  // A sphere that is needed between the samples may have kept others from being candidates: once more, with it among
-  // those that stay.
+  // A sphere that turned out to be needed between the samples may have kept others from being candidates. Therefore
+  // repeats the search with this sphere fixed.
   for (bool again = true; again;) {
     again = false;
-    std::vector<std::uint32_t> left, candidates;  // candidates: places in `left`
+    std::vector<std::uint32_t> left, candidates;  // candidates: indices in `left`
     std::vector<Sphere> left_spheres;
     const std::vector<char> maybe = maybeRedundant(holders, fitted, group, kept, redundant);
     const auto marked_count = static_cast<std::size_t>(std::count(redundant.begin(), redundant.end(), 1));

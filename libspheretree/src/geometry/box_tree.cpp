@@ -10,9 +10,9 @@ namespace spheretree::builder {
 namespace {
 
 constexpr int kBins = 16;
-constexpr std::size_t kFew = 16;        // items, which are halved by count: choosing a plane costs more than searches gain by it
-constexpr double kLeastReach = 1e-150;  // half the largest side of all boxes, below which its square would vanish
-constexpr int kSahDepth = 40;           // below this depth, halve by count: bounds the depth at 40 + log2(n) / 2 for any input
+constexpr std::size_t kFew = 16;        // items that are halved by count, since choosing a plane would cost more than searches gain from it
+constexpr double kLeastReach = 1e-150;  // half of the largest side of all boxes, below which its square would underflow
+constexpr int kSahDepth = 40;           // below this depth, halves by count: limits the depth to 40 + log2(n) / 2 for any input
 
 double halfArea(const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return 0;
@@ -40,7 +40,7 @@ class BoxTree::Builder {
     const Range all = rangeOf(0, boxes_.size());
     tree_.middle_ = all.box.center();
     const double reach = 0.5 * all.box.sizes().maxCoeff();
-    tree_.to_local_ = reach > kLeastReach ? 1 / reach : 0;  // 0: all in one place
+    tree_.to_local_ = reach > kLeastReach ? 1 / reach : 0;  // 0: all boxes are at one point
     tree_.from_local2_ = kShrink * reach * reach;
     tree_.nodes_.emplace_back();
     tasks_.push_back({all, 0, 0});
@@ -57,7 +57,7 @@ class BoxTree::Builder {
     std::size_t node;
     int depth;
   };
-  struct Cut {  // items whose centre lies in bin `bin` or below it along `axis` go left
+  struct Cut {  // items whose centre is in bin `bin` or below along `axis` go to the left
     int axis = -1, bin = 0;
     double cost = std::numeric_limits<double>::infinity();
   };
@@ -70,7 +70,7 @@ class BoxTree::Builder {
 
   static int binOf(double at, double low, double width) { return std::min(kBins - 1, static_cast<int>((at - low) / width * kBins)); }
 
-  // Improves `best` by the cuts between the bins along one axis, at the cost of the surface-area heuristic.
+  // Improves `best` with the cuts between the bins along one axis, by the surface-area heuristic.
   void cutAlong(int axis, const Range& range, const Eigen::AlignedBox3d& centres, Cut& best) const {
     const double low = centres.min()[axis], width = centres.max()[axis] - low;
     if (!(width > 0)) return;
@@ -114,7 +114,7 @@ class BoxTree::Builder {
       const auto at =
           std::stable_partition(begin, end, [&](std::uint32_t i) { return binOf(centre_[i][cut.axis], low, width) <= cut.bin; });
       middle = static_cast<std::size_t>(at - order_.begin());
-    } else {  // few; too deep, or all centres equal: halve, so that the depth stays bounded
+    } else {  // few items, too deep, or all centres equal: halves, so that the depth stays bounded
       int axis = 0;
       centres.sizes().maxCoeff(&axis);
       std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end, [&](std::uint32_t a, std::uint32_t b) {
@@ -125,7 +125,7 @@ class BoxTree::Builder {
     return {rangeOf(range.first, middle), rangeOf(middle, range.last)};
   }
 
-  // Up to four ranges: the largest that is no leaf is split until there are four.
+  // Up to four ranges: splits the largest range that is not a leaf until there are four.
   std::vector<Range> childrenOf(const Task& task) {
     std::vector<Range> children{task.range};
     while (children.size() < 4) {
@@ -185,7 +185,7 @@ void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> trian
   using Eigen::Vector3d;
   constexpr float kWide = 8 * kPadding;
   const auto local = [&](const Vector3d& p) -> Vector3d { return (p - middle_) * to_local_; };
-  // No longer than 1, rounded or not. Zero where there is no direction: such a slab or wall is everywhere.
+  // Length at most 1, including rounding. Zero if there is no direction: such a slab or wall excludes nothing.
   const auto rounded = [](const Vector3d& direction) -> Eigen::Vector3f {
     return (direction.stableNormalized() * (1 - kPadding)).cast<float>();
   };
@@ -201,7 +201,7 @@ void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> trian
       }
     return out;
   };
-  const auto across = [&](std::span<const std::array<Vector3d, 3>> all) {  // their areas' sum
+  const auto across = [&](std::span<const std::array<Vector3d, 3>> all) {  // sum of their area vectors
     Vector3d area = Vector3d::Zero();
     for (const auto& [a, b, c] : all) area += Vector3d((b - a) * to_local_).cross((c - a) * to_local_);
     return area;
@@ -222,7 +222,7 @@ void BoxTree::addTriangles(std::span<const std::array<Eigen::Vector3d, 3>> trian
     std::size_t first, last;
   };
   std::vector<Slots> below(nodes_.size());
-  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children follow their parents
     below[i] = {triangles.size(), 0};
     for (std::size_t k = 0; k < 4; ++k) {
       const Node& node = nodes_[i];

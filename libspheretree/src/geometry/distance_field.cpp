@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// For each vertex the first, in the order of sorting, with the same position: corners of equal position and edges
-// between them belong together, whatever their indices.
+// For each vertex, the first one in sort order at the same position: corners at equal positions, and edges between
+// them, belong together, whatever their indices.
 std::vector<std::uint32_t> firstOfEqualPositions(const std::vector<Vector3d>& positions) {
   std::vector<std::uint32_t> by_position(positions.size());
   std::iota(by_position.begin(), by_position.end(), 0u);
@@ -47,14 +47,14 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
   const Vector3d cp = p - c;
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0 && d5 <= d6) return finish(c, 6);
-  // The tests below compare areas; in a thin triangle their signs are noise (distances were wrong by 1 % of its
-  // length).
+  // The tests below compare areas, and in a thin triangle their signs are only rounding errors (distances were wrong by
+  // 1 % of its length).
   const Vector3d normal = ab.cross(ac);
   const double normal2 = normal.squaredNorm(), sides2 = ab.squaredNorm() * ac.squaredNorm();
   if (!(normal2 > 1e-8 * sides2)) {
     const std::array<Vector3d, 3> corner{a, b, c};
     bool within = normal2 > 1e-15 * sides2;
-    for (std::size_t k = 0; k < 3; ++k) {  // the side opposite corner k
+    for (std::size_t k = 0; k < 3; ++k) {  // side opposite corner k
       const Vector3d &u = corner[(k + 1) % 3], side = corner[(k + 2) % 3] - u;
       const double length2 = side.squaredNorm(), t = length2 > 0 ? std::clamp((p - u).dot(side) / length2, 0.0, 1.0) : 0.0;
       const Vector3d q = u + t * side;
@@ -65,7 +65,7 @@ NearestPoint nearestOnTriangle(const Vector3d& p, const Vector3d& a, const Vecto
     const Vector3d foot = p - (normal.dot(ap) / normal2) * normal;
     return (p - foot).norm() < out.distance ? finish(foot, 0) : out;
   }
-  // By the normal and not from the products of d1 to d6, which lose twice as many digits for a small triangle far away.
+  // Uses the normal instead of the products of d1 to d6, which lose twice as many digits for a small triangle far away.
   const double vc = normal.dot(ab.cross(ap));
   if (vc <= 0 && d1 >= 0 && d3 <= 0) return finish(a + (d1 / (d1 - d3)) * ab, 3);
   const double vb = normal.dot(ap.cross(ac));
@@ -80,7 +80,7 @@ DistanceField::DistanceField(const TriangleMesh& mesh, std::span<const double> s
   if (solid_ == 0) throw std::invalid_argument("distance field: the mesh has no triangles");
   if (has_slack_ && slack.size() != solid_) throw std::invalid_argument("distance field: not one slack for each triangle");
   placeFaces(mesh, slack, sheets);
-  // Summed in the order of the input, so that they do not depend on the tree.
+  // Summed in the order of the input, so that the results do not depend on the tree.
   const Vector3d middle = box_.center();
   for (std::size_t t = 0; t < solid_; ++t) {
     const Vector3d a = mesh.corner(t, 0) - middle, b = mesh.corner(t, 1) - middle, c = mesh.corner(t, 2) - middle;

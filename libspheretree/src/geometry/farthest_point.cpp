@@ -14,18 +14,18 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kRelativeGap = 0.05;
-constexpr double kLarge = 0.02;                 // of the diagonal
-constexpr std::size_t kMostHalved = 1'000'000;  // pieces; then the bound is what it is, and still one
+constexpr double kLarge = 0.02;                 // as a share of the diagonal
+constexpr std::size_t kMostHalved = 1'000'000;  // number of halved pieces at which the bound is returned as it is, still proven
 
 struct Piece {
   std::array<Vector3d, 3> corner;
-  std::uint32_t origin;  // place in the list of triangles given
+  std::uint32_t origin;  // index in the list of given triangles
   Vector3d middle() const { return (corner[0] + corner[1] + corner[2]) / 3; }
   double spread() const {
     const Vector3d m = middle();
     return std::sqrt(std::max({(corner[0] - m).squaredNorm(), (corner[1] - m).squaredNorm(), (corner[2] - m).squaredNorm()}));
   }
-  /// In two, across the longest side.
+  /// Halves the piece across its longest side.
   std::array<Piece, 2> halves() const {
     std::size_t k = 0;
     double longest = -1;
@@ -44,7 +44,8 @@ std::vector<Piece> piecesOf(const TriangleMesh& mesh, std::span<const std::uint3
   return pieces;
 }
 
-/// In rounds: `judge(piece)` in parallel, then `decide(piece, judgement)` in order: true to halve the piece.
+/// Works in rounds: `judge(piece)` in parallel, then `decide(piece, judgement)` in order, which returns true to halve
+/// the piece.
 template <class Judge, class Decide>
 void refine(std::vector<Piece> pieces, Progress& progress, Judge judge, Decide decide) {
   std::vector<decltype(judge(pieces[0]))> judgement;
@@ -64,7 +65,7 @@ void refine(std::vector<Piece> pieces, Progress& progress, Judge judge, Decide d
   }
 }
 
-/// Of the distance over a piece: found in its middle, and at most.
+/// Distance over a piece: at its middle, and an upper bound.
 struct Reach {
   double found, most;
 };

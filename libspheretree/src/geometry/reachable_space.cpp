@@ -15,10 +15,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kCellsAcross = 400;  // the scene's diagonal
-constexpr int kBlock = 32;            // cells along a side of what one task fills
+constexpr double kCellsAcross = 400;  // number of cells along the scene's diagonal
+constexpr int kBlock = 32;            // number of cells along a side of the block that one task fills
 
-// Signed distance to the union of solids: exact outside, at least as deep as in the deepest of them inside.
+// Signed distance to the union of solids: exact outside; inside at most that of the solid in which the point is
+// deepest.
 class Union {
  public:
   explicit Union(std::span<const TriangleMesh> solids) {
@@ -55,8 +56,8 @@ ReachableSpace::ReachableSpace(std::span<const TriangleMesh> solids, double radi
         2;
   state_.assign(index(0, 0, cells_[2]), kBlocked);
 
-  // A cell is free if the ball's centre may be somewhere in it. The distance to the solids changes no faster than one
-  // goes, so that most cubes of cells are decided by one query at their middle.
+  // A cell is free if the ball's centre may be anywhere in it. The distance to the solids is 1-Lipschitz, so one query
+  // at the middle decides most cubes of cells.
   const auto fill = [&](auto&& self, std::array<int, 3> at, int size) -> void {
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (at[axis] >= cells_[axis]) return;
@@ -84,7 +85,7 @@ ReachableSpace::ReachableSpace(std::span<const TriangleMesh> solids, double radi
   flood();
 }
 
-// From the corner, which is outside the box of the solids, to every free cell that touches a reached one.
+// From the corner cell, which is outside the box of the solids, to every free cell that touches a reached cell.
 void ReachableSpace::flood() {
   std::vector<std::array<int, 3>> open{{0, 0, 0}};
   state_[0] = kReached;

@@ -22,7 +22,7 @@ SampleIndex::SampleIndex(std::span<const Eigen::Vector3d> samples) : tree_(treeO
 void SampleIndex::append(const Eigen::Vector3d& point) {
   points_.push_back(point);
   if (points_.size() - tail_begin_ < kTail) return;
-  // The tail becomes a tree, together with the trees that are no larger than what has come together by then.
+  // Makes a tree of the tail, together with all trees that are not larger than the points collected so far.
   std::vector<std::uint32_t> slots;
   for (; tail_begin_ < points_.size(); ++tail_begin_) slots.push_back(static_cast<std::uint32_t>(tail_begin_));
   while (!added_.empty() && added_.back().slots.size() <= slots.size()) {

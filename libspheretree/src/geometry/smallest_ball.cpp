@@ -20,7 +20,8 @@ struct Support {
   int size = 0;
 };
 
-// The ball with all chosen points on its surface and its centre in their affine hull; false if they are dependent.
+// The ball with all chosen points on its surface and its centre in their affine hull; false if they are affinely
+// dependent.
 bool circumBall(const Support& s, const std::array<int, 4>& chosen, int count, Ball& ball) {
   const Vector3d& a = s.point[static_cast<std::size_t>(chosen[0])];
   const auto at = [&](int k) { return Vector3d(s.point[static_cast<std::size_t>(chosen[static_cast<std::size_t>(k)])] - a); };
@@ -42,8 +43,8 @@ bool circumBall(const Support& s, const std::array<int, 4>& chosen, int count, B
   return true;
 }
 
-// Smallest ball of at most five points: the smallest of the circumballs of up to four that holds all. The last point
-// lies outside the smallest ball of the others, and so on the new one. Keeps those four.
+// Smallest ball of at most five points: the smallest circumball of up to four of them that contains all. The last point
+// lies outside the smallest ball of the others, and therefore on the surface of the new one. Keeps those points.
 bool solve(Support& s, Ball& best) {
   bool found = false;
   std::array<int, 4> best_chosen{};
@@ -70,7 +71,7 @@ bool solve(Support& s, Ball& best) {
     found = true;
   }
   if (!found) return false;
-  for (int k = 0; k < best_count; ++k)  // ascending, so that nothing is overwritten before it is read
+  for (int k = 0; k < best_count; ++k)  // in ascending order, so that nothing is overwritten before it is read
     s.point[static_cast<std::size_t>(k)] = s.point[static_cast<std::size_t>(best_chosen[static_cast<std::size_t>(k)])];
   s.size = best_count;
   return true;

@@ -84,7 +84,8 @@ SphereUnion::Nearest SphereUnion::nearest(const Vector3d& p) const {
       const double gap = (p - balls_[i].centre).norm() - balls_[i].radius;
       if (gap > best.gap || (gap == best.gap && i >= best.ball)) continue;
       best = {gap, i};
-      // Boxes at no more than this distance may hold a nearer ball; once inside one, only boxes that hold `p`.
+      // Only boxes within this distance can contain a nearer ball; once `p` is inside a ball, only boxes that contain
+      // `p`.
       limit2 = gap > 0 ? gap * gap * (1 + 1e-12) : std::numeric_limits<double>::min();
     }
   });
@@ -113,8 +114,8 @@ const SphereUnion::Cap* SphereUnion::capOver(std::size_t i, const Vector3d& u) c
 
 bool SphereUnion::isBuried(std::size_t i, const Vector3d& a, const Vector3d& b, const Vector3d& c, double flatness) const {
   for (const Cap& cap : caps(i)) {
-    // A point of the spherical triangle is y / |y| with y on the flat one, flatness <= |y| <= 1, and y . axis is at
-    // least the least of the corners.
+    // A point of the spherical triangle is y / |y| with y on the flat triangle, flatness <= |y| <= 1, and y . axis is
+    // at least the smallest value at the corners.
     const double least = std::min({a.dot(cap.axis), b.dot(cap.axis), c.dot(cap.axis)});
     if ((least >= 0 ? least : least / flatness) > cap.threshold + 1e-14) return true;
   }

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// std::uniform_real_distribution may differ between libraries; this may not.
+// Unlike std::uniform_real_distribution, this is the same in all libraries.
 double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 Vector3d areaVector(const TriangleMesh& mesh, std::size_t t) {
@@ -94,7 +94,7 @@ std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleS
     for (; carry < edge_length; carry += spacing) features.push_back({a + (carry / edge_length) * (b - a), e.normal, e.triangle, true});
     carry -= edge_length;
   }
-  // A rough scan has sharp edges everywhere: an even choice of them is enough.
+  // A rough scan has sharp edges everywhere: an even selection of them suffices.
   const std::size_t most = settings.count / 2;
   if (features.size() <= most) {
     samples.insert(samples.end(), features.begin(), features.end());

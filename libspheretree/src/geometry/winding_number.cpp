@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kFar = 3;  // radii at which a cluster is as a dipole
+constexpr double kFar = 3;  // distance in radii from which a cluster is approximated by a dipole
 constexpr std::uint32_t kLeaf = 8;
 
 /// Solid angle over 4 pi. A. Van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983,
@@ -70,7 +70,7 @@ std::uint32_t WindingNumber::build(std::uint32_t first, std::uint32_t count) {
 double WindingNumber::at(const Vector3d& p, std::span<const std::uint32_t> leave_out) const {
   if (nodes_.empty()) return 0;
   double sum = 0;
-  std::array<std::uint32_t, 64> stack;  // halved counts: 32 deep at most
+  std::array<std::uint32_t, 64> stack;  // the count is halved at each level: at most 32 levels
   std::size_t top = 0;
   stack[top++] = 0;
   while (top > 0) {

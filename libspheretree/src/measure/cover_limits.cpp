@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kDiscs = 2;  // that one ball cuts out of the surface
+constexpr double kDiscs = 2;  // number of discs in which one ball intersects the surface
 
 /// Solves balls * discs * pi * h = 1.2092 * area * mean of 1 / (2 r + h).
 double finiteLimit(const std::vector<Ball>& medial, double area, double balls) {
@@ -34,8 +34,8 @@ double finiteLimit(const std::vector<Ball>& medial, double area, double balls) {
   return 0.5 * (low + high);
 }
 
-/// How many balls of overhang h it takes at least: the sum over the samples y of 1 / a(y), with a(y) the number of
-/// samples in the fullest admissible ball that holds y.
+/// Lower limit of the number of balls with overhang h: the sum over the samples y of 1 / a(y), with a(y) the number of
+/// samples in the fullest admissible ball that contains y.
 class BallCount {
  public:
   BallCount(const std::vector<SurfacePoint>& samples, const std::vector<Ball>& inscribed) : inscribed_(inscribed) {
@@ -58,7 +58,7 @@ class BallCount {
                           pointsIn(inscribed_[k * stride], h, held);
                           const auto count = static_cast<std::uint32_t>(held.size());
                           raise(largest, count);
-                          // A maximum does not depend on the order of the threads.
+                          // A maximum is independent of the order of the threads.
                           for (const std::uint32_t i : held) {
                             std::atomic_ref<std::uint32_t> fullest(fullest_[i]);
                             raise(fullest, count);
@@ -88,7 +88,7 @@ class BallCount {
     });
   }
 
-  /// Where every ball holds most of the surface (that of a sphere), the balls are alike and a part of them is enough.
+  /// If every ball contains most of the surface (as for a sphere), the balls are alike, and a subset of them suffices.
   std::size_t strideFor(double h) const {
     constexpr std::size_t kProbe = 64, kMost = 20'000'000;
     std::vector<std::uint32_t> held;
@@ -114,7 +114,8 @@ Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32
   double radius = field.diagonal();
   for (int step = 0; step < 100 && radius > smallest; ++step) {
     const Vector3d centre = p + radius * inward;
-    // Empty up to a thousandth of the radius: done, unless the solid is thinner than that and the centre outside.
+    // The ball is empty up to a thousandth of its radius: done, unless the solid is thinner than that and the centre
+    // outside.
     NearestPoint contact = field.nearest(centre, radius * (1 - 1e-3));
     if (!std::isfinite(contact.distance) && field.signedDistance(centre, &contact) < 0) break;
     // The ball through p and the contact that touches the surface at p.
@@ -124,7 +125,8 @@ Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32
     const double smaller = chord.squaredNorm() / (2 * depth);
     if (!(smaller < radius)) break;
     const Vector3d to_contact = contact.point - (p + smaller * inward);
-    // Beside p, and facing the same way: roughness, not the other side of a thin wire or sheet that bends.
+    // The contact is beside p and has the same orientation: it is roughness, not the other side of a thin curved wire
+    // or sheet.
     const bool is_beside = -inward.dot(to_contact) > most_cosine * to_contact.norm();
     if (is_beside && field.normal(contact.triangle).dot(inward) < 0) break;
     radius = smaller;
@@ -155,12 +157,13 @@ CoverLimits coverLimits(const TriangleMesh& mesh, const DistanceField& field, st
     }
   });
   std::erase_if(inscribed, [](const Ball& ball) { return !(ball.radius > 0); });
-  // Patches of 16 samples at least; for more balls, h goes on as 1 / n.
+  // Patches of at least 16 samples; for more balls, h is extrapolated as 1 / n.
   const double wanted = std::min(static_cast<double>(balls), static_cast<double>(samples.size()) / 16);
   double low = std::log(5e-5 * field.diagonal()), high = std::log(0.3 * field.diagonal());
   BallCount needed(samples, inscribed);
   const auto surplus = [&](double log_h) { return std::log(needed.atLeast(std::exp(log_h), progress) / wanted); };
-  // False position in log-log, where the curve is nearly straight, from a guess: the limit is mostly a third of h_fin.
+  // False position in log-log coordinates, where the curve is nearly straight, from a guess: the limit is usually a
+  // third of h_fin.
   double h = std::clamp(std::log(out.h_fin / 3), low, high), at_low = 0, at_high = 0;
   bool known_low = false, known_high = false, found = false;
   for (int step = 0; step < 40 && high - low > 4e-3; ++step) {

@@ -25,14 +25,14 @@ double unitFrom(std::uint64_t state) {
   return static_cast<double>((state ^ (state >> 31)) >> 11) * 0x1p-53;
 }
 
-/// A part of a triangle of the mesh.
+/// A piece of a triangle of the mesh.
 struct Piece {
   std::array<Vector3d, 3> corner;
 };
 
 struct Verdict {
-  double bound = 0;  // of the gap over the piece [mm]
-  double gap = 0;    // of the middle of the piece [mm]
+  double bound = 0;  // upper bound of the gap over the piece [mm]
+  double gap = 0;    // gap at the middle of the piece [mm]
   Vector3d middle = Vector3d::Zero();
 };
 
@@ -53,10 +53,10 @@ Verdict judge(const SphereUnion& balls, const Piece& piece) {
   return out;
 }
 
-/// Halves or quarters, so that pieces become compact whatever the triangle.
+/// Halves or quarters a piece, so that pieces become compact for any triangle.
 void cut(const Piece& piece, std::vector<Piece>& out) {
   const auto& corner = piece.corner;
-  std::array<double, 3> side2{};  // opposite each corner
+  std::array<double, 3> side2{};  // squared sides, opposite each corner
   for (std::size_t k = 0; k < 3; ++k) side2[k] = (corner[(k + 1) % 3] - corner[(k + 2) % 3]).squaredNorm();
   const auto longest = static_cast<std::size_t>(std::max_element(side2.begin(), side2.end()) - side2.begin());
   const Vector3d &tip = corner[longest], &left = corner[(longest + 1) % 3], &right = corner[(longest + 2) % 3];
@@ -82,7 +82,7 @@ void searchLargestGap(const TriangleMesh& mesh, const SphereUnion& balls, const 
   std::size_t judged = 0;
   std::vector<Verdict> verdicts;
   std::vector<Piece> next;
-  double coarse = 0;  // bound of the round before
+  double coarse = 0;  // bound of the previous round
   while (!pieces.empty()) {
     judged += pieces.size();
     if (judged > std::max(settings.most_pieces, 2 * mesh.triangles.size())) {
@@ -124,7 +124,7 @@ std::vector<SurfacePoint> spreadOverSurface(const TriangleMesh& mesh, std::size_
   std::vector<SurfacePoint> points;
   if (!(area > 0)) return points;
   points.reserve(count);
-  // Steps that no small multiple brings close to a whole number: powers of the root of x^3 = x + 1.
+  // Steps that no small multiple brings close to an integer: powers of the root of x^3 = x + 1.
   constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
   double u = unitFrom(seed), v = unitFrom(~seed);
   std::size_t t = 0;
@@ -133,7 +133,7 @@ std::vector<SurfacePoint> spreadOverSurface(const TriangleMesh& mesh, std::size_
     while (t + 1 < area_up_to.size() && area_up_to[t] <= at) ++t;
     u += kStepU, v += kStepV;
     u -= std::floor(u), v -= std::floor(v);
-    const bool beyond = u + v > 1;  // fold the square's upper half onto the lower
+    const bool beyond = u + v > 1;  // folds the upper half of the square onto the lower half
     const double b = beyond ? 1 - u : u, c = beyond ? 1 - v : v;
     points.push_back({(1 - b - c) * mesh.corner(t, 0) + b * mesh.corner(t, 1) + c * mesh.corner(t, 2), static_cast<std::uint32_t>(t)});
   }
@@ -159,7 +159,7 @@ Coverage measureCoverage(const TriangleMesh& mesh, const SphereUnion& balls, con
   progress.check();
   out.uncovered_fraction = static_cast<double>(std::count(open.begin(), open.end(), 1)) / static_cast<double>(count);
 
-  // The corners first: they are the likeliest to stick out.
+  // Corners first, since they are most likely to be uncovered.
   for (const Vector3d& p : mesh.positions) {
     if (balls.covers(p, settings.tolerance)) continue;
     const double gap = balls.nearest(p).gap;

@@ -14,14 +14,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOfStated = 0.25;   // of the distance that a skin states: bounds are no tighter
-constexpr double kLeastGap = 1e-7;   // of the diagonal, where it states none
-constexpr std::size_t kRecord = 48;  // bytes of a section SKIN besides its arrays
+constexpr double kOfStated = 0.25;   // share of the distance that a skin states: absolute accuracy of the bounds
+constexpr double kLeastGap = 1e-7;   // as a share of the diagonal, if the skin states no distance
+constexpr std::size_t kRecord = 48;  // bytes of a section SKIN without its arrays
 constexpr std::size_t kVertex = 12;  // bytes of a vertex there
 
 double angleBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-// Between the flat triangles at each side that two share and that is not sharp; sorted.
+// The angles between flat triangles over each shared side that is not sharp; sorted.
 std::vector<double> facetAngles(const Skin& skin, const TriangleMesh& flat) {
   std::vector<Vector3d> first(skin.edges.size(), Vector3d::Zero());
   std::vector<double> angles;

@@ -23,13 +23,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSeam = 1e-4, kTiny = 0.01;           // of the diagonal
-constexpr double kShortOfEdge = 0.1;                   // a gap is a seam only below this share of the border edges at it
-constexpr double kSmallSolid = 3, kLargeSolid = 2000;  // diagonals of what one feels with a probe [mm]
+constexpr double kSeam = 1e-4, kTiny = 0.01;           // as shares of the diagonal
+constexpr double kShortOfEdge = 0.1;                   // a gap is a seam only if it is below this share of the adjacent border edges
+constexpr double kSmallSolid = 3, kLargeSolid = 2000;  // range of diagonals of objects that are usually touched with a probe [mm]
 constexpr std::size_t kInnerBalls = 4000;
 
 struct BorderEdge {
-  std::uint32_t from, to, triangle;  // as the triangle runs
+  std::uint32_t from, to, triangle;  // in the direction of the triangle
 };
 
 std::vector<BorderEdge> borderEdges(const TriangleMesh& mesh, const std::vector<Side>& sides) {
@@ -43,7 +43,7 @@ std::vector<BorderEdge> borderEdges(const TriangleMesh& mesh, const std::vector<
 }
 
 void measureLoop(const TriangleMesh& mesh, BorderShape& border) {
-  // The vector area is normal to the plane that the loop casts its largest shadow on.
+  // The vector area is normal to the plane on which the loop has its largest projection.
   Vector3d area = Vector3d::Zero();
   for (std::size_t i = 0; i < border.vertices.size(); ++i) {
     const Vector3d a = mesh.positions[border.vertices[i]] - border.centre;
@@ -94,11 +94,11 @@ std::vector<BorderShape> findBorders(const TriangleMesh& mesh, const std::vector
   return borders;
 }
 
-/// Border vertices that nearly meet another border vertex (a crack), or lie on the middle of another border edge (a
-/// T-junction).
+/// Finds border vertices that nearly meet another border vertex (a crack), or lie in the middle of another border edge
+/// (a T-junction).
 void findSeams(const TriangleMesh& mesh, const std::vector<BorderEdge>& edges, double tolerance, MeshSurvey& survey) {
   std::vector<Eigen::AlignedBox3d> boxes;
-  std::map<std::uint32_t, double> shortest;  // border edge at each border vertex
+  std::map<std::uint32_t, double> shortest;  // shortest border edge at each border vertex
   for (const BorderEdge& e : edges) {
     Eigen::AlignedBox3d box(mesh.positions[e.from]);
     boxes.push_back(box.extend(mesh.positions[e.to]));
@@ -135,16 +135,16 @@ void findSeams(const TriangleMesh& mesh, const std::vector<BorderEdge>& edges, d
   }
 }
 
-/// Winds each component from its first triangle on; the fewer are the ones to turn.
+/// Propagates the winding within each component from its first triangle; the minority has to be turned.
 void findTurned(const TriangleMesh& mesh, const MeshReport& report, const std::vector<Side>& sides, MeshSurvey& survey) {
-  std::vector<std::vector<std::pair<std::uint32_t, bool>>> beside(mesh.triangles.size());  // neighbour, wound alike
+  std::vector<std::vector<std::pair<std::uint32_t, bool>>> beside(mesh.triangles.size());  // neighbour, same winding
   forEachEdge(sides, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;
     const Side &a = sides[first], &b = sides[first + 1];
     beside[a.triangle].push_back({b.triangle, a.forward != b.forward});
     beside[b.triangle].push_back({a.triangle, a.forward != b.forward});
   });
-  std::vector<char> side(mesh.triangles.size(), 0);  // 1 as its seed, 2 against it
+  std::vector<char> side(mesh.triangles.size(), 0);  // 1: like its seed, 2: opposite
   std::vector<char> one_sided(report.components.size(), 0);
   for (std::uint32_t seed = 0; seed < side.size(); ++seed) {
     if (side[seed]) continue;
@@ -190,7 +190,7 @@ void measureInside(const TriangleMesh& mesh, const MeshReport& report, Progress&
   std::vector<double> diameters(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     if (i % 64 == 0) progress.check();
-    constexpr double kNoiseAngle = 0.5235987756;  // as the limits of docs/measures.md
+    constexpr double kNoiseAngle = 0.5235987756;  // as in the limits of docs/measures.md
     diameters[i] = 2 * largestInnerBall(field, points[i].point, points[i].triangle, kNoiseAngle).radius;
   });
   std::sort(diameters.begin(), diameters.end());

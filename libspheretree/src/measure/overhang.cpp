@@ -17,10 +17,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kGrain = 64;         // items of a task of a parallel loop
-constexpr std::size_t kFirstClimbs = 192;  // from the highest samples
-constexpr std::size_t kClimbsARound = 16;  // from the middles of patches that the proof is not done with ...
-constexpr double kWorthAClimb = 0.97;      // ... where these are as high, as a share of the highest place
+constexpr std::size_t kGrain = 64;         // items in a task of a parallel loop
+constexpr std::size_t kFirstClimbs = 192;  // climbs from the highest samples
+constexpr std::size_t kClimbsARound = 16;  // climbs in a round of the proof, from the middles of undecided patches ...
+constexpr double kWorthAClimb = 0.97;      // ... whose overhang is at least this share of the highest one
 constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
 template <class Body>
@@ -35,13 +35,14 @@ void forEachIndex(std::size_t count, const Progress& progress, Body&& body) {
 /// A point of the boundary of the union.
 struct Summit {
   std::uint32_t ball = 0;
-  Vector3d direction = Vector3d::Zero();  // unit, from the centre of `ball`
+  Vector3d direction = Vector3d::Zero();  // unit vector from the centre of `ball`
   double overhang = 0;                    // [mm]; <= 0: not outside the mesh
-  double spacing = 0;                     // to the next place tried [rad]
+  double spacing = 0;                     // distance of the next trial points [rad]
 };
 
-/// Signed distances of points of the balls' surfaces. Nothing outside the mesh on ball (c, r) is farther from it than
-/// r + s(c), s the signed distance, so that a search may stop there: a point with nothing so near is inside.
+/// Signed distances of points on the balls' surfaces. A point outside the mesh on ball (c, r) has a distance of at most
+/// r + s(c), where s is the signed distance, so a search can be limited to that distance: a point without a triangle
+/// within it is inside.
 class Overhangs {
  public:
   Overhangs(const DistanceField& field, const SphereUnion& balls) : field_(field), balls_(balls), reach_(balls.size()) {
@@ -53,13 +54,13 @@ class Overhangs {
 
   const DistanceField& field() const { return field_; }
   const SphereUnion& balls() const { return balls_; }
-  double rounding() const { return rounding_; }            // more than any distance here is wrong by [mm]
+  double rounding() const { return rounding_; }            // upper bound of the error of any distance here [mm]
   double reach(std::size_t i) const { return reach_[i]; }  // upper bound of the overhang of ball i [mm]
 
   Vector3d point(std::size_t i, const Vector3d& u) const { return balls_.balls()[i].centre + balls_.balls()[i].radius * u; }
 
-  /// Signed distance at direction `u` of ball `i`, given that it is at most `most`; at or below -most, some value not
-  /// above -most.
+  /// Signed distance at direction `u` of ball `i`, which must be at most `most`; if it is at most -most, the result is
+  /// any value of at most -most.
   double at(std::size_t i, const Vector3d& u, double most, NearestPoint* nearest = nullptr) const {
     const Vector3d p = point(i, u);
     const NearestPoint q = field_.nearest(p, most + rounding_);
@@ -92,8 +93,8 @@ Vector3d anyPerpendicular(const Vector3d& u) {
   return u.cross(Vector3d::Unit(axis)).normalized();
 }
 
-/// Moves a direction of ball `i` that other balls cover to the nearby circle or corner where it leaves them; false if
-/// that place is covered too.
+/// Moves a direction of ball `i` that other balls cover to the nearby circle or corner where their cover ends; false if
+/// that place is covered, too.
 bool slideToBoundary(const SphereUnion& balls, std::size_t i, Vector3d& u) {
   const SphereUnion::Cap* first = balls.capOver(i, u);
   if (!first) return true;
@@ -119,7 +120,8 @@ bool slideToBoundary(const SphereUnion& balls, std::size_t i, Vector3d& u) {
 }
 
 /// Climbs on the boundary of the union from `place` to a local maximum of the overhang: pattern search with eight
-/// directions that turn from round to round, along the circles where balls meet and into the corners where three do.
+/// directions, which are rotated in each round, along the circles where two balls meet and into the corners where three
+/// meet.
 void climb(const Overhangs& overhangs, Summit& place) {
   constexpr int kRounds = 120, kDirections = 8;
   const double last = 1e-6 * place.spacing;
@@ -141,9 +143,9 @@ void climb(const Overhangs& overhangs, Summit& place) {
 }
 
 struct Sampled {
-  std::vector<Summit> best;     // highest place of each run of neighbouring samples of a ball, where one is outside
-  std::vector<float> values;    // overhang of each sample that is outside [mm]
-  std::vector<double> weights;  // area that it stands for [mm^2]
+  std::vector<Summit> best;     // the highest place in each run of adjacent outside samples of a ball
+  std::vector<float> values;    // overhang of each outside sample [mm]
+  std::vector<double> weights;  // area that each of them represents [mm^2]
 };
 
 Sampled sampleBoundary(const Overhangs& overhangs, const OverhangSettings& settings, Progress& progress) {
@@ -153,7 +155,7 @@ Sampled sampleBoundary(const Overhangs& overhangs, const OverhangSettings& setti
     if (!balls.isHidden(i)) squares += balls.balls()[i].radius * balls.balls()[i].radius;
   struct Run {
     std::uint32_t ball;
-    std::size_t count, first, last;  // of the `count` directions of the ball
+    std::size_t count, first, last;  // range within the `count` directions of the ball
   };
   constexpr std::size_t kRun = 1024;
   std::vector<Run> runs;
@@ -216,24 +218,24 @@ void summarise(const Sampled& sampled, Overhang& out) {
   }
 }
 
-/// A spherical triangle on the surface of a ball, to be proven low.
+/// A spherical triangle on the surface of a ball whose overhang has to be bounded.
 struct Patch {
   std::array<Vector3d, 3> corner;  // unit directions
   std::uint32_t ball = 0;
-  std::uint32_t triangle = 0;  // of the mesh: nearest to the middle of the patch that this one was cut from
+  std::uint32_t triangle = 0;  // of the mesh: nearest to the middle of the parent patch
   double bound = 0;            // of the overhang over the patch [mm]
 };
 
 struct PatchVerdict {
-  bool done = true;            // proven: in another ball, or no higher than the threshold
-  double bound = 0;            // what was proven of its overhang; 0 if it is in another ball
+  bool done = true;            // proven: in another ball, or below the threshold
+  double bound = 0;            // proven bound of its overhang; 0 if it is in another ball
   std::uint32_t triangle = 0;  // nearest to the middle
-  double middle = 0;           // overhang of the middle if that is on the boundary [mm]
+  double middle = 0;           // overhang of the middle, if that is on the boundary [mm]
 };
 
-/// Upper bound of the overhang over a patch of a ball from a single triangle of the mesh. The distance to a convex set
-/// is a convex function, so that over the hull of some points it is largest at one of them. The patch lies in the hull
-/// of its corners u and of u / flatness: each of its points is y / |y|, y on the flat triangle, with flatness <= |y| <=
+/// Upper bound of the overhang over a patch of a ball, from a single triangle of the mesh. The distance to a convex set
+/// is a convex function, so over the hull of some points it is largest at one of them. The patch lies in the hull of
+/// its corners u and of u / flatness: each of its points is y / |y|, with y on the flat triangle and flatness <= |y| <=
 /// 1.
 double boundByTriangle(const Overhangs& overhangs, const Patch& patch, double flatness, const std::array<Vector3d, 3>& triangle) {
   double most = 0;
@@ -257,7 +259,7 @@ PatchVerdict judge(const Overhangs& overhangs, const Patch& patch, double thresh
     out.bound = std::min(out.bound, boundByTriangle(overhangs, patch, flatness, field.corners(patch.triangle)));
   if (out.bound <= threshold) return out;
 
-  // Points of the patch that are outside are at most patch.bound away.
+  // Outside points of the patch have a distance of at most patch.bound.
   NearestPoint nearest;
   const double height = overhangs.at(patch.ball, middle, patch.bound, &nearest);
   const double chord = std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
@@ -273,7 +275,7 @@ PatchVerdict judge(const Overhangs& overhangs, const Patch& patch, double thresh
   return out;
 }
 
-/// The triangle's quarters: by the middles of its sides.
+/// The four quarters of the triangle, by the middles of its sides.
 std::array<Patch, 4> cut(const Patch& patch) {
   const auto& [a, b, c] = patch.corner;
   const Vector3d ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
@@ -285,8 +287,8 @@ std::array<Patch, 4> cut(const Patch& patch) {
   return out;
 }
 
-/// The highest place of the boundary, searched by climbing, and a proven bound of it, by branch and bound over patches
-/// of all balls.
+/// Searches the highest place of the boundary by climbing, and proves a bound of it by branch and bound over patches of
+/// all balls.
 class HighestSearch {
  public:
   HighestSearch(const Overhangs& overhangs, const OverhangSettings& settings, Progress& progress)
@@ -306,11 +308,11 @@ class HighestSearch {
       if (place.overhang > highest_.overhang) highest_ = place;
   }
 
-  /// A bound of the overhang of all balls. Breadth first and in rounds, so that the result does not depend on the
-  /// threads.
+  /// Returns a bound of the overhang of all balls. Breadth first and in rounds, so that the result does not depend on
+  /// the threads.
   double prove() {
     std::vector<Patch> patches = octants();
-    double proven = 0;  // of all patches that are done
+    double proven = 0;  // bound over all decided patches
     double spacing = 0.5;
     std::size_t judged = 0;
     std::vector<PatchVerdict> verdicts;
@@ -330,7 +332,7 @@ class HighestSearch {
   }
 
  private:
-  /// Overhang up to which a patch needs no further proof [mm].
+  /// Patches with an overhang up to this need no further proof [mm].
   double threshold() const {
     return std::max(highest_.overhang * (1 + settings_.relative_gap),
                     highest_.overhang + settings_.absolute_gap * overhangs_.field().diagonal());
@@ -351,8 +353,8 @@ class HighestSearch {
     return patches;
   }
 
-  /// Quarters of the patches that are not done, after climbs from the high ones; raises `proven` by the bounds of those
-  /// that are.
+  /// Climbs from the high undecided patches and returns their quarters; raises `proven` by the bounds of the decided
+  /// patches.
   std::vector<Patch> cutUndecided(const std::vector<Patch>& patches, const std::vector<PatchVerdict>& verdicts, double spacing,
                                   double& proven) {
     std::vector<Patch> next;
@@ -368,7 +370,7 @@ class HighestSearch {
         const Summit place{patches[i].ball, (corner[0] + corner[1] + corner[2]).normalized(), verdict.middle, spacing};
         if (starts.empty() || starts.back().ball != place.ball)
           starts.push_back(place);
-        else if (place.overhang > starts.back().overhang)  // one start a ball is enough
+        else if (place.overhang > starts.back().overhang)  // one start for each ball suffices
           starts.back() = place;
       }
       for (Patch& part : cut(patches[i])) {

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Where a line crosses the mesh.
+/// A crossing of a line with the mesh.
 struct Crossing {
   double height;
   int turn;  // change of the winding number
@@ -24,21 +24,21 @@ struct Interval {
   double low, high;
 };
 
-/// The lines run along z through the points of a square grid, in a rotated frame.
+/// The lines are parallel to z, through the points of a square grid, in a rotated frame.
 struct Grid {
   double low_x = 0, low_y = 0, step = 1;
   int columns = 0, rows = 0;
   double x(int column) const { return low_x + (column + 0.5) * step; }
   double y(int row) const { return low_y + (row + 0.5) * step; }
-  /// First column or row whose line is at or above `at`, kept within 0..count.
+  /// First column or row whose line is at or above `at`, clamped to 0..count.
   static int firstAt(double at, double low, double step, int count) {
     return static_cast<int>(std::clamp(std::ceil((at - low) / step - 0.5), 0.0, static_cast<double>(count)));
   }
 };
 
-/// Side of the line (x, y) that the edge from a to b runs on: > 0 if it is to the left. Exactly opposite for the edge
-/// from b to a, since products and differences then only change their sign, so that a line cannot slip through between
-/// two triangles. A line on the edge counts as shifted by an infinitesimal step along x, then along y.
+/// Whether the line (x, y) is to the left of the edge from a to b. Exactly opposite for the edge from b to a, since
+/// products and differences then only change their sign, so that a line cannot slip between two triangles. A line on
+/// the edge is treated as shifted by an infinitesimal step along x, then along y.
 bool isLeft(const Vector3d& a, const Vector3d& b, double x, double y) {
   const double ax = a.x() - x, ay = a.y() - y, bx = b.x() - x, by = b.y() - y;
   const double turn = ax * by - bx * ay;
@@ -57,15 +57,15 @@ void crossTriangle(const Grid& grid, int row, const std::array<Vector3d, 3>& cor
     const double x = grid.x(column);
     const bool left = isLeft(corner[0], corner[1], x, y);
     if (isLeft(corner[1], corner[2], x, y) != left || isLeft(corner[2], corner[0], x, y) != left) continue;
-    // Height of the plane, kept within the triangle's, since nearly upright planes are steep.
+    // Height of the plane, clamped to the triangle's range, since nearly vertical planes are steep.
     const double z = corner[0].z() - (normal.x() * (x - corner[0].x()) + normal.y() * (y - corner[0].y())) / normal.z();
     const auto [low_z, high_z] = std::minmax({corner[0].z(), corner[1].z(), corner[2].z()});
-    // Counter-clockwise seen from above: the surface faces up, and a line that goes up leaves the solid.
+    // Counter-clockwise seen from above: the surface faces up, and a rising line leaves the solid.
     out[static_cast<std::size_t>(column)].push_back({std::isfinite(z) ? std::clamp(z, low_z, high_z) : low_z, left ? -1 : 1});
   }
 }
 
-/// Adds an interval to disjoint ones in rising order. The lists stay short, since the balls of a union overlap.
+/// Adds an interval to disjoint intervals in ascending order. The lists stay short, since the balls of a union overlap.
 void unite(std::vector<Interval>& list, Interval added) {
   const auto first = std::find_if(list.begin(), list.end(), [&](const Interval& i) { return i.high >= added.low; });
   auto last = first;
@@ -94,7 +94,7 @@ void crossBall(const Grid& grid, int row, const Ball& ball, std::vector<std::vec
   }
 }
 
-/// Lengths along lines, summed.
+/// Sums of lengths along lines.
 struct Lengths {
   double mesh = 0, balls = 0, both = 0;
 
@@ -102,7 +102,7 @@ struct Lengths {
     std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) { return a.height < b.height; });
     int winding = 0;
     for (const Crossing& crossing : crossings) winding += crossing.turn;
-    if (winding != 0) return;  // not closed here
+    if (winding != 0) return;  // the mesh is not closed here
     for (const Interval& i : covered) balls += i.high - i.low;
     auto next = covered.begin();
     for (std::size_t k = 0; k + 1 < crossings.size(); ++k) {
@@ -117,8 +117,8 @@ struct Lengths {
   }
 };
 
-// Mesh and balls in a pose with no simple relation to the axes, so that lines meet no edge along its length; about the
-// middle of the mesh, so that no digits are lost far out.
+// Mesh and balls in a pose without a simple relation to the axes, so that no line runs along an edge; relative to the
+// middle of the mesh, so that no digits are lost far from the origin.
 struct Turned {
   std::vector<Vector3d> positions;
   std::vector<Ball> balls;
@@ -151,7 +151,7 @@ Turned turned(const TriangleMesh& mesh, std::span<const Ball> balls) {
 }
 
 Lengths sumOfRows(const TriangleMesh& mesh, const Turned& posed, const Grid& grid, int first_row, int end_row) {
-  std::vector<std::array<Vector3d, 3>> triangles;  // that reach into the rows
+  std::vector<std::array<Vector3d, 3>> triangles;  // triangles that intersect the rows
   for (const Triangle& t : mesh.triangles) {
     const Vector3d &p = posed.positions[t[0]], &q = posed.positions[t[1]], &r = posed.positions[t[2]];
     const auto [low, high] = std::minmax({p.y(), q.y(), r.y()});
@@ -192,7 +192,7 @@ Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, st
   grid.low_x = posed.box.min().x() - 0.5 * grid.step;
   grid.low_y = posed.box.min().y() - 0.5 * grid.step;
 
-  constexpr int kBands = 64;  // fixed, so that the order of the sums does not depend on the threads
+  constexpr int kBands = 64;  // constant, so that the order of the sums does not depend on the threads
   std::array<Lengths, kBands> bands{};
   tbb::parallel_for(0, kBands, [&](int band) {
     if (progress.cancelled()) return;

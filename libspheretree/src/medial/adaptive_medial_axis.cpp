@@ -28,7 +28,7 @@ using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel
 using SiteDelaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr double kNearestSites = 1e-7;  // share of the diagonal: a site nearer to others would only repeat those of its ball
+constexpr double kNearestSites = 1e-7;  // as a share of the diagonal: a site nearer to others would only repeat the sites of its ball
 
 // Relative to `a`, so that small cells far from the origin keep their digits. Not finite for a flat cell.
 Kernel::Point_3 toCgal(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
@@ -41,8 +41,8 @@ struct AdaptiveMedialAxis::Impl {
     Vector3d touch = Vector3d::Zero();  // surface point nearest to the centre
     double radius = 0, clearance = 0;
     std::array<std::uint32_t, 4> site{};
-    std::uint32_t birth = 0;  // tells a reused slot from the cell that a queue entry means
-    bool inside = false;      // has a ball
+    std::uint32_t birth = 0;  // distinguishes a reused slot from the cell to which a queue entry refers
+    bool inside = false;      // whether the cell has a ball
     SiteDelaunay::Cell_handle handle;
     double overhang() const { return radius - clearance; }
   };
@@ -55,7 +55,7 @@ struct AdaptiveMedialAxis::Impl {
   const DistanceField& field;
   SiteDelaunay delaunay;
   std::vector<Vector3d> sites;
-  std::vector<std::uint32_t> balls_at;  // (sites) cells with a ball that touch the site
+  std::vector<std::uint32_t> balls_at;  // (sites) cells whose ball touches the site
   std::vector<Cell> cells;
   std::vector<std::uint32_t> free_cells;
   std::uint32_t births = 0;
@@ -63,7 +63,7 @@ struct AdaptiveMedialAxis::Impl {
 
   explicit Impl(const DistanceField& distance_field) : field(distance_field) {}
 
-  // Cells are named in the order of their sorted sites, so that nothing depends on where CGAL keeps them.
+  // Cells are numbered in the order of their sorted sites, so that nothing depends on their storage in CGAL.
   std::vector<std::uint32_t> adopt(std::vector<SiteDelaunay::Cell_handle> handles) {
     struct Named {
       std::array<std::uint32_t, 4> site;
@@ -125,7 +125,7 @@ struct AdaptiveMedialAxis::Impl {
     free_cells.push_back(id);
   }
 
-  // The new cells with balls; empty if the point is a site already.
+  // Inserts a site and returns the new cells with balls; empty if the point already is a site.
   template <class Died>
   std::vector<std::uint32_t> insert(const Vector3d& p, SiteDelaunay::Cell_handle near, Died&& died) {
     SiteDelaunay::Locate_type type;
@@ -139,7 +139,7 @@ struct AdaptiveMedialAxis::Impl {
     std::vector<std::uint32_t> ids;
     for (const SiteDelaunay::Cell_handle cell : conflict)
       if (!delaunay.is_infinite(cell)) ids.push_back(cell->info());
-    // In the order of birth, so that slots are reused in an order of our own.
+    // In the order of birth, so that the order in which slots are reused is deterministic.
     std::sort(ids.begin(), ids.end(), [&](std::uint32_t a, std::uint32_t b) { return cells[a].birth < cells[b].birth; });
     for (const std::uint32_t id : ids) forget(id, died);
     const SiteDelaunay::Vertex_handle vertex =
@@ -162,7 +162,8 @@ struct AdaptiveMedialAxis::Impl {
 
 AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<const Vector3d> sites) : impl_(std::make_unique<Impl>(field)) {
   Impl& m = *impl_;
-  // One by one in the given order: numbers of vertices are then ours, and a repeated point keeps the first number.
+  // One by one in the given order: the numbers of vertices are then deterministic, and a repeated point keeps its first
+  // number.
   SiteDelaunay::Cell_handle hint;
   for (const Vector3d& p : sites) {
     const std::size_t before = m.delaunay.number_of_vertices();
@@ -173,7 +174,7 @@ AdaptiveMedialAxis::AdaptiveMedialAxis(const DistanceField& field, std::span<con
     m.sites.push_back(p);
   }
   m.balls_at.assign(m.sites.size(), 0);
-  if (m.delaunay.dimension() < 3) return;  // fewer than four sites, or all on one plane: inner balls only
+  if (m.delaunay.dimension() < 3) return;  // fewer than four sites, or all coplanar: only inner balls
   std::vector<SiteDelaunay::Cell_handle> handles;
   for (auto cell = m.delaunay.all_cells_begin(); cell != m.delaunay.all_cells_end(); ++cell) handles.push_back(cell);
   m.adopt(std::move(handles));
@@ -186,7 +187,7 @@ std::size_t AdaptiveMedialAxis::ballCount() const { return impl_->ball_count; }
 
 namespace {
 
-// Calls visit(region) once for each region below `regions` that one of the four sites is labelled with.
+// Calls visit(region) once for each region below `regions` to which one of the four sites belongs.
 template <class Visit>
 void forEachRegion(const std::array<std::uint32_t, 4>& site, const std::vector<std::uint32_t>& label, std::size_t regions, Visit&& visit) {
   for (std::size_t k = 0; k < 4; ++k) {
@@ -199,9 +200,9 @@ void forEachRegion(const std::array<std::uint32_t, 4>& site, const std::vector<s
 
 }  // namespace
 
-// Inserts, region by region, sites where the ball that reaches out farthest is nearest to the surface, until each
-// target is met. `label`: the region of each site; grows with the sites. Balls whose sites are nearer than `smallest`
-// are not refined further.
+// Inserts sites, region by region: the surface point nearest to the ball with the largest overhang, until each target
+// is met. `label`: the region of each site; grows with the sites. Balls whose sites are nearer than `smallest` are not
+// refined further.
 void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(const Vector3d&)>& region_of,
                                              std::span<const Target> regions, double smallest, std::vector<std::uint32_t>& label,
                                              Progress& progress) {
@@ -227,7 +228,7 @@ void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(c
       queues[region].pop();
       if (cells[worst.cell].birth != worst.birth) continue;
       const Vector3d touch = cells[worst.cell].touch;
-      label.push_back(region_of(touch));  // the site has the next number if it is new
+      label.push_back(region_of(touch));  // a new site gets the next number
       const std::vector<std::uint32_t> made = insert(touch, cells[worst.cell].handle, died);
       if (sites.size() < label.size()) {
         label.pop_back();
@@ -240,8 +241,8 @@ void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(c
   }
 }
 
-// Cells with a ball, the oldest first, and for each of them the first cell with the same centre: cospherical sites give
-// one centre many times, equal up to rounding, so that centres in one grid cell of side `smallest` count as equal.
+// Cells with a ball, the oldest first, and for each of them the first cell with the same centre. Cospherical sites give
+// the same centre many times, up to rounding, so centres in one grid cell of side `smallest` count as equal.
 AdaptiveMedialAxis::Impl::Living AdaptiveMedialAxis::Impl::livingCells(double smallest) const {
   Living out;
   for (std::uint32_t id = 0; id < cells.size(); ++id)

@@ -12,12 +12,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMostNear = 12;  // surface points remembered
+constexpr std::size_t kMostNear = 12;  // number of stored surface points
 constexpr std::size_t kMostFar = 48;   // patch points of the epsilon-subdifferential
 constexpr int kGilbertSteps = 24;
-constexpr double kFlat = 0.05;  // shortest subgradient that still counts as a slope
+constexpr double kFlat = 0.05;  // subgradients shorter than this count as zero
 
-// The first of those that reach least far in a direction.
+// The first of the points with the smallest projection on a direction.
 std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all) {
   std::size_t at = 0;
   double least = all[0].dot(direction);
@@ -28,9 +28,9 @@ std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all)
   return at;
 }
 
-// About the shortest vector of conv(pull) - conv(push), by 2 % at most; where it is shorter than kFlat, one that is,
-// too. Gilbert's method, but towards the last corner of the difference as well as the present one: without it the steps
-// go to and fro between two corners.
+// The shortest vector of conv(pull) - conv(push), to within 2 %; if it is shorter than kFlat, any vector shorter than
+// that. Gilbert's method, which here moves towards the last corner of the difference as well as towards the current
+// one: otherwise the steps alternate between two corners.
 // Paper: E. Gilbert. An iterative procedure for computing the minimum of a quadratic form on a convex set. SIAM J.
 //         Control 4(1), 1966.
 Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vector3d> push) {
@@ -48,8 +48,8 @@ Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vect
   return g;
 }
 
-// The nearest point, which is known to be no farther than `bound` but for rounding: where that alone makes the search
-// come back with nothing, as it can far from the origin of coordinates, it looks again without a bound.
+// The nearest point, whose distance is known to be at most `bound` up to rounding. If rounding makes the bounded search
+// return nothing, as it can far from the origin of coordinates, searches again without a bound.
 NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double bound) {
   const NearestPoint found = field.nearest(p, bound * (1 + 1e-9) + std::numeric_limits<double>::min());
   return std::isfinite(found.distance) ? found : field.nearest(p);
@@ -68,9 +68,9 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
-  std::array<Vector3d, kMostNear> near;  // touching points seen; the oldest goes first
-  std::array<double, kMostNear> slack;   // of each
-  std::array<double, kMostNear> away;    // 1: the clearance grows away from it; -1: towards it, seen from outside
+  std::array<Vector3d, kMostNear> near;  // surface points found so far; the oldest is replaced first
+  std::array<double, kMostNear> slack;   // slack of each
+  std::array<double, kMostNear> away;    // 1: the clearance increases away from it; -1: it increases towards it, for a centre outside
   std::size_t near_count = 0, near_next = 0;
   const auto remember = [&](const NearestPoint& s, bool inside) {
     near[near_next] = s.point;
@@ -87,8 +87,8 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
   double step = first_step;
   const double smallest = 1e-3 * first_step;
   for (int i = 0; i < most_steps && step > smallest && best.stand_off > target; ++i) {
-    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, within `step` of
-    // active.
+    // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, with a tolerance
+    // of `step`.
     std::size_t pulls = 0, pushes = 0;
     const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
     for (const Vector3d& p : patch) {
@@ -111,7 +111,7 @@ Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, con
     for (std::size_t k = 0; k < near_count; ++k) limit = std::min(limit, (trial - near[k]).norm() + slack[k]);
     const double trial_reach = farthest(patch, trial);
     best.work += patch.size();
-    if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no need to ask
+    if (trial_reach - limit >= best.stand_off) {  // the clearance is at most `limit`: no distance query is needed
       step *= 0.5;
       continue;
     }

@@ -12,9 +12,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kClose = 1e-3;       // a ball empty up to this share of its radius is good enough
-constexpr double kGuessFactor = 1.2;  // of a guess: the ball shrinks from there
-constexpr int kMostRounds = 40;       // each round at least touches a new feature; ten are rare
+constexpr double kClose = 1e-3;       // a ball counts as inscribed if it is empty up to this share of its radius
+constexpr double kGuessFactor = 1.2;  // factor on a guess: the ball shrinks from there
+constexpr int kMostRounds = 40;       // each round touches at least one new feature; ten rounds are rare
 
 }  // namespace
 
@@ -29,7 +29,8 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
   for (int round = 0; round < kMostRounds; ++round) {
     NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));
     if (!std::isfinite(touch.distance)) {
-      // Empty enough; but a solid thinner than that share of the radius may lie between the centre and the point.
+      // Empty up to the tolerance. But a solid thinner than that share of the radius may lie between the centre and the
+      // point.
       const double depth = -field.signedDistance(c, &touch);
       if (depth > 0) return {c, depth};
     }

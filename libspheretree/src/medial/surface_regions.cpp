@@ -20,12 +20,12 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kPointsAChunk = 512;
-constexpr std::size_t kDensityEvery = 4;  // points, one inner ball: a ball_density may be that of a neighbour
+constexpr std::size_t kDensityEvery = 4;  // points for each inner ball: a ball_density may be that of a neighbour
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
-constexpr std::size_t kFewBalls = 16;  // that are not worth an index
+constexpr std::size_t kFewBalls = 16;  // number of balls up to which an index does not pay
 
-// Larger by 1e-9, so that a point on a ball's surface is held in spite of rounding.
+// Enlarged by 1e-9, so that a point on a ball's surface counts as inside, whatever the rounding.
 BallIndex indexOf(std::span<const FittedBall> balls) {
   std::vector<Ball> larger;
   larger.reserve(balls.size());
@@ -33,7 +33,7 @@ BallIndex indexOf(std::span<const FittedBall> balls) {
   return BallIndex(larger);
 }
 
-// visit(ball, distance of the point from its centre)
+// Calls visit(ball, distance of the point from its centre).
 template <class Visit>
 void forHolders(const BallIndex& index, const Vector3d& p, Visit&& visit) {
   index.tree.searchWithin(p, 0, [&](std::size_t first, std::size_t count) {
@@ -51,8 +51,9 @@ void forChunks(std::size_t count, Work&& work) {
   });
 }
 
-// A ball with its centre outside, or on the surface as the smallest ball of a flat patch has it, cannot be refitted:
-// the inner ball that touches the surface where the centre is nearest takes its place, unless it reaches out farther.
+// A ball cannot be refitted if its centre is outside, or on the surface as for the smallest ball of a flat patch. It is
+// replaced by the inner ball that touches the surface at the point nearest to the centre, unless that has a larger
+// overhang.
 void moveInside(const DistanceField& field, std::span<const Vector3d> patch, FittedBall& ball) {
   const double reach = farthest(patch, ball.centre);
   if (ball.clearance > 1e-2 * reach) return;
@@ -72,7 +73,7 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   out.inner.resize(samples.size());
   std::vector<double> radius(samples.size(), 0);
   const std::size_t every = wants_inner ? 1 : kDensityEvery;
-  forChunks(samples.size(), [&](std::size_t i) {  // neighbours on the surface follow each other
+  forChunks(samples.size(), [&](std::size_t i) {  // consecutive samples are neighbours on the surface
     if (i % kPointsAChunk > 0) radius[i] = radius[i - 1];
     if (samples[i].feature || i % kPointsAChunk % every > 0) return;
     out.inner[i] = shrinkingBall(field, samples[i].point, samples[i].normal, radius[i]);
@@ -82,7 +83,7 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (!samples[i].feature) faces.push_back(radius[i]);
   const double share = faces.empty() ? 0 : field.area() / static_cast<double>(faces.size());
-  // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side falls as h rises.
+  // n k pi h = 1.2092 * integral of dA / (2 r + h), k = 2: the right side decreases as h increases.
   double low = 0, high = field.diagonal();
   for (int i = 0; i < 50; ++i) {
     const double h = 0.5 * (low + high);

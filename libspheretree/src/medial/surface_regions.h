@@ -61,9 +61,9 @@ struct Holders {
 Holders findHolders(std::span<const Eigen::Vector3d> points, std::span<const FittedBall> balls);
 
 /// Marks balls such that the unmarked ones still contain every point: goes through the balls by overhang, the largest
-/// first, and marks each ball that is not the only unmarked ball around some point. Balls in `absent` (may be empty)
-/// are treated as absent, balls in `fixed` (may be empty) stay unmarked. `group` (balls): the last unmarked ball of a
-/// group stays unmarked.
+/// first, and marks each ball that is not the only unmarked ball around some point. Balls in `absent` (may be empty) do
+/// not count, balls in `fixed` (may be empty) stay unmarked. `group` (balls): the last unmarked ball of a group stays
+/// unmarked.
 std::vector<char> maybeRedundant(const Holders& holders, std::span<const FittedBall> balls, std::span<const std::uint32_t> group,
                                  std::span<const char> fixed, std::span<const char> absent);
 

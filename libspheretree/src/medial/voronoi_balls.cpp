@@ -40,7 +40,7 @@ std::vector<Ball> voronoiBalls(std::span<const Vector3d> points, const DistanceF
   }
   std::vector<Ball> balls(centres.size());
   tbb::parallel_for(std::size_t{0}, centres.size(), [&](std::size_t i) { balls[i] = {centres[i], -field.signedDistance(centres[i])}; });
-  // Cospherical samples give one centre many times, equal up to rounding: keep the first of each grid cell.
+  // Cospherical samples give the same centre many times, up to rounding: keeps the first centre in each grid cell.
   const double cell_size = 1e-8 * field.diagonal();
   struct Key {
     std::array<std::int64_t, 3> cell;

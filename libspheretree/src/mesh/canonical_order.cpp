@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kBits = 16;  // of each coordinate on the curve
 
-// The bits of three numbers in turn, the highest first.
+// Interleaves the bits of three numbers, the highest bits first.
 std::uint64_t interleaved(const std::array<std::uint32_t, 3>& cell) {
   std::uint64_t code = 0;
   for (int bit = kBits; bit-- > 0;)

@@ -20,13 +20,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kAlike = 1e-3;        // variances that differ by less, of their sum, do not tell axes apart
-constexpr double kSignificant = 1e-3;  // a skewness, or a share of aligned normals, below this is none
+constexpr double kAlike = 1e-3;        // relative to their sum: variances that differ by less do not distinguish axes
+constexpr double kSignificant = 1e-3;  // a skewness, or a share of aligned normals, below this counts as 0
 constexpr double kTie = 1e-6;
-constexpr std::size_t kMostFaces = 64;  // whose normals are tried as an axis
+constexpr std::size_t kMostFaces = 64;  // number of largest faces whose normals are tried as an axis
 constexpr double kGrid = 0x1p-25;
 
-// Twice the area, along the normal.
+// Twice the area, in the direction of the normal.
 Vector3d areaVector(const TriangleMesh& mesh, std::size_t t) {
   return (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
 }
@@ -37,7 +37,7 @@ struct Moments {
   Matrix3d covariance = Matrix3d::Zero();
 };
 
-// Of the surface, exact: the integral of a polynomial over a triangle is one of its corners.
+// Moments of the surface, exact: the integral of a polynomial over a triangle is a polynomial of its corners.
 Moments momentsOf(const TriangleMesh& mesh) {
   Moments m;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -56,7 +56,7 @@ Moments momentsOf(const TriangleMesh& mesh) {
   return m;
 }
 
-// Third moment along an axis over the cube of the standard deviation; 0 if there is none worth the name.
+// Third moment along an axis divided by the cube of the standard deviation; 0 if it is not significant.
 double skewness(const TriangleMesh& mesh, const Moments& m, const Vector3d& axis, double variance) {
   double sum = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -66,10 +66,10 @@ double skewness(const TriangleMesh& mesh, const Moments& m, const Vector3d& axis
     sum += 0.5 * areaVector(mesh, t).norm() / 10 * all;
   }
   const double skew = sum / (m.area * variance * std::sqrt(variance));
-  return std::abs(skew) > kSignificant ? skew : 0;  // not if the variance is 0 either
+  return std::abs(skew) > kSignificant ? skew : 0;  // also 0 if the variance is 0
 }
 
-// The normal of a large face that most of the area is parallel or at right angles to.
+// The normal of a large face to which most of the area is parallel or perpendicular.
 Vector3d commonestNormal(const TriangleMesh& mesh) {
   std::vector<std::pair<double, std::size_t>> by_area;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) by_area.emplace_back(-areaVector(mesh, t).norm(), t);
@@ -90,8 +90,8 @@ Vector3d commonestNormal(const TriangleMesh& mesh) {
   return best;
 }
 
-// Axes about one of them: the two others are those that the normals across it keep to, which the fourth harmonic of
-// their angles tells.
+// Completes one axis to three: the other two are the directions to which most normals perpendicular to it are aligned,
+// according to the fourth harmonic of their angles.
 Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   int least = 0;
   axis.cwiseAbs().minCoeff(&least);
@@ -114,8 +114,8 @@ Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
   return axes;
 }
 
-// Of the turns of a symmetric object: the one in which its triangles come first in the order of their coordinates.
-// Where two of them give the same triangles it does not matter which.
+// Of the rotations that map a symmetric object to itself, the one for which its triangles come first in the order of
+// their coordinates. If two rotations give the same triangles, either may be chosen.
 Pose firstOf(const std::vector<Matrix3d>& turns, const TriangleMesh& mesh, Pose pose) {
   pose.turn = turns[0];
   if (turns.size() == 1) return pose;
@@ -151,7 +151,7 @@ Pose canonicalPose(const TriangleMesh& mesh) {
     skew[k] = skewness(mesh, m, axes.col(k), variance[k]);
   }
 
-  // Of the 24 right-handed ways to name them: the longest first, then the most skew.
+  // Of the 24 right-handed ways to order and orient the axes: the longest first, then the largest skewness.
   std::vector<Matrix3d> turns;
   double most_skew = -std::numeric_limits<double>::infinity();
   std::array<int, 3> order{0, 1, 2};
@@ -164,7 +164,7 @@ Pose canonicalPose(const TriangleMesh& mesh) {
         const double sign = signs >> k & 1 ? -1 : 1;
         const int axis = order[static_cast<std::size_t>(k)];
         turn.col(k) = sign * axes.col(axis);
-        skews += sign * skew[axis] * (4 >> k);  // weights, so that two ways are not the same
+        skews += sign * skew[axis] * (4 >> k);  // weights that distinguish any two ways
       }
       if (turn.determinant() < 0 || skews < most_skew - kTie) continue;
       if (skews > most_skew + kTie) most_skew = skews, turns.clear();

@@ -30,7 +30,7 @@ bool doCross(const std::vector<Eigen::Vector3d>& positions, const Triangle& a, c
   const auto point = [&](const Triangle& triangle, std::size_t k) { return pointOf(positions, triangle[k % 3]); };
   if (shared == 3) return false;  // a duplicate
   if (shared == 2) {
-    // They meet elsewhere only if they are folded flat onto each other.
+    // They have further common points only if they are folded flat onto each other.
     const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 0) - shared_a.begin());
     const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 0) - shared_b.begin());
     return CGAL::coplanar(point(a, i + 1), point(a, i + 2), point(a, i), point(b, j)) &&
@@ -38,8 +38,8 @@ bool doCross(const std::vector<Eigen::Vector3d>& positions, const Triangle& a, c
   }
   const Kernel::Triangle_3 ta(point(a, 0), point(a, 1), point(a, 2)), tb(point(b, 0), point(b, 1), point(b, 2));
   if (shared == 0) return CGAL::do_intersect(ta, tb);
-  // Two triangles that share one corner and meet elsewhere: the side opposite the corner of one of them meets the
-  // other.
+  // If two triangles that share one corner meet elsewhere, the side opposite the corner of one of them meets the other
+  // triangle.
   const auto i = static_cast<std::size_t>(std::find(shared_a.begin(), shared_a.end(), 1) - shared_a.begin());
   const auto j = static_cast<std::size_t>(std::find(shared_b.begin(), shared_b.end(), 1) - shared_b.begin());
   return CGAL::do_intersect(ta, Kernel::Segment_3(point(b, j + 1), point(b, j + 2))) ||

@@ -11,9 +11,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kGrowth = 0.5;  // of a tolerance with the distance
+constexpr double kGrowth = 0.5;  // growth of a tolerance with the distance
 
-// A lower bound: for a box, of the distance to the box about the triangle.
+// A lower bound of the distance: for a box, the distance to the bounding box of the triangle.
 double distanceTo(const ToleranceRegion& region, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   if (region.radius > 0) return std::max(0.0, nearestOnTriangle(region.centre, a, b, c).distance - region.radius);
   Eigen::AlignedBox3d box(a);

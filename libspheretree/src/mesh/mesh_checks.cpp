@@ -19,7 +19,7 @@
 namespace spheretree::builder {
 namespace {
 
-// Radii reach down to 1e-3 of the diagonal and are squared in float32, which holds 1e-38 to 3e38.
+// Radii can be as small as 1e-3 of the diagonal, and are squared in float32, which has a range of 1e-38 to 3e38.
 constexpr double kSmallestDiagonal = 1e-9, kLargestDiagonal = 1e12;  // [mm]
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
@@ -106,7 +106,7 @@ class MeshCheck {
       }
     largest_coordinate_ = std::max(report_.low.cwiseAbs().maxCoeff(), report_.high.cwiseAbs().maxCoeff());
     centre_ = report_.low / 2 + report_.high / 2;
-    // Halved before the difference, as the box of huge coordinates would overflow.
+    // Halved before the difference, since it would overflow for huge coordinates.
     scale_ = (report_.high / 2 - report_.low / 2).stableNorm();
     const double diagonal = 2 * scale_;
     if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
@@ -119,11 +119,11 @@ class MeshCheck {
     report_.area = area * scale_ * scale_;
   }
 
-  /// About the centre of the box, in units of half its diagonal: far from the origin the terms would cancel.
+  /// Relative to the centre of the box, in units of half its diagonal: far from the origin the terms would cancel.
   Eigen::Vector3d unitCorner(std::uint32_t t, int k) const { return (mesh_.corner(t, k) - centre_) / scale_; }
   double unitVolume(std::uint32_t t) const {
     const Eigen::Vector3d a = unitCorner(t, 0), b = unitCorner(t, 1), c = unitCorner(t, 2);
-    return a.dot((b - a).cross(c - a)) / 6;  // differences first: small triangles keep their digits
+    return a.dot((b - a).cross(c - a)) / 6;  // differences first, so that small triangles keep their digits
   }
   double unitArea(std::uint32_t t) const {
     const Eigen::Vector3d a = unitCorner(t, 0), b = unitCorner(t, 1), c = unitCorner(t, 2);
@@ -151,7 +151,7 @@ class MeshCheck {
       sorted.emplace_back(triangle, t);
     }
     std::sort(sorted.begin(), sorted.end());
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // the later triangle, the first with these corners
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // the later triangle, and the first one with these corners
     std::uint32_t first = 0;
     for (std::size_t i = 0; i < sorted.size(); ++i) {
       if (i == 0 || sorted[i].first != sorted[i - 1].first)
@@ -175,7 +175,7 @@ class MeshCheck {
   }
 
   void findEdgeDefects() {
-    std::array<std::vector<std::size_t>, 3> found;  // first sides: of one triangle, of two that clash, of three or more
+    std::array<std::vector<std::size_t>, 3> found;  // first sides of edges: of one triangle, of two that clash, of three or more
     forEachEdge([&](std::size_t first, std::size_t last) {
       if (last - first == 1) found[0].push_back(first);
       if (last - first == 2 && sides_[first].forward == sides_[first + 1].forward) found[1].push_back(first);
@@ -211,7 +211,7 @@ class MeshCheck {
   }
 
   void findNonManifoldVertices() {
-    // Corners of one vertex hang together if their triangles share an edge at it.
+    // Corners at one vertex are connected if their triangles share an edge there.
     Groups corners(mesh_.triangles.size() * 3);
     const auto cornerAt = [&](const Side& side, std::uint32_t vertex) {
       const std::uint32_t k = mesh_.triangles[side.triangle][side.corner] == vertex ? side.corner : (side.corner + 1u) % 3u;
@@ -222,7 +222,7 @@ class MeshCheck {
         for (const std::uint32_t vertex : {sides_[first].low(), sides_[first].high()})
           corners.join(cornerAt(sides_[first], vertex), cornerAt(sides_[i], vertex));
     });
-    std::vector<std::uint32_t> fan(mesh_.positions.size(), kNone);  // of the first corner; then kDone
+    std::vector<std::uint32_t> fan(mesh_.positions.size(), kNone);  // fan of the first corner at the vertex; then kDone
     constexpr std::uint32_t kDone = kNone - 1;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       if (!has_edges_[t]) continue;
@@ -285,7 +285,7 @@ class MeshCheck {
       volume[report_.component_of[t]] += unitVolume(t);
       area[report_.component_of[t]] += unitArea(t);
     }
-    // What the rounding of the coordinates alone can do to a sheet of no thickness.
+    // The thickness that rounding of the coordinates alone can give to a sheet without thickness.
     const double least_thickness = 16 * std::numeric_limits<double>::epsilon() * std::max(1.0, largest_coordinate_ / scale_);
     for (std::size_t c = 0; c < components.size(); ++c) {
       components[c].volume = volume[c] * scale_ * scale_ * scale_;
@@ -297,18 +297,18 @@ class MeshCheck {
       return;
     }
 
-    // From the outside in: a component comes after all that enclose it.
+    // From the outside in: a component follows all components that enclose it.
     std::vector<std::uint32_t> first_triangle;
     for (const Component& component : components) first_triangle.push_back(component.first_triangle);
     const std::vector<std::vector<Enclosure>> around = findEnclosures(mesh_, report_.component_of, first_triangle, crosses_other_);
     std::vector<std::uint32_t> order(components.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return around[a].size() < around[b].size(); });
-    std::vector<bool> is_turned(components.size());  // by itself or with what encloses it
+    std::vector<bool> is_turned(components.size());  // by itself or together with an enclosing component
     for (const std::uint32_t c : order) {
       Component& component = components[c];
-      // Who is wound inward is turned together with all that lies in it: so a mesh that is wholly inside out keeps its
-      // hollows.
+      // A component that is wound inward is turned together with everything inside it: a mesh that is wholly inside out
+      // keeps its cavities.
       int outside = 0;
       bool turned = false;
       std::size_t depth = 0;
@@ -331,8 +331,8 @@ class MeshCheck {
   std::size_t places_;
   MeshReport report_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-  double scale_ = 1, largest_coordinate_ = 0;  // half the diagonal of the box; of any axis [mm]
-  std::vector<bool> has_edges_;                // for each triangle: three different corners
+  double scale_ = 1, largest_coordinate_ = 0;  // half the diagonal of the box; largest absolute coordinate [mm]
+  std::vector<bool> has_edges_;                // for each triangle: whether its three corners are different
   std::vector<Side> sides_;
   bool is_closed_ = false, crossings_known_ = true;
   std::vector<bool> crosses_other_;  // for each component

@@ -13,13 +13,13 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// +1 if the ray from `p` along +z leaves through the front of triangle `t`, -1 through its back, 0 if it misses.
-/// Exact, and consistent where the ray meets edges or corners: as if `p` were moved by an infinitely small step along
-/// +x and +y.
+/// +1 if the ray from `p` along +z leaves through the front of triangle `t`, -1 through its back, 0 if it misses the
+/// triangle. Exact, and consistent where the ray meets edges or corners: as if `p` were moved by an infinitesimal step
+/// along +x and +y.
 int crossingAbove(const TriangleMesh& mesh, std::uint32_t t, const Eigen::Vector3d& at) {
   const auto point = [](const Eigen::Vector3d& q) { return Kernel::Point_3(q.x(), q.y(), q.z()); };
   const Kernel::Point_3 p = point(at);
-  int turns = 0;  // winding number of the triangle's shadow round the shadow of p
+  int turns = 0;  // winding number of the projected triangle around the projection of p
   const auto flat = [](const Kernel::Point_3& q) { return Kernel::Point_2(q.x(), q.y()); };
   for (std::size_t k = 0; k < 3; ++k) {
     const Kernel::Point_3 a = point(mesh.positions[mesh.triangles[t][k]]), b = point(mesh.positions[mesh.triangles[t][(k + 1) % 3]]);
@@ -30,7 +30,7 @@ int crossingAbove(const TriangleMesh& mesh, std::uint32_t t, const Eigen::Vector
     if (down && side == CGAL::RIGHT_TURN) --turns;
   }
   if (turns == 0) return 0;
-  // A positive turn means that the front looks up: p is below the triangle if it is behind it.
+  // A positive turn means that the front faces up; then p is below the triangle if it is behind it.
   const Triangle& corners = mesh.triangles[t];
   const CGAL::Orientation place =
       CGAL::orientation(point(mesh.positions[corners[0]]), point(mesh.positions[corners[1]]), point(mesh.positions[corners[2]]), p);
@@ -44,7 +44,7 @@ std::vector<std::vector<Enclosure>> findEnclosures(const TriangleMesh& mesh, std
                                                    std::span<const std::uint32_t> first_triangle, const std::vector<bool>& crosses_other) {
   std::vector<std::vector<Enclosure>> result(first_triangle.size());
   if (first_triangle.size() < 2) return result;
-  std::vector<Eigen::AlignedBox3d> shadows;  // boxes of the triangles, seen along z
+  std::vector<Eigen::AlignedBox3d> shadows;  // boxes of the triangles, projected along z
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     Eigen::AlignedBox3d box;
     for (int k = 0; k < 3; ++k) {

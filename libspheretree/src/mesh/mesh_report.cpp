@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a report says in words, and the changes that it allows.
+// The text of a report, and the changes to a mesh that it permits.
 #include <algorithm>
 #include <cstdio>
 #include <utility>
@@ -27,7 +27,7 @@ std::string counted(std::size_t count, const char* one, const char* many) {
 }
 
 struct Wording {
-  const char *one, *many;  // what is counted
+  const char *one, *many;  // name of what is counted, singular and plural
   const char* advice;      // what to do
 };
 

@@ -10,22 +10,22 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLeastSlope = 0.1;       // cosine between the normals: steeper triangles say little
-constexpr double kWidening = 1e-11;       // of the size of the triangle: so that rounding leaves no gaps between neighbours
-constexpr double kMostSlack = 0.01;       // of the allowed distance, that the widening may add
-constexpr double kHeightRounding = 1e-9;  // heights of cut corners are rounded: they are to be within what is allowed
-constexpr std::size_t kMaxParts = 512;    // of a triangle at a time; then the rest counts as not covered
+constexpr double kLeastSlope = 0.1;       // smallest cosine between the normals: steeper triangles cover too little
+constexpr double kWidening = 1e-11;       // as a share of the triangle's size: widening, so that rounding leaves no gaps between neighbours
+constexpr double kMostSlack = 0.01;       // largest share of the allowed distance that the widening may add
+constexpr double kHeightRounding = 1e-9;  // margin for the rounding of the heights of cut corners
+constexpr std::size_t kMaxParts = 512;    // parts of a triangle at any time; then the rest counts as not covered
 
 using Polygon = std::vector<Vector2d>;  // convex
 
-/// inside: normal . p <= offset
+/// The inside is normal . p <= offset.
 struct HalfPlane {
   Vector2d normal;
   double offset;
   double beyond(const Vector2d& p) const { return normal.dot(p) - offset; }
 };
 
-// The part on one side; both together are the polygon.
+// The part on one side; the two parts together are the polygon.
 Polygon clipped(const Polygon& polygon, const HalfPlane& half, bool keep_inside) {
   Polygon out;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -49,12 +49,12 @@ struct Frame {
   Vector3d origin, x, y, z;
 };
 
-/// Where a triangle covers the plane of the frame within a distance, and how far it is from there.
+/// The part of the frame's plane that a triangle covers within a distance, and its distance from there.
 struct Shadow {
   std::array<HalfPlane, 5> half;
   Vector2d slope;
   double level = 0;  // height above p: slope . p + level
-  double slack = 0;  // that widening adds to distances
+  double slack = 0;  // increase of distances by the widening
   double heightOver(const Vector2d& p) const { return std::abs(slope.dot(p) + level); }
 };
 
@@ -76,8 +76,8 @@ bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, doub
     const Vector2d out(u.y() / length, -u.x() / length);
     shadow.half[k] = {out, out.dot(p[k]) + widening};
   }
-  // A widened corner of angle alpha lies widening / sin(alpha / 2) beyond, and 1 / cosine of the slope as far in the
-  // triangle's own plane.
+  // A widened corner of angle alpha is widening / sin(alpha / 2) beyond the original corner; in the triangle's own
+  // plane, that distance is divided by the cosine of the slope.
   shadow.slack = 2 * widening / (least * kLeastSlope);
   if (!(least > 0 && shadow.slack < kMostSlack * allowed)) return false;
   const double height = (1 - kHeightRounding) * (allowed - shadow.slack);

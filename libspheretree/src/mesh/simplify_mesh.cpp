@@ -23,13 +23,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMostTurn = 0.5;        // cosine of the most that a triangle may turn in one collapse
-constexpr double kLeastShape = 0.05;     // twice the area over the square of the longest side: below it is a sliver
-constexpr double kRoundShare = 0.1;      // of the collapses possible, cheapest first, that a round may try
-constexpr double kLeastProgress = 0.01;  // of the triangles, in a round: below it nothing more is to be had
+constexpr double kMostTurn = 0.5;        // cosine of the largest rotation of a triangle in one collapse
+constexpr double kLeastShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kRoundShare = 0.1;      // largest share of the possible collapses, cheapest first, that a round tries
+constexpr double kLeastProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
 constexpr std::size_t kGrain = 4096;
-constexpr double kTightShare = 0.25;  // of what is allowed: looser bounds of a whole triangle are made tighter by projection,
-constexpr double kLooseness = 1.25;   // unless they are below this multiple of a distance that was found
+constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
+constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
 
 using Connectivity = OpenMesh::TriMesh_ArrayKernelT<>;
 using Vertex = OpenMesh::VertexHandle;
@@ -51,8 +51,8 @@ Quadric planeOf(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
 
 double areaOf(const Quadric& q) { return q(0, 0) + q(1, 1) + q(2, 2); }
 
-/// Mean squared distance of p to the planes. The mean, since the sum would leave strongly bent places coarse: the
-/// largest distance counts here, not the volume between the surfaces.
+/// Mean squared distance of p to the planes. The mean is used because the sum would leave strongly curved places
+/// coarse: here the largest distance matters, not the volume between the surfaces.
 double errorAt(const Quadric& q, const Vector3d& p) {
   const Eigen::Vector4d x = p.homogeneous();
   return std::max(0.0, x.dot(q * x)) / areaOf(q);
@@ -62,7 +62,8 @@ class Simplifier {
  public:
   Simplifier(const TriangleMesh& mesh, double max_error, Progress& progress) : mesh_(mesh), progress_(progress) {
     connect();
-    // In a frame of size 1 about the middle: the constant terms of quadrics far out would drown their error.
+    // In a frame of size 1 relative to the middle: far from the origin, the constant terms of the quadrics would exceed
+    // their error.
     Eigen::AlignedBox3d box;
     for (const Vector3d& p : mesh.positions) box.extend(p);
     const double scale = box.diagonal().norm() > 0 ? box.diagonal().norm() : 1;
@@ -93,14 +94,14 @@ class Simplifier {
 
  private:
   struct Collapse {
-    Halfedge halfedge;  // its start moves into its end
+    Halfedge halfedge;  // its start vertex moves to its end vertex
     double cost = kInfinity;
   };
 
   void connect() {
     connectivity_.reserve(mesh_.positions.size(), mesh_.triangles.size() * 3 / 2, mesh_.triangles.size());
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) connectivity_.new_vertex();
-    omerr().disable();  // a refusal is ours to word
+    omerr().disable();  // the caller reports a refusal
     for (const Triangle& t : mesh_.triangles)
       if (!connectivity_.add_face(vertexOf(t[0]), vertexOf(t[1]), vertexOf(t[2])).is_valid())
         throw std::invalid_argument("simplify: the mesh is not manifold");
@@ -112,7 +113,7 @@ class Simplifier {
 
   const Vector3d& at(Vertex v) const { return points_[static_cast<std::size_t>(v.idx())]; }
 
-  /// No triangle at the start of `h` turns over or becomes a sliver where it was none.
+  /// True if no triangle at the start of `h` turns over or becomes a sliver.
   bool keepsShape(Halfedge h) const {
     const Vertex from = connectivity_.from_vertex_handle(h), to = connectivity_.to_vertex_handle(h);
     const Vector3d &p = at(from), &q = at(to);
@@ -144,7 +145,8 @@ class Simplifier {
     return best;
   }
 
-  /// One round of collapses that do not touch each other; returns how many triangles went, at most about `most`.
+  /// One round of collapses that do not touch each other; returns the number of removed triangles, at most about
+  /// `most`.
   std::size_t round(std::size_t most) {
     progress_.check();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), kGrain), [&](const auto& range) {
@@ -199,12 +201,12 @@ class Simplifier {
 
   const TriangleMesh& mesh_;
   Progress& progress_;
-  double max_cost_ = kInfinity;  // of a collapse
+  double max_cost_ = kInfinity;  // largest cost of a collapse
   Connectivity connectivity_;
   std::vector<Vector3d> points_;
   std::vector<Quadric> quadrics_;
   std::vector<Collapse> best_;
-  std::vector<char> needs_update_;  // what stands in best_ holds no more
+  std::vector<char> needs_update_;  // (vertices) whether best_ is outdated
 };
 
 // --- the bound ---
@@ -217,11 +219,11 @@ struct Corner {
 
 class PieceBound {
  public:
-  /// A bound of a whole triangle that is not above `tight` is not made tighter.
+  /// A bound of a whole triangle that is at most `tight` is not improved.
   PieceBound(const DistanceField& field, double allowed, double sufficient_bound, double tight)
       : field_(field), allowed_(allowed), sufficient_bound_(sufficient_bound), tight_(tight) {}
 
-  /// Upper bound of the distance over a triangle: not above what is allowed where a few pieces can show it. Infinite if
+  /// Upper bound of the distance over a triangle: at most the allowed distance if a few pieces can show it. Infinite if
   /// a point is farther than `sufficient_bound`.
   double run(const std::array<Corner, 3>& triangle) {
     double bound = boundOf(triangle);
@@ -273,18 +275,18 @@ class PieceBound {
     double least = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
-      // No distance changes faster than its point moves.
+      // The distance is 1-Lipschitz.
       least = std::min(least, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
       if (face[k] != face[next]) least = std::min(least, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
     }
     return least;
   }
 
-  /// The distance to one triangle is convex, and so largest at a corner. With corners nearest to two triangles: the
-  /// points nearest to the corners span a triangle that is no farther from the piece than its corners are. One of them,
-  /// a, lies on one face, and b and c on the other. A path on the two faces leads from a to b, and one to c, through
-  /// any point that the faces share; the triangle a, b, c is no farther from the faces than its sides ab and ac come to
-  /// a point where those paths bend.
+  /// The distance to one triangle is convex, and therefore largest at a corner. If the corners are nearest to two
+  /// triangles: the nearest points of the corners span a triangle whose distance from the piece is at most that of the
+  /// corners. One of its corners, a, lies on one face, and b and c on the other. A path on the two faces leads from a
+  /// to b, and one from a to c, through any point that the faces share. The distance of the triangle a, b, c from the
+  /// faces is at most the distance of its sides ab and ac from a point where those paths bend.
   static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};
@@ -299,7 +301,7 @@ class PieceBound {
     if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return most;
     std::size_t alone = 0;
     while (on_one[alone] == on_one[(alone + 1) % 3] || on_one[alone] == on_one[(alone + 2) % 3]) ++alone;
-    std::array<Vector3d, 3> shared;  // corners of both faces
+    std::array<Vector3d, 3> shared;  // corners that both faces share
     std::size_t count = 0;
     for (const Vector3d& p : one)
       if (p == two[0] || p == two[1] || p == two[2]) shared[count++] = p;
@@ -308,7 +310,7 @@ class PieceBound {
     return most + std::max(distanceOfSegments(a, b, from, to), distanceOfSegments(a, c, from, to));
   }
 
-  /// Of two of their points; the nearest two unless the segments are nearly parallel.
+  /// An upper bound of the distance between two segments; exact unless they are nearly parallel.
   static double distanceOfSegments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
     const Vector3d u = b - a, v = d - c, w = a - c;
     const double uu = u.squaredNorm(), uv = u.dot(v), vv = v.squaredNorm(), uw = u.dot(w), vw = v.dot(w);
@@ -358,7 +360,7 @@ double distanceBound(const TriangleMesh& mesh, const DistanceField& field, Progr
     if (bounds[chunk] > sufficient_bound) is_beyond = true;
   });
   if (is_beyond) return kInfinity;
-  // What double precision makes of a distance.
+  // Upper bound of the rounding error of a distance in double precision.
   const double rounding = 1e-12 * (field.box().min().cwiseAbs().cwiseMax(field.box().max().cwiseAbs()).maxCoeff() + field.diagonal());
   return *std::max_element(bounds.begin(), bounds.end()) + rounding;
 }

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kBeside = 1e-5;  // of the diagonal: so near to the solid, a sheet is not worth a search of its own
+constexpr double kBeside = 1e-5;  // as a share of the diagonal: a sheet this near to the solid needs no search of its own
 
 }  // namespace
 

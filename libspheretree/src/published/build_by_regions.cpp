@@ -25,23 +25,23 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the paper's initial set
-constexpr std::size_t kLeastBalls = 200;  // of a region, as in the paper
-constexpr double kErrorFactor = 2;        // medial balls are this much better than the spheres that they become, as in the paper
+constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the initial set of the paper
+constexpr std::size_t kLeastBalls = 200;  // for a region, as in the paper
+constexpr double kErrorFactor = 2;        // ratio of the overhangs of the resulting spheres and the medial balls, as in the paper
 constexpr int kRootRefits = 3;            // as in the paper
-constexpr double kNegligible = 1e-6;      // radius of a ball that no point needs, of the diagonal
+constexpr double kNegligible = 1e-6;      // as a share of the diagonal: radius of a ball that no point needs
 constexpr std::size_t kLeastPoints = 1000;
-constexpr std::size_t kFirstSteps = 8;  // for a tolerance: halving ends within such a share of the fewest balls
-constexpr std::size_t kStepsDown = 25;  // ... and then they go down by such shares
-constexpr std::size_t kFewBalls = 64;   // have more points each: a level's cover search may take that many times the work
+constexpr std::size_t kFirstSteps = 8;  // for a tolerance: bisection ends within 1/kFirstSteps of the smallest number of balls
+constexpr std::size_t kStepsDown = 25;  // ... and then the number decreases by 1/kStepsDown in each step
+constexpr std::size_t kFewBalls = 64;   // fewer balls have more points each: the work of a level is that of so many balls more
 
 struct Effort {
   std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
   int exchange_rounds;
-  double search_moves;  // a ball
+  double search_moves;  // for each ball
   double search_step;
   int search_failures;
-  std::uint64_t search_work;  // a ball
+  std::uint64_t search_work;  // for each ball
   double gap_tolerance;
 };
 
@@ -84,7 +84,7 @@ Effort effortOf(Quality quality) {
           .gap_tolerance = 0.04};
 }
 
-// At most `most` of a list, evenly picked.
+// At most `most` elements of a list, evenly selected.
 template <class T>
 std::vector<T> thinned(const std::vector<T>& all, std::size_t most) {
   if (all.size() <= most) return all;
@@ -102,7 +102,7 @@ double worstOverhang(std::span<const FittedBall> balls) {
 
 using Levels = std::vector<std::vector<FittedBall>>;
 
-// One method from the root down.
+// One method, from the root down.
 class TopDownBuilder {
  public:
   TopDownBuilder(const TriangleMesh& mesh, const DistanceField& field, const SurfacePoints& surface, const Method& method,
@@ -161,7 +161,7 @@ class TopDownBuilder {
     return best;
   }
 
-  // The children of all nodes: each node's region by itself.
+  // The children of all nodes; each node's region is reduced by itself.
   std::vector<FittedBall> reduceAll(const std::vector<FittedBall>& nodes) {
     const std::vector<std::uint32_t> owner = divide(nodes);
     std::vector<std::vector<Vector3d>> points(nodes.size());
@@ -175,7 +175,7 @@ class TopDownBuilder {
     std::vector<std::vector<FittedBall>> pools(nodes.size());
     if (axis_) pools = refineAxis(nodes, owner);
     // Voronoi vertices are rare in plates thinner than the distance between sites, and near sharp edges: inner balls
-    // fill up.
+    // complete the pool.
     for (std::size_t n = 0; axis_ && n < nodes.size(); ++n) {
       pools[n] = thinned(pools[n], effort_.reducer_balls / 2);
       inner[n] = thinned(inner[n], effort_.reducer_balls - pools[n].size());
@@ -229,14 +229,15 @@ class TopDownBuilder {
     return axis_->refine(region_of, targets, progress_);
   }
 
-  // The level as a whole, since a ball may serve its neighbours' regions too. Exchanges share the balls out; then a
-  // local search in continuous space lowers the stand-off of all and covers what lies between the points.
+  // Evens out the level as a whole, since a ball may also serve its neighbours' regions. Exchanges distribute the
+  // balls; then a local search in continuous space lowers the common stand-off and covers the surface between the
+  // points.
   void evenOut(std::vector<FittedBall>& balls, std::size_t most) {
     std::vector<Vector3d> points = levelPoints(most);
     splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
     std::vector<Ball> inscribed;
     for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
-    // What the budget has left starts as copies, which the search is free to send wherever a ball is missed.
+    // Unused balls start as copies; the search moves each to where it is most useful.
     if (!isGoodEnough(balls))
       for (std::size_t i = 0; inscribed.size() < most; ++i) inscribed.push_back(inscribed[i]);
     SearchSettings lowering;
@@ -252,7 +253,7 @@ class TopDownBuilder {
     for (const Ball& b : search.balls()) balls.push_back({b.centre, b.radius + search.standOff(), b.radius});
   }
 
-  // Few for few balls: the evenly spread ones thinned, and those at corners and on sharp edges.
+  // Few points for few balls: a subset of the evenly spread ones and of those at corners and on sharp edges.
   std::vector<Vector3d> levelPoints(std::size_t balls) const {
     std::vector<Vector3d> even, special;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.ball_density[i] > 0 ? even : special).push_back(surface_.points[i]);
@@ -263,8 +264,8 @@ class TopDownBuilder {
     return even;
   }
 
-  // All balls grow to the worst overhang of the level first: it leaves the division room to give equal parts, and
-  // nothing asks a child to stay within the cover ball of its parent.
+  // First grows all balls to the worst overhang of the level: this gives the division the freedom to make equal parts.
+  // A child need not stay within the cover ball of its parent.
   std::vector<std::uint32_t> divide(const std::vector<FittedBall>& balls) const {
     if (balls.size() == 1) return std::vector<std::uint32_t>(surface_.points.size(), 0);
     std::vector<FittedBall> all = balls;
@@ -273,13 +274,14 @@ class TopDownBuilder {
     return assignToRegions(surface_.points, surface_.ball_density, all);
   }
 
-  // The deepest level with the fewest balls that keep the tolerance, and above it no more than its balls need as
-  // parents.
+  // Finds the deepest level with the smallest number of balls that keeps the tolerance; the levels above get only as
+  // many balls as its balls need as parents.
   void takeFewest(Levels& levels) {
     std::vector<FittedBall> leaves = levels.back();
     const std::vector<FittedBall> above = levels.size() > 1 ? levels[levels.size() - 2] : leaves;
-    std::size_t low = levels.size() > 1 ? above.size() : 0;  // too few
-    // How many suffice depends on where they start: from more, which drop out, or from the fewer above, which split.
+    std::size_t low = levels.size() > 1 ? above.size() : 0;  // known to be too few
+    // Whether a number suffices depends on the start of the search: from more balls, of which some are removed, or from
+    // the fewer balls of the level above, of which some are split.
     const auto suffice = [&](std::size_t count) {
       for (std::vector<FittedBall> balls : {leaves, above}) {
         evenOut(balls, count);
@@ -293,7 +295,7 @@ class TopDownBuilder {
       const std::size_t middle = low + (leaves.size() - low) / 2;
       if (!suffice(middle)) low = middle;
     }
-    // The way down from balls that suffice leads farther than more halving does.
+    // Stepping down from a sufficient number reaches smaller numbers than further bisection.
     for (bool goes_on = true; goes_on;)
       goes_on = leaves.size() > 1 && suffice(leaves.size() - std::max<std::size_t>(1, leaves.size() / kStepsDown));
     const std::vector<std::size_t> counts = levelCounts(leaves.size(), settings_.branching);
@@ -319,8 +321,8 @@ std::size_t countAll(const Levels& levels) {
   return count;
 }
 
-// Within the tolerance the tree with the fewest balls, else level by level the one that reaches out least; the first of
-// equals.
+// If trees keep the tolerance, the one with the fewest balls; otherwise, level by level, the one with the smallest
+// worst overhang. On ties the first.
 Levels pickBest(const std::vector<Levels>& members, double tolerance) {
   const Levels* smallest = nullptr;
   for (const Levels& member : members)

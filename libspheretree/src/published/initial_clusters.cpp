@@ -20,11 +20,11 @@ constexpr std::size_t kAllPairsBelow = 24;
 constexpr std::size_t kNear = 5;  // the balls nearest to a point are neighbours of its owner
 
 struct Merge {
-  bool worsens = true;  // the merged ball reaches out farther than the worse of the two
+  bool worsens = true;  // the merged ball has a larger overhang than both
   double overhang = 0;
   std::uint32_t a = 0, b = 0;
   FittedBall ball;
-  bool operator<(const Merge& o) const {  // true: later
+  bool operator<(const Merge& o) const {  // true: is merged later
     if (worsens != o.worsens) return worsens;
     if (overhang != o.overhang) return overhang > o.overhang;
     return a != o.a ? a > o.a : b > o.b;
@@ -102,7 +102,7 @@ std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
   bool all_pairs = false;
   while (alive > 1) {
     if (all_pairs && queue.empty()) break;
-    if (!all_pairs && (alive < kAllPairsBelow || queue.empty())) {  // empty: parts that no chain of neighbours joins
+    if (!all_pairs && (alive < kAllPairsBelow || queue.empty())) {  // empty: there are parts without connecting neighbours
       all_pairs = alive < kAllPairsBelow;
       std::vector<std::uint32_t> left;
       for (std::uint32_t c = 0; c < clusters.size(); ++c)
@@ -137,7 +137,7 @@ std::vector<FittedBall> mergeClusters(const Region& region, MergeRule rule) {
     for (const std::uint32_t n : z.neighbours) {
       eraseSorted(clusters[n].neighbours, merge.a);
       eraseSorted(clusters[n].neighbours, merge.b);
-      clusters[n].neighbours.push_back(made);  // the highest number
+      clusters[n].neighbours.push_back(made);  // the new cluster has the highest number
       consider(n, made);
     }
     --alive;

@@ -19,12 +19,12 @@ double sixthPower(double x) {
   return cube * cube;
 }
 
-// What a burst would do: the new owner of each point, the new radii of the neighbours, and what that costs.
+// The plan of a removal: the new owner of each point, the new radii of the neighbours, and the cost.
 struct Burst {
-  std::vector<std::uint32_t> heir;  // by point: index into the neighbours
-  std::vector<double> radius;       // by neighbour
+  std::vector<std::uint32_t> heir;  // (points) index in the neighbours
+  std::vector<double> radius;       // (neighbours)
   double cost = std::numeric_limits<double>::infinity();
-  double worst = 0;  // overhang among the neighbours that grow
+  double worst = 0;  // largest overhang of the neighbours that grow
 };
 
 Burst plan(const std::vector<MedialCluster>& clusters, const MedialCluster& bursting) {
@@ -34,7 +34,7 @@ Burst plan(const std::vector<MedialCluster>& clusters, const MedialCluster& burs
   for (const std::uint32_t n : near) burst.radius.push_back(clusters[n].ball.radius);
   burst.heir.reserve(bursting.points.size());
   for (const Vector3d& p : bursting.points) {
-    // One that holds the point already comes first; then the one that reaches out least afterwards.
+    // A neighbour that already contains the point comes first, otherwise the one with the smallest overhang afterwards.
     bool held = false;
     double least = std::numeric_limits<double>::infinity(), reach = 0;
     std::uint32_t heir = 0;
@@ -74,7 +74,7 @@ std::vector<FittedBall> reduceBurst(const Region& region) {
       if (needs_plan[c]) bursts[c] = plan(clusters, clusters[c]), needs_plan[c] = 0;
       if (next == clusters.size() || bursts[c].cost < bursts[next].cost) next = c;
     }
-    if (!std::isfinite(bursts[next].cost)) {  // parts that no chain of neighbours joins: from now on all are neighbours
+    if (!std::isfinite(bursts[next].cost)) {  // parts without connecting neighbours: from now on all balls are neighbours
       std::vector<std::uint32_t> left;
       for (std::uint32_t c = 0; c < clusters.size(); ++c)
         if (clusters[c].alive) left.push_back(c);
@@ -94,7 +94,7 @@ std::vector<FittedBall> reduceBurst(const Region& region) {
     for (std::size_t k = 0; k < removed.neighbours.size(); ++k) {
       MedialCluster& heir = clusters[removed.neighbours[k]];
       heir.ball.radius = burst.radius[k];
-      // The neighbours of the burst ball become neighbours of each other.
+      // The neighbours of the removed ball become neighbours of each other.
       std::vector<std::uint32_t> joined;
       std::set_union(heir.neighbours.begin(), heir.neighbours.end(), removed.neighbours.begin(), removed.neighbours.end(),
                      std::back_inserter(joined));

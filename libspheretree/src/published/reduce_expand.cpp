@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kExpandBisections = 10;
 
-// gap = |p - c| - clearance: the stand-off at which a ball holds a point. Row by row: the points of one ball are
-// together. Float, as it only steers the choice; radii are computed in double.
+// gap = |p - c| - clearance: the stand-off at which a ball contains a point. The points of one ball are consecutive.
+// Float suffices for the choice; radii are computed in double.
 class Gaps {
  public:
   Gaps(std::span<const FittedBall> pool, std::span<const Vector3d> points) : points_(points.size()), gap_(pool.size() * points.size()) {
@@ -33,8 +33,8 @@ class Gaps {
   std::vector<float> gap_;
 };
 
-// Greedy set cover at one stand-off; empty if more than `most` balls would be needed. Counts are upper bounds that are
-// made exact only for the ball on top (they can but fall).
+// Greedy set cover at one stand-off; empty if it would need more than `most` balls. Counts are upper bounds, and are
+// recomputed only for the ball on top (they can only decrease).
 std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t most) {
   struct Gain {
     std::uint32_t gain;
@@ -57,7 +57,7 @@ std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::siz
     if (queue.empty() || chosen.size() == most) return {};
     const Gain top = queue.top();
     queue.pop();
-    // Even the best balls could not close what is left.
+    // Even the best remaining balls could not cover all remaining points.
     if (static_cast<std::size_t>(top.gain) * (most - chosen.size()) < left) return {};
     const float* gap = gaps.of(top.ball);
     std::uint32_t gain = 0;
@@ -78,7 +78,7 @@ std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::siz
 std::vector<FittedBall> reduceExpand(const Region& region) {
   if (region.pool.empty() || region.points.empty()) return {};
   const Gaps gaps(region.pool, region.points);
-  // Below `low` some point is out of reach of every ball; at `high` one ball holds all.
+  // Below `low` some point is in no ball; at `high` one ball contains all points.
   std::vector<float> nearest(gaps.points(), std::numeric_limits<float>::infinity());
   float low = 0, high = std::numeric_limits<float>::infinity();
   std::size_t widest = 0;

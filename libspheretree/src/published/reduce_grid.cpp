@@ -17,9 +17,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kFinest = 0.125;            // cell, of the extent of the points
-constexpr double kGrow = 1.189207115002721;  // of the cell, from one grid to the next: fourth root of 2, so that halves come about
-constexpr std::size_t kMostAlong = 16;       // cells along an axis: more than the extent has of the finest
+constexpr double kFinest = 0.125;            // smallest cell, as a share of the extent of the points
+constexpr double kGrow = 1.189207115002721;  // ratio of the cells of consecutive grids: the fourth root of 2, so that halves occur
+constexpr std::size_t kMostAlong = 16;       // largest number of cells along an axis; more than 1 / kFinest
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -30,10 +30,9 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors();
 }
 
-// The occupied cells of a grid that starts at `low`, as lists of points in order of their first; none as soon as there
-// are more than
-// `most`: of most grids a few points show that. `points`: in the axes of the grid, nowhere below `low` and less than
-// kMostAlong cells from it.
+// The occupied cells of a grid that starts at `low`, as lists of points in the order of their first point. Empty as
+// soon as there are more than `most`, which a few points show for most grids. `points`: in the axes of the grid,
+// nowhere below `low` and less than kMostAlong cells from it.
 class Cells {
  public:
   explicit Cells(std::size_t most) : list_at_(kMostAlong * kMostAlong * kMostAlong, most), place_(most), points_(most) {}
@@ -61,20 +60,20 @@ class Cells {
 
  private:
   std::size_t count_ = 0;
-  std::vector<std::size_t> list_at_;  // (places) the list of a cell; as many as there may be: none
-  std::vector<std::size_t> place_;    // (lists)
+  std::vector<std::size_t> list_at_;  // (cells) list of a cell; as many entries as possible cells: none
+  std::vector<std::size_t> place_;    // (lists) cell
   std::vector<std::vector<std::uint32_t>> points_;
 };
 
-// The smallest ball of the points of each cell; none as soon as one reaches out farther than `most`.
+// The smallest ball of the points of each cell; empty as soon as one has an overhang of more than `most`.
 std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double most, std::vector<Vector3d>& in_cell) {
   std::vector<FittedBall> balls;
   for (const std::vector<std::uint32_t>& list : cells.lists()) {
     in_cell.clear();
     for (const std::uint32_t i : list) in_cell.push_back(region.points[i]);
     const Ball ball = smallestBall(in_cell);
-    // The surface is no farther from the centre than the nearest of its points: most grids need no distance query to be
-    // out.
+    // The distance of the centre to the surface is at most that to the nearest of the points. This excludes most grids
+    // without a distance query.
     double most_clearance2 = std::numeric_limits<double>::infinity();
     for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
     if (ball.radius - std::sqrt(most_clearance2) > most) return {};
@@ -89,7 +88,7 @@ std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double
 std::vector<FittedBall> reduceGrid(const Region& region) {
   if (region.points.empty()) return {};
   const Matrix3d axes = principalAxes(region.points);
-  std::vector<Matrix3d> turns{axes, Matrix3d::Identity()};  // a cube has no principal axes of its own
+  std::vector<Matrix3d> turns{axes, Matrix3d::Identity()};  // a cube has no distinct principal axes
   for (int k = 0; k < 3; ++k) turns.push_back(Eigen::AngleAxisd(std::numbers::pi / 4, axes.col(k)).toRotationMatrix() * axes);
   // One ball: in a rod it is better than cells on all sides of it.
   const Ball whole = smallestBall(region.points);
@@ -104,7 +103,7 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       turned[i] = turn.transpose() * region.points[i];
       box.extend(turned[i]);
     }
-    const double extent = box.sizes().maxCoeff() * (1 + 1e-9);  // the halves of a cube are two cells in spite of rounding
+    const double extent = box.sizes().maxCoeff() * (1 + 1e-9);  // the halves of a cube are two cells, whatever the rounding
     if (!(extent > 0)) return {{region.points.front(), 0, 0}};
     for (int offset = 0; offset < 8; ++offset) {
       const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);

@@ -21,7 +21,7 @@ FittedBall bestOfThree(const Region& region, const MedialCluster& a, const Media
   united = a.points;
   united.insert(united.end(), b.points.begin(), b.points.end());
   const Ball smallest = smallestBall(united);
-  // The clearance changes no faster than the centre moves: most third candidates need no distance query.
+  // The clearance is 1-Lipschitz in the centre: most third candidates need no distance query.
   const double most_clearance =
       std::min(a.ball.clearance + (smallest.centre - a.ball.centre).norm(), b.ball.clearance + (smallest.centre - b.ball.centre).norm());
   if (smallest.radius - most_clearance < best.overhang()) {

@@ -22,11 +22,11 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kRefitSteps = 24;
-constexpr double kNegligibleOverhang = 1e-6;  // overhang, of the diagonal
-constexpr std::size_t kCellsALeaf = 16;       // for a tolerance: so many may be joined
-constexpr int kSteps = 6;                     // towards the least overhang that the budget suffices for ...
-constexpr double kUsedUp = 0.95;              // ... at which so much of it is used
-constexpr double kNearGoal = 0.8;             // a tolerance beyond this share of a goal is tried itself
+constexpr double kNegligibleOverhang = 1e-6;  // negligible overhang, as a share of the diagonal
+constexpr std::size_t kCellsALeaf = 16;       // for a tolerance: number of cells for each leaf, before they are joined
+constexpr int kSteps = 6;                     // steps of the search for the smallest overhang that the budget allows ...
+constexpr double kUsedUp = 0.95;              // ... which ends when this share of the budget is used
+constexpr double kNearGoal = 0.8;             // a tolerance above this share of a goal is tried itself
 
 using Polygon = std::vector<Vector3d>;
 
@@ -42,7 +42,7 @@ Polygon cornersOf(const Cell& cell) {
   return corners;
 }
 
-// The centre moves to lower the overhang.
+// Moves the centre to lower the overhang.
 FittedBall refitted(const Cell& cell, const Polygon& corners, const DistanceField& field, const Vector3d& centre, double clearance) {
   const Refit refit = refitBall(field, corners, centre, clearance, 0.1 * cell.box.diagonal().norm(), kRefitSteps);
   return {refit.centre, refit.clearance + refit.stand_off, refit.clearance};
@@ -50,8 +50,8 @@ FittedBall refitted(const Cell& cell, const Polygon& corners, const DistanceFiel
 
 FittedBall better(const FittedBall& a, const FittedBall& b) { return b.overhang() < a.overhang() ? b : a; }
 
-// The better of the smallest ball, whose centre lies on the surface where that is flat, and a ball about the middle of
-// the cell, from where the centre moves.
+// The better of two balls: the smallest ball, whose centre lies on the surface where that is flat; and a ball about the
+// middle of the cell, whose centre is then moved.
 FittedBall ballRound(const Cell& cell, const DistanceField& field) {
   const Polygon corners = cornersOf(cell);
   const Ball smallest = smallestBall(corners);
@@ -61,7 +61,8 @@ FittedBall ballRound(const Cell& cell, const DistanceField& field) {
   return clearance > 0 ? better(outer, refitted(cell, corners, field, middle, clearance)) : outer;
 }
 
-// ... or one that starts deep below: round a cell much smaller than the solid is thick, that one reaches out far less.
+// ... or one that starts deep below the surface: for a cell much smaller than the thickness of the solid, that one has
+// a far smaller overhang.
 FittedBall deepBallRound(const Cell& cell, const DistanceField& field) {
   const FittedBall shallow = ballRound(cell, field);
   const Polygon corners = cornersOf(cell);
@@ -69,7 +70,7 @@ FittedBall deepBallRound(const Cell& cell, const DistanceField& field) {
   return deep.radius > 0 ? better(shallow, refitted(cell, corners, field, deep.centre, deep.radius)) : shallow;
 }
 
-// Both parts get the very same corner on the plane.
+// Both parts get exactly the same corner on the plane.
 std::array<Polygon, 2> cut(const Polygon& piece, int axis, double at) {
   std::array<Polygon, 2> parts;
   for (std::size_t i = 0; i < piece.size(); ++i) {
@@ -84,13 +85,13 @@ std::array<Polygon, 2> cut(const Polygon& piece, int axis, double at) {
       parts[1].push_back(p);
     }
   }
-  // A piece that only touches the plane belongs to the other side alone.
+  // A piece that only touches the plane belongs only to the other side.
   for (Polygon& part : parts)
     if (part.size() < 3) part.clear();
   return parts;
 }
 
-// The halves that hold any piece.
+// The halves that contain any piece.
 std::vector<Cell> halve(const Cell& whole, int axis) {
   const double middle = whole.box.center()[axis];
   std::array<Cell, 2> half;
@@ -98,7 +99,7 @@ std::vector<Cell> halve(const Cell& whole, int axis) {
   half[0].box.max()[axis] = half[1].box.min()[axis] = middle;
   for (const Polygon& piece : whole.pieces) {
     std::array<Polygon, 2> parts = cut(piece, axis, middle);
-    // A flat piece in the plane itself would go to both.
+    // A flat piece in the plane itself would otherwise belong to both.
     if (!parts[0].empty() && !parts[1].empty() &&
         std::all_of(piece.begin(), piece.end(), [&](const Vector3d& p) { return p[axis] == middle; }))
       parts[1].clear();
@@ -130,14 +131,14 @@ struct FittedCell {
   FittedBall ball;
 };
 
-// Cells that are halved one at a time, the one that reaches out farthest first, across its longest side.
+// Cells that are halved one at a time, the one with the largest overhang first, across its longest side.
 class Halving {
  public:
   Halving(const Cell& root, const DistanceField& field) : field_(&field), cells_{{root, deepBallRound(root, field)}} {
     worst_.emplace(cells_[0].ball.overhang(), 0);
   }
 
-  // Until none reaches out farther than `target` or there are `most`.
+  // Halves until no cell has an overhang above `target` or there are `most` cells.
   void run(std::size_t most, double target, Progress& progress) {
     while (cells_.size() < most && worst() > target) {
       progress.check();
@@ -170,7 +171,7 @@ Cell joined(const Cell& a, const Cell& b) {
   return both;
 }
 
-// Of each cell, those that it touches.
+// For each cell, the cells that it touches.
 std::vector<std::vector<std::uint32_t>> neighbours(const std::vector<FittedCell>& cells) {
   std::vector<std::uint32_t> by_low(cells.size());
   std::iota(by_low.begin(), by_low.end(), 0u);
@@ -188,7 +189,8 @@ std::vector<std::vector<std::uint32_t>> neighbours(const std::vector<FittedCell>
   return near;
 }
 
-// Takes from a cell what a ball holds that may reach out by `target`; the ball grows as it needs.
+// Removes the pieces of a cell that a ball with an overhang of at most `target` can contain; the ball grows as
+// necessary.
 void takeHeld(FittedBall& ball, double target, Cell& cell) {
   std::erase_if(cell.pieces, [&](const Polygon& piece) {
     double reach = 0;
@@ -199,15 +201,16 @@ void takeHeld(FittedBall& ball, double target, Cell& cell) {
   });
 }
 
-// One after the other, cells grow over those that they touch, as long as one ball round all reaches out no farther than
-// `target`. What the ball then holds of others is no longer theirs. None if more than `most` are left.
+// One after the other, cells absorb the cells that they touch, as long as one ball around all has an overhang of at
+// most `target`. Pieces of other cells that the ball contains are removed from those cells. Empty if more than `most`
+// cells remain.
 std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double target,
                                        Progress& progress) {
   const std::vector<std::vector<std::uint32_t>> near = neighbours(cells);
   std::vector<std::size_t> tried_by(cells.size(), cells.size());
   std::vector<FittedBall> out;
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (cells[i].cell.pieces.empty()) continue;  // taken
+    if (cells[i].cell.pieces.empty()) continue;  // absorbed
     if (out.size() == most) return {};
     progress.check();
     FittedCell grown = std::exchange(cells[i], {});
@@ -232,8 +235,8 @@ std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const Dist
   return out;
 }
 
-// The fewest balls that keep the tolerance; if it is out of reach, those of the least overhang that the budget suffices
-// for. From above, since cells too small for the budget cost most.
+// The smallest number of balls that keeps the tolerance; if it is out of reach, the balls with the smallest overhang
+// that the budget allows. The search comes from above, since cells too small for the budget are the most expensive.
 std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, std::size_t budget, double tolerance, Progress& progress) {
   halving.run(budget, tolerance, progress);
   double low = 0, high = std::max(halving.worst(), tolerance);
@@ -260,7 +263,7 @@ std::vector<FittedBall> findLeaves(Halving halving, const DistanceField& field, 
   return leaves;
 }
 
-// As many cells above the leaves as these need as parents.
+// The levels above have as many cells as the leaves need as parents.
 LevelBalls buildForTolerance(const Cell& root, const DistanceField& field, const PublishedSettings& settings, Progress& progress) {
   std::size_t budget = 1;
   for (int level = 1; level < settings.levels; ++level) budget *= static_cast<std::size_t>(settings.branching);

@@ -33,7 +33,7 @@ class Spawner {
   std::span<const Vector3d> points() const { return points_; }
   const std::vector<Ball>& starts() const { return start_; }
 
-  // Balls of one stand-off, or none if more than `most` would be needed.
+  // Balls of one stand-off; empty if more than `most` would be needed.
   std::vector<FittedBall> attempt(double stand_off) const {
     std::vector<Vector3d> open(points_.begin(), points_.end());
     std::vector<std::size_t> index(open.size());
@@ -61,8 +61,8 @@ class Spawner {
     return count;
   }
 
-  // A pattern search from the inner balls of some points that are still open; the points come spread out, so the first
-  // will do.
+  // A pattern search from the inner balls of some uncovered points; the points are in a well-spread order, so the first
+  // ones are used.
   Placed place(const std::vector<Vector3d>& open, const std::vector<std::size_t>& index, double stand_off) const {
     Placed best;
     std::size_t tried = 0;
@@ -98,7 +98,8 @@ class Spawner {
 std::vector<FittedBall> reduceSpawn(const Region& region) {
   if (region.points.empty()) return {};
   const Spawner spawner(region);
-  // One ball: about the centre of the smallest ball, or about the start that holds all with the least stand-off.
+  // One ball: about the centre of the smallest ball, or about the start that contains all points with the smallest
+  // stand-off.
   const Ball smallest = smallestBall(spawner.points());
   FittedBall one{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
   for (const Ball& start : spawner.starts()) {

@@ -17,15 +17,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kWorthwhile = 1e-3;  // share by which an exchange must lower an overhang
-constexpr double kNearWorst = 0.85;   // balls beyond this share of the worst overhang are split
-constexpr double kRelaxed = 0.75;     // a refit below this share of the worst overhang would gain nothing
-constexpr double kListedStandOff = 1.05,
-                 kOutdatedStandOff = 1.4;  // points of a ball are listed for a stand-off so much larger, and anew once it is so much larger
-constexpr int kHalvesRounds = 2;           // of refits, after a split
-constexpr int kPatience = 5;               // rounds without gain
-constexpr std::size_t kMostParts = 8;      // of a ball whose halves are no better
-constexpr std::size_t kFew = 16;           // balls: a start of its own is tried
+constexpr double kWorthwhile = 1e-3;  // smallest relative reduction of an overhang for an exchange
+constexpr double kNearWorst = 0.85;   // balls above this share of the worst overhang are split
+constexpr double kRelaxed = 0.75;     // below this share of the worst overhang, a refit would gain nothing
+constexpr double
+    kListedStandOff = 1.05,
+    kOutdatedStandOff =
+        1.4;  // points of a ball are listed for a stand-off this much larger, and listed again when it is larger by the second factor
+constexpr int kHalvesRounds = 2;       // of refits, after a split
+constexpr int kPatience = 5;           // consecutive rounds without gain
+constexpr std::size_t kMostParts = 8;  // largest number of parts of a ball if two halves are no better
+constexpr std::size_t kFew = 16;       // number of balls up to which a start of its own is tried
 
 double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
 
@@ -40,8 +42,8 @@ class Level {
   Level(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls, const Progress& progress)
       : field_(field), points_(points), balls_(balls), progress_(progress), first_(points.size()), second_(points.size()) {}
 
-  // Each point to the ball that it lies deepest in, and what the runner-up would have to reach. Balls shrink to their
-  // points.
+  // Assigns each point to the ball in which it lies deepest, and determines the overhang that the second ball would
+  // need. Balls shrink to their points.
   void assign() {
     progress_.check();
     stand_off_ = std::max(worstOf(balls_), 1e-12 * field_.diagonal());
@@ -56,7 +58,7 @@ class Level {
     std::vector<double> reach(balls_.size(), 0);
     for (State& s : state_) s.loss = 0;
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (first_[i].ball == kNoParent)  // beyond the stand-off of all
+      if (first_[i].ball == kNoParent)  // beyond the stand-off of all balls
         for (std::uint32_t b = 0; b < balls_.size(); ++b) look(i, {b, gapOf(points_[i], balls_[b])});
       const std::uint32_t b = first_[i].ball;
       patch[b].push_back(i);
@@ -79,7 +81,7 @@ class Level {
   double worst() const { return worstOf(balls_); }
   std::size_t count() const { return balls_.size(); }
 
-  // With few balls, none of which can be split alone, a start of its own may be better: all points broken up at once.
+  // With few balls, none of which can be split alone, a different start may be better: divides all points at once.
   void startAgain(std::size_t most) {
     std::vector<Vector3d> all;
     for (std::uint32_t i = 0; i < points_.size(); ++i) all.push_back(points_[i]);
@@ -91,7 +93,7 @@ class Level {
     removeEmpty();
   }
 
-  // Takes away balls until `most` are left, those that are missed least first; their neighbours take over.
+  // Removes balls until `most` remain, those with the smallest loss first; their neighbours take over the points.
   void shrinkTo(std::size_t most) {
     while (balls_.size() > most) {
       begin();
@@ -104,7 +106,7 @@ class Level {
     }
   }
 
-  // One round of exchanges; the other wide balls are refitted. False if there was no exchange.
+  // One round of exchanges; the other balls with a large overhang are refitted. Returns false if there was no exchange.
   bool exchange(std::size_t most, double relaxed) {
     begin();
     const double worst = this->worst();
@@ -128,7 +130,7 @@ class Level {
     for (std::size_t k = 0; k < wide.size(); ++k) {
       const std::uint32_t b = wide[k];
       if (touched_[b]) continue;
-      // Half a cube reaches out farther than the cube, an octant does not.
+      // Half a cube has a larger overhang than the cube, an octant does not.
       for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more)
         parts[k] = breakUp(b, more);
       if (parts[k].empty()) continue;
@@ -159,21 +161,21 @@ class Level {
     std::uint32_t ball = kNoParent;
     double gap = kInfinity;
   };
-  // The points that a ball holds at a stand-off. A search for them is what a round costs, and most balls stay where
-  // they are.
+  // The points that a ball contains at a stand-off. Searching for them is the main cost of a round, and most balls do
+  // not change.
   struct Within {
     struct Point {
       std::uint32_t point;
       double gap;
     };
     Vector3d centre = Vector3d::Zero();
-    double stand_off = -1;  // none yet
+    double stand_off = -1;  // negative: not yet known
     std::vector<Point> points;
   };
   struct State {
     Within within;
     std::vector<std::uint32_t> patch;  // points that lie deepest in the ball
-    double loss = 0;                   // what the others would have to reach out without it
+    double loss = 0;                   // the overhang that the others would need without it
     bool refit_is_useless = false;     // a refit to this patch gains nothing
     bool split_is_useless = false;     // halves of this patch are no better
   };
@@ -228,14 +230,14 @@ class Level {
     made_.clear();
   }
 
-  // False if a ball that would have to take over is about to change itself.
+  // Returns false if a ball that would have to take over is itself about to change.
   bool drop(std::uint32_t b) {
     for (const std::uint32_t i : state_[b].patch)
       if (second_[i].ball != kNoParent && removed_[second_[i].ball]) return false;
     touched_[b] = removed_[b] = 1;
     for (const std::uint32_t i : state_[b].patch) {
       const std::uint32_t heir = second_[i].ball;
-      if (heir == kNoParent) continue;  // beyond the stand-off of all: the next assignment grows one
+      if (heir == kNoParent) continue;  // beyond the stand-off of all balls: the next assignment grows one of them
       touched_[heir] = inherits_[heir] = 1;
       state_[heir].patch.push_back(i);
       state_[heir].refit_is_useless = false;
@@ -260,8 +262,8 @@ class Level {
     return breakUp(pointsOf(state_[b].patch), balls_[b].overhang(), parts);
   }
 
-  // Balls for the parts of a patch, each point with the nearest of some ends that lie far from each other. None if they
-  // reach out as far.
+  // Balls for the parts of a patch: each point goes to the nearest of some points that are far from each other. Empty
+  // if their overhang is not smaller.
   std::vector<FittedBall> breakUp(std::span<const Vector3d> own, double overhang, std::size_t parts) const {
     const std::vector<Vector3d> ends = farthestFirst(own, parts);
     if (own.size() <= parts) return {};
@@ -290,7 +292,7 @@ class Level {
   double stand_off_ = 0;
   std::vector<Holder> first_, second_;
   std::vector<State> state_;                        // (balls)
-  std::vector<char> touched_, inherits_, removed_;  // (balls) in this round: part of an exchange; gets points; not kept
+  std::vector<char> touched_, inherits_, removed_;  // (balls) in this round: part of an exchange; gets points; removed
   std::vector<FittedBall> made_;
 };
 

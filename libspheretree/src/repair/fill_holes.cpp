@@ -23,13 +23,13 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 }  // namespace
 
 /// In the boundary of triangles as many edges enter a vertex as leave it, so that a walk ends where it began; where it
-/// comes by a vertex twice, a loop is cut off.
+/// visits a vertex twice, a loop is cut off.
 std::vector<std::vector<std::uint32_t>> findHoleLoops(const TriangleMesh& mesh) {
-  std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // used from the end
+  std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // taken from the end
   for (const OpenEdge& e : findOpenEdges(mesh))
     for (int i = 0; i < e.times; ++i) next[e.to].push_back(e.from);
   std::vector<std::vector<std::uint32_t>> loops;
-  std::map<std::uint32_t, std::size_t> place;  // on the path
+  std::map<std::uint32_t, std::size_t> place;  // index on the path
   for (auto& [start, unused] : next) {
     while (!next[start].empty()) {
       std::vector<std::uint32_t> path{start};
@@ -66,12 +66,12 @@ std::vector<Triangle> spanLoop(const TriangleMesh& mesh, const std::vector<std::
     CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(faces),
                                                              CGAL::parameters::use_delaunay_triangulation(true).geom_traits(Kernel()));
   } catch (
-      const CGAL::Failure_exception&) {  // where assertions are compiled in: a loop that is no polygon, such as one of coincident points
+      const CGAL::Failure_exception&) {  // if CGAL's assertions are enabled: a loop that is not a polygon, such as one of coincident points
     return {};
   }
   for (const auto& face : faces) {
     std::array<int, 3> i{face.first, face.second, face.third};
-    std::sort(i.begin(), i.end());  // along the loop, and so wound as it runs
+    std::sort(i.begin(), i.end());  // in the direction of the loop
     result.push_back({loop[static_cast<std::size_t>(i[0])], loop[static_cast<std::size_t>(i[1])], loop[static_cast<std::size_t>(i[2])]});
   }
   return result;
@@ -81,7 +81,7 @@ void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density)
   using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
   Surface surface;
   std::map<std::uint32_t, Surface::Vertex_index> own;
-  std::vector<std::uint32_t> vertex;  // of the mesh, for each of the surface
+  std::vector<std::uint32_t> vertex;  // for each vertex of the surface: vertex of the mesh
   for (const Triangle& t : span) {
     std::array<Surface::Vertex_index, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -24,16 +24,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-// All as shares of the diagonal, but for areas.
-constexpr double kHole = 0.25;                         // borders whose box is smaller are holes, others openings
-constexpr double kEnough = 1e-6;                       // precision of bounds
-constexpr double kApart = 1e-6;                        // by which bodies that touch are drawn apart
+// All as shares of the diagonal, except areas.
+constexpr double kHole = 0.25;                         // a border with a smaller box is a hole, otherwise an opening
+constexpr double kEnough = 1e-6;                       // accuracy of bounds
+constexpr double kApart = 1e-6;                        // distance by which touching bodies are moved apart
 constexpr double kAlpha = 0.01, kOffset = 1.0 / 1500;  // of a wrap
-constexpr double kAlphasInArea = 1e-4;                 // alpha^2 over the area, at least: keeps a wrap to about 50,000 triangles
-constexpr double kDeep = 1e-3;                         // matter that lies deeper is none of the surface's
-constexpr double kLostArea = 0.005;  // of the input's area that may be left without solid matter, before a wrap is the better choice
-constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has made nothing of a sheet
-constexpr int kCutRounds = 6;        // of cutting: rounding may leave crossings
+constexpr double kAlphasInArea = 1e-4;                 // smallest ratio of alpha^2 and area: limits a wrap to about 50,000 triangles
+constexpr double kDeep = 1e-3;                         // matter deeper than this does not belong to the surface
+constexpr double kLostArea = 0.005;  // share of the input's area that may be left without solid matter, before a wrap is preferred
+constexpr double kThin = 5e-4;       // mean thickness below which a closed opening has only doubled a sheet
+constexpr int kCutRounds = 6;        // rounds of cutting, since rounding may leave crossings
 
 std::string number(double value) {
   char text[32];
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> allTriangles(const TriangleMesh& mesh) {
   return all;
 }
 
-/// A mesh that no step can do anything about.
+/// A mesh that no step can repair.
 bool isBeyondRepair(const MeshReport& report) {
   return report.has(DefectKind::NoTriangles) || report.has(DefectKind::BadIndex) || report.has(DefectKind::NonFinite) ||
          report.has(DefectKind::Scale) || !(report.area > 0);
@@ -64,7 +64,7 @@ class Repair {
   Repair(const TriangleMesh& mesh, const MeshReport& report, Progress& progress)
       : input_(mesh), report_(report), progress_(progress), diagonal_(diagonalOf(report)), is_modified_(mesh.triangles.size(), 0) {}
 
-  /// The least that works, short of a wrap. Empty if it does not come to a sound mesh.
+  /// The smallest change that works, without a wrap. Empty if it does not give a sound mesh.
   std::optional<RepairedMesh> repair() {
     soup_.mesh = {input_.positions, input_.triangles, {}, {}};
     soup_.source = allTriangles(input_);
@@ -76,7 +76,7 @@ class Repair {
       progress_.check();
       MeshReport state = checkMesh(soup_.mesh);
       if (round == 0 && needsCuts(state) && !state.has(DefectKind::InsideOut)) state = turnCrossing(std::move(state));
-      // After a cut the winding is right; where components cross, which lie in which is uncertain.
+      // After a cut the winding is correct; while components cross, their nesting is uncertain.
       if (state.has(DefectKind::InsideOut) && (round == 0 || !state.has(DefectKind::SelfIntersection))) state = turnOutward(state);
       if (state.clean()) return finish(state);
       if (needsCuts(state) && !resolve()) return {};
@@ -85,10 +85,10 @@ class Repair {
     return {};
   }
 
-  /// Whether what is left to wrap is a sheet, which has no inside.
+  /// Whether the rest that needs a wrap is a sheet, which has no inside.
   bool isSheet() const { return is_sheet_; }
 
-  /// `is_closed`: with its holes and openings spanned, since what is wider than the ball would let it in.
+  /// `is_closed`: with its holes and openings filled, since the ball of the wrap would otherwise enter large ones.
   RepairedMesh wrap(bool is_closed) {
     soup_.mesh = {input_.positions, input_.triangles, {}, {}};
     soup_.source = allTriangles(input_);
@@ -140,7 +140,7 @@ class Repair {
     progress_.stage("repair");
     note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
     note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are there before");
-    alignWinding(soup_);  // cracks and T-junctions show as open edges only where neighbours agree
+    alignWinding(soup_);  // cracks and T-junctions are open edges only if neighbours have the same winding
     const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
     if (stitched.welded + stitched.split > 0) {
       for (std::size_t t = 0; t < is_modified_.size(); ++t) is_modified_[t] |= stitched.is_modified[t];
@@ -151,7 +151,7 @@ class Repair {
                         stitched.welded + stitched.split,
                         stitched.moved,
                         {}});
-      dropFlat(soup_);  // modified, and so covered as they were
+      dropFlat(soup_);  // their sources are modified, and therefore still covered
       dropDuplicates(soup_);
     }
     dropFins();
@@ -173,7 +173,7 @@ class Repair {
                       removed.size(), height, removed});
   }
 
-  /// Of the triangles that are as they were, those that are turned.
+  /// Counts the turned triangles among those that are otherwise unchanged.
   void countTurned() {
     std::size_t turned = 0;
     for (std::size_t t = 0; t < soup_.source.size(); ++t) {
@@ -227,8 +227,8 @@ class Repair {
     return checkMesh(soup_.mesh);
   }
 
-  /// Where a check cannot tell what is inside out, since triangles cross: the sign of the volume does. Cut as they are,
-  /// they would bound nothing.
+  /// While triangles cross, the check cannot tell which components are inside out; the sign of the volume decides. If
+  /// they were cut unturned, they would bound nothing.
   MeshReport turnCrossing(MeshReport state) {
     const std::size_t count = turnInward(soup_, state.component_of);
     if (count == 0) return state;
@@ -248,12 +248,12 @@ class Repair {
   bool resolve() {
     progress_.stage("overlaps");
     const double may_be_lost = kLostArea * report_.area - lost_area_;
-    // What a sheet of one side winds round in which direction is chance.
+    // The winding directions around a sheet that cannot be oriented are arbitrary.
     const Resolved resolved = resolveOverlaps(soup_, kMaxCrossingPairs, is_sheet_ ? report_.area : may_be_lost, progress_);
     if (resolved.is_stopped || soup_.mesh.triangles.empty()) return false;
     lost_area_ += resolved.lost_area;
     if (lost_area_ > kLostArea * report_.area) return false;
-    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still to be covered
+    for (const std::uint32_t source : resolved.lost) is_modified_[source] = 1, lost_.insert(source);  // still have to be covered
     RepairStep* step = find(RepairStepKind::ResolveOverlaps);
     if (!step) {
       steps_.push_back({RepairStepKind::ResolveOverlaps, {}, 0, 0, {}});
@@ -271,7 +271,7 @@ class Repair {
       step->text += " " + counted(lost_.size(), "triangle", "triangles") + " with nothing solid on either side, covered all the same.";
     is_either_way_ |= resolved.is_either_way;
     if (is_either_way_) step->text += " What the surface winds round backwards counts as solid, too.";
-    // Corners that were rounded may lie in one place or in line.
+    // Rounded corners may coincide or be collinear.
     dropFlat(soup_);
     Stitched stitched = stitchCracks(soup_, input_.triangles.size());
     for (std::size_t t = 0; t < is_modified_.size() && !stitched.is_modified.empty(); ++t) is_modified_[t] |= stitched.is_modified[t];
@@ -300,7 +300,7 @@ class Repair {
   }
 
   std::optional<RepairedMesh> finish(const MeshReport& state) {
-    if (find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) {  // closed upon itself
+    if (find(RepairStepKind::CapOpenings) && !(2 * std::abs(state.volume) > kThin * diagonal_ * state.area)) {  // folded onto itself
       is_sheet_ = true;
       return {};
     }
@@ -339,7 +339,7 @@ class Repair {
     return out;
   }
 
-  /// For each triangle of the input whether a step removed it.
+  /// For each triangle of the input: whether a step removed it.
   std::vector<char> removed() const {
     std::vector<char> is_removed(input_.triangles.size(), 0);
     for (const RepairStep& step : steps_)
@@ -357,15 +357,16 @@ class Repair {
   Progress& progress_;
   double diagonal_;
   RepairSoup soup_;
-  std::vector<char> is_modified_;  // for each triangle of the input: whether it is not exactly in the result, and yet to be covered
+  std::vector<char>
+      is_modified_;  // for each triangle of the input: whether it is not exactly part of the result and still has to be covered
   std::vector<RepairStep> steps_;
   double lost_area_ = 0;
-  std::set<std::uint32_t> partly_;  // of the input, where they lie within solid matter left out
-  std::set<std::uint32_t> lost_;    // of the input: with nothing solid on either side, in part at least
+  std::set<std::uint32_t> partly_;  // triangles of the input that are removed where they lie within solid matter
+  std::set<std::uint32_t> lost_;    // triangles of the input of which at least a part has nothing solid on either side
   bool is_either_way_ = false, is_sheet_ = false;
 };
 
-/// What a sound mesh may need, and what `off` does.
+/// The steps that a sound mesh may need, and the only ones with `off`.
 RepairedMesh fixed(const TriangleMesh& mesh, const MeshReport& report) {
   RepairedMesh out;
   out.mesh = mesh;

@@ -22,14 +22,14 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::array kTolerances{0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4};  // of the diagonal
-constexpr double kShareOfSide = 0.25;                                             // of its shortest side a vertex may move
-constexpr double kNearlyAll = 0.02;                                               // of the edges that can be closed may stay open
-constexpr double kMostFinArea = 0.03;                                             // of all
-constexpr double kFinSize = 0.1;                                                  // of the diagonal: the box of a fin
+constexpr double kShareOfSide = 0.25;                                             // share of its shortest side by which a vertex may move
+constexpr double kNearlyAll = 0.02;                                               // share of the closable edges that may stay open
+constexpr double kMostFinArea = 0.03;                                             // share of the total area
+constexpr double kFinSize = 0.1;                                                  // as a share of the diagonal: size of a fin's box
 
 struct Side {
   std::uint32_t low, high, triangle;
-  std::uint8_t corner;  // runs from this corner to the next
+  std::uint8_t corner;  // the edge runs from this corner to the next
   bool forward;         // from low to high
 };
 
@@ -56,7 +56,7 @@ void forEachEdge(const std::vector<Side>& sides, Visit&& visit) {
   }
 }
 
-/// Keeps the triangles for which `keep` holds; returns the sources of the others.
+/// Keeps the triangles for which `keep` is true; returns the sources of the others.
 template <class Keep>
 std::vector<std::uint32_t> filter(RepairSoup& soup, Keep&& keep) {
   std::vector<std::uint32_t> dropped;
@@ -95,7 +95,8 @@ BoxTree treeOfPoints(const TriangleMesh& mesh, const std::vector<std::uint32_t>&
   return BoxTree(boxes);
 }
 
-/// What the rounding of coordinates can move a point off an edge. The certificate allows for a hundred times as much.
+/// Distance by which the rounding of coordinates can move a point off an edge. The certificate allows a hundred times
+/// as much.
 double roundingOf(double length, const Vector3d& from) { return 1e-15 * (length + from.cwiseAbs().maxCoeff()); }
 
 class Stitcher {
@@ -105,7 +106,7 @@ class Stitcher {
   void run(double tolerance) {
     result_.tolerance = tolerance;
     if (tolerance > 0) weld(tolerance);
-    filter(soup_, [&](std::size_t t) {  // what the weld made flat
+    filter(soup_, [&](std::size_t t) {  // triangles that the weld made flat
       const auto [a, b, c] = soup_.mesh.triangles[t];
       const bool holds = a != b && b != c && c != a;
       if (!holds) modify(t);
@@ -134,7 +135,7 @@ class Stitcher {
         }
       }
     const BoxTree tree = treeOfPoints(mesh, vertices);
-    std::vector<std::uint32_t> into(mesh.positions.size());  // a vertex joins the first one near it that joined no other
+    std::vector<std::uint32_t> into(mesh.positions.size());  // a vertex is merged into the first near one that is not merged itself
     std::iota(into.begin(), into.end(), 0u);
     std::vector<char> is_taken(mesh.positions.size(), 0);
     std::vector<std::vector<std::uint32_t>> clusters;
@@ -173,7 +174,7 @@ class Stitcher {
       }
   }
 
-  // One round: each triangle is split at one of its sides at most. True if there was anything to split.
+  // One round: splits each triangle at no more than one of its sides. Returns whether there was anything to split.
   bool splitTJunctions(double tolerance) {
     TriangleMesh& mesh = soup_.mesh;
     const std::vector<OpenEdge> open = findOpenEdges(mesh);
@@ -188,7 +189,7 @@ class Stitcher {
       const double length = d.norm();
       if (!(length > 4 * tolerance)) continue;
       const double near = std::max(tolerance, roundingOf(length, a));
-      std::vector<std::pair<double, std::uint32_t>> on;  // place along the edge, vertex
+      std::vector<std::pair<double, std::uint32_t>> on;  // position along the edge, vertex
       tree.searchWithin(a + 0.5 * d, std::pow(0.5 * length + near, 2), [&](std::size_t first, std::size_t count) {
         for (std::size_t s = first; s < first + count; ++s) {
           const std::uint32_t v = vertices[tree.order()[s]];
@@ -235,7 +236,7 @@ class Stitcher {
   Stitched& result_;
 };
 
-/// Patches of triangles that hang together by edges of exactly two.
+/// Patches of triangles that are connected by edges of exactly two triangles.
 struct Patches {
   std::vector<std::uint32_t> of;  // for each triangle
   std::size_t count = 0;
@@ -347,7 +348,7 @@ std::size_t alignWinding(RepairSoup& soup) {
     if (turn[seed] >= 0) continue;
     turn[seed] = 0;
     patch.assign(1, seed);
-    double balance = 0;  // area that keeps its winding less area that is turned
+    double balance = 0;  // area that keeps its winding minus area that is turned
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::uint32_t t = patch[i];
       balance += turn[t] ? -triangleArea(mesh, t) : triangleArea(mesh, t);
@@ -405,7 +406,7 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     Body& body = bodies[component_of[t]];
-    const Vector3d middle = body.box.center();  // else a small body far away has no digits left
+    const Vector3d middle = body.box.center();  // otherwise a small body far from the origin would lose its digits
     body.volume += (mesh.corner(t, 0) - middle).dot((mesh.corner(t, 1) - middle).cross(mesh.corner(t, 2) - middle));
   }
   const auto goesRound = [&](const Body& inner) {
@@ -421,11 +422,11 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
 }
 
 std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
-  double left = 0;  // area that may still go
+  double left = 0;  // area that may still be removed
   for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * triangleArea(soup.mesh, t);
   const double most_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
-  for (bool again = true; again;) {  // a fin may stand on a fin
+  for (bool again = true; again;) {  // a fin may be attached to a fin
     again = false;
     const std::vector<Side> sides = sortedSides(soup.mesh);
     const Patches patches = findPatches(soup.mesh, sides);

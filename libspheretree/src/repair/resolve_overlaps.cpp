@@ -32,7 +32,7 @@ using Plane = CGAL::Constrained_Delaunay_triangulation_2<Exact, CGAL::Triangulat
 
 constexpr std::uint32_t kNone = kAddedTriangle;
 
-/// The points of a cut mesh: exact, each once, numbered.
+/// The points of a cut mesh: exact, without duplicates, numbered.
 class ExactPoints {
  public:
   std::uint32_t indexOf(const Point3& p) {
@@ -48,7 +48,7 @@ class ExactPoints {
   std::vector<Point3> points_;
 };
 
-/// One triangle, seen along the axis that its normal is nearest to.
+/// One triangle, projected along the axis nearest to its normal.
 class TriangleCut {
  public:
   TriangleCut(const Point3& a, const Point3& b, const Point3& c) : corner_{a, b, c} {
@@ -68,7 +68,7 @@ class TriangleCut {
       add(p);
   }
 
-  /// The pieces, wound as the triangle.
+  /// The pieces, wound like the triangle.
   template <class Add>
   void pieces(ExactPoints& points, Add add) {
     for (auto v = plane_.finite_vertices_begin(); v != plane_.finite_vertices_end(); ++v) v->info() = points.indexOf(lifted(v->point()));
@@ -92,9 +92,9 @@ class TriangleCut {
     return {q[0], q[1], q[2]};
   }
 
-  // Four points on a circle have two Delaunay triangulations. Where two triangles lie in one plane, both must be cut
-  // alike: so the diagonal goes to the lexicographically lowest point. Each flip gives that point an edge more, so that
-  // this ends.
+  // Four points on a circle have two Delaunay triangulations. Two coplanar triangles must be cut in the same way;
+  // therefore the diagonal is flipped to the lexicographically lowest point. Each flip gives that point one more edge,
+  // so this ends.
   void settleTies() {
     for (bool again = true; again;) {
       again = false;
@@ -120,11 +120,11 @@ class TriangleCut {
   Plane plane_;
 };
 
-/// A mesh whose triangles meet in corners and edges only. Triangles with the same corners count as one.
+/// A mesh whose triangles meet only in corners and edges. Triangles with the same corners count as one.
 struct Arrangement {
   struct Member {
     std::uint32_t triangle;  // of the soup
-    int winding;             // +1 as the facet, -1 against it
+    int winding;             // +1: like the facet, -1: opposite
   };
   std::vector<Triangle> facets;
   std::vector<std::vector<Member>> members;
@@ -195,15 +195,15 @@ Arrangement arrange(const TriangleMesh& mesh, const std::vector<std::pair<std::u
   return result;
 }
 
-/// Facets that hang together by edges of exactly two have the same numbers on their sides, once wound alike: asked for
-/// once.
+/// Facets that are connected by edges of exactly two facets have the same winding numbers on their sides, after they
+/// are wound consistently; the numbers are computed once for each such patch.
 class Classifier {
  public:
   explicit Classifier(const Arrangement& a) : a_(a), mesh_{a.positions, a.facets, {}, {}}, patch_(a.facets.size(), kNone) { findPatches(); }
 
   /// Winding number on the front of every facet.
   std::vector<int> fronts() {
-    // The surface as it was, since a facet of several triangles counts several times.
+    // The original surface, since a facet of several triangles counts several times.
     TriangleMesh whole{a_.positions, {}, {}, {}};
     std::vector<std::vector<std::uint32_t>> of_facet(a_.facets.size());
     for (std::size_t f = 0; f < a_.facets.size(); ++f) {
@@ -217,14 +217,14 @@ class Classifier {
       }
     }
     const WindingNumber winding(whole);
-    // The largest facet of each patch speaks for it.
+    // The largest facet of each patch is used.
     std::vector<std::uint32_t> largest(patches_, kNone);
     std::vector<double> area(patches_, -1);
     for (std::uint32_t f = 0; f < a_.facets.size(); ++f) {
       const double own = a_.area(f);
       if (own > area[patch_[f]]) area[patch_[f]] = own, largest[patch_[f]] = f;
     }
-    std::vector<int> front_of_patch(patches_);  // on the front of the largest
+    std::vector<int> front_of_patch(patches_);  // on the front of the largest facet
     for (std::size_t p = 0; p < patches_; ++p) {
       const std::uint32_t f = largest[p];
       const Vector3d middle = (mesh_.corner(f, 0) + mesh_.corner(f, 1) + mesh_.corner(f, 2)) / 3;
@@ -239,7 +239,7 @@ class Classifier {
     return fronts;
   }
 
-  /// What the winding number rises by from the front to the back of a facet.
+  /// Difference of the winding numbers behind and in front of a facet.
   int net(std::size_t f) const {
     int sum = 0;
     for (const Arrangement::Member& m : a_.members[f]) sum += m.winding;
@@ -297,7 +297,7 @@ class Classifier {
   const Arrangement& a_;
   TriangleMesh mesh_;
   std::vector<std::uint32_t> patch_;
-  std::vector<char> alike_;  // whether wound as the first of its patch
+  std::vector<char> alike_;  // whether it is wound like the first facet of its patch
   std::size_t patches_ = 0;
 };
 
@@ -341,7 +341,7 @@ Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_l
   std::vector<std::uint32_t> within, bounds;
   for (std::size_t f = 0; f < arrangement.facets.size(); ++f) {
     const bool front = isSolid(fronts[f]), back = isSolid(fronts[f] + classifier.net(f));
-    std::uint32_t speaker = kAddedTriangle;  // the first of the input
+    std::uint32_t speaker = kAddedTriangle;  // the first triangle of the input
     for (const Arrangement::Member& m : arrangement.members[f]) {
       const std::uint32_t source = soup.source[m.triangle];
       if (source == kAddedTriangle) continue;

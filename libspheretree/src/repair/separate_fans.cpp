@@ -13,13 +13,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kSplitRounds = 20;  // of splits: as many as a triangle has edges that several share, but without end where triangles coincide
+constexpr int kSplitRounds =
+    20;  // rounds of splits: a triangle needs at most one for each shared edge, but coincident triangles would need infinitely many
 
 struct FanSide {
   std::uint32_t low, high, triangle;
   std::uint32_t corner;  // the edge runs from this corner to the next
   bool forward;
-  double angle = 0;  // of the triangle about the edge, from low to high
+  double angle = 0;  // of the triangle around the edge, from low to high
 };
 
 std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t i) {
@@ -46,8 +47,8 @@ std::vector<std::vector<FanSide>> sidesOfEdges(const TriangleMesh& mesh) {
   return edges;
 }
 
-/// Sorts the sides of an edge round it. Solid matter then lies between one that runs forward and the next at a smaller
-/// angle.
+/// Sorts the sides of an edge around it. There is solid matter between a side that runs forward and the next one at a
+/// smaller angle.
 void sortRound(const TriangleMesh& mesh, std::vector<FanSide>& edge) {
   const Vector3d axis = (mesh.positions[edge[0].high] - mesh.positions[edge[0].low]).normalized();
   const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
@@ -59,12 +60,12 @@ void sortRound(const TriangleMesh& mesh, std::vector<FanSide>& edge) {
             [](const FanSide& a, const FanSide& b) { return std::tie(a.angle, a.triangle) < std::tie(b.angle, b.triangle); });
 }
 
-/// Gives every pair of triangles at an edge of more than two a vertex of its own in the middle of the edge. Two fans
-/// that share the edge and are one fan elsewhere are apart only so.
+/// Gives every pair of triangles at an edge of more than two its own vertex in the middle of the edge. Otherwise two
+/// fans that share the edge and are connected elsewhere could not be separated.
 std::vector<std::uint32_t> splitSharedEdges(RepairSoup& soup) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<std::uint32_t> middles;
-  std::vector<char> is_split(mesh.triangles.size(), 0);  // the sides of a triangle that is cut are no longer what they were: next round
+  std::vector<char> is_split(mesh.triangles.size(), 0);  // the sides of a cut triangle are outdated: the next round handles them
   for (std::vector<FanSide>& edge : sidesOfEdges(mesh)) {
     if (edge.size() <= 2 || std::ranges::any_of(edge, [&](const FanSide& s) { return is_split[s.triangle]; })) continue;
     sortRound(mesh, edge);
@@ -88,7 +89,7 @@ std::vector<std::uint32_t> splitSharedEdges(RepairSoup& soup) {
   return middles;
 }
 
-/// Joins the two triangles' corners at both ends of an edge.
+/// Joins the corners of two triangles at both ends of an edge.
 void join(const TriangleMesh& mesh, const FanSide& a, const FanSide& b, std::vector<std::uint32_t>& parent) {
   for (const std::uint32_t v : {a.low, a.high}) {
     const auto cornerOf = [&](const FanSide& s) {

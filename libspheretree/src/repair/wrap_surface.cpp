@@ -8,7 +8,7 @@
 namespace spheretree::builder {
 namespace {
 
-/// What CGAL calls as it goes: a chance to stop.
+/// A callback of CGAL that allows stopping.
 struct Stopper {
   const Progress& progress;
 

@@ -15,13 +15,12 @@
 namespace spheretree::builder {
 namespace {
 
-constexpr int kPlacingRounds = 2;  // of taking each node out and putting it in again; a third changes the cost by 1 %
-constexpr int kMaxLooks = 1000;    // for the best place of a node; 30 are usual
+constexpr int kPlacingRounds = 2;  // rounds in which each node is removed and inserted again; a third round changes the cost by 1 %
+constexpr int kMaxLooks = 1000;    // nodes tested for the best place of a node; 30 are usual
 constexpr std::uint32_t kNoNode = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kPoints = 6;  // whose hull holds a patch: three corners, and the control points of three sides
+constexpr std::size_t kPoints = 6;  // whose hull contains a patch: three corners, and the control points of three sides
 
-/// How far spheres reach along eight directions and against them: nearly as tight as the smallest ball, and cheap to
-/// join.
+/// Extent of spheres along eight directions, both ways: nearly as tight as the smallest ball, and cheap to merge.
 class Kdop {
  public:
   Kdop() = default;
@@ -40,7 +39,7 @@ class Kdop {
     both.reach_ = reach_.max(e.reach_);
     return both;
   }
-  /// Surface of the ball about it, up to a constant factor.
+  /// Surface area of the enclosing ball, up to a constant factor.
   float area() const {
     const float width = (reach_.head<8>() + reach_.tail<8>()).maxCoeff();
     return width * width;
@@ -52,8 +51,8 @@ class Kdop {
   Eigen::Array<float, 16, 1> reach_;
 };
 
-/// A binary tree over the items whose inner nodes have little area in sum: a search meets a node in proportion to its
-/// area. Nodes [0, items) are the items, the others have two parts.
+/// A binary tree over the items with a small total area of its inner nodes: the probability that a search visits a node
+/// is proportional to its area. Nodes [0, items) are the items; each other node has two children.
 class BinaryTree {
  public:
   BinaryTree(std::span<const Sphere> spheres, std::size_t spheres_of_item) : items_(spheres.size() / spheres_of_item) {
@@ -82,7 +81,7 @@ class BinaryTree {
     std::array<std::uint32_t, 2> part{kNoNode, kNoNode};
   };
 
-  // A first tree: halves along the longest side.
+  // An initial tree, by halving along the longest side.
   std::uint32_t halve(std::span<std::uint32_t> items) {
     if (items.size() == 1) return items[0];
     Eigen::AlignedBox3f box;
@@ -102,8 +101,8 @@ class BinaryTree {
     return n;
   }
 
-  // Takes a node out, with its parent, and puts both in where they add least area; back to their place if none is
-  // better.
+  // Removes a node together with its parent, and inserts both where they add the least area; at the old place if no
+  // other is better.
   void placeAnew(std::uint32_t n) {
     const std::uint32_t parent = nodes_[n].parent;
     if (parent == kNoNode || nodes_[parent].parent == kNoNode) return;
@@ -119,7 +118,7 @@ class BinaryTree {
     update(nodes_[parent].parent);
   }
 
-  // `n` takes the place of `before` below `parent`.
+  // `n` replaces `before` below `parent`.
   void hang(std::uint32_t n, std::uint32_t parent, std::uint32_t before) {
     nodes_[n].parent = parent;
     if (parent == kNoNode)
@@ -128,7 +127,7 @@ class BinaryTree {
       nodes_[parent].part[nodes_[parent].part[1] == before] = n;
   }
 
-  // Extents from `n` upwards, after its parts have changed; returns by how much the area fell.
+  // Updates the extents from `n` upwards after its children have changed; returns the decrease of the area.
   float update(std::uint32_t n) {
     float fell = 0;
     for (; n != kNoNode; n = nodes_[n].parent) {
@@ -143,14 +142,14 @@ class BinaryTree {
     return fell;
   }
 
-  // The node beside which `n` adds least area, less than `limit`; `otherwise` if there is none.
+  // The node beside which `n` adds the least area, less than `limit`; `otherwise` if there is none.
   std::uint32_t bestPlace(std::uint32_t n, std::uint32_t otherwise, float limit) {
     const Node& node = nodes_[n];
     std::uint32_t best = otherwise;
     float least = limit * (1 - 1e-5f);
     open_.assign(1, {root_, 0});
     for (int looks = 0; looks < kMaxLooks && !open_.empty(); ++looks) {
-      const auto [at, above] = open_.back();  // the area that all nodes above gain, if `n` goes down to here
+      const auto [at, above] = open_.back();  // increase of area of all nodes above, if `n` is inserted below this node
       open_.pop_back();
       if (above + node.area >= least) continue;
       const float both = nodes_[at].extent.join(node.extent).area();
@@ -172,9 +171,9 @@ class BinaryTree {
   std::vector<std::pair<std::uint32_t, float>> open_;
 };
 
-/// Chooses which nodes of a binary tree become nodes of up to 8 children, so that the expected number of tests is
-/// least. A node is met in proportion to its area with the size of an item about it, because what it meets is no point.
-/// Opened, it costs one test for each child and one for the block.
+/// Chooses the nodes of a binary tree that become nodes with up to 8 children, such that the expected number of tests
+/// is smallest. The probability of visiting a node is proportional to its area, enlarged by the size of an item, since
+/// the other object is not a point. An opened node costs one test for each child and one for the block.
 class WideTree {
  public:
   explicit WideTree(const BinaryTree& tree) : tree_(tree), choices_(tree.size()) {
@@ -188,7 +187,7 @@ class WideTree {
   }
 
   std::vector<std::uint32_t> childrenOf(std::uint32_t n) const {
-    if (tree_.isItem(n)) return {n};  // the root of a tree of one item
+    if (tree_.isItem(n)) return {n};  // the root of a tree with one item
     std::vector<std::uint32_t> children;
     std::vector<std::pair<std::uint32_t, std::size_t>> open;
     const auto split = [&](std::uint32_t m, std::size_t lanes) {
@@ -213,15 +212,16 @@ class WideTree {
 
  private:
   struct Choice {
-    std::array<float, kSearchBranching + 1> cost{};          // (lanes) least cost below the node, if up to this many lanes stand for it
-    std::array<std::uint8_t, kSearchBranching + 1> first{};  // (lanes) lanes of the first part, if the node is no lane itself
-    std::uint8_t children = 2;                               // if the node is one
+    std::array<float, kSearchBranching + 1> cost{};  // (lanes) smallest cost below the node if it occupies up to this number of lanes
+    std::array<std::uint8_t, kSearchBranching + 1> first{};  // (lanes) lanes of the first child, if the node itself is not a lane
+    std::uint8_t children = 2;                               // number of children if the node is one lane
   };
 
   void choose(std::uint32_t n) {
     Choice& choice = choices_[n];
     const Choice &a = choices_[tree_.parts(n)[0]], &b = choices_[tree_.parts(n)[1]];
-    // Where names could run short, the number of nodes is the cost: then at least four binary nodes make one wide node.
+    // If there could be too many nodes for 16 bits, the number of nodes is the cost: then at least four binary nodes
+    // make one wide node.
     const bool many = tree_.items() > kMaxSearchNodes;
     const float width = tree_.width(n) + item_width_;
     const auto opened = [&](std::size_t lanes) { return many ? 1 : width * width * static_cast<float>(1 + lanes); };
@@ -229,7 +229,7 @@ class WideTree {
     choice.cost[1] = std::numeric_limits<float>::infinity();
     for (std::size_t lanes = 2; lanes <= kSearchBranching; ++lanes) {
       split[lanes] = std::numeric_limits<float>::infinity();
-      choice.first[lanes] = 1;  // stays where sizes are beyond float
+      choice.first[lanes] = 1;  // remains if sizes exceed the range of float
       for (std::size_t first = 1; first < lanes; ++first)
         if (const float sum = a.cost[first] + b.cost[lanes - first]; sum < split[lanes]) {
           split[lanes] = sum;
@@ -244,11 +244,11 @@ class WideTree {
   }
 
   const BinaryTree& tree_;
-  float item_width_ = 0;  // mean
+  float item_width_ = 0;  // mean width of an item
   std::vector<Choice> choices_;
 };
 
-// The smallest sphere about the items below a node of the binary tree.
+// The smallest sphere around the items below a node of the binary tree.
 Sphere sphereAbout(std::uint32_t node, const BinaryTree& tree, std::span<const Sphere> spheres, std::size_t spheres_of_item) {
   std::vector<Sphere> below;
   std::vector<std::uint32_t> open{node};
@@ -294,8 +294,8 @@ SearchTree buildSearchTree(std::span<const Sphere> spheres, std::size_t spheres_
 void sortForSearch(Skin& skin) {
   std::vector<Sphere> spheres;
   spheres.reserve(kPoints * skin.triangles.size());
-  // findFault() has the control points in double; here they are rounded to float, by less than the radius given to
-  // them.
+  // findFault() computes the control points in double; here they are rounded to float, with an error below the radius
+  // that they get.
   const auto add = [&](const Eigen::Vector3f& p, float size) {
     spheres.push_back({p.x(), p.y(), p.z(), 16 * std::numeric_limits<float>::epsilon() * size + std::numeric_limits<float>::min()});
   };

@@ -20,31 +20,31 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A mesh of no more triangles is kept as it is. Teeth as they are modelled have 1,000 to 6,000; a skin of 10,000 takes
-// 350 KB.
+// A mesh with at most this number of triangles is kept unchanged. Modelled teeth have 1,000 to 6,000; a skin of 10,000
+// triangles takes 350 KB.
 constexpr std::size_t kManyTriangles = 10000;
-// More triangles make more vertices and edges than 16 bits name even where few edges are sharp.
+// More triangles have too many vertices and edges for 16 bits, even if few edges are sharp.
 constexpr std::size_t kMaxTriangles = 30000;
-// Share of the tolerance that a mesh of many triangles may be simplified by. At a quarter, vertices that are left stand
-// so irregularly that the felt normals of a smooth body are off by degrees; a tenth takes what lies in one plane, and
-// little else.
+// Share of the tolerance for the simplification of a mesh with many triangles. At a quarter, the remaining vertices are
+// so irregular that the felt normals of a smooth body are off by degrees; a tenth removes coplanar triangles and little
+// else.
 constexpr double kDistanceShare = 0.1;
 // Shares of that distance that the quadric error of a collapse may reach, tried in this order until the distance is
-// proven. The quadric error is a root mean square over planes: where it is 0.6 d, few points are farther than d.
+// proven. The quadric error is a root mean square over planes: if it is at most 0.6 d, few points are farther than d.
 constexpr std::array<double, 2> kErrorShares{0.6, 0.3};
-constexpr double kWorthIt = 0.8;          // of the triangles: with more than that left, those given are kept
-constexpr std::size_t kMaxNames = 65536;  // vertices and edges that 16 bits name
+constexpr double kWorthIt = 0.8;  // of the triangles: if simplification leaves more than this share, the original triangles are kept
+constexpr std::size_t kMaxNames = 65536;  // number of vertices or edges that 16 bits can identify
 constexpr double kMaxOffset = 127;        // of a packed offset
-constexpr double kSwing = 4.0 / 3;        // the largest move of a patch, as a multiple of its largest offset
-constexpr int kCountTries = 8;            // each with four fifths of the triangles of the one before, if there are more elements than names
+constexpr double kSwing = 4.0 / 3;        // the largest motion of a patch, as a multiple of its largest offset
+constexpr int kCountTries = 8;  // attempts, each with four fifths of the triangles of the previous one, if there are too many elements
 
 struct BaseSurface {
   TriangleMesh mesh;
-  double distance = 0;    // proven: between it and the mesh given, either way [mm]
+  double distance = 0;    // proven two-sided distance to the original mesh [mm]
   bool is_given = false;  // its triangles are those of the solid and the sheets, in their order
 };
 
-// A triangle that has a vertex twice is part of its neighbours.
+// Removes triangles with a repeated vertex; their area belongs to their neighbours.
 std::size_t dropDegenerate(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
@@ -93,7 +93,7 @@ class SkinBuilder {
     return s;
   }
 
-  // By the number of triangles alone, however far that takes the surface from the mesh.
+  // Reduces to a number of triangles, however far that moves the surface from the mesh.
   BaseSurface fewer(std::size_t triangles) const {
     TriangleMesh few = simplifyMesh(solid_, triangles, progress_);
     const double there = distanceBound(solid_, DistanceField(few, {}, sheets_), progress_);
@@ -103,14 +103,14 @@ class SkinBuilder {
     return withSheets(std::move(few), std::max(there, back));
   }
 
-  // Of the solid given from a simplified one and the sheets, and the other way round; above `allowed` if it is not
+  // Two-sided distance between the original solid and a simplified one with the sheets; above `allowed` if it is not
   // proven to be less.
   double provenDistance(const TriangleMesh& mesh, double allowed) const {
     const double there = distanceBound(solid_, DistanceField(mesh, {}, sheets_), progress_, allowed);
     return there <= allowed ? std::max(there, distanceBound(mesh, field_, progress_, allowed)) : there;
   }
 
-  // How far the patches over each triangle may swing out of it.
+  // Largest allowed swing of the patches over each triangle.
   std::vector<double> allowedSwing(const BaseSurface& surface, double distance) const {
     const auto left = [&](double tolerance) { return std::max(tolerance - distance, 0.5 * tolerance); };
     std::vector<double> allowed(surface.mesh.triangles.size(), left(settings_.tolerance));
@@ -123,7 +123,7 @@ class SkinBuilder {
     return allowed;
   }
 
-  // None if there are more elements than names.
+  // Empty if there are more elements than 16 bits can identify.
   std::optional<Skin> pack(BaseSurface& surface, const Vector3d& origin) const;
 
   const TriangleMesh& solid_;
@@ -133,7 +133,7 @@ class SkinBuilder {
   Progress& progress_;
 };
 
-/// The whole numbers of a skin from a surface.
+/// Converts a surface to the integers of a skin.
 class Packer {
  public:
   Packer(const TriangleMesh& mesh, const Vector3d& origin) : mesh_(mesh), origin_(origin) {
@@ -148,14 +148,15 @@ class Packer {
       for (const std::uint32_t v : t) placeVertex(v);
   }
 
-  /// No vertex was moved farther by rounding [mm].
+  /// Rounding moved no vertex by more than this [mm].
   double vertexError() const { return vertex_error_; }
 
-  /// Offsets of the middles, pulled in where patches would swing out of a triangle by more than `allowed` (triangles)
-  /// [mm].
+  /// Packs the offsets of the middles, reduced where patches would swing out of a triangle by more than `allowed`
+  /// (triangles) [mm].
   void packOffsets(const SurfaceEdges& edges, const SmoothSurface& smooth, const std::vector<double>& allowed) {
     const double most = *std::max_element(allowed.begin(), allowed.end());
-    const double rounding = std::sqrt(0.75) * most / (kSwing * kMaxOffset);  // of an offset whose axes are rounded to half a step each
+    const double rounding =
+        std::sqrt(0.75) * most / (kSwing * kMaxOffset);  // of an offset whose components are rounded to half a step each
     std::vector<Vector3d> offset(edges.kind.size(), Vector3d::Zero());
     double largest = 0;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
@@ -177,7 +178,7 @@ class Packer {
             static_cast<std::int8_t>(std::lround(offset[e][static_cast<Eigen::Index>(axis)] / static_cast<double>(skin_.offset_step)));
   }
 
-  /// Vertices and edges once for each normal that they have; false if there are more than names.
+  /// Adds each vertex and edge once for each of its normals; false if there are more than 16 bits can identify.
   bool packElements(const SurfaceEdges& edges, const SmoothSurface& smooth) {
     NameList vertices, sides;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
@@ -232,7 +233,7 @@ class Packer {
   const Vector3d& origin_;
   Skin skin_;
   std::vector<std::array<std::uint32_t, 3>> position_;  // (vertices)
-  std::vector<Vector3d> place_;                         // (vertices) where the skin has them [mm], frame of the tree
+  std::vector<Vector3d> place_;                         // (vertices) position in the skin [mm], frame of the tree
   std::vector<std::array<std::int8_t, 3>> offset_;      // (edges)
   double vertex_error_ = 0;
 };
@@ -244,7 +245,7 @@ std::optional<Skin> SkinBuilder::pack(BaseSurface& surface, const Vector3d& orig
   const SurfaceEdges edges = classifyEdges(mesh, settings_.crease_angle);
   const SmoothSurface smooth = loopSurface(mesh, edges);
   Packer packer(mesh, origin);
-  // Rounding moves each triangle of the mesh by no more than it moves a vertex.
+  // Rounding moves a point of a triangle by at most as much as it moves a vertex.
   const double distance = surface.distance + packer.vertexError();
   packer.packOffsets(edges, smooth, allowedSwing(surface, distance));
   if (!packer.packElements(edges, smooth)) return {};

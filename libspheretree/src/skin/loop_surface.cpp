@@ -15,18 +15,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSolverRounds = 60;  // of the solver; the error falls by 4 or more in each of the first, and is far below float after 30
+constexpr int kSolverRounds =
+    60;  // iterations of the solver; the error falls by a factor of 4 or more in each of the first ones, and is far below float after 30
 
-constexpr double kSmoothPassing = 0.5;  // cosine of the turn of a crease at a vertex, above which that is no corner of it
+constexpr double kSmoothPassing = 0.5;  // cosine of the angle of a crease at a vertex, above which the vertex is not a corner of the crease
 
-constexpr int kGuardRounds = 8;  // of solving without the vertices where the limit folds; three are usual
-// How far a normal of the limit may lean out of those about it, beyond the largest angle between two of these [rad].
+constexpr int kGuardRounds = 8;  // rounds of solving without the vertices where the limit surface folds; three are usual
+// Largest angle between a normal of the limit surface and the normals around it, beyond the largest angle between two
+// of these [rad].
 constexpr double kLean = 0.1;
 constexpr double kMaxLean = 0.5;  // cosine of the largest angle between a triangle and the normals of its patch
 constexpr std::array<std::array<double, 3>, 7> kNodes{
     {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {1.0 / 3, 1.0 / 3, 1.0 / 3}}};
 
-/// Of the control vertex in the limit mask of a vertex with n neighbours, each of which has the weight 1.
+/// Weight of the control vertex in the limit mask of a vertex with n neighbours, each of which has the weight 1.
 double loopWeight(std::size_t n) {
   const double turn = 0.375 + 0.25 * std::cos(2 * std::numbers::pi / static_cast<double>(n));
   const double beta = (0.625 - turn * turn) / static_cast<double>(n);
@@ -55,8 +57,8 @@ Vector3d ringNormal(const Ring& ring) {
   return u.cross(v);
 }
 
-/// Whether `n` is no farther from each of `about` than the two of these that are farthest apart, and kLean. Unit
-/// vectors.
+/// Whether the angle between `n` and each vector of `about` is at most the largest angle between two of these, plus
+/// kLean. Unit vectors.
 bool leansWithin(const Vector3d& n, const std::vector<Vector3d>& about) {
   double least = 1, between = 1;  // cosines
   for (std::size_t i = 0; i < about.size(); ++i) {
@@ -101,8 +103,10 @@ class LoopSurface {
  private:
   std::uint32_t vertexAt(MeshCorner c, std::uint32_t further = 0) const { return mesh_.triangles[c.triangle][(c.k + further) % 3]; }
   const Vector3d& at(std::uint32_t v) const { return mesh_.positions[v]; }
-  std::uint32_t edgeAfter(MeshCorner c) const { return edges_.edge[c.triangle][c.k]; }             // from its vertex on
-  std::uint32_t edgeBefore(MeshCorner c) const { return edges_.edge[c.triangle][(c.k + 2) % 3]; }  // that ends in its vertex
+  std::uint32_t edgeAfter(MeshCorner c) const { return edges_.edge[c.triangle][c.k]; }  // the edge that starts at the corner's vertex
+  std::uint32_t edgeBefore(MeshCorner c) const {
+    return edges_.edge[c.triangle][(c.k + 2) % 3];
+  }  // the edge that ends at the corner's vertex
 
   void collectCorners() {
     corners_.resize(mesh_.positions.size());
@@ -110,8 +114,8 @@ class LoopSurface {
       for (std::uint32_t k = 0; k < 3; ++k) corners_[mesh_.triangles[t][k]].push_back({t, k});
   }
 
-  // Neighbours, counter-clockwise, of each vertex that no sharp edge or flat face fixes and whose triangles make one
-  // ring.
+  // Finds the neighbours, counter-clockwise, of each vertex that no sharp edge or flat face fixes and whose triangles
+  // form one ring.
   void findRings() {
     rings_.resize(mesh_.positions.size());
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
@@ -132,7 +136,8 @@ class LoopSurface {
     }
   }
 
-  // The two vertices next to each vertex that a crease passes smoothly; the same vertex twice: none.
+  // Finds the two neighbours along the crease of each vertex that a crease passes smoothly; the same vertex twice:
+  // none.
   void findCreases() {
     creases_.assign(mesh_.positions.size(), {0, 0});
     std::vector<std::vector<std::uint32_t>> next(mesh_.positions.size());
@@ -148,9 +153,9 @@ class LoopSurface {
 
   static bool passesSmoothly(const Vector3d& in, const Vector3d& out) { return in.dot(out) > kSmoothPassing * in.norm() * out.norm(); }
 
-  // Control vertices by the iteration of Gauss and Seidel, so that the limit goes through the vertices of the mesh: by
-  // the mask of a vertex with a ring, or of a crease. No control vertex leaves its vertex by more than half of the mean
-  // length of the edges in its mask: noise is not to swing the surface.
+  // Computes control vertices by Gauss-Seidel iteration such that the limit surface passes through the vertices of the
+  // mesh, with the mask of a vertex with a ring or of a crease. No control vertex moves from its vertex by more than
+  // half of the mean length of the edges in its mask, so that noise does not make the surface oscillate.
   void solve() {
     struct Row {
       std::uint32_t vertex;
@@ -194,9 +199,9 @@ class LoopSurface {
     for (const MeshCorner c : corners_[v]) out_.corner_normal[c.triangle][c.k] = n;
   }
 
-  // Where triangles are uneven, the limit may lean out of the facets or even fold over. Such vertices get their normals
-  // from the facets; the rest is solved anew without them. True if there were any, or may be: after the last round none
-  // is left.
+  // Where triangles are uneven, the limit normal may deviate strongly from the facets, or the surface may fold. Such
+  // vertices get their normals from the facets, and the others are solved again without them. Returns true if there
+  // were such vertices or, after the last round, if there may be; then no vertex is left.
   bool dropFoldedRings() {
     bool any = false;
     for (std::uint32_t v = 0; v < rings_.size(); ++v) {
@@ -210,7 +215,7 @@ class LoopSurface {
     return any;
   }
 
-  /// By the weights of Max: exact where the vertices lie on a sphere, and the same whichever way a rectangle is split.
+  /// By the weights of Max: exact if the vertices lie on a sphere, and independent of how a rectangle is split.
   Vector3d facetNormal(const std::vector<MeshCorner>& corners) const {
     Vector3d sum = Vector3d::Zero();
     for (const MeshCorner c : corners) {
@@ -225,7 +230,7 @@ class LoopSurface {
   void placeSectorNormals(std::uint32_t v) {
     const std::vector<MeshCorner>& corners = corners_[v];
     if (corners.empty()) return;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // edge, place of the corner
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // edge, index of the corner
     for (std::uint32_t i = 0; i < corners.size(); ++i)
       for (const std::uint32_t e : {edgeAfter(corners[i]), edgeBefore(corners[i])})
         if (!edges_.isSharp(e)) sides.emplace_back(e, i);
@@ -239,7 +244,7 @@ class LoopSurface {
       if (!one.empty()) placeSectorNormal(v, one);
   }
 
-  // The normal of the flat face in the sector; where there are several, each keeps its own.
+  // The normal of the flat face in the sector; if there are several flat faces, each keeps its own normal.
   void placeSectorNormal(std::uint32_t v, const std::vector<MeshCorner>& sector) {
     std::vector<std::uint32_t> faces;
     for (const MeshCorner c : sector)
@@ -257,8 +262,8 @@ class LoopSurface {
     }
   }
 
-  // Where a crease passes smoothly, the normal is made perpendicular to it: to the parabola through the vertex and the
-  // crease's next ones.
+  // Where a crease passes smoothly, the normal is made perpendicular to it: to the parabola through the vertex and its
+  // two neighbours on the crease.
   Vector3d acrossCrease(std::uint32_t v, const std::vector<MeshCorner>& sector, const Vector3d& n) const {
     std::vector<Vector3d> ends;
     for (const MeshCorner c : sector) {
@@ -293,8 +298,8 @@ class LoopSurface {
     Vector3d offset, normal;
   };
 
-  // That of the limit surface if both ends are on it; else, and where that leans out of its surroundings, that of the
-  // cubic curve whose ends are perpendicular to the normals there.
+  // The middle on the limit surface, if both ends are on it. Otherwise, and if that deviates strongly from its
+  // surroundings, the middle of the cubic curve whose ends are perpendicular to the normals there.
   Middle middleOf(std::uint32_t e, std::uint32_t a, std::uint32_t b, const Vector3d& m, const Vector3d& n) const {
     if (!rings_[a].empty() && !rings_[b].empty()) {
       const Middle middle = limitMiddle(a, b);
@@ -305,7 +310,7 @@ class LoopSurface {
     return {(u - w) / 8, unitOr(perpendicularTo(m + n, 1.5 * chord - 0.25 * (u + w)), unitOr(m + n, m))};
   }
 
-  // The flat face of the triangle at a side, or of that across a side that is not sharp.
+  // The flat face of the triangle at a side, or the one across a side that is not sharp.
   std::uint32_t faceBeside(MeshCorner c) const {
     const std::uint32_t e = edgeAfter(c), own = edges_.flat_face[c.triangle];
     if (own != kNoIndex || edges_.isSharp(e)) return own;
@@ -317,7 +322,7 @@ class LoopSurface {
     return static_cast<std::uint32_t>(std::find(edges_.edge[t].begin(), edges_.edge[t].end(), e) - edges_.edge[t].begin());
   }
 
-  // After one step of subdivision the middle is a vertex with six neighbours: its place and its normal are those of the
+  // After one step of subdivision the middle is a vertex with six neighbours: its position and normal are those of the
   // limit there.
   Middle limitMiddle(std::uint32_t a, std::uint32_t b) const {
     const std::vector<std::uint32_t>&ra = rings_[a], &rb = rings_[b];
@@ -337,7 +342,7 @@ class LoopSurface {
     return {sum / 12 - 0.5 * (at(a) + at(b)), unitOr(ringNormal(ring), Vector3d::Zero())};
   }
 
-  /// Where one step of subdivision takes a control vertex.
+  /// The position of a control vertex after one step of subdivision.
   Vector3d moved(std::uint32_t v) const {
     const auto n = static_cast<double>(rings_[v].size());
     const double beta = 0.375 / loopWeight(rings_[v].size());
@@ -346,7 +351,8 @@ class LoopSurface {
     return (1 - n * beta) * control_[v] + beta * sum;
   }
 
-  // A corner or side whose normal leans far out of its triangle, as at the tip of a needle, has the triangle's own.
+  // A corner or side whose normal deviates far from that of its triangle, as at the tip of a needle, gets the
+  // triangle's own normal.
   void rightNormals() {
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       const Vector3d& flat = edges_.triangle_normal[t];
@@ -358,8 +364,8 @@ class LoopSurface {
     }
   }
 
-  // A patch that folds gets straight sides, and is its flat triangle. That changes its neighbours, which then are
-  // looked at again.
+  // A patch that folds gets straight sides and becomes its flat triangle. Since this changes its neighbours, these are
+  // tested again.
   void straightenFolds() {
     std::vector<std::uint32_t> open(mesh_.triangles.size());
     std::iota(open.begin(), open.end(), 0u);
@@ -376,7 +382,7 @@ class LoopSurface {
     }
   }
 
-  // Whether the patch turns away from its normals or from its flat triangle, at a node or in its middle.
+  // Whether the patch faces away from its normals or from its flat triangle, at a node or in its middle.
   bool folds(std::uint32_t t) const {
     const Vector3d &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
     const std::array<Vector3d, 3> offset{out_.offset[edges_.edge[t][0]], out_.offset[edges_.edge[t][1]], out_.offset[edges_.edge[t][2]]};

@@ -14,15 +14,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of the diagonal: farther from its plane a triangle is not part of a flat face. Positions in float are off by 6e-8 of
-// their size.
+// As a share of the diagonal: a triangle farther from the plane is not part of a flat face. Positions in float have a
+// relative error of 6e-8.
 constexpr double kSkinFlatness = 1e-6;
-// A flat face is wider by this than the groups it runs into. Triangles and quads of one regular mesh differ by up to 2.
+// A flat face is wider than the adjacent groups by this factor. Triangles and quads of one regular mesh differ by up to
+// 2.
 constexpr double kFlatWidth = 3;
-// Longest side over height of a long thin triangle. Subdivision surfaces fold over where such triangles meet others:
-// their masks take the neighbours of a vertex to lie evenly about it.
+// Ratio of the longest side and the height of a long thin triangle. Subdivision surfaces fold where such triangles meet
+// others, since their masks assume that the neighbours of a vertex are evenly distributed around it.
 constexpr double kThin = 10;
-// Needles side by side take their normals from each other; more than two in a row do not happen in sound meshes.
+// Adjacent needles take their normals from each other; sound meshes do not have more than two in a row.
 constexpr int kNeedleRounds = 3;
 
 struct MeanPlane {
@@ -35,11 +36,11 @@ struct MeanPlane {
   double distance(const Vector3d& p) const { return std::abs(area.normalized().dot(p - moment / weight)); }
 };
 
-/// Triangles in one plane, and what their border is like.
+/// Coplanar triangles, and properties of their border.
 struct PlanarGroup {
   std::vector<std::uint32_t> triangles;
   MeanPlane plane;
-  double width = 0;  // twice the area over the length of the border: that of a long strip
+  double width = 0;  // twice the area divided by the length of the border: the width of a long strip
 };
 
 class EdgeClassifier {
@@ -79,8 +80,8 @@ class EdgeClassifier {
     }
   }
 
-  // A needle, whose three vertices lie on a line but for rounding, has the normal of the triangle across its longest
-  // side: its own would be random, and make creases where there are none.
+  // A needle, whose three vertices are collinear up to rounding, gets the normal of the triangle across its longest
+  // side: its own normal would be random, and would cause spurious creases.
   void findNormals() {
     const std::size_t triangles = mesh_.triangles.size();
     out_.triangle_normal.assign(triangles, Vector3d::Zero());
@@ -102,7 +103,7 @@ class EdgeClassifier {
       }
   }
 
-  /// Twice as long as the area is large.
+  /// Its length is twice the area.
   Vector3d areaVector(std::uint32_t t) const {
     return (mesh_.corner(t, 1) - mesh_.corner(t, 0)).cross(mesh_.corner(t, 2) - mesh_.corner(t, 0));
   }
@@ -117,8 +118,8 @@ class EdgeClassifier {
     return both[0] == t ? both[1] : both[0];
   }
 
-  // Grows groups from the largest triangles. The plane is that of all triangles so far: that of one small triangle
-  // would be uncertain far off.
+  // Grows groups from the largest triangles. The plane is that of all triangles so far, since the plane of one small
+  // triangle would be uncertain far from it.
   void findGroups() {
     const std::size_t triangles = mesh_.triangles.size();
     std::vector<double> area(triangles);
@@ -200,7 +201,7 @@ class EdgeClassifier {
 
   bool isThin(std::uint32_t t) const {
     const double longest = longestSide(t);
-    return longest * longest > kThin * areaVector(t).norm();  // the height is twice the area over the longest side
+    return longest * longest > kThin * areaVector(t).norm();  // the height is twice the area divided by the longest side
   }
 
   void fixVertices() {

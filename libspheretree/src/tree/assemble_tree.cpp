@@ -22,7 +22,7 @@ SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const st
       children[level - 1][parents[level][i]].push_back(i);
     }
   }
-  // An only child that repeats its parent and has no children adds nothing: the parent ends in its place.
+  // An only child that repeats its parent and has no children adds nothing: the parent becomes the leaf.
   for (std::size_t level = levels.size() - 1; level-- > 0;)
     for (std::size_t i = 0; i < levels[level].size(); ++i) {
       std::vector<std::uint32_t>& mine = children[level][i];
@@ -36,7 +36,7 @@ SphereTree assembleTree(const std::vector<std::vector<Sphere>>& levels, const st
     for (const std::uint32_t i : row) {
       std::vector<std::uint32_t>& mine = children[level][i];
       if (mine.size() > static_cast<std::size_t>(branching)) throw std::invalid_argument("tree: a sphere with too many children");
-      // Those with children of their own first, as the file asks; otherwise in the order given.
+      // Children with children of their own first, as the file format requires; otherwise in the given order.
       if (level + 1 < levels.size())
         std::stable_partition(mine.begin(), mine.end(), [&](std::uint32_t c) { return !children[level + 1][c].empty(); });
       tree.cover.push_back(levels[level][i]);

@@ -18,11 +18,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kCentring = 6;            // steps towards the centre of an enclosing ball: within a few per cent
-constexpr int kCuts = 16;               // places where a part is tried to be cut, along each key
-constexpr std::size_t kNeighbours = 6;  // groups that a child is tried in
+constexpr int kCentring = 6;            // steps towards the centre of an enclosing ball: accurate to a few per cent
+constexpr int kCuts = 16;               // positions that are tried for a cut of a part, along each key
+constexpr std::size_t kNeighbours = 6;  // groups that are tried for a child
 constexpr int kPasses = 8;
-constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange is rounding
+constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange is attributed to rounding
 
 Ball scaledBall(const Sphere& s, double scale) { return {scale * Vector3d(s.x, s.y, s.z), scale * s.radius}; }
 
@@ -31,7 +31,8 @@ void extendBy(const Ball& ball, Eigen::AlignedBox3d& box) {
   box.extend(ball.centre + Vector3d::Constant(ball.radius));
 }
 
-// A small ball about some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA 2003.
+// An approximately smallest ball around some balls. Method: M. Badoiu, K. Clarkson. Smaller core-sets for balls. SODA
+// 2003.
 Ball enclosing(std::span<const Ball> balls) {
   Eigen::AlignedBox3d box;
   for (const Ball& b : balls) extendBy(b, box);
@@ -53,12 +54,13 @@ Ball enclosing(std::span<const Ball> balls) {
   return best;
 }
 
-// Of the smallest ball about two.
+// Radius of the smallest ball around two balls.
 double jointRadius(const Ball& a, const Ball& b) {
   return std::max({a.radius, b.radius, 0.5 * ((a.centre - b.centre).norm() + a.radius + b.radius)});
 }
 
-// Groups of children, each for a parent's own sphere or, where there is room for more groups than parents, for none.
+// Groups of children, one for each parent's own sphere; if more groups are allowed than there are parents, the others
+// have no such sphere.
 class Grouping {
  public:
   Grouping(const std::vector<Ball>& parents, const std::vector<Ball>& children, std::size_t capacity, std::size_t groups)
@@ -78,17 +80,18 @@ class Grouping {
   struct Group {
     std::vector<std::uint32_t> members;
     std::uint32_t parent = kNoParent;
-    Ball inner, bound;  // about the members; with the parent's own sphere, too
-    int changed = 0;    // pass in which it changed last
+    Ball inner, bound;  // enclosing the members; also enclosing the parent's own sphere
+    int changed = 0;    // pass of its last change
   };
   const std::vector<Group>& groups() const { return groups_; }
   static double cost(const Group& g) { return cost(g.members.size(), g.bound.radius); }
 
  private:
-  // Every child is tested whenever the bounding sphere is met. That grows far less than with its area: two objects meet
-  // at their ends and edges more than elsewhere, and beyond the size of the other object it grows hardly at all. So one
-  // bound that is much too large for few children is better than many that are a little too large. Exponents of 0.2 to
-  // 0.5 gave the same number of node pairs within 5 %, 1 more by a tenth, 2 by a half.
+  // Every child is tested whenever the bounding sphere is touched. The frequency of this grows far slower than the
+  // area: two objects touch at their ends and edges more often than elsewhere, and beyond the size of the other object
+  // it hardly grows at all. Therefore one far too large bound with few children is better than many bounds that are
+  // slightly too large. Exponents of 0.2 to 0.5 gave the same number of node pairs within 5 %, an exponent of 1 a tenth
+  // more, 2 half as many again.
   static double cost(std::size_t members, double radius) { return static_cast<double>(members) * std::cbrt(radius); }
   Ball boundOf(std::uint32_t parent, std::span<const std::uint32_t> members) const {
     scratch_.clear();
@@ -103,8 +106,8 @@ class Grouping {
     }
   }
 
-  // Compact groups, from the whole down: a part is cut in two where the cost of both is least, for half of its groups
-  // each.
+  // Makes compact groups, from the whole set down: a part is cut in two where the cost of both is smallest, and each
+  // half gets half of its groups.
   void cutAll(std::size_t groups) {
     struct Part {
       std::vector<std::uint32_t> members;
@@ -130,8 +133,8 @@ class Grouping {
       for (const std::uint32_t c : groups_[g].members) group_of_[c] = g;
   }
 
-  // Orders the members and says how many go to the left: no group needs to be empty or too full. Keys: the coordinates,
-  // the radius (large balls inside an object are best kept together) and the distance from the middle.
+  // Orders the members and returns how many go to the left such that no group has to be empty or too full. Keys: the
+  // coordinates, the radius (large balls inside an object are best kept together) and the distance from the middle.
   std::size_t cut(std::vector<std::uint32_t>& members, std::size_t left, std::size_t right) const {
     const std::size_t count = members.size();
     const std::size_t min_left = std::max(count - std::min(count, right * capacity_), std::min(left, count));
@@ -143,7 +146,7 @@ class Grouping {
     double least = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, std::uint32_t>> keyed(count);
     std::vector<Ball> sorted(count);
-    std::vector<double> left_least(count + 1), right_least(count + 1);  // lower bounds of the radii about the first and the last of them
+    std::vector<double> left_least(count + 1), right_least(count + 1);  // lower bounds of the radii around the first and the last members
     for (int key = 0; key < 5; ++key) {
       for (std::size_t i = 0; i < count; ++i) {
         const Ball& b = children_[members[i]];
@@ -177,8 +180,8 @@ class Grouping {
     return best_count;
   }
 
-  // Which group each parent gets: greedily, the largest parents first (`anew`), then by exchanges. False if nothing
-  // changed.
+  // Assigns the groups to the parents: greedily, the largest parents first (`anew`), then by exchanges. Returns false
+  // if nothing changed.
   bool matchParents(bool anew) {
     for (Group& g : groups_) g.inner = boundOf(kNoParent, g.members);
     const auto price = [&](const Group& g, std::uint32_t parent) {
@@ -216,7 +219,7 @@ class Grouping {
     return any;
   }
 
-  // A parent without a child takes the nearest one whose group has others.
+  // A parent without a child takes the nearest child whose group has others.
   void fillEmpty() {
     for (std::uint32_t g = 0; g < groups_.size(); ++g) {
       if (!groups_[g].members.empty() || groups_[g].parent == kNoParent) continue;
@@ -233,8 +236,8 @@ class Grouping {
     }
   }
 
-  // One pass of moves and swaps of children between groups that are near, of which one changed since the last. False if
-  // nothing improved.
+  // One pass of moves and swaps of children between near groups of which one has changed since the last pass. Returns
+  // false if nothing improved.
   bool exchangeChildren() {
     bool any = false;
     std::vector<std::pair<double, std::uint32_t>> near(groups_.size());
@@ -253,7 +256,7 @@ class Grouping {
     return any;
   }
 
-  // The best move or swap of a child into one of the groups given, if it lowers the cost.
+  // Makes the best move or swap of a child into one of the given groups, if it lowers the cost.
   bool exchangeOne(std::uint32_t c, std::span<const std::pair<double, std::uint32_t>> near) {
     const std::uint32_t a = group_of_[c];
     Group& from = groups_[a];
@@ -261,7 +264,7 @@ class Grouping {
     std::erase(without, c);
     const double radius_without = std::min(from.bound.radius, boundOf(from.parent, without).radius);
     const double cost_moved = cost(without.size(), radius_without), cost_swapped = cost(from.members.size(), radius_without);
-    const bool is_outer = cost_swapped < cost(from) * (1 - kWorthwhile);  // a swap of another is of no use to its group
+    const bool is_outer = cost_swapped < cost(from) * (1 - kWorthwhile);  // swapping any other child would not improve its group
     double best_gain = kWorthwhile * cost(from);
     std::uint32_t best_group = a, best_other = kNoParent;
     std::vector<std::uint32_t> with;
@@ -307,7 +310,7 @@ class Grouping {
     return true;
   }
 
-  // A lower bound of the radius about a group with one more child and, perhaps, without another.
+  // A lower bound of the radius around a group with one more child and, optionally, without another one.
   double leastRadius(const Group& group, std::uint32_t more, std::uint32_t less) const {
     double radius = group.parent == kNoParent ? 0 : jointRadius(children_[more], parents_[group.parent]);
     for (const std::uint32_t c : group.members)
@@ -335,8 +338,8 @@ GroupedLevels group(std::vector<std::vector<Sphere>> levels, std::span<const std
   GroupedLevels out{std::move(levels), {}, 0};
   out.parents.resize(out.levels.size());
   if (out.levels.empty()) return out;
-  // By a power of two, to about the same size: a cubic root does not round alike at all scales, and two ways may cost
-  // the same.
+  // Scales by a power of two to about the same size: a cube root does not round equally at all scales, and two choices
+  // may have the same cost.
   int exponent = 0;
   std::frexp(out.levels[0].empty() ? 1.0f : out.levels[0][0].radius, &exponent);
   const double scale = std::ldexp(1.0, -exponent);
@@ -379,9 +382,9 @@ std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphe
                                                     std::span<const std::size_t> parent_count) {
   const auto full = static_cast<std::size_t>(branching);
   GroupedLevels best = group(levels, parent_count, full, spare);
-  bool fits = true;  // without further nodes
+  bool fits = true;  // no further nodes are needed
   for (std::size_t level = 1; level < levels.size(); ++level) fits = fits && levels[level].size() <= levels[level - 1].size() * full;
-  if (fits && best.levels != levels) {  // more groups are more to test, too
+  if (fits && best.levels != levels) {  // more groups also cost more tests
     GroupedLevels plain = group(levels, parent_count, full, SpareParents::Omit);
     if (plain.cost <= best.cost) best = std::move(plain);
   }
@@ -391,7 +394,7 @@ std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphe
 
 std::vector<std::size_t> levelCounts(std::size_t leaves, int branching) {
   const auto full = static_cast<std::size_t>(branching);
-  std::vector<std::size_t> most{1};  // of each level
+  std::vector<std::size_t> most{1};  // for each level
   while (most.back() < leaves) most.push_back(most.back() * full);
   std::vector<std::size_t> counts(most.size(), leaves);
   for (std::size_t level = counts.size() - 1; level-- > 0;)

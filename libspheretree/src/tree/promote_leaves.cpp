@@ -15,8 +15,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
 
-// For each sphere the leaf that it sticks out of least, unless that leaf is taken: first come those that stick out
-// least.
+// For each sphere the leaf outside of which it protrudes least, unless that leaf is taken; spheres that protrude least
+// choose first.
 std::vector<std::uint32_t> standIns(const std::vector<Sphere>& spheres, const std::vector<Sphere>& leaves) {
   struct Pair {
     double out;
@@ -46,16 +46,16 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
   std::vector<std::size_t> parent_count;
   for (const auto& level : levels) parent_count.push_back(level.size());
   const auto full = static_cast<std::size_t>(branching);
-  std::vector<Sphere> ended;  // above the level at hand
+  std::vector<Sphere> ended;  // leaves of levels above the current one
   for (std::size_t level = 1; level + 1 < levels.size(); ++level) {
     std::vector<Sphere>&own = levels[level], &leaves = levels.back();
-    // A sphere that ends takes the room of its children away, and just above the leaves one child, too.
+    // A sphere that becomes a leaf removes the capacity for its children, and just above the leaves one child, too.
     const std::size_t room = own.size() * full, children = levels[level + 1].size(), takes = level + 2 == levels.size() ? full - 1 : full;
     const std::size_t most = std::min({room > children ? (room - children) / takes : 0, own.size() - 1, leaves.size() - 1});
     if (most == 0) continue;
     std::vector<std::uint32_t> leaf = standIns(own, leaves);
-    // Those that could go with the leaves of all in their place; of these, those that can with the leaves of these
-    // alone; and so on.
+    // First finds the spheres that are redundant if the leaves of all spheres are added; then, among these, those that
+    // are redundant if only their own leaves are added; and so on.
     for (std::size_t tried = own.size() + 1, wanted = own.size(); wanted < tried && wanted > 0;) {
       tried = wanted;
       std::vector<Sphere> set = own;
