@@ -11,7 +11,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "words are taken from the bytes as they stand");
 
 constexpr std::size_t kSlices = 16;
-/// [k][b]: what byte b contributes to the checksum once k more bytes have followed it.
+/// [k][b]: the contribution of byte b to the checksum when k more bytes follow it.
 using Tables = std::array<std::array<std::uint64_t, 256>, kSlices>;
 
 Tables makeTables() {
@@ -29,7 +29,7 @@ Tables makeTables() {
 }  // namespace
 
 std::uint64_t crc64(std::span<const std::byte> bytes, std::uint64_t crc) {
-  static const Tables kTables = makeTables();  // in the first call: 32 KiB that the library need not carry
+  static const Tables kTables = makeTables();  // computed in the first call, so that the library need not contain 32 KiB of tables
   crc = ~crc;
   for (; bytes.size() >= kSlices; bytes = bytes.subspan(kSlices)) {
     std::array<std::uint64_t, 2> words;

@@ -6,7 +6,7 @@
 namespace spheretree {
 namespace {
 
-/// One index for each position: that of the first vertex exactly there; kNoVertex where `used` is false.
+/// The index of the first vertex at exactly the same position, for each position; kNoVertex where `used` is false.
 std::vector<std::uint32_t> firstAtEach(const std::vector<Eigen::Vector3d>& positions, const std::vector<bool>& used) {
   const std::size_t slots = std::bit_ceil(positions.size() * 2 + 1);
   std::vector<std::uint32_t> table(slots, kNoVertex), first(positions.size(), kNoVertex);
@@ -56,7 +56,7 @@ std::vector<std::uint32_t> weldEqualVertices(TriangleMesh& mesh) {
       index[i] = static_cast<std::uint32_t>(kept);
       mesh.positions[kept++] = mesh.positions[i];
     } else {
-      index[i] = index[index[i]];  // the first one stands earlier and has its new index
+      index[i] = index[index[i]];  // the first one precedes it and already has its new index
     }
   }
   mesh.positions.resize(kept);

@@ -10,15 +10,15 @@
 namespace spheretree {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'S', 'T', 'R', 'E', 'E', '\r', '\n'};  // not text; shows line-end damage
+constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'S', 'T', 'R', 'E', 'E', '\r', '\n'};  // not text; reveals damage by converted line ends
 
-// Every field at its natural alignment: no padding.
+// Every field is naturally aligned, so there is no padding.
 struct Header {
   std::array<std::uint8_t, 8> magic;
   std::uint16_t major, minor;
   std::uint32_t section_count;
   std::uint64_t file_bytes;
-  std::uint64_t checksum;  // CRC-64 of the whole file with these 8 bytes zero
+  std::uint64_t checksum;  // CRC-64 of the whole file with these 8 bytes set to zero
 };
 static_assert(sizeof(Header) == 32 && offsetof(Header, checksum) == 24);
 
@@ -42,7 +42,7 @@ bool isZero(std::span<const std::byte> bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0}; });
 }
 
-/// Of a file that is whole and of a version that this reader knows.
+/// Reads the header of a complete file with a version that this reader knows.
 LoadStatus readHeader(std::span<const std::byte> file, Header& header, std::string& fault) {
   const std::size_t known = std::min(file.size(), kMagic.size());
   if (known == 0 || std::memcmp(file.data(), kMagic.data(), known) != 0) {
@@ -53,7 +53,7 @@ LoadStatus readHeader(std::span<const std::byte> file, Header& header, std::stri
     fault = describe("has %zu bytes of %llu", file.size(), static_cast<unsigned long long>(wanted));
     return LoadStatus::Truncated;
   };
-  constexpr std::size_t kPrefixBytes = 12;  // magic and version: the only fields that every version shares
+  constexpr std::size_t kPrefixBytes = 12;  // magic and version: the only fields that all versions share
   if (file.size() < kPrefixBytes) return tooShort(sizeof header);
   std::memcpy(&header, file.data(), std::min(file.size(), sizeof header));
   if (header.major != kFormatMajor) {
@@ -88,7 +88,7 @@ LoadStatus openSections(std::span<const std::byte> file, std::vector<Section>& s
     fault = describe("offset %zu: %s", std::size_t{offset}, what);
     return LoadStatus::BadHeader;
   };
-  std::uint64_t end = sizeof header + std::uint64_t{header.section_count} * sizeof(Entry);  // of what stands before the next section
+  std::uint64_t end = sizeof header + std::uint64_t{header.section_count} * sizeof(Entry);  // end of everything before the next section
   if (header.section_count > kMaxSections) return bad(12, "there are more than 64 sections");
   if (end > file.size()) return bad(12, "there are more sections than the file has room for");
   for (std::size_t i = 0; i < header.section_count; ++i) {

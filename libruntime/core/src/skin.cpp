@@ -16,14 +16,14 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr double kOctahedral = 32767;  // largest coordinate
-constexpr int kMostOffset = 127;       // of an edge's middle, in steps; -128 is not used
+constexpr int kMostOffset = 127;       // largest component of the offset of an edge's middle, in steps; -128 is not used
 
 bool inRange(float value, float low, float high) { return value >= low && value <= high; }
 
 float signOf(float x) { return x < 0 ? -1.0f : 1.0f; }
 
-// The two further points whose hull with the corners holds a quadratic side: Bezier's control point of the side with
-// the middle `m`.
+// The hull of a quadratic side is that of its corners and its Bezier control point. This is the control point of the
+// side with the middle `m`.
 Vector3f controlPoint(const Vector3f& a, const Vector3f& b, const Vector3f& m) { return 2.0f * m - 0.5f * (a + b); }
 
 std::string faultOf(const char* element, std::size_t i, const char* what) { return describe("%s %zu of the skin: %s", element, i, what); }
@@ -74,14 +74,14 @@ Vector3f positionOf(const Skin& skin, const SkinVertex& vertex) {
   return position;
 }
 
-// Of the middle of a side from the middle of its chord.
+// From the middle of a side's chord to the middle of the side.
 Vector3f offsetOf(const Skin& skin, const SkinEdge& edge) {
   const Vector3f steps(static_cast<float>(edge.offset[0]), static_cast<float>(edge.offset[1]), static_cast<float>(edge.offset[2]));
   return skin.offset_step * steps;
 }
 
-// Whether spheres enclose patches: their corners and the control points of their sides, whose hull holds the patch and
-// the flat triangle.
+// Checks whether spheres enclose patches, that is their corners and the control points of their sides, whose hull
+// contains the patch and the flat triangle.
 class PatchCheck {
  public:
   explicit PatchCheck(const Skin& skin) : skin_(skin) {
@@ -94,8 +94,9 @@ class PatchCheck {
     doubt_ = 4 * std::numeric_limits<float>::epsilon() * size;
   }
 
-  // In float where that is beyond doubt: the middle of a chord is off by at most 2^-24 of its coordinates, a
-  // difference, its square and the sum by less than 8 roundings. What is closer to the sphere is looked at in double.
+  // In float if the result is certain: the middle of a chord has a relative error of at most 2^-24 of its coordinates;
+  // a difference, its square and the sum together have fewer than 8 roundings. Cases nearer to the sphere are decided
+  // in double.
   bool encloses(const Sphere& sphere, std::size_t triangle) const {
     const SkinTriangle& t = skin_.triangles[triangle];
     const Vector4f centre(sphere.x, sphere.y, sphere.z, 0);
@@ -129,13 +130,13 @@ class PatchCheck {
 
   const Skin& skin_;
   std::vector<Vector4f> corners_;  // (vertices) x, y, z, 0
-  std::vector<Vector4f> bends_;    // (edges) of the control point from the middle of the chord, 0
+  std::vector<Vector4f> bends_;    // (edges) from the middle of the chord to the control point, 0
   float doubt_ = 0;                // [mm]
 };
 
 }  // namespace
 
-[[gnu::cold]] bool operator==(const Skin& a, const Skin& b) {  // small, not fast
+[[gnu::cold]] bool operator==(const Skin& a, const Skin& b) {  // small code, not fast
   const auto same = [](const auto& x, const auto& y, auto&& equal) {
     return x.size() == y.size() && std::equal(x.begin(), x.end(), y.begin(), equal);
   };
@@ -170,7 +171,8 @@ Vector3f unpackNormal(const PackedNormal& packed) {
 
 namespace {
 
-// The patch of a triangle whose vertices and edges have these nodes: of an edge its middle's offset from the chord's.
+// The patch of a triangle whose vertices and edges have these nodes. The node of an edge has the offset from the middle
+// of the chord.
 template <class VertexNode, class EdgeNode>
 SkinPatch assemble(const Skin& skin, std::size_t triangle, const VertexNode& vertexNode, const EdgeNode& edgeNode) {
   const SkinTriangle& t = skin.triangles[triangle];
@@ -213,7 +215,7 @@ SkinPatch SkinNodes::patchOf(std::size_t triangle) const {
       [&](std::size_t e) -> const SkinNode& { return edges_[e]; });
 }
 
-// Four units in the last place hold the roundings of the constant, the root and the two products.
+// Four units in the last place cover the rounding errors of the constant, the root and the two products.
 float swingOf(const Skin& skin, const SkinEdge& edge) {
   constexpr float kSwing = 4.0f / 3.0f * (1 + 4 * std::numeric_limits<float>::epsilon());
   int square = 0;
@@ -222,16 +224,16 @@ float swingOf(const Skin& skin, const SkinEdge& edge) {
 }
 
 float allowanceOf(const SkinPatch& patch, float tolerance) {
-  constexpr auto kSameNormal = static_cast<float>(2 * kNormalError);  // two packed forms of one direction are no farther apart
+  constexpr auto kSameNormal = static_cast<float>(2 * kNormalError);  // largest distance of two packed forms of one direction
   for (std::size_t k = 0; k < 6; ++k)
     if ((patch.normal[k] - patch.normal[0]).squaredNorm() > kSameNormal * kSameNormal) return tolerance;
-  for (std::size_t k = 0; k < 3; ++k)  // as patchOf() rounds a middle without an offset
+  for (std::size_t k = 0; k < 3; ++k)  // rounded like a middle without an offset in patchOf()
     if (patch.position[3 + k] != 0.5f * (patch.position[k] + patch.position[(k + 1) % 3])) return tolerance;
   return 0;
 }
 
-// The smallest circle about the flat triangle, made large enough for the control points of the patch, whose hull holds
-// it. Its centre is the middle of the longest side, or that of the circumcircle where no angle is a right one or wider.
+// The smallest circle around the flat triangle, enlarged to contain the control points of the patch, whose hull
+// contains the patch. Its centre is the middle of the longest side, or the circumcentre of an acute triangle.
 Sphere enclose(const SkinPatch& patch) {
   const Vector3f &a = patch.position[0], &b = patch.position[1], &c = patch.position[2];
   const Vector3f ab = b - a, ac = c - a;
@@ -246,15 +248,15 @@ Sphere enclose(const SkinPatch& patch) {
   } else {
     const float at_a = bc2 * (ab2 + ac2 - bc2), at_b = ac2 * (ab2 + bc2 - ac2), at_c = ab2 * (ac2 + bc2 - ab2), sum = at_a + at_b + at_c;
     centre = a;
-    if (sum > 0) centre += (at_b * ab + at_c * ac) / sum;  // else it underflows
+    if (sum > 0) centre += (at_b * ab + at_c * ac) / sum;  // otherwise it underflows
   }
-  float square = 16 * std::numeric_limits<float>::min();  // more than what underflows of the squares below
+  float square = 16 * std::numeric_limits<float>::min();  // more than the underflow of the squares below
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3f control = controlPoint(patch.position[k], patch.position[(k + 1) % 3], patch.position[3 + k]);
     square = std::max({square, (patch.position[k] - centre).squaredNorm(), (control - centre).squaredNorm()});
   }
-  // A control point and a difference are rounded a few times for each axis, the norm as often: 8 units in the last
-  // place hold it all.
+  // A control point and a difference are rounded a few times for each axis, and the norm as often: 8 units in the last
+  // place cover all of that.
   const float radius = std::sqrt(square), size = std::max(radius, centre.cwiseAbs().maxCoeff());
   return {centre.x(), centre.y(), centre.z(), radius + 8 * size * std::numeric_limits<float>::epsilon()};
 }
@@ -263,7 +265,7 @@ std::string findFault(const Skin& skin) {
   if (std::string fault = findNumberFault(skin); !fault.empty()) return fault;
   if (skin.triangles.empty() || skin.triangles.size() > kMaxSearchItems)
     return describe("the skin has %zu triangles, not 1 to %zu", skin.triangles.size(), kMaxSearchItems);
-  constexpr std::size_t kMost = 65536;  // that 16 bits name
+  constexpr std::size_t kMost = 65536;  // number of elements that 16 bits can identify
   if (skin.vertices.size() > kMost || skin.edges.size() > kMost) return "the skin has more vertices or edges than 65536";
   if (std::string fault = findElementFault(skin); !fault.empty()) return fault;
   if (!skin.search.item.empty()) return "the triangles of a skin stand in the order of its search tree, which needs no list of items";

@@ -29,15 +29,15 @@ struct Ball {
 
 Ball ballOf(const Sphere& s) { return {{s.x, s.y, s.z}, s.radius}; }
 
-/// Radius about `centre` that holds all of `ball`. The writer and the reader evaluate this same expression, and each of
-/// its operations is rounded correctly everywhere, so that what one proved the other finds.
+/// The radius about `centre` that encloses `ball`. The writer and the reader evaluate the same expression, and each of
+/// its operations is correctly rounded everywhere, so that both get the same result.
 double reach(const Eigen::Vector3d& centre, const Ball& ball) {
   const double dx = ball.centre.x() - centre.x(), dy = ball.centre.y() - centre.y(), dz = ball.centre.z() - centre.z();
   return std::sqrt(dx * dx + dy * dy + dz * dz) + ball.radius;
 }
 
-/// Calls `visit(first, last)` for the descendants of `node`, itself included, one range of nodes a level: breadth
-/// first, the descendants on one level are consecutive.
+/// Calls `visit(first, last)` for the descendants of `node`, including itself, with one range of nodes for each level:
+/// in breadth-first order the descendants on one level are consecutive.
 template <class Visit>
 void forEachRange(const SphereTree& tree, std::uint32_t node, Visit&& visit) {
   std::uint32_t first = node, last = node + 1;
@@ -53,11 +53,12 @@ void forEachRange(const SphereTree& tree, std::uint32_t node, Visit&& visit) {
   }
 }
 
-constexpr double kFlat = 1e-15;  // square of the area or volume of edges, over the product of their squares, that counts as none
+constexpr double kFlat =
+    1e-15;  // squared area or volume of edges, divided by the product of their squares: below it, the edges count as dependent
 
-/// Centres of the balls that touch all of `support` (1 to 4 balls) from outside, with the least radius first: up to
-/// two. With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x =
-/// |q_i|^2 - d_i^2 + 2 d_i s: x is linear in s, and s solves a quadratic.
+/// Centres of the balls that enclose and touch all of `support` (1 to 4 balls), in the order of their radii: up to two.
+/// With q_i = c_i - c_0 and d_i = r_i - r_0, a centre c_0 + x at s = R - r_0 satisfies |x| = s and 2 q_i . x = |q_i|^2
+/// - d_i^2 + 2 d_i s: x is linear in s, and s solves a quadratic equation.
 int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vector3d, 2>& centres) {
   const Ball& origin = *support[0];
   if (support.size() == 1) {
@@ -66,15 +67,15 @@ int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vecto
   }
   const std::size_t count = support.size() - 1;
   std::array<Eigen::Vector3d, 3> q;
-  std::array<double, 3> constant, slope;  // of the right side in s
+  std::array<double, 3> constant, slope;  // of the right-hand side in s
   for (std::size_t i = 0; i < count; ++i) {
     const Ball& ball = *support[i + 1];
     q[i] = ball.centre - origin.centre;
     slope[i] = ball.radius - origin.radius;
     constant[i] = 0.5 * (q[i].squaredNorm() - slope[i] * slope[i]);
   }
-  // With the dual basis in the span of q, in which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the right
-  // sides.
+  // With the dual basis in the span of q, for which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the
+  // right-hand sides.
   std::array<Eigen::Vector3d, 3> dual;
   double square = q[0].squaredNorm(), least = 0;
   if (count == 1) {
@@ -121,16 +122,16 @@ double reachAll(const Eigen::Vector3d& centre, std::span<const Ball* const> ball
   return radius;
 }
 
-/// Centre of the smallest ball that encloses `balls`. A basis of at most four balls determines the ball; as long as
-/// some ball sticks out, the farthest one enters, and the best basis among the five is found by trying all. Rounding
-/// can only make the result a little large, since the caller measures the radius about the centre found.
+/// Centre of the smallest ball that encloses `balls`. A basis of at most four balls determines it. As long as some ball
+/// protrudes, the farthest one enters, and the best basis among the five is found by trying all. Rounding can only make
+/// the result slightly too large, since the caller measures the radius about the resulting centre.
 Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
   std::vector<const Ball*> basis{&balls[0]};
   for (const Ball& ball : balls)
     if (ball.radius > basis[0]->radius) basis[0] = &ball;
   Eigen::Vector3d centre = basis[0]->centre, best_centre = centre;
   double basis_radius = basis[0]->radius, best_radius = std::numeric_limits<double>::infinity();
-  constexpr int kMostExchanges = 1000;  // about 10 are usual; the radius grows with each, so that only rounding can cycle
+  constexpr int kMostExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
   for (int exchange = 0; exchange < kMostExchanges; ++exchange) {
     const Ball* farthest = nullptr;
     double radius = 0;
@@ -163,8 +164,8 @@ Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
 }
 
 struct Enclosure {
-  Eigen::Vector3f centre;  // as it is stored
-  double radius;           // about it
+  Eigen::Vector3f centre;  // rounded as in the file
+  double radius;           // about the rounded centre
 };
 
 Enclosure enclose(std::span<const Ball> balls) {
@@ -174,7 +175,7 @@ Enclosure enclose(std::span<const Ball> balls) {
   return out;
 }
 
-/// What countLevels() fills, of one level.
+/// The statistics of one level that countLevels() fills.
 LevelStatistics countLevel(const SphereTree& tree, int level) {
   const std::uint32_t first = tree.level_begin[static_cast<std::size_t>(level)],
                       last = tree.level_begin[static_cast<std::size_t>(level) + 1];
@@ -189,7 +190,7 @@ LevelStatistics countLevel(const SphereTree& tree, int level) {
   return s;
 }
 
-/// Of the cover or bounding sphere of `node`; "" for a sound one.
+/// The fault of the cover or bounding sphere of `node`; "" for a sound one.
 std::string faultInSphere(const Sphere& s, std::size_t node, const char* kind) {
   if (isFinite(s)) return "";
   if (!std::isfinite(s.x) || !std::isfinite(s.y) || !std::isfinite(s.z))
@@ -322,7 +323,7 @@ bool linkNodes(SphereTree& tree) {
   if (n == 0 || n > kMaxNodes || n != tree.cover.size()) return false;
   std::uint32_t next_child = 1, next_bound = 0, level_end = 1;
   for (std::uint32_t i = 0; i < n; ++i) {
-    if (i == next_child) return false;  // no node has it as a child
+    if (i == next_child) return false;  // it is not a child of any node
     if (i == level_end) {
       if (tree.level_begin.size() == static_cast<std::size_t>(kMaxLevels)) return false;
       tree.level_begin.push_back(i);

@@ -14,15 +14,15 @@
 namespace spheretree {
 namespace {
 
-// One byte says how many children an inner node has: the low 4 bits their number less one, the high 4 bits how many
-// have children.
+// One byte codes the children of an inner node: the low 4 bits are their number minus one, the high 4 bits the number
+// of those that have children.
 struct Children {
   std::uint8_t count, inner;
 };
 
 std::byte codeOf(unsigned children, unsigned inner) { return static_cast<std::byte>((children - 1) | (inner << 4)); }
 
-/// False if there are more than 8 children, or more with children than there are.
+/// False if there are more than 8 children, or more inner children than children.
 bool readCode(std::byte code, Children& children) {
   const auto bits = static_cast<std::uint8_t>(code);
   children = {static_cast<std::uint8_t>((bits & 0xf) + 1), static_cast<std::uint8_t>(bits >> 4)};
@@ -91,7 +91,7 @@ LoadStatus readBound(const Section& section, SphereTree& tree, std::string& faul
   return LoadStatus::Ok;
 }
 
-// Levels: a record for each, as it stands in memory.
+// Levels: a record for each, in its memory layout.
 
 static_assert(sizeof(LevelStatistics) == 16);
 
@@ -104,7 +104,7 @@ LoadStatus readLevels(const Section& section, SphereTree& tree, std::string& fau
   return LoadStatus::Ok;
 }
 
-// Provenance, and the frame. Every field at its natural alignment: no padding.
+// Provenance, and the frame. Every field is naturally aligned, so there is no padding.
 
 struct ProvenanceRecord {
   std::array<double, 3> origin_mm;
@@ -216,7 +216,7 @@ LoadStatus readSearch(const Section& section, SphereTree& tree, std::string& fau
   return readCodes(section, taker.rest(), tree.search, fault);
 }
 
-// Skin: numbers and counts, then the arrays, as they stand in memory but for the vertices.
+// Skin: numbers and counts, then the arrays in their memory layout, except the vertices.
 
 struct SkinRecord {
   std::array<float, 3> low;
@@ -226,7 +226,7 @@ struct SkinRecord {
 static_assert(sizeof(SkinRecord) == 48);
 
 struct VertexRecord {
-  std::array<std::uint32_t, 2> position;  // 64 bits, the lower half first: three coordinates of 21 bits, and a zero
+  std::array<std::uint32_t, 2> position;  // 64 bits, the lower half first: three coordinates of 21 bits, and a zero bit
   PackedNormal normal;
 };
 static_assert(sizeof(VertexRecord) == 12);
@@ -236,7 +236,7 @@ VertexRecord recordOf(const SkinVertex& v) {
   return {{static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)}, v.normal};
 }
 
-// The bit that should be zero makes z too large for findFault().
+// If the bit that should be zero is set, z is too large for findFault().
 SkinVertex vertexOf(const VertexRecord& r) {
   const std::uint64_t bits = r.position[0] | std::uint64_t{r.position[1]} << 32;
   const auto lowest = [](std::uint64_t x) { return static_cast<std::uint32_t>(x) & kMaxSkinCoordinate; };
@@ -282,7 +282,7 @@ LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault
   return readCodes(section, taker.rest(), skin.search, fault);
 }
 
-// The sections that this program knows, in the order of the file. A new section is a new row.
+// The sections that this program knows, in the order of the file. A new kind of section needs one new row.
 
 bool always(const SphereTree&) { return true; }
 bool hasSearch(const SphereTree& tree) { return !tree.search.empty(); }
@@ -293,7 +293,7 @@ struct SectionCodec {
   bool is_optional;
   bool (*is_present)(const SphereTree&);
   void (*write)(const SphereTree&, Bytes&);
-  LoadStatus (*read)(const Section&, SphereTree&, std::string& fault);  // may use what earlier sections filled
+  LoadStatus (*read)(const Section&, SphereTree&, std::string& fault);  // may use the results of earlier sections
 };
 constexpr std::array<SectionCodec, 7> kSections{{
     {{'T', 'O', 'P', 'O'}, false, always, writeTopology, readTopology},
@@ -309,7 +309,7 @@ LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string
   std::vector<Section> sections;
   if (const LoadStatus status = openSections(bytes, sections, fault); status != LoadStatus::Ok) return status;
   SphereTree tree;
-  const SectionCodec* next = kSections.data();  // the first that may still come
+  const SectionCodec* next = kSections.data();  // the first section that may follow
   const SectionCodec* const end = next + kSections.size();
   const auto isMissing = [&](const SectionCodec* until) {
     next = std::find_if(next, until, [](const SectionCodec& c) { return !c.is_optional; });

@@ -63,7 +63,7 @@ std::string findLeafFault(const Tissue& tissue) {
     if (!is_finite || !isTriangle(anchor.vertex) || anchor.tetrahedron >= tissue.tetrahedra.size())
       return describe("the anchor of leaf %zu is out of range", i);
   }
-  if (leaves.begin.empty() && leaves.anchors.empty() && leaves.corners.empty()) return {};  // not made yet
+  if (leaves.begin.empty() && leaves.anchors.empty() && leaves.corners.empty()) return {};  // not yet computed
   if (leaves.begin.size() != leaves.anchors.size() + 1 || leaves.begin.front() != 0 || leaves.begin.back() != leaves.corners.size() ||
       !std::is_sorted(leaves.begin.begin(), leaves.begin.end()))
     return "the runs of the leaves' corners do not follow each other";
@@ -96,7 +96,7 @@ Vector3d combined(const std::array<std::uint32_t, 3>& vertex, double w1, double 
   return (1 - w1 - w2) * positions[vertex[0]] + w1 * positions[vertex[1]] + w2 * positions[vertex[2]];
 }
 
-// The cofactor matrix of the moved edges times that of the inverse edges at rest turns a vector as it turns normals.
+// The cofactor matrix of the moved edges times that of the inverse edges at rest transforms a vector like a normal.
 Vector3d movedCentre(const Tissue& tissue, const LeafAnchor& anchor, std::span<const Vector3d> displacements,
                      std::span<const Vector3d> positions) {
   const Vector3d point = combined(anchor.vertex, static_cast<double>(anchor.weight[0]), static_cast<double>(anchor.weight[1]), positions);
@@ -131,7 +131,7 @@ bool sameResponse(const TissueResponse& a, const TissueResponse& b) {
          std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same);
 }
 
-// About the middle of the box of the centres.
+// Centred at the middle of the bounding box of the centres.
 Sphere aroundAll(std::span<const Sphere> spheres) {
   Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Sphere& s : spheres) {
@@ -142,14 +142,15 @@ Sphere aroundAll(std::span<const Sphere> spheres) {
   Sphere around{centre.x(), centre.y(), centre.z(), 0};
   double radius = 0;
   for (const Sphere& s : spheres) radius = std::max(radius, reach(around, s));
-  around.radius = roundedUp(radius * (1 + 0x1p-40));  // readers evaluate enclosure over several levels at once, rounded
+  around.radius =
+      roundedUp(radius * (1 + 0x1p-40));  // a margin for readers, which evaluate enclosure over several levels at once, with rounding
   return around;
 }
 
 void encloseItems(SearchTree& search, std::span<const Sphere> items) {
   std::size_t next_inner = search.inner.size(), next_item = search.item.empty() ? items.size() : search.item.size();
   std::vector<Sphere> below;
-  for (std::size_t i = search.inner.size(); i-- > 0;) {  // children stand behind their parents
+  for (std::size_t i = search.inner.size(); i-- > 0;) {  // children follow their parents
     next_inner -= search.inner_children[i], next_item -= search.item_children[i];
     below.assign(search.inner.begin() + static_cast<std::ptrdiff_t>(next_inner),
                  search.inner.begin() + static_cast<std::ptrdiff_t>(next_inner + search.inner_children[i]));
@@ -214,8 +215,8 @@ std::string findFault(const Tissue& tissue, const SphereTree& tree) {
 }
 
 std::vector<std::array<std::uint32_t, 3>> outerFaces(const Tissue& tissue) {
-  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};  // from outside
-  std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>>> faces;                  // sorted; as it is
+  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};  // as seen from outside
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>>> faces;  // sorted nodes; the face with its winding
   for (const std::array<std::uint32_t, 4>& c : tissue.tetrahedra)
     for (const std::array<std::size_t, 3>& k : kFaces) {
       const std::array<std::uint32_t, 3> face{c[k[0]], c[k[1]], c[k[2]]};
@@ -243,8 +244,8 @@ void moveSurface(const Tissue& tissue, std::span<const Vector3d> displacements, 
 
 void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, std::span<const Vector3d> positions,
                 std::span<Sphere> leaves) noexcept {
-  // A place is a sum of about a dozen rounded products: off by a few units of 1e-16 of the largest of them. Weights
-  // beyond 1, which extrapolate, are of the size of 10 at most in practice; four more digits leave room for 1000.
+  // A position is a sum of about a dozen rounded products, with an error of a few times 1e-16 of the largest of them.
+  // Weights above 1, which extrapolate, are at most about 10 in practice; four more digits allow for 1000.
   constexpr double kRounding = 1e-12, kPoint = 1e-6;
   const auto vertices = static_cast<std::uint32_t>(tissue.surface.size());
   for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
@@ -272,7 +273,7 @@ SphereTree movedTree(const SphereTree& tree, std::span<const Sphere> leaves) {
   moved.skin = {};
   const std::vector<std::uint32_t> order = levelSet(tree, tree.levelCount() - 1);
   for (std::size_t i = 0; i < order.size(); ++i) moved.cover[order[i]] = leaves[i];
-  for (std::size_t node = tree.nodeCount(); node-- > 0;) {  // children stand behind their parents
+  for (std::size_t node = tree.nodeCount(); node-- > 0;) {  // children follow their parents
     if (tree.isLeaf(node)) continue;
     moved.cover[node] = aroundAll(std::span(moved.cover).subspan(tree.first_child[node], tree.child_count[node]));
   }

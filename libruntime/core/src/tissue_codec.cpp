@@ -48,7 +48,7 @@ LoadStatus readTissue(const Section& section, Tissue& tissue, std::string& fault
   return LoadStatus::Ok;
 }
 
-// Leaves: counts, then the arrays as they stand in memory.
+// Leaves: counts, then the arrays in their memory layout.
 
 struct LeavesRecord {
   std::uint32_t leaves, cuts, corners, reserved;
@@ -86,7 +86,7 @@ LoadStatus readLeaves(const Section& section, Tissue& tissue, std::string& fault
   return LoadStatus::Ok;
 }
 
-// Response: counts, then the arrays as they stand in memory; all of them empty where there is none.
+// Response: counts, then the arrays in their memory layout; all are empty if there is no response.
 
 struct ResponseRecord {
   std::uint32_t pressed, points;
@@ -120,7 +120,7 @@ LoadStatus readResponse(const Section& section, Tissue& tissue, std::string& fau
   return LoadStatus::Ok;
 }
 
-// All sections or none, in this order, behind those of the tree.
+// All of these sections or none, in this order, after those of the tree.
 struct TissueSection {
   SectionId id;
   Bytes (*write)(const Tissue&);

@@ -11,8 +11,8 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kMostFriction = 2;  // rubber on dry stone has 1; beyond, nothing is known to slide
-constexpr double kFarthest = 1e7;    // [mm]; beyond it float cannot tell a micrometre from ten metres away
+constexpr double kMostFriction = 2;  // rubber on dry stone has 1; no known material has more than 2
+constexpr double kFarthest = 1e7;    // [mm]; beyond it the resolution of float is 1 mm
 constexpr double kMostMass = 1e3;    // more than anything that a hand moves [kg]
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
@@ -44,10 +44,10 @@ std::string faultInSettings(const SceneDescription& d) {
 
 struct CompiledLeaves {
   CompiledTree tree;
-  std::vector<std::uint32_t> nodes;  // (leaf) node of the SphereTree
+  std::vector<std::uint32_t> nodes;  // (leaf) node index in the SphereTree
 };
 
-// Leaves about `centre`, a point of the mesh's frame.
+// Compiles leaves relative to `centre`, a point in the frame of the mesh.
 CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, const Eigen::Vector3d& centre) {
   CompiledLeaves out;
   out.nodes = levelSet(file, file.levelCount() - 1);
@@ -77,7 +77,7 @@ CompiledShape compileShape(const SphereTree& file, bool has_skin) {
   return shape;
 }
 
-// Places objects of shapes that are compiled when they are first met.
+// Places objects; their shapes are compiled when they are first used.
 class ObjectPlacer {
  public:
   ObjectPlacer(const SceneDescription& description, CompiledScene& out) : description_(description), out_(out) {}
@@ -134,8 +134,8 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
   return {};
 }
 
-// A ball that is kept from leaves may have the sum of two radii; one that is kept from a skin has its own, less what
-// the skin gives way.
+// A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
+// least at half of its radius.
 double leastContact(const CompiledScene& scene) {
   const auto tool = static_cast<double>(scene.tool.smallest_radius);
   double least = std::numeric_limits<double>::infinity();
@@ -163,7 +163,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
   out->wrench_limits = d.wrench_limits;
   out->step_limits = d.step_limits;
   out->step_time = d.step_time;
-  const double by_mass = 1e-3 / (d.step_time * d.step_time);  // 1 kg mm/s^2 is 1e-3 N, 1 kg mm^2/s^2 1e-3 N mm
+  const double by_mass = 1e-3 / (d.step_time * d.step_time);  // 1 kg mm/s^2 is 1e-3 N, 1 kg mm^2/s^2 is 1e-3 N mm
   out->inertia = {by_mass * d.coupling.mass, by_mass * d.coupling.inertia};
   out->pull.translation = d.coupling.translation + d.coupling.damping / d.step_time + out->inertia.translation;
   out->pull.rotation = d.coupling.rotation + d.coupling.rotation_damping / d.step_time + out->inertia.rotation;

@@ -35,14 +35,15 @@ std::vector<float> swingsOf(const Skin& skin) {
 
 void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
 
-// `part` of the whole in `parts` of it, rounded up. NaN is the whole.
+// A share of 1, coded as an integer of up to `parts`, rounded up. NaN becomes the maximum.
 std::uint32_t roundedUp(float part, std::uint32_t parts) {
   return part < 1 ? static_cast<std::uint32_t>(part * static_cast<float>(parts)) + 1 : parts;
 }
 
-// Bound of the sine of the angle between normals of the patch and that of the flat triangle. The normals are averages
-// of six control vectors: corners', and Bezier's of the sides. A ball about the unit normal u of the triangle that
-// holds those holds all, and seen from the origin a ball of radius s about u is an angle of sine s.
+// Upper bound of the sine of the angle between normals of the patch and that of the flat triangle. The normals are
+// averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A ball about the
+// unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u has an angle
+// of sine s, seen from the origin.
 float leanOf(const SkinPatch& patch) {
   const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
                         upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
@@ -72,7 +73,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
   CompiledSkin out;
   if (skin.empty()) return out;
   out.tolerance = skin.tolerance;
-  // What triangles share is made once: a vertex stands in six of them, an edge in two.
+  // Shared data is computed once: a vertex is shared by six triangles, an edge by two.
   const SkinNodes nodes(skin);
   const std::vector<PackedDirection> vertex_normals = packedNormals(nodes.ofVertices()), edge_normals = packedNormals(nodes.ofEdges());
   const std::vector<float> swings = swingsOf(skin);
@@ -86,7 +87,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
     spheres[t] = enclose(patch);
     for (std::size_t i = 0; i < 6; ++i) putPosition(patch.position[i] + shift, to.position[i]);
     to.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
-    float swing = 0;  // of the side that swings out farthest
+    float swing = 0;  // of the side with the largest swing
     for (std::size_t k = 0; k < 3; ++k) {
       std::copy_n(vertex_normals[triangle.vertex[k]].begin(), 3, to.normal[k]);
       std::copy_n(edge_normals[triangle.edge[k]].begin(), 3, to.normal[3 + k]);

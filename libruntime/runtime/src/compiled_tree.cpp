@@ -53,7 +53,7 @@ CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items
     const std::size_t node = next_inner++;
     putNode(slot, search.inner[node]);
     BlockLinks& links = out.links[slot / 8];
-    if (slot % 8 == 0) links.first_child = static_cast<std::uint16_t>(node + 1);  // the children of node n stand in block n + 1
+    if (slot % 8 == 0) links.first_child = static_cast<std::uint16_t>(node + 1);  // the children of node n are in block n + 1
     ++links.inner;
     const int children = search.inner_children[node] + search.item_children[node];
     links.open_priority[slot % 8] = search.inner[node].radius / static_cast<float>(children);
@@ -77,7 +77,7 @@ CompiledTree compileTree(const SearchTree& search, std::span<const Sphere> items
 SearchTree searchTreeOf(const SphereTree& tree) {
   if (!tree.search.empty()) return tree.search;
   SearchTree out;
-  if (tree.isLeaf(0)) {  // a root alone: a node about its only leaf
+  if (tree.isLeaf(0)) {  // a tree that is only a root: a node around its only leaf
     out.inner.push_back(tree.cover[0]);
     out.inner_children.push_back(0);
     out.item_children.push_back(1);
@@ -87,7 +87,7 @@ SearchTree searchTreeOf(const SphereTree& tree) {
   std::vector<std::uint32_t> leaf_index(tree.nodeCount(), kNoItem);
   const std::vector<std::uint32_t> leaves = levelSet(tree, tree.levelCount() - 1);
   for (std::size_t i = 0; i < leaves.size(); ++i) leaf_index[leaves[i]] = static_cast<std::uint32_t>(i);
-  for (std::size_t node = 0; node < tree.nodeCount(); ++node) {  // breadth first, inner siblings ahead: the order of a search tree
+  for (std::size_t node = 0; node < tree.nodeCount(); ++node) {  // breadth first, inner siblings first: the order of a search tree
     if (tree.isLeaf(node)) continue;
     std::uint8_t inner = 0, items = 0;
     for (std::uint32_t child = tree.first_child[node]; child < tree.first_child[node] + tree.child_count[node]; ++child) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mode constrained. What it guarantees: docs/runtime.md
+// Mode constrained. Guarantees: docs/runtime.md
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,22 +11,25 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kPathTolerance = 0.01;  // deepest a leaf may dip in the middle of a step [mm]
+constexpr double kPathTolerance = 0.01;  // largest depth of a leaf within a piece [mm]
 constexpr double kLeastMargin = 0.01;    // [mm]
-constexpr double kContactMargin = 1;     // most with something near: beyond, searching again is cheaper than the rows of far pairs [mm]
-constexpr double kFeltReach = 0.2;       // smooth patches farther off than this have their rows in the next piece [mm]
-constexpr double kConverged = 2e-5;      // the graphic tool rests if the next step would be shorter [mm, scaled]
-constexpr double kRounding = 3e-4;       // steps below this that no longer shrink are float rounding of the gaps [mm, scaled]
-constexpr double kCarriedMargin = 2;     // of the way of the bodies in a piece: so far they may push the tool, and come nearer themselves
-constexpr int kMostShorter = 5;          // tries of a piece of the bodies' way, each shorter
-constexpr int kMostLinearisations = 48;  // of one step
+constexpr double kContactMargin =
+    1;  // largest margin if something is near: beyond it, searching again is cheaper than the rows of far pairs [mm]
+constexpr double kFeltReach = 0.2;   // smooth patches farther away than this get their rows in later pieces [mm]
+constexpr double kConverged = 2e-5;  // the graphic tool rests if the next step would be shorter [mm, scaled]
+constexpr double kRounding = 3e-4;   // steps shorter than this that no longer shrink are float rounding of the gaps [mm, scaled]
+constexpr double kCarriedMargin =
+    2;  // times the way of the bodies in a piece: they may push the tool by that way, and approach it by that way themselves
+constexpr int kMostShorter = 5;          // attempts of a piece with moving bodies, each shorter
+constexpr int kMostLinearisations = 48;  // linearisations in one step
 constexpr int kMostHalvings = 5;
-constexpr int kFeltHalvings = 2;    // for the sake of smooth patches, which hold nothing back for long
-constexpr double kPiecesAhead = 8;  // that the pairs in the list are meant to last for
-constexpr int kPatience = 8;        // pieces that bring the graphic tool
-constexpr double kProgress = 1e-3;  // nearer by less than this are the last of a step: it goes to and fro [mm, scaled]
+constexpr int kFeltHalvings = 2;    // halvings for smooth patches, which must not hold the tool back for long
+constexpr double kPiecesAhead = 8;  // number of pieces for which the pairs in the list should suffice
+constexpr int kPatience = 8;        // pieces after which progress is checked
+constexpr double kProgress = 1e-3;  // an approach by less than this in kPatience pieces ends the step: the tool oscillates [mm, scaled]
 
-/// Of the stretch of the springs in a step, at most: of all of it, of its translation, of its rotation [mm, scaled].
+/// Largest change of the springs' stretch in a step: of all six components, of the translation, of the rotation [mm,
+/// scaled].
 struct Change {
   double both, force, torque;
 };
@@ -35,7 +38,7 @@ constexpr Change kAnyChange{kInfinity, kInfinity, kInfinity};
 
 Displacement scaled(const Displacement& d, double factor) { return {factor * d.translation, factor * d.rotation}; }
 
-/// How a piece of the way ends.
+/// The result of a piece.
 enum class Piece { GoesOn, Arrived, Blocked };
 
 class ConstrainedStep {
@@ -69,27 +72,28 @@ class ConstrainedStep {
   StepMemory& memory_;
   StepResult& result_;
   const Configuration& haptic_;
-  const double path_tolerance_;  // deepest a leaf may dip in the middle of a piece [mm]
-  const double largest_turn_;    // of a piece, so that it does not dip deeper [rad]
-  Vector6 stretch_before_;       // of the springs, when the last step ended [mm, scaled]
+  const double path_tolerance_;  // largest depth of a leaf within a piece [mm]
+  const double largest_turn_;    // largest rotation in a piece, which limits the depth [rad]
+  Vector6 stretch_before_;       // of the springs at the end of the last step [mm, scaled]
   Change change_;
 
-  const Configuration start_;                  // where the tool was when the step began
-  Configuration now_, best_;                   // the end of the last piece; of all of them the last that was free, or the least deep
-  double depth_ = 0, best_depth_ = kInfinity;  // in what is guaranteed [mm]
-  double felt_depth_ = 0;                      // in the smooth patches [mm]
-  PairSet pairs_;                              // all that a way of `margin_` from where they were found can meet
-  RowSet rows_;                                // of the pairs at `now_`
+  const Configuration start_;  // pose of the tool at the beginning of the step
+  Configuration now_,
+      best_;  // pose at the end of the last piece; the last free pose of all pieces, otherwise the one with the smallest depth
+  double depth_ = 0, best_depth_ = kInfinity;  // penetration of the guaranteed surface [mm]
+  double felt_depth_ = 0;                      // penetration of the smooth patches [mm]
+  PairSet pairs_;                              // all pairs that can touch on a way of `margin_` from the pose of the search
+  RowSet rows_;                                // rows of the pairs at `now_`
   double margin_, margin_limit_ = kInfinity;
-  double used_ = 0;                 // of the margin
-  double felt_reach_ = kFeltReach;  // smooth patches farther off are left to the pieces to come [mm]
-  bool stale_ = true;               // the pairs are not those of `margin_` about `now_`
+  double used_ = 0;                 // used part of the margin
+  double felt_reach_ = kFeltReach;  // smooth patches farther away than this are left to later pieces [mm]
+  bool stale_ = true;               // the pairs are not those within `margin_` of `now_`
   int pieces_ = 0;
-  double nearest_ = kInfinity;     // to the haptic pose, some pieces ago [mm, scaled]
-  Vector6 last_plain_, last_way_;  // the piece before this one: what the QP wanted, and what was done
+  double nearest_ = kInfinity;     // distance to the haptic pose at the last check for progress [mm, scaled]
+  Vector6 last_plain_, last_way_;  // of the piece before this one: the step of the QP, and the step that was made
   bool has_last_ = false;
   bool was_inside_ = false;
-  bool is_settled_ = false;  // the last QP is that of the haptic pose at `now_`, and says to stay
+  bool is_settled_ = false;  // the last QP had the haptic pose as target at `now_`, and its solution was to stay
 };
 
 ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
@@ -107,15 +111,15 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
   const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
   margin_ = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
   if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
-  // Along what already holds it, the tool moves about as far as the hand.
+  // Along surfaces that already hold it, the tool moves about as far as the hand.
   if (memory_.active_count > 0 && !memory_.is_behind && !memory_.bodies_move)
     felt_reach_ = std::min(kFeltReach, 1.5 * motion + kLeastMargin);
 }
 
-// Each piece of the way is safe as a whole. All pairs that can meet within it are in the list, since no point of the
-// tool moves farther than the margin. A row holds along the piece from its start (gap >= 0) to its end (a . y >= b),
-// and the true gap is the row's value plus a convex function of the translation, less at most |r| angle^2 / 2 for the
-// turn. So no pair is ever deeper than that.
+// Each piece is safe as a whole. All pairs that can touch within it are in the list, since no point of the tool moves
+// farther than the margin. A row holds along the piece, because it holds at its start (gap >= 0) and at its end (a . y
+// >= b). The true gap is the row's value plus a convex function of the translation, minus at most |r| angle^2 / 2 for
+// the rotation. Hence no pair is ever deeper than that.
 void ConstrainedStep::run() {
   Piece piece = !memory_.bodies_move || carry() ? Piece::GoesOn : Piece::Blocked;
   while (piece == Piece::GoesOn) {
@@ -134,15 +138,15 @@ void ConstrainedStep::run() {
   }
   if (result_.penetration > kGapTolerance) result_.faults |= kPenetrating;
   noteContacts();
-  // The way out of an object is no motion that goes on.
+  // The way out of an object is not a motion that inertia continues.
   if (scene_.inertia.translation + scene_.inertia.rotation > 0)
     memory_.motion = was_inside_ ? Displacement() : displacementBetween(start_, memory_.graphic);
 }
 
-// The bodies go to where they are to be, and the tool, which stays but for what pushes it, goes out of their way. In
-// the frame of an object a piece of this is as safe as one of run(): the row holds at its start and at its end. What
-// the row leaves out is of second order in the turn of the body, and pieces are short enough for it. False: the step
-// ends here, the bodies on their way.
+// Moves the bodies to their targets; the tool only moves where they push it. In the frame of an object such a piece is
+// as safe as one of run(): the row holds at its start and at its end. The row neglects terms of second order in the
+// rotation of the body, and pieces are short enough for them to be small. Returns false if the step ends here, before
+// the bodies have arrived.
 bool ConstrainedStep::carry() {
   const double own_margin = margin_;
   while (memory_.bodies_move) {
@@ -166,7 +170,7 @@ bool ConstrainedStep::carry() {
       return false;
     }
   }
-  // A ball that is squeezed in by half may leave a skin on the other side: it is looked at anew on which side it is.
+  // A ball that is squeezed in by half may leave a skin on the other side: its side is determined again.
   if (depth_ > 0.5 * scene_.least_contact) memory_.sides_known = false;
   return true;
 }
@@ -195,8 +199,8 @@ bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
   return false;
 }
 
-// The tool and the bodies at the end of a piece. What the bodies move explains a change of the force as what the hand
-// moves does.
+// Advances the tool and the bodies to the end of a piece. The motion of bodies explains a change of the force, as the
+// motion of the hand does.
 void ConstrainedStep::carriedTo(double part, const Displacement& step) {
   used_ += part * motionLeft(memory_).length + parts_.reach(step);
   for (const PairRun& run : pairs_.runs) {
@@ -232,7 +236,8 @@ void ConstrainedStep::record() {
   best_depth_ = depth_;
 }
 
-// Pairs and rows for the pieces to come. False if the list is full even for the shortest way: then the step ends here.
+// Finds pairs and makes rows for the next pieces. Returns false if the list is full even for the smallest margin: then
+// the step ends here.
 bool ConstrainedStep::findPairs() {
   for (;;) {
     pairs_ = parts_.search(now_, margin_, PairsOf::ContactSurface);
@@ -242,7 +247,7 @@ bool ConstrainedStep::findPairs() {
     }
     const double least = pairs_.coarse ? kLeastMargin : kContactMargin;
     if (margin_ <= least || pairs_.pairs.empty() || !parts_.workLeft()) break;
-    margin_ = std::max(least, margin_ / 4);  // a shorter way has fewer pairs
+    margin_ = std::max(least, margin_ / 4);  // a smaller margin has fewer pairs
     if (pairs_.coarse) margin_limit_ = margin_;
   }
   if (pairs_.coarse) {
@@ -261,7 +266,8 @@ bool ConstrainedStep::findPairs() {
   return true;
 }
 
-// Nothing within the margin: straight on, as far as it reaches and the force may change.
+// Nothing is within the margin: moves straight towards the haptic pose, as far as the margin and the force rate limit
+// allow.
 Piece ConstrainedStep::freePiece() {
   memory_.active_count = 0;
   result_.active = 0;
@@ -287,7 +293,7 @@ double ConstrainedStep::solve(const Vector6& want) {
   return parts_.rubsOrGives() ? parts_.solveContact(pairs_, rows_, want, now_, nullptr) : parts_.solve(rows_, want);
 }
 
-// As far as the rows let the tool come to the haptic pose.
+// Moves towards the haptic pose as far as the rows allow.
 Piece ConstrainedStep::contactPiece() {
   const QpAnswer& answer = memory_.answer;
   const Vector6 want = parts_.scaledVector(displacementBetween(now_, haptic_));
@@ -295,7 +301,7 @@ Piece ConstrainedStep::contactPiece() {
   const Vector6 plain = answer.y;
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
     parts_.keepActive(pairs_);
-    if (memory_.tissue) parts_.giveWay(1);  // what nothing presses on goes back
+    if (memory_.tissue) parts_.giveWay(1);  // unloaded tissue returns
     is_settled_ = true;
     return Piece::Arrived;
   }
@@ -311,7 +317,7 @@ Piece ConstrainedStep::contactPiece() {
   const bool is_held_back = part < most;
   part = std::min(part, damped);
   parts_.keepActive(pairs_);
-  // Pieces shrink, and so does what the next few of them can meet.
+  // Pieces shrink, so fewer pairs can touch within the next few of them.
   if (const double enough = kPiecesAhead * part * length + kLeastMargin; back == 0 && enough < 0.5 * left) {
     parts_.keepNear(enough, pairs_, rows_);
     margin_ = enough;
@@ -322,7 +328,7 @@ Piece ConstrainedStep::contactPiece() {
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
   if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
-    now_ = from;  // where the contact turns, the sum of the series is no guide: the next piece is a plain one
+    now_ = from;  // where the contact bends, the sum of the series is unreliable: the next piece is a plain one
     makeRows();
     has_last_ = false;
     return Piece::GoesOn;
@@ -341,8 +347,8 @@ Piece ConstrainedStep::contactPiece() {
   return Piece::GoesOn;
 }
 
-// Goes `part` of `step`, or half of it and so on, until it ends no deeper than it may. 0: rows that conflict, no way on
-// from here.
+// Moves by `part` of `step`, or by half of it and so on, until the end is not too deep. Returns 0 if the rows conflict
+// and there is no way on.
 double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool is_straight) {
   const Configuration from = now_;
   const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
@@ -355,7 +361,7 @@ double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool
   return 0;
 }
 
-// Whether the last few pieces came no nearer to the haptic pose.
+// Whether the last kPatience pieces came no nearer to the haptic pose.
 bool ConstrainedStep::hasStalled() {
   if (++pieces_ % kPatience != 0) return false;
   const double left_over = parts_.scaledVector(displacementBetween(now_, haptic_)).norm();
@@ -364,8 +370,8 @@ bool ConstrainedStep::hasStalled() {
   return has_stalled;
 }
 
-// A way that ends with a turn may end a little inside. Straight out, if that works; else the last pose that was free is
-// the answer.
+// A piece with a rotation may end slightly inside. Moves straight out, if that works; otherwise the result is the last
+// free pose.
 void ConstrainedStep::pushOut() {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const double deepest = std::max(depth_, felt_depth_);
@@ -387,8 +393,8 @@ void ConstrainedStep::pushOut() {
   }
 }
 
-// What holds the graphic tool where it is now. A step that ended for another reason than that the QP says to stay asks
-// it once more.
+// Stores the contacts that hold the graphic tool at its current pose. If the step ended for another reason than a QP
+// whose solution was to stay, the QP is solved once more.
 void ConstrainedStep::noteContacts() {
   memory_.contact_count = 0;
   if (pairs_.pairs.empty() || stale_ || pairs_.coarse) return;
@@ -399,8 +405,9 @@ void ConstrainedStep::noteContacts() {
   parts_.noteContacts(rows_, start_);
 }
 
-// In a hollow the plain steps go to and fro: the rows are tangents, and the deeper the haptic tool is below it, the
-// farther each step goes beyond its aim. The part of the step that ends there, by the last two of them (a secant).
+// In a hollow the plain steps oscillate: the rows are tangents, and the deeper the haptic tool is below them, the
+// farther each step overshoots. Returns the part of the step that ends at the minimum, estimated from the last two
+// steps (secant method).
 double ConstrainedStep::damping(const Vector6& plain) const {
   if (!has_last_ || !(plain.dot(last_way_) < 0)) return 1;
   const double overshoot = (last_plain_ - plain).dot(last_way_), square = last_way_.squaredNorm();
@@ -408,25 +415,25 @@ double ConstrainedStep::damping(const Vector6& plain) const {
 }
 
 // Along a curved contact the plain steps shrink (or grow) by about the same factor each time: the rows are tangents,
-// and the deeper the haptic tool is below a bump, the slower. The last two of them tell the factor (a secant, as in
-// Anderson's mixing), and the sum of the series. The QP aims there instead; its rows are the same, so the step is as
-// safe as the plain one.
+// and convergence is the slower, the deeper the haptic tool is below a convex surface. The last two steps give an
+// estimate of the factor (secant method, as in Anderson mixing) and of the sum of the series. The QP aims at that sum
+// instead; its rows are the same, so the step is as safe as the plain one.
 bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
   if (!has_last_) return false;
   const Vector6 change = plain - last_plain_;
   const double shrink = -change.dot(last_way_), square = last_way_.squaredNorm();
-  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return false;  // a corner lies between
+  if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return false;  // there is a corner in between
   Vector6 further = 3 * plain;                                                            // off a ridge, where steps grow
   if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
   parts_.solve(rows_, want + further);
   return true;
 }
 
-// Where the nearest free pose is not continuous in the pose of the hand, the graphic tool slides to the new one over
-// several steps: force and torque change by no more than they may where the free poses are a convex set, or than the
-// hand moved and what can hardly be felt. The nearest point of a convex set is firmly non-expansive: a motion d of the
-// hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool that had not yet arrived for want of work is free to
-// catch up.
+// Where the nearest free pose is not a continuous function of the hand's pose, the graphic tool moves to the new pose
+// over several steps: force and torque change by no more than they could if the free poses were a convex set, or than
+// the hand's motion and the perception threshold allow. The projection on a convex set is firmly non-expansive: a
+// motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool that did not arrive because the work
+// ran out may catch up without this limit.
 Change ConstrainedStep::mostChange() {
   stretch_before_ = parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic));
   if (memory_.is_behind) return kAnyChange;
@@ -440,8 +447,8 @@ Change ConstrainedStep::mostChange() {
   return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }
 
-// The largest part, up to `most`, of the piece `way` at whose end the stretch of the springs has changed by no more
-// than it may.
+// The largest part, up to `most`, of the piece `way` after which the stretch of the springs has changed by no more than
+// the limit.
 double ConstrainedStep::partWithin(const Vector6& way, double most) const {
   const Vector6 so_far = parts_.scaledVector(displacementBetween(now_, haptic_)) - stretch_before_;
   const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
@@ -456,9 +463,9 @@ double ConstrainedStep::partWithin(const Vector6& way, double most) const {
   return most;
 }
 
-// The list is full even for the shortest way. Whole branches stand in, as the balls about their leaves: none may come
-// closer than it is. That steers, and proves nothing; so the step is tiny, and is taken only if a search for leaf pairs
-// that overlap comes back in full and finds none.
+// The list is full even for the smallest margin. Inner nodes then replace whole branches, as the balls around their
+// leaves: none may come closer than it is. This only steers and proves nothing; therefore the step is tiny, and is made
+// only if a complete search for overlapping leaf pairs finds none.
 void ConstrainedStep::coarseMove(PairSet pairs) {
   const Configuration from = memory_.graphic;
   parts_.findActive(pairs);

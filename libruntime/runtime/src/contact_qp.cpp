@@ -8,17 +8,17 @@ namespace spheretree::runtime {
 namespace {
 
 constexpr int kMostCoordinates = 6 + kMostGroups + kMostContactRows;
-// Of what is left of a row, round by round [1]. With the right multipliers the most is the best; without, the inner
-// problem is smoother the less it is.
+// Penalties of the augmented Lagrangian, round by round [1]. With nearly correct multipliers a large penalty is best;
+// otherwise the inner problem is smoother with a small one.
 constexpr double kWarmPenalty = 1e5, kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
-constexpr int kWarmNewtonSteps = 25;       // then the multipliers were no guess
-constexpr int kMostMultiplierRounds = 20;  // of multipliers
-constexpr int kMostNewtonSteps = 200;      // of all rounds
+constexpr int kWarmNewtonSteps = 25;       // if these do not suffice, the initial multipliers were no good guess
+constexpr int kMostMultiplierRounds = 20;  // rounds of multiplier updates
+constexpr int kMostNewtonSteps = 200;      // over all rounds
 constexpr int kMostShorterSteps = 30;
 
 using Coordinates = std::array<double, kMostCoordinates>;
 
-// One round: minimises the augmented Lagrangian at the multipliers of the problem.
+// One round: minimises the augmented Lagrangian for the multipliers of the problem.
 class Round {
  public:
   Round(ContactQp& qp, double penalty, int most_newton_steps)
@@ -29,9 +29,9 @@ class Round {
         size_(6 + qp.group_count + qp.tissue_count),
         has_law_(qp.disc_count > 0 && qp.discs[0].law > 0) {}
 
-  /// False: it stopped short of the minimum.
+  /// False: it stopped before reaching the minimum.
   bool solve();
-  /// Takes the multipliers over. What the rows and discs lack [mm].
+  /// Stores the new multipliers. Returns the largest violation of rows and discs [mm].
   double update();
 
  private:
@@ -47,7 +47,7 @@ class Round {
   ContactQp& qp_;
   const double penalty_;
   const int most_newton_steps_;
-  const int tissue_, size_;  // where the coordinates of tissue begin; all of them
+  const int tissue_, size_;  // index of the first tissue coordinate; number of all coordinates
   const bool has_law_;
   Coordinates gradient_;
   double hessian_[kMostCoordinates][kMostCoordinates];
@@ -83,7 +83,7 @@ Coordinates Round::normal(int k) const {
   return n;
 }
 
-// The largest, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
+// The maximum, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
 double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives) {
   const double c = slack(r, k, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
   const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
@@ -99,10 +99,10 @@ double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_de
   return u * c - 0.5 * r.compliance * u * u - change * change / (2 * penalty_);
 }
 
-// The largest, over forces f of the disc, of  f . v - |f - f_last|^2 / (2 penalty).
+// The maximum, over forces f in the disc, of  f . v - |f - f_last|^2 / (2 penalty).
 double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
   const double v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
-  // What the tool feels is -f.
+  // The force on the tool is -f.
   const double w[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]}, length = std::sqrt(w[0] * w[0] + w[1] * w[1]);
   double& radius = radius_[static_cast<std::size_t>(k)];
   if (!has_law_) radius = d.radius;
@@ -111,7 +111,7 @@ double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with
   const double scale = slips ? radius / length : 1, f[2] = {scale * w[0], scale * w[1]};
   force_[static_cast<std::size_t>(k)] = {-f[0], -f[1]};
   if (with_derivatives) {
-    const double across = slips ? 1 / (length * length) : 0;  // along w the force of a slip does not change
+    const double across = slips ? 1 / (length * length) : 0;  // along w the force of a slipping contact is constant
     const double s = penalty_ * scale, h00 = s * (1 - across * w[0] * w[0]), h01 = -s * across * w[0] * w[1],
                  h11 = s * (1 - across * w[1] * w[1]);
     for (int i = 0; i < 6; ++i) {
@@ -125,7 +125,7 @@ double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with
   return f[0] * v[0] + f[1] * v[1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
 }
 
-// The largest, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
+// The maximum, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
 double Round::cone(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
   const auto at = static_cast<std::size_t>(k);
   const double mu = d.friction, c = slack(qp_.rows[static_cast<std::size_t>(d.row)], d.row, x) - mu * d.slip,
@@ -133,7 +133,7 @@ double Round::cone(const FrictionDisc& d, int k, const Coordinates& x, bool with
   const double w = d.pressure + penalty_ * c, q[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]},
                length = std::sqrt(q[0] * q[0] + q[1] * q[1]);
   double u = 0, f[2] = {0, 0};
-  double d00 = 0, d0[2] = {0, 0}, d11[3] = {0, 0, 0};  // derivatives of (u, f) by (w, q); the last: 00, 01, 11
+  double d00 = 0, d0[2] = {0, 0}, d11[3] = {0, 0, 0};  // derivatives of (u, f) by (w, q); the last one: 00, 01, 11
   if (length <= mu * w) {
     u = w, f[0] = q[0], f[1] = q[1];
     d00 = d11[0] = d11[2] = 1;
@@ -185,7 +185,7 @@ double Round::evaluate(const Coordinates& x, bool with_derivatives) {
   return value;
 }
 
-// By Cholesky's factors; the matrix is the identity and something positive.
+// By Cholesky factorisation; the matrix is the identity plus a positive semidefinite matrix.
 bool Round::newtonStep(Coordinates& step) const {
   double l[kMostCoordinates][kMostCoordinates];
   for (int i = 0; i < size_; ++i) {
@@ -225,7 +225,7 @@ bool Round::solve() {
     for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
         x[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step[static_cast<std::size_t>(i)];
-      next = evaluate(x, n == 0 && !has_law_);  // the whole step is usual
+      next = evaluate(x, n == 0 && !has_law_);  // the whole step is usually accepted
       if (next <= value + 1e-4 * part * slope + 1e-15 * std::abs(value)) break;
     }
     const bool is_rounding = !(next < value) && -slope < 1e-14 * (1 + std::abs(value));

@@ -8,8 +8,8 @@
 namespace spheretree::runtime {
 namespace {
 
-// Float rounding moves a distance by less than this times the lengths involved: at most 12 roundings of 2^-24 each on
-// either side.
+// Upper bound of the float rounding error of a distance, relative to the lengths involved: at most 12 roundings of
+// 2^-24 each on either side.
 constexpr double kRounding = 1e-6;
 
 }  // namespace
@@ -32,8 +32,8 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   const bool exact = of == PairsOf::LeavesExactly;
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
   const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
-  // Rounding of world coordinates in the broad phase, and of what is about the anchors afterwards: offsets of near
-  // objects are no longer than the two reaches and the margin.
+  // Bounds of the rounding errors of world coordinates in the broad phase, and of coordinates relative to the anchors
+  // afterwards: offsets of near objects are at most the two reaches plus the margin.
   const double world_slack = kRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
   const double slack = kRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;
@@ -52,7 +52,7 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.margin = margin;
   search.inner_margin = static_cast<float>(margin + 2 * slack);
   search.sure_margin = exact ? static_cast<float>(margin - slack) : search.inner_margin;
-  if (memory.turn_count > 0xf0000000u) {  // before the old marks would come round again
+  if (memory.turn_count > 0xf0000000u) {  // before old marks could be mistaken for new ones
     std::fill(memory.turned_when.begin(), memory.turned_when.end(), 0u);
     memory.turn_count = 0;
   }

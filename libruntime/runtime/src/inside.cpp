@@ -8,11 +8,11 @@
 namespace spheretree::runtime {
 namespace {
 
-// How often the surface winds about a point: 1 within a closed one, 0 outside; in between for one with holes.
+// The winding number of the surface around a point: 1 inside a closed surface, 0 outside; in between for a surface with
+// holes.
 // Paper: A. Jacobson, L. Kavan, O. Sorkine-Hornung. Robust inside-outside segmentation using generalized winding
-//         numbers. ACM TOG 32(4),
-//        2013. A triangle's solid angle: A. van Oosterom, J. Strackee. The solid angle of a plane triangle. IEEE TBME
-//              30(2), 1983.
+//         numbers. ACM TOG 32(4), 2013. A triangle's solid angle: A. van Oosterom, J. Strackee. The solid angle of a
+//         plane triangle. IEEE TBME 30(2), 1983.
 double windingNumber(const CompiledSkin& skin, const Eigen::Vector3d& point) {
   double half_angles = 0;
   for (const CompiledPatch& patch : skin.patch) {
@@ -30,7 +30,8 @@ float smallestGap(const RowSet& rows, const PairRun& run) {
   return gap;
 }
 
-// Whether the centre of a leaf of the tool is in the object: in one of its leaves, and the skin winds about it.
+// Whether the centre of a leaf of the tool is inside the object: in one of its leaves, with a skin that winds around
+// it.
 bool isWithin(const StepParts& parts, const PairSet& pairs, const PairRun& run) {
   const CompiledScene& scene = parts.scene;
   const Configuration& graphic = parts.memory.graphic;
@@ -50,7 +51,7 @@ bool isWithin(const StepParts& parts, const PairSet& pairs, const PairRun& run) 
   return false;
 }
 
-// Leaves are those of the rest: tissue that is elsewhere keeps its skin.
+// Leaves are those of the shape at rest, so deformed tissue keeps its skin.
 bool isWhereItsTreeIs(const StepParts& parts, std::uint32_t object) {
   return !parts.memory.isTissue(object) || parts.memory.tissue->isAtRest(object);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mno-fma; reached only on machines that have AVX2.
+// Compiled with -mavx2 -mno-fma; called only on machines with AVX2.
 #include <cpuid.h>
 
 #include "kernel_lanes.h"
@@ -8,8 +8,8 @@ namespace spheretree::runtime {
 
 namespace {
 
-// Intel 64 and IA-32 architectures software developer's manual, volume 1, 14.7.1. The compiler's own question costs 4
-// KiB of the library.
+// Intel 64 and IA-32 architectures software developer's manual, volume 1, 14.7.1. The compiler's built-in test adds 4
+// KiB to the library.
 bool hasAvx2() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   constexpr unsigned kOsSavesAndAvx = (1u << 27) | (1u << 28), kAvx2 = 1u << 5;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference: the base instruction set of the machine.
+// The reference implementation: the base instruction set of the machine.
 #include "kernel_lanes.h"
 
 namespace spheretree::runtime {

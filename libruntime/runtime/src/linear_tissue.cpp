@@ -16,10 +16,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDependentGive = 1e-9;  // of its own give: less is what the rows before it say already
-constexpr double kAimSeconds = 0.04;     // in which the surface goes most of the way to where it is aimed
-constexpr double kSqueezed = 0.02;       // deeper in something the tool is squeezed, and tissue waits [mm]
-constexpr double kAimMotion = 0.1;       // of a node towards its aim in a step, at most [mm]
+constexpr double kDependentGive = 1e-9;  // share of the row's own compliance: a smaller remainder depends on the rows before it
+constexpr double kAimSeconds = 0.04;     // time in which the surface covers most of the way to its target
+constexpr double kSqueezed = 0.02;       // if the tool is deeper than this in something, it is squeezed, and tissue waits [mm]
+constexpr double kAimMotion = 0.1;       // largest motion of a node towards its target in a step [mm]
 
 class LinearTissue final : public SoftTissue {
  public:
@@ -45,7 +45,7 @@ class LinearTissue final : public SoftTissue {
   }
   bool isAtRest(std::size_t object) const override { return surfaces_[object]->isAtRest(); }
   std::uint32_t beginStep() override {
-    const double most = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool has no way out it is not pressed farther in
+    const double most = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
       if (surfaces_[i]) surfaces_[i]->beginStep(part_, most), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
@@ -77,20 +77,20 @@ class LinearTissue final : public SoftTissue {
   std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
 
  private:
-  /// Of all rows that the QP may take in.
+  /// For each row that the QP may use.
   struct Row {
     SoftSurface* surface;
-    SkinPoint point;  // that the ball is on
+    SkinPoint point;  // the point of contact
     Vector3d normal;  // axes of the object
-    double given;     // by now, along the normal [mm]
+    double given;     // current displacement along the normal [mm]
     double weight;
-    float b, stop;  // as it is; where the tissue gives way no farther
+    float b, stop;  // current right-hand side; and that at which the tissue has reached its largest displacement
   };
-  // A row of the problem, and a coordinate that was made for one.
+  // A row of the problem, and the coordinate that was made for it.
   struct Pressed {
     SoftSurface* surface = nullptr;  // null: rigid, or a stop
     SoftSurface::Press on;
-    Vector3d pull{0, 0, 0};  // what it presses with for a multiplier of 1, axes of the object [N]
+    Vector3d pull{0, 0, 0};  // its force for a multiplier of 1, axes of the object [N]
   };
   struct Coordinate {
     Pressed row;
@@ -101,13 +101,13 @@ class LinearTissue final : public SoftTissue {
 
   StepMemory& memory_;
   const CompiledScene& scene_;
-  const double part_;                                   // of the way to an aim, in a step
-  std::vector<bool> frozen_;                            // (object) who aims it is at a loss
+  const double part_;                                   // share of the way to a target in a step
+  std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
-  std::vector<Row> rows_;                               // (row) of those on tissue
+  std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
   std::array<Pressed, kMostContactRows> pressed_;
-  std::array<std::vector<double>, kMostContactRows> fields_;  // (row of the problem) how near nodes move for a multiplier of 1
+  std::array<std::vector<double>, kMostContactRows> fields_;  // (row of the problem) displacements of the near nodes for a multiplier of 1
   std::array<Coordinate, kMostContactRows> coordinates_;
   std::vector<double> sum_;  // scratch
 };
@@ -164,7 +164,7 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
       out.point = surface->pointAt(triangle, turn * Vector3d(ball.x, ball.y, ball.z) + offset - std::min(beside, 1e6) * out.normal);
     }
     out.given = -out.normal.dot(surface->given(out.point));
-    // A point goes no farther from its place at rest than mostGive(), whichever way it went.
+    // A point moves no farther than mostGive() from its position at rest, in any direction.
     const Vector3d travelled = surface->travelled(out.point);
     const double gone = -out.normal.dot(travelled), most = surface->mostGive(out.point),
                  room2 = most * most - (travelled.squaredNorm() - gone * gone);
@@ -173,8 +173,8 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
   }
 }
 
-// The compliance of the surface at the points of the rows, as a Cholesky factor that grows by a row. A row that gives
-// way no otherwise than those before it needs no coordinate of its own.
+// The compliance of the surface at the points of the rows, as a Cholesky factor that grows by a row. A row whose
+// displacement depends on those of the rows before it needs no coordinate of its own.
 void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) {
   const auto at = static_cast<std::size_t>(k);
   Pressed& pressed = pressed_[at];
@@ -190,7 +190,8 @@ void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint3
   }
   const double stiffness = scene_.pull.translation;
   pressed = {on.surface, on.surface->pressOn(on.point), stiffness * on.weight * on.normal};
-  if (!is_carried_) r.b += on.weight * on.given;  // the coordinates count from rest; in a piece that is carried, from now
+  if (!is_carried_)
+    r.b += on.weight * on.given;  // the coordinates are relative to the shape at rest; in a carried piece, to the current shape
   on.surface->respond(pressed.on, pressed.pull, fields_[at]);
   const auto give = [&](const Pressed& other) { return other.pull.dot(on.surface->meanOf(other.on, fields_[at])) / stiffness; };
   const double own = give(pressed);

@@ -12,9 +12,10 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kMostBend = 1.0f / 8;  // of a side, that it bulges out more than at rest: its ends then lean apart by a radian
+constexpr float kMostBend =
+    1.0f / 8;  // of a side's length: largest bulge beyond that at rest; the normals at its ends then differ by a radian
 
-// By the smallest turn that takes the direction of `from` to that of `to`.
+// Applies the smallest rotation that maps the direction of `from` to that of `to`.
 Vector3f turned(const Vector3f& v, const Vector3f& from, const Vector3f& to) {
   const float scale = from.squaredNorm() * to.squaredNorm();
   if (!(scale > 0)) return v;
@@ -24,7 +25,7 @@ Vector3f turned(const Vector3f& v, const Vector3f& from, const Vector3f& to) {
   return v + across + axis.cross(across) / (1 + cosine);
 }
 
-// The lists of lists that name their members, the other way round.
+// Inverts a list of lists of indices.
 void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint32_t>& members, std::size_t count,
             std::vector<std::uint32_t>& out_begin, std::vector<std::uint32_t>& out) {
   out_begin.assign(count + 1, 0);
@@ -127,7 +128,7 @@ const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
   return out;
 }
 
-// A face of the tetrahedra that was bent is not flat: between its nodes it bulges out as their normals say.
+// A face of the tetrahedra that was bent is not flat: between its nodes it bulges out according to their normals.
 float MovedSkin::bulgeAt(std::uint32_t v) const {
   const PressPoint& point = model_.points[v];
   float sum = 0;
@@ -221,8 +222,8 @@ void MovedSkin::refit(std::span<const float> shift) {
   if (any) encloseBlocks();
 }
 
-// A point of a triangle moves by a mean of the displacements of the nodes that move the block, of which none is farther
-// from the middle of their box than its half diagonal.
+// A point of a triangle moves by a weighted mean of the displacements of the nodes that move the block. None of these
+// is farther from the centre of their bounding box than half of its diagonal.
 void MovedSkin::shiftBlock(std::size_t b) {
   Eigen::Array3f low = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
   for (std::uint32_t i = block_begin_[b]; i < block_begin_[b + 1]; ++i) {
@@ -243,7 +244,7 @@ void MovedSkin::shiftBlock(std::size_t b) {
   }
 }
 
-// Balls about what is below inner nodes; the blocks of children stand behind that of their parent.
+// Encloses everything below inner nodes in balls; the blocks of children follow that of their parent.
 void MovedSkin::encloseBlocks() {
   for (std::size_t b = bound_.size(); b-- > 1;) {
     if (!block_marked_[b]) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mode paper: D. Wang, X. Zhang, Y. Zhang, J. Xiao. Configuration-based optimization for six degree-of-freedom haptic
-// rendering using sphere-trees. IROS 2011. What is printed wrongly or left open, and what is done here: docs/runtime.md
+// rendering using sphere-trees. IROS 2011. Errors and omissions of the paper, and our solutions: docs/runtime.md
 #include <cmath>
 
 #include "step_parts.h"
@@ -28,7 +28,7 @@ void paperStep(StepParts& parts, const Configuration& haptic) {
   if (memory.bodies_move) advanceBodies(1, memory);
   Eigen::Vector3d before(memory.euler[0], memory.euler[1], memory.euler[2]);
   Eigen::Vector3d angles = eulerAngles(haptic.orientation);
-  for (int k = 0; k < 3; ++k)  // the turn count that is nearest to the graphic tool's: no jump at +-pi
+  for (int k = 0; k < 3; ++k)  // the number of turns nearest to that of the graphic tool: no jump at +-pi
     angles[k] += 2 * M_PI * std::round((before[k] - angles[k]) / (2 * M_PI));
 
   const PairSet pairs = parts.search(haptic, 0, PairsOf::LeavesExactly);
@@ -36,7 +36,8 @@ void paperStep(StepParts& parts, const Configuration& haptic) {
   Eigen::Vector3d position = haptic.position, after = angles;
   memory.answer.active_count = 0;
   if (!pairs.pairs.empty()) {
-    // Gamma turns about the tool's own x axis, alpha about the world's z, beta about the y axis that alpha has turned.
+    // Gamma rotates about the tool's own x axis, alpha about the world's z axis, beta about the y axis after the
+    // rotation by alpha.
     Eigen::Matrix3d axes;
     axes << memory.graphic.orientation * Eigen::Vector3d::UnitX(), Eigen::Vector3d(-std::sin(before[2]), std::cos(before[2]), 0),
         Eigen::Vector3d::UnitZ();

@@ -10,10 +10,10 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kDependent = 1e-10;  // squared length of what is left of a unit row off the active ones
+constexpr double kDependent = 1e-10;  // squared length of the remainder of a unit row after projection on the active rows
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The active rows N (one a column) as N = Q [R; 0], with Q orthogonal and R upper triangular: a row enters by a
+// The active rows N (one in each column) as N = Q [R; 0], with Q orthogonal and R upper triangular: a row enters by a
 // reflection and leaves by Givens rotations.
 class ActiveSet {
  public:
@@ -32,7 +32,8 @@ class ActiveSet {
     return false;
   }
 
-  // Components of `n` along the columns of Q: the first `size` within the active rows, the others off them.
+  // Components of `n` along the columns of Q: the first `size` in the span of the active rows, the others perpendicular
+  // to it.
   void project(const Vector6& n, double d[6]) const {
     for (int j = 0; j < 6; ++j) {
       d[j] = 0;
@@ -50,7 +51,7 @@ class ActiveSet {
       for (int i = 0; i < 6; ++i) z[i] += d[j] * q_[j][i];
     return z;
   }
-  // r with R r = d.
+  // Solves R r = d for r.
   void solve(const double d[6], double r[6]) const {
     for (int i = size - 1; i >= 0; --i) {
       double sum = d[i];
@@ -61,7 +62,7 @@ class ActiveSet {
 
   // `d` = project(normal), squaredRest(d) > kDependent, size < 6.
   [[gnu::noinline]] void add(std::uint32_t r, double b, double u, double d[6]) {
-    // One reflection brings what is left of the normal onto the next column of Q.
+    // One reflection maps the remainder of the normal onto the next column of Q.
     const double rest = std::sqrt(squaredRest(d)), length = d[size] > 0 ? -rest : rest, scale = 1 / (rest * (rest + std::abs(d[size])));
     d[size] -= length;
     double across[6] = {};
@@ -101,12 +102,12 @@ class ActiveSet {
   // The point nearest to `target` on all active rows; sets the multipliers.
   [[gnu::noinline]] Vector6 nearest(const Vector6& target) {
     double w[6] = {};
-    for (int j = 0; j < size; ++j) {  // R^T w = bound - N^T target, by N = Q R
+    for (int j = 0; j < size; ++j) {  // R^T w = bound - N^T target, with N = Q R
       double sum = bound[j];
       for (int i = 0; i < j; ++i) sum -= r_[i][j] * w[i];
       w[j] = sum / r_[j][j];
     }
-    // w holds the coordinates of the answer along Q; the multipliers solve R u = w - Q^T target.
+    // w has the coordinates of the solution along Q; the multipliers solve R u = w - Q^T target.
     double d[6], u[6] = {};
     project(target, d);
     Vector6 y = rest(d);
@@ -137,8 +138,8 @@ Vector6 normalOf(const QpRows& rows, std::uint32_t i) {
   return n;
 }
 
-/// Takes the rows that were active before into `set`, and gives a dual feasible start: the nearest point on them,
-/// without those that would have to pull.
+/// Adds the previously active rows to `set`, and returns a dual feasible start: the nearest point on them, without rows
+/// whose multiplier would be negative.
 Vector6 warmStart(const QpRows& rows, const Vector6& target, const QpAnswer& before, ActiveSet& set) {
   double d[6];
   for (int k = 0; k < before.active_count; ++k) {
@@ -159,7 +160,7 @@ Vector6 warmStart(const QpRows& rows, const Vector6& target, const QpAnswer& bef
   return y;
 }
 
-/// The row to be taken in next, the most violated one; rows.count if none is violated.
+/// The row that enters next, that is the most violated one; rows.count if none is violated.
 std::uint32_t violatedRow(const KernelTable& kernel, const QpRows& rows, const Vector6& y, const ActiveSet& set) {
   float scan[6];
   double largest = 0;
@@ -169,10 +170,10 @@ std::uint32_t violatedRow(const KernelTable& kernel, const QpRows& rows, const V
   }
   const WorstRow worst = kernel.worstRow(rows.a.data(), rows.b, rows.count, scan);
   if (!(static_cast<double>(worst.slack) < -(kQpTolerance + 1e-6 * largest))) return rows.count;
-  return set.has(worst.row) ? rows.count : worst.row;  // an active row: what is left is rounding
+  return set.has(worst.row) ? rows.count : worst.row;  // the row is active: its violation is rounding
 }
 
-/// The row and the active ones add up to 0 >= something positive, with weights `r`.
+/// The row and the active ones, with weights `r`, add up to 0 >= a positive number.
 void proveInfeasible(std::uint32_t row, const ActiveSet& set, const double (&r)[6], QpAnswer& answer) {
   answer.status = QpStatus::Infeasible;
   answer.certificate[0] = row;
@@ -185,8 +186,9 @@ void proveInfeasible(std::uint32_t row, const ActiveSet& set, const double (&r)[
     }
 }
 
-/// Moves `y` onto the row, which becomes active; rows that would have to pull leave. False if it comes to nothing: the
-/// rows contradict each other, and `answer` says how, or only float saw this one violated.
+/// Moves `y` onto the row, which becomes active; rows whose multiplier would be negative leave. Returns false if that
+/// fails: either the rows contradict each other, with the certificate in `answer`, or the row was violated only in
+/// float.
 bool takeIn(std::uint32_t row, const QpRows& rows, ActiveSet& set, Vector6& y, QpAnswer& answer) {
   const Vector6 normal = normalOf(rows, row);
   const double bound = static_cast<double>(rows.b[row]);
@@ -236,8 +238,8 @@ void solveQp6(const KernelTable& kernel, const QpRows& rows, const Vector6& targ
     ++answer.iterations;
     if (!takeIn(row, rows, set, y, answer)) break;
   }
-  // Free of what the steps have gathered; and where one stopped between two corners by rounding, what is active is as
-  // good.
+  // Removes accumulated rounding errors. If rounding ended a step between two corners, the active rows are an equally
+  // good solution.
   if (answer.status == QpStatus::Optimal && answer.iterations > 0) y = set.nearest(target);
   answer.y = y;
   answer.active_count = static_cast<std::uint8_t>(set.size);

@@ -11,17 +11,17 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Where the arrays of a set of rows stand in StepMemory::row_memory; those before kB are the coefficients.
+// Indices of the arrays of a set of rows in StepMemory::row_memory; those before kB are the coefficients.
 constexpr std::size_t kB = 6;
 constexpr std::size_t kWeight = 7;
 constexpr std::size_t kFeltWay = 8;
 
-// The rows past the end are always satisfied.
+// Makes the padding rows always satisfied.
 void padRows(StepMemory& memory, std::uint32_t count) {
   for (std::size_t k = 0; k < kRowArrays; ++k) std::fill_n(memory.rowArray(k) + count, 8, k == kB ? -1e30f : 0.0f);
 }
 
-// Requests for the runs of a set of pairs, tool at one pose.
+// Requests for the runs of a set of pairs, for one pose of the tool.
 class Requests {
  public:
   Requests(const Configuration& pose, StepMemory& memory) : memory_(memory) {
@@ -38,7 +38,7 @@ class Requests {
 
   RowRequest& request() { return request_; }
 
-  // For `run` of `pairs`; the rows go to `first_row` and on.
+  // The request for `run` of `pairs`; the rows are stored from `first_row` on.
   const RowRequest& of(const ObjectView& view, const PairRun& run, const std::uint32_t* pairs, std::uint32_t first_row) {
     request_.pose = relativePose(view, rotation_, position_);
     for (int k = 0; k < 9; ++k) request_.to_world[k] = static_cast<float>(view.to_world[k]);
@@ -94,9 +94,9 @@ RowSet makeRows(const PairSet& set, const Configuration& pose, RowForm form, con
 
 namespace {
 
-// Guarded rows with a larger gap are of nothing that is within `margin`. The patch may be nearer than the flat triangle
-// by the tolerance, and that is what the triangle gives way, at most. Tissue may come nearer by its motion, and go as
-// far away before.
+// Guarded rows with a larger gap belong to nothing within `margin`. The patch may be nearer than the flat triangle by
+// the tolerance, which is at most the triangle's allowance. Tissue may come nearer by its motion, and may have moved
+// away by as much before.
 float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
   const auto most = static_cast<float>(margin * (1 + 1e-6));
   return most + 2 * (memory.views[object].allowance + memory.views[object].motion);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The problem without discs, in the multipliers u of its rows alone:  w = q + G u,  u >= 0,  w >= 0,  u . w = 0, where
-// G is positive definite. An active-set method: the rows that press are solved for, one that comes to pull is left out,
-// the one that is violated most is taken in. The objective falls with each change, so no set comes twice.
+// The problem without discs, formulated in the multipliers u of its rows:  w = q + G u,  u >= 0,  w >= 0,  u . w = 0,
+// where G is positive definite. An active-set method: it solves for the active rows, removes a row whose multiplier
+// becomes negative, and adds the most violated row. The objective decreases with each change, so no active set occurs
+// twice.
 // Paper: C. Lawson, R. Hanson. Solving Least Squares Problems. Prentice Hall 1974, chapter 23.
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kYield = 1e-9;  // of what a row does to itself, that it gives way: rows that say the same are then no harm
+constexpr double kYield = 1e-9;  // relative compliance added to each row, so that identical rows do no harm
 constexpr int kMostChanges = 8 * kMostContactRows;
 
 class RowsAlone {
@@ -29,7 +30,7 @@ class RowsAlone {
   const std::size_t count_;
   std::array<Vector, kMostContactRows> g_;
   Vector q_, u_, solved_;
-  std::array<std::size_t, kMostContactRows> pressing_;  // rows, in the order of their factor
+  std::array<std::size_t, kMostContactRows> pressing_;  // active rows, in the order of their factor
   std::size_t pressing_count_ = 0;
 };
 
@@ -52,7 +53,7 @@ RowsAlone::RowsAlone(ContactQp& qp) : qp_(qp), count_(static_cast<std::size_t>(q
   }
 }
 
-// Of the rows that press the multipliers with which none of them is violated or slack.
+// Computes the multipliers with which no active row is violated or slack.
 bool RowsAlone::solvePressing() {
   double l[kMostContactRows][kMostContactRows];
   Vector b;
@@ -86,7 +87,7 @@ bool RowsAlone::solve() {
   for (int change = 0; change < kMostChanges; ++change) {
     ++qp_.iterations;
     if (!solvePressing()) return false;
-    // As far towards them as no row comes to pull.
+    // Moves towards them as far as all multipliers stay nonnegative.
     double part = 1;
     std::size_t first = pressing_count_;
     for (std::size_t i = 0; i < pressing_count_; ++i) {

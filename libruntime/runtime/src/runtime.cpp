@@ -44,7 +44,7 @@ st_pose toC(const Configuration& q) {
 }
 st_wrench toC(const spheretree::Wrench& w) { return {{w.force.x(), w.force.y(), w.force.z()}, {w.torque.x(), w.torque.y(), w.torque.z()}}; }
 
-// Something that returns a fault or "". Not std::function, nor a template of all that follows: both would be larger.
+// A function that returns a fault or "". std::function, or a template of everything below, would be larger.
 class Work {
  public:
   template <class Function>

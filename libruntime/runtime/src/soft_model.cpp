@@ -13,11 +13,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kMostShare = 0.5;  // of the distance to what holds the tissue: it gives way by this at most
+constexpr double kMostShare = 0.5;  // share of the distance to the nearest fixed node: limit of the displacement
 
 Vector3d vectorOf(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
 
-// Part of the distance from a point to the nearest node that stays.
+// kMostShare of the distance from a point to the nearest fixed node.
 float mostGiveOf(const Tissue& tissue, const PressPoint& point) {
   Vector3d at = Vector3d::Zero();
   double held = 0;
@@ -55,7 +55,7 @@ bool shareASide(const SoftModel::Face& a, const SoftModel::Face& b) {
   return shared >= 2;
 }
 
-// The faces round each node, from one to the next over sides that are not sharp.
+// The faces around each node, from one to the next across sides that are not sharp.
 void addFans(float crease_angle, SoftModel& out) {
   std::vector<std::vector<std::uint32_t>> round(out.node_count);
   for (std::uint32_t f = 0; f < out.faces.size(); ++f)
@@ -82,7 +82,7 @@ void addFans(float crease_angle, SoftModel& out) {
   for (SoftModel::Fan& fan : out.fans) fan.normal = normalOf(out, fan, rest).normalized();
 }
 
-// Of the fans at each node of a vertex the one with the normal that is most like its own.
+// Chooses, at each node of a vertex, the fan whose normal is nearest to that of the vertex.
 void chooseFans(SoftModel& out) {
   std::vector<std::uint32_t> first(out.node_count + 1, 0);
   for (const SoftModel::Fan& fan : out.fans) ++first[fan.node + 1];
@@ -121,7 +121,7 @@ void addSkin(const Skin& skin, SoftModel& out) {
 
 }  // namespace
 
-// Where the nodes lie on a sphere, this is its normal, whatever the shapes of the faces.
+// If the nodes lie on a sphere, this is its normal, for any shapes of the faces.
 // Paper: N. Max. Weights for computing vertex normals from facet normals. Journal of Graphics Tools 4(2), 1999.
 Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<const float> shift) {
   Vector3f sum = Vector3f::Zero();
@@ -142,8 +142,8 @@ Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<c
   return sum;
 }
 
-// On a circle of radius R the normals at the ends of a chord of length l lean apart by l / R, and the middle of the arc
-// lies l^2 / (8 R) off the chord.
+// On a circle of radius R the normals at the ends of a chord of length l differ by the angle l / R, and the middle of
+// the arc is l^2 / (8 R) away from the chord.
 float bendOf(const Vector3f& chord, const Vector3f& from_normal, const Vector3f& to_normal) {
   return 0.125f * chord.dot(to_normal - from_normal);
 }

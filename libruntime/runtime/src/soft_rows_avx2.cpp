@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mno-fma; reached only on machines that have AVX2.
+// Compiled with -mavx2 -mno-fma; called only on machines with AVX2.
 #include "soft_rows_lanes.h"
 
 namespace spheretree::runtime {

@@ -11,9 +11,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kArrived = 1e-4;  // of its aim the base goes the rest at once [mm]
+constexpr double kArrived = 1e-4;  // if the base is nearer than this to its target, it moves there at once [mm]
 
-// Of x, y, z of each node, the largest length of what `of` says.
+// The largest length of `of` over the x, y, z of each node.
 template <class Of>
 double longest(std::size_t size, const Of& of) {
   float most2 = 0;

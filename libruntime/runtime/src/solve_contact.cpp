@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The QP of a piece where contacts rub or objects give way: docs/runtime.md, Friction and Objects that give way.
+// The QP of a piece if contacts have friction or objects yield: docs/runtime.md, Friction and Objects that give way.
 #include <algorithm>
 #include <cmath>
 
@@ -9,18 +9,18 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostFrictionRounds = 3;  // by Coulomb's law as it is; where that does not converge, with discs and then with cones
-constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // what a Newton step costs, in groups of rows
-constexpr int kMostScans = 36;                                 // rows that are taken in
-constexpr double kForceTolerance = 1e-6;                       // of residuals: gaps are floats, and known no better [mm, scaled]
-constexpr double kMostGive = 0.5;  // of the least distance of two centres: an object gives way by this part at most
+constexpr int kMostFrictionRounds = 3;  // first with Coulomb's law itself; if that does not converge, with discs, and then with cones
+constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // cost of a Newton step, in groups of rows
+constexpr int kMostScans = 36;                                 // rows that enter
+constexpr double kForceTolerance = 1e-6;  // of the residuals: gaps are floats and not known more accurately [mm, scaled]
+constexpr double kMostGive = 0.5;         // share of the smallest distance of two centres: limit by which an object yields
 constexpr float kOutOfTheWay = -1e30f;
 
 struct Tangents {
   Eigen::Vector3d first, second;
 };
 
-// Any two that are across the unit vector `n`.
+// Any two tangents that are perpendicular to the unit vector `n`.
 Tangents tangentsOf(const Eigen::Vector3d& n) {
   Eigen::Index axis = 0;
   n.cwiseAbs().minCoeff(&axis);
@@ -64,15 +64,15 @@ class ContactSolver {
   const Vector6 target_;
   const CarriedPiece* carried_;
   ContactQp qp_;
-  std::array<std::uint32_t, kMostContactRows> row_;              // of the scan, of each row of the problem
-  std::array<double, kMostContactRows> pressed_;                 // multipliers to begin with
+  std::array<std::uint32_t, kMostContactRows> row_;              // index in the scan, of each row of the problem
+  std::array<double, kMostContactRows> pressed_;                 // initial multipliers
   std::array<int, kMostContactRows> disc_;                       // of each row, or -1
-  std::array<double, kMostContactRows> friction_;                // coefficient times weight, of each disc's row
+  std::array<double, kMostContactRows> friction_;                // coefficient times weight, for each disc's row
   std::array<Tangents, kMostContactRows> tangents_;              // of each disc
   enum class Law { Coulomb, Discs, Cones } law_ = Law::Coulomb;  // of the discs
   std::array<std::uint32_t, kMostGroups> group_object_{};
   std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
-  std::array<bool, kMostContactRows> is_stop_;     // of each row: of tissue that gives way no farther
+  std::array<bool, kMostContactRows> is_stop_;     // for each row: of tissue that has reached its largest displacement
 };
 
 template <class Work>
@@ -90,7 +90,7 @@ void ContactSolver::restoreSoft() {
   if (scene_.has_soft) forSoftRows([&](std::uint32_t, std::uint32_t i) { rows_.b[i] = memory_.soft_b[i]; });
 }
 
-// Of a row that is in the problem; -1: it is not.
+// The index of a row in the problem; -1: it is not in it.
 int ContactSolver::placeOf(std::uint32_t row, bool is_stop) const {
   int k = qp_.row_count;
   while (--k >= 0)
@@ -119,13 +119,13 @@ int ContactSolver::groupOf(std::uint32_t object) {
   return g;
 }
 
-// The place of the row in the problem; -1: it is full.
+// Adds a row to the problem and returns its index; -1: the problem is full.
 int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   if (const int known = placeOf(row, is_stop); known >= 0) return known;
   const RowName name = parts_.nameOfRow(pairs_, row);
   const int group = scene_.objects[name.object].softness > 0 ? groupOf(name.object) : -1;
   int k = qp_.row_count;
-  if (k == kMostContactRows) {  // in place of one that holds nothing and rubs on nothing
+  if (k == kMostContactRows) {  // replaces a row without force and friction
     for (k = 0; k < qp_.row_count; ++k) {
       const auto at = static_cast<std::size_t>(k);
       if (qp_.rows[at].multiplier == 0 && disc_[at] < 0 && row_[at] != ~0u) break;
@@ -143,7 +143,7 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   if (group >= 0) {
     r.group = group;
     r.give = static_cast<double>(rows_.weight[row]) * group_scale_[static_cast<std::size_t>(group)];
-    // The row stands for the object as it gives way now; the coordinate counts from where it would not.
+    // The row is made for the object as it yields now; the coordinate is relative to its shape without force.
     r.b += static_cast<double>(rows_.weight[row]) * memory_.give[name.object];
   }
   row_[at] = row;
@@ -183,7 +183,7 @@ void ContactSolver::addDisc(int k, const RowName& name) {
   if (law_ == Law::Cones) disc.friction = friction_[d];
 }
 
-// The rows that held before, with the multipliers that they had.
+// Adds the previously active rows, with their multipliers.
 void ContactSolver::start() {
   qp_.row_count = qp_.disc_count = qp_.group_count = 0;
   qp_.y.setZero();
@@ -197,7 +197,7 @@ void ContactSolver::start() {
   }
 }
 
-// Whether the contacts that held before hold the tool now, and no other does: then there is nothing to predict.
+// Whether the previous contacts still hold the tool, and no other: then no prediction is needed.
 bool ContactSolver::holdsAsBefore() {
   if (carried_ || scene_.has_soft || !parts_.rubs || memory_.active_count == 0) return false;
   start();
@@ -205,7 +205,7 @@ bool ContactSolver::holdsAsBefore() {
   return qp_.converged && !takeInViolated();
 }
 
-// And those that the QP without friction finds, with the multipliers that it predicts.
+// Adds the active rows of the QP without friction, with the multipliers that it predicts.
 void ContactSolver::predict() {
   const QpAnswer& predicted = memory_.answer;
   for (std::size_t k = 0; k < predicted.active_count; ++k)
@@ -216,7 +216,7 @@ void ContactSolver::predict() {
       qp_.tissue_given[m] += qp_.tissue[k][m] * qp_.rows[k].multiplier;
 }
 
-// The row that the answer violates most; false: none, or there is no room for it.
+// Adds the row that the solution violates most; false if there is none, or no space for it.
 bool ContactSolver::takeInViolated() {
   if (memory_.tissue) memory_.tissue->predict(qp_);
   if (scene_.has_soft)
@@ -250,7 +250,7 @@ bool ContactSolver::takeInViolated() {
   return is_violated && takeIn(worst.row, 0, is_stop) >= 0;
 }
 
-// Back to the multipliers to begin with, for radii that stay.
+// Resets the multipliers to the initial ones, for constant radii.
 void ContactSolver::makeDiscs() {
   law_ = Law::Discs;
   for (int k = 0; k < qp_.row_count; ++k) qp_.rows[static_cast<std::size_t>(k)].multiplier = pressed_[static_cast<std::size_t>(k)];
@@ -262,7 +262,7 @@ void ContactSolver::makeDiscs() {
   }
 }
 
-// The forces of cones obey the law whatever the slip is that they start from: that of the round before.
+// The forces of cones obey the law for any slip; the slip of the previous round is used.
 void ContactSolver::makeCones() {
   law_ = Law::Cones;
   for (int d = 0; d < qp_.disc_count; ++d) {
@@ -350,7 +350,7 @@ void ContactSolver::keep() {
 }
 
 double ContactSolver::run() {
-  if (carried_) law_ = Law::Discs;  // while bodies move the tool presses with what it pressed before
+  if (carried_) law_ = Law::Discs;  // while bodies move, contact forces stay those of before
   if (memory_.tissue) memory_.tissue->begin(pairs_, parts_.felt(), rows_, parts_.contact_pose, carried_ != nullptr);
   if (scene_.has_soft)
     forSoftRows([&](std::uint32_t object, std::uint32_t i) {

@@ -35,10 +35,10 @@ void start(const Configuration& graphic_tool, StepMemory& memory) {
   memory.euler = {angles[0], angles[1], angles[2]};
 }
 
-// Spring, damper and mass by Euler's implicit method, for the stretch s is what the tool has at the end of the step:
+// Spring, damper and mass by Euler's implicit method, where s is the stretch at the end of the step:
 //   k s + c (s - s_last) / T + m (s - s_free) / T^2  =  (k + c / T + m / T^2) (s - s_aim)
-// with s_free where the tool, without a force, would be by its motion of the last step. So it is a spring alone, of the
-// pull's stiffness, from a place s_aim that lags.
+// s_free is the stretch if the tool, without forces, continued its motion of the last step. The sum is a spring alone,
+// with the stiffness of the pull, from a lagging position s_aim.
 Configuration pulledTo(const Configuration& haptic, const StepMemory& memory, Displacement& free) {
   const CompiledScene& scene = memory.scene;
   const Coupling &coupling = scene.coupling, &pull = scene.pull, &inertia = scene.inertia;
@@ -80,7 +80,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);
       memory.stretch = displacementBetween(haptic, memory.graphic);
-      // What the mass takes does not come from the hand.
+      // The force that accelerates the mass does not act on the hand.
       const Coupling& inertia = memory.scene.inertia;
       memory.wrench.force -= inertia.translation * (memory.stretch.translation - free.translation);
       memory.wrench.torque -= inertia.rotation * (memory.stretch.rotation - free.rotation);

@@ -56,7 +56,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   }
   for (auto* list : {&leaves, &open_tool, &open_object}) *list = std::vector<HitGroup>(2 * capacity + 4096);
   const std::size_t row_count = any_skin ? 2 * capacity : capacity;
-  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two: the arrays would share cache sets
+  row_stride = (row_count + 15) / 16 * 16 + 16;  // not a power of two, since the arrays would then share cache sets
   row_memory.reset(static_cast<float*>(::operator new[](kRowArrays* row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), kRowArrays * row_stride, 0.0f);
   active_rubbing.fill(Eigen::Vector3d::Zero());
@@ -92,9 +92,9 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   const Eigen::Matrix3d to_body = bodies[before.body].rotation.transpose();
   at_home[i].rotation = to_body * objects[i].rotation;
   at_home[i].anchor = to_body * (objects[i].anchor - body.position);
-  // Farther than half a ball, something may have passed through its middle: then it is looked at anew on which side the
-  // tool is.
-  const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the turn
+  // A motion of more than half of a ball may carry something through its centre: then the side of the tool is
+  // determined again.
+  const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the angle
       turn = 2 * std::asin(std::min(1.0, chord)),
                farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.shapes[before.shape].radius;
   if (farthest < 0.5 * scene.least_contact) return;

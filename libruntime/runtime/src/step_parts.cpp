@@ -7,8 +7,8 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostRelaxations = 16;     // of one QP with rows that conflict
-constexpr std::uint32_t kFeltWork = 12;  // what 8 felt rows cost, in groups of rows
+constexpr int kMostRelaxations = 16;     // in one QP with conflicting rows
+constexpr std::uint32_t kFeltWork = 12;  // cost of 8 felt rows, in groups of rows
 
 class Stage {
  public:
@@ -30,7 +30,7 @@ class Stage {
 
 std::uint32_t groups(std::size_t rows) { return static_cast<std::uint32_t>((rows + 7) / 8); }
 
-// Where in `set` row `row` of its pairs stands.
+// The name of row `row`, from its pair in `set`.
 RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
   const PairRun* run = set.runs.data();
   while (row >= run->begin + run->count) ++run;
@@ -80,8 +80,8 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
   findActive(set);
 }
 
-// Row i says a_i . y >= b_i of the tool's step y. Where the object takes a step of its own, z, as the tool would take
-// it about the same point, what counts is y - z.
+// Row i states a_i . y >= b_i for the tool's step y. If the object makes a step z, expressed as a step about the same
+// point, y - z replaces y.
 void StepParts::carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows) {
   allowStaying(rows);
   const auto carry = [&](const PairSet& of, std::uint32_t first) {
@@ -104,8 +104,8 @@ void StepParts::allowStaying(RowSet& set) {
   for (std::uint32_t i = 0; i < set.rows.count; ++i) set.b[i] = std::min(set.b[i], 0.0f);
 }
 
-// Each certificate is a lower bound of the distance (its rows, moved back by less, still contradict each other), and
-// the first bound at which the QP has an answer is therefore the least.
+// Each certificate is a lower bound of the distance (its rows, relaxed by less, still contradict each other). Therefore
+// the first bound at which the QP has a solution is the smallest distance.
 double StepParts::solve(RowSet& set, const Vector6& target) {
   const Stage stage(times_ ? &times_->qp : nullptr);
   QpAnswer& answer = memory.answer;
@@ -116,7 +116,7 @@ double StepParts::solve(RowSet& set, const Vector6& target) {
     result.work += (answer.iterations + 1u) * groups(set.rows.count);
     if (answer.status != QpStatus::Infeasible) break;
     if (round == kMostRelaxations || !workLeft()) {
-      allowStaying(set);  // no time to find the least: now y = 0 satisfies all
+      allowStaying(set);  // no time to find the smallest distance: y = 0 now satisfies all rows
       solveQp6(*memory.kernel, set.rows, target, answer);
       back = std::max(back, static_cast<double>(-set.smallest_gap));
       break;
@@ -196,7 +196,7 @@ void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
     const std::uint32_t tool_slot = name.pair >> 16, slot = name.pair & 0xffff;
     const Sphere& ball = scene.tool.spheres[tool_slot];
     const CompiledShape& shape = scene.shapeOf(name.object);
-    // A coarse set, which moves the tool a last bit, has inner nodes: they stand for no leaf in particular.
+    // A coarse set has inner nodes, which represent no particular leaf.
     const std::uint32_t tool_leaf = scene.tool.item[tool_slot],
                         item = memory.feelsSkin(name.object) ? shape.skin.tree.item[slot] : shape.leaves.item[slot];
     if (tool_leaf == kNoItem || item == kNoItem) {

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLeastPart = 0.05;  // of a way, that is gone at least
+constexpr double kLeastPart = 0.05;  // smallest share of a way in one state
 
 }  // namespace
 
@@ -63,7 +63,7 @@ void MovingTissue::makeState(std::span<const float> forces, TissueState& state) 
   const std::span<const Vector3d> nodes = solver_->displacements();
   std::copy(nodes.begin(), nodes.end(), state.displacements.begin());
   takeSurface(nodes, state.surface);
-  if (!state.is_frozen) {  // else it is not the state of these forces: what they do is left to the steps
+  if (!state.is_frozen) {  // otherwise it is not the state for these forces: their effect is left to the steps
     const TissueResponse& response = tissue_.response;
     std::fill(response_.begin(), response_.end(), 0.0f);
     for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -77,8 +77,7 @@ void MovingTissue::makeState(std::span<const float> forces, TissueState& state) 
   std::copy(last_.begin(), last_.end(), state.surface.begin());
 }
 
-// As far towards the new base as the last two ways say: where steps and solver would answer each other to and fro,
-// less.
+// Moves towards the new base by the share that the last two ways suggest: less if steps and solver would oscillate.
 // Paper: U. Kuettler, W. Wall. Fixed-point fluid-structure interaction solvers with dynamic relaxation. Computational
 //        Mechanics 43, 2008 (Aitken's factor).
 void MovingTissue::relax(std::span<const float> surface) noexcept {

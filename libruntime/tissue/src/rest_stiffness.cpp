@@ -31,8 +31,8 @@ Element elementOf(std::span<const Eigen::Vector3d> nodes, const std::array<std::
 
 }  // namespace
 
-// K = S^T S: a row of S is a strain of an edge, or the change of the volume round a node, times the root of what
-// resists it.
+// K = S^T S: a row of S is a strain component at an edge, or the volume change around a node, times the square root of
+// its stiffness.
 Eigen::SparseMatrix<double> restStiffness(std::span<const Eigen::Vector3d> nodes, std::span<const std::array<std::uint32_t, 4>> corners,
                                           const TissueMaterial& material) {
   const double young = material.young_kpa / 1000, nu = material.poisson;

@@ -15,16 +15,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kTurns = 12;              // iterations of a rotation; 2 or 3 are usual
-constexpr double kTurned = 1e-7;        // a turn by less is the last: what is left is its square [rad]
-constexpr double kFlat = 0.3;           // of its volume: a tetrahedron pressed below it resists more and more
-constexpr double kBarrier = 10;         // by this times what the material resists compression with
-constexpr double kLeastStretch = 0.05;  // sums of two singular values below this: nearly flat or inside out
+constexpr int kTurns = 12;              // iterations for a rotation; 2 or 3 are usual
+constexpr double kTurned = 1e-7;        // a smaller rotation ends the iteration: the remaining error is its square [rad]
+constexpr double kFlat = 0.3;           // share of the volume below which a tetrahedron gets the additional energy
+constexpr double kBarrier = 10;         // its stiffness, as a multiple of the material's bulk resistance
+constexpr double kLeastStretch = 0.05;  // sums of two singular values below this: nearly flat or inverted
 
-// The rotation nearest to `gradient`, from `turn`, which is that of a state nearby, by Newton's method: with R^T F = A
-// the derivative of |F - R exp(w)|^2 is zero where  (tr S - S) w = axial vector of A,  S its symmetric part. Where the
-// gradient is nearly flat or inside out, the shorter steps of M. Mueller, J. Bender, N. Chentanez, M. Macklin. A robust
-// method to extract the rotational part of deformations. Motion in Games 2016; it stays a rotation.
+// The rotation nearest to `gradient`, starting from `turn`, the rotation of a similar state, by Newton's method. With
+// R^T F = A the derivative of |F - R exp(w)|^2 is zero where  (tr S - S) w = axial vector of A,  with S its symmetric
+// part. Where the gradient is nearly flat or inverted, uses the shorter steps of M. Mueller, J. Bender, N. Chentanez,
+// M. Macklin. A robust method to extract the rotational part of deformations. Motion in Games 2016. The result is
+// always a rotation.
 Matrix3d turnTowards(const Matrix3d& gradient, Quaterniond& turn) {
   Matrix3d r = turn.toRotationMatrix();
   for (int i = 0; i < kTurns; ++i) {
@@ -99,7 +100,7 @@ double SmoothedElements::energy(std::span<const Vector3d> u, std::vector<Vector3
     sum += edge.volume * mu_ * strain.squaredNorm();
   }
   for (Node& node : nodes_) {
-    if (!(node.volume > 0)) continue;  // a node of no tetrahedron
+    if (!(node.volume > 0)) continue;  // a node without tetrahedra
     const double change = node.ratio / node.volume - 1;
     node.pressure = lambda_ / 4 * change;
     sum += node.volume * lambda_ / 2 * change * change;

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMemory = 8;    // pairs of L-BFGS
 constexpr int kMostHalvings = 12;     // of a step along a direction
 constexpr double kSufficient = 1e-4;  // Armijo's constant, as in J. Nocedal, S. Wright, Numerical Optimization
-constexpr double kRounding = 1e-13;   // of a sum of energies
+constexpr double kRounding = 1e-13;   // relative, of a sum of energies
 constexpr double kMostInverted = 0.05;
 
 using Field = std::vector<Vector3d>;
@@ -32,7 +32,7 @@ double dot(std::span<const Vector3d> a, std::span<const Vector3d> b) {
   return sum;
 }
 
-/// What the last iterations taught: moves, and how the gradient changed with them. Older pairs are overwritten.
+/// The L-BFGS memory: the last moves and the changes of the gradient. Older pairs are overwritten.
 struct Lessons {
   std::array<Field, kMemory> moves, changes;
   std::array<double, kMemory> curvature{};
@@ -57,7 +57,7 @@ struct TissueSolver::State {
   std::size_t inverted = 0;
   Lessons lessons;
 
-  // Scratch, (nodes) each.
+  // Scratch memory, (nodes) each.
   Field now, trial, gradient, trial_gradient, direction;
   Eigen::VectorXd right, solution;
 
@@ -71,7 +71,7 @@ struct TissueSolver::State {
   bool run(std::span<const Vector3d> forces, double tolerance, int most_iterations);
 };
 
-// Plain linear tetrahedra: stiffer than the energy at rest, so that full steps seldom go too far.
+// Uses plain linear tetrahedra: they are stiffer than the energy at rest, so that full steps seldom overshoot.
 bool TissueSolver::State::factorise(const Tissue& tissue) {
   std::vector<char> fixed(tissue.nodes.size(), 0);
   for (const std::uint32_t node : tissue.fixed) fixed[node] = 1;
@@ -103,12 +103,12 @@ bool TissueSolver::State::factorise(const Tissue& tissue) {
   lessons.moves.fill(zero), lessons.changes.fill(zero);
   right.resize(3 * rows), solution.resize(3 * rows);
   if (at_rest.info() != Eigen::Success) return false;
-  // A part that floats leaves a pivot of rounding alone.
+  // The matrix of a part without fixed nodes has a pivot that is only rounding.
   const Eigen::VectorXd pivots = at_rest.matrixL().nestedExpression().diagonal();
   return pivots.allFinite() && pivots.minCoeff() > 1e-6 * pivots.maxCoeff();
 }
 
-// What is to be least, and its gradient.
+// The minimised sum and its gradient.
 double TissueSolver::State::total(const Field& u, std::span<const Vector3d> forces, Field& out) {
   double sum = elements.energy(u, out);
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -154,11 +154,12 @@ void TissueSolver::State::findDirection() {
   precondition(direction);
 }
 
-// From `now`, whose value and gradient are known. Largest move of a node; 0 where nothing falls any more.
+// One iteration from `now`, whose value and gradient are known. Returns the largest move of a node; 0 if the sum cannot
+// decrease any more.
 double TissueSolver::State::iterate(std::span<const Vector3d> forces, double& value) {
   findDirection();
   double slope = dot(gradient, direction);
-  if (!(slope < 0)) {  // what was learnt elsewhere misleads here
+  if (!(slope < 0)) {  // the memory of other places is misleading here
     lessons.forget();
     findDirection();
     slope = dot(gradient, direction);
