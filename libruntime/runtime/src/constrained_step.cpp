@@ -87,13 +87,13 @@ class ConstrainedStep {
   double margin_, margin_limit_ = kInfinity;
   double used_ = 0;                 // used part of the margin
   double felt_reach_ = kFeltReach;  // smooth patches farther away than this are left to later pieces [mm]
-  bool stale_ = true;               // the pairs are not those within `margin_` of `now_`
+  bool needs_search_ = true;        // the pairs are not those within `margin_` of `now_`
   int pieces_ = 0;
   double nearest_ = kInfinity;     // distance to the haptic pose at the last check for progress [mm, scaled]
   Vector6 last_plain_, last_way_;  // of the piece before this one: the step of the QP, and the step that was made
   bool has_last_ = false;
   bool was_inside_ = false;
-  bool is_settled_ = false;  // the last QP had the haptic pose as target at `now_`, and its solution was to stay
+  bool is_at_rest_ = false;  // the last QP had the haptic pose as target at `now_`, and its solution was to stay
 };
 
 ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
@@ -127,7 +127,7 @@ void ConstrainedStep::run() {
       result_.faults |= kWorkLimit;
       break;
     }
-    if (stale_ && !findPairs()) break;
+    if (needs_search_ && !findPairs()) break;
     piece = pairs_.pairs.empty() ? freePiece() : contactPiece();
   }
   memory_.is_behind = piece != Piece::Arrived;
@@ -155,7 +155,7 @@ bool ConstrainedStep::carry() {
       return false;
     }
     const BodyMotion left = motionLeft(memory_);
-    if (stale_ || margin_ - used_ < kCarriedMargin * left.length) {
+    if (needs_search_ || margin_ - used_ < kCarriedMargin * left.length) {
       margin_ = std::max(kLeastMargin, std::min(own_margin + kCarriedMargin * left.length, margin_limit_));
       if (!findPairs()) {
         advanceBodies(1, memory_);
@@ -261,7 +261,7 @@ bool ConstrainedStep::findPairs() {
     was_inside_ = true;
   }
   used_ = 0;
-  stale_ = false;
+  needs_search_ = false;
   record();
   return true;
 }
@@ -282,7 +282,7 @@ Piece ConstrainedStep::freePiece() {
     has_arrived = part * length < left * (1 - 1e-9);
     now_ = moved(now_, scaled(want, part));
     margin_ = std::min({4 * margin_, length, margin_limit_});
-    stale_ = true;
+    needs_search_ = true;
   }
   record();
   return has_arrived ? Piece::Arrived : Piece::GoesOn;
@@ -302,7 +302,7 @@ Piece ConstrainedStep::contactPiece() {
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
     parts_.keepActive(pairs_);
     if (memory_.tissue) parts_.giveWay(1);  // unloaded tissue returns
-    is_settled_ = true;
+    is_at_rest_ = true;
     return Piece::Arrived;
   }
   const double damped = damping(plain);
@@ -318,9 +318,9 @@ Piece ConstrainedStep::contactPiece() {
   part = std::min(part, damped);
   parts_.keepActive(pairs_);
   // Pieces shrink, so fewer pairs can touch within the next few of them.
-  if (const double enough = kPiecesAhead * part * length + kLeastMargin; back == 0 && enough < 0.5 * left) {
-    parts_.keepNear(enough, pairs_, rows_);
-    margin_ = enough;
+  if (const double next_margin = kPiecesAhead * part * length + kLeastMargin; back == 0 && next_margin < 0.5 * left) {
+    parts_.keepNear(next_margin, pairs_, rows_);
+    margin_ = next_margin;
     used_ = 0;
   }
   felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kLeastMargin);
@@ -342,7 +342,7 @@ Piece ConstrainedStep::contactPiece() {
   if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - part) * length) {
     const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
     margin_ = std::max(kLeastMargin, std::min(wish, margin_limit_));
-    stale_ = true;
+    needs_search_ = true;
   }
   return Piece::GoesOn;
 }
@@ -375,8 +375,8 @@ bool ConstrainedStep::hasStalled() {
 void ConstrainedStep::pushOut() {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const double deepest = std::max(depth_, felt_depth_);
-    if (pairs_.pairs.empty() || stale_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
-    is_settled_ = false;
+    if (pairs_.pairs.empty() || needs_search_ || pairs_.coarse || deepest <= 0.5 * kGapTolerance || depth_ > path_tolerance_) return;
+    is_at_rest_ = false;
     const CarriedPiece stays{0};
     if (parts_.rubsOrGives())
       parts_.solveContact(pairs_, rows_, Vector6::Zero(), now_, &stays);
@@ -397,8 +397,8 @@ void ConstrainedStep::pushOut() {
 // whose solution was to stay, the QP is solved once more.
 void ConstrainedStep::noteContacts() {
   memory_.contact_count = 0;
-  if (pairs_.pairs.empty() || stale_ || pairs_.coarse) return;
-  if (!is_settled_) {
+  if (pairs_.pairs.empty() || needs_search_ || pairs_.coarse) return;
+  if (!is_at_rest_) {
     solve(parts_.scaledVector(displacementBetween(now_, haptic_)));
     parts_.keepActive(pairs_);
   }

@@ -211,12 +211,12 @@ bool Round::solve() {
   Coordinates x, step;
   for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = coordinate(i);
   double value = evaluate(x, true);
-  const double enough = (has_law_ ? 0.1 * qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
+  const double gradient_tolerance = (has_law_ ? 0.1 * qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
   bool is_least = false;
   for (;;) {
     double square = 0, slope = 0;
     for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
-    is_least = square <= enough * enough;
+    is_least = square <= gradient_tolerance * gradient_tolerance;
     if (is_least || qp_.iterations >= most_newton_steps_ || !newtonStep(step)) break;
     ++qp_.iterations;
     for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step[static_cast<std::size_t>(i)];

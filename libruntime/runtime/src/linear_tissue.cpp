@@ -166,9 +166,9 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
     out.given = -out.normal.dot(surface->given(out.point));
     // A point moves no farther than mostGive() from its position at rest, in any direction.
     const Vector3d travelled = surface->travelled(out.point);
-    const double gone = -out.normal.dot(travelled), most = surface->mostGive(out.point),
-                 room2 = most * most - (travelled.squaredNorm() - gone * gone);
-    out.stop = out.b - static_cast<float>(out.weight * (room2 > 0 ? std::sqrt(room2) - gone : 0));
+    const double pressed_in = -out.normal.dot(travelled), most = surface->mostGive(out.point),
+                 room2 = most * most - (travelled.squaredNorm() - pressed_in * pressed_in);
+    out.stop = out.b - static_cast<float>(out.weight * (room2 > 0 ? std::sqrt(room2) - pressed_in : 0));
     if (first == 0) surface->addNear(triangle);
   }
 }
