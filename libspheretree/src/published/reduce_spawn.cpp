@@ -106,7 +106,7 @@ std::vector<FittedBall> reduceSpawn(const Region& region) {
     if (!(start.radius > 0)) continue;
     double reach = 0;
     for (const Vector3d& p : spawner.points()) reach = std::max(reach, (p - start.centre).norm());
-    if (reach - start.radius < one.overhang()) one = {start.centre, start.radius, reach};
+    if (reach - start.radius < one.overhang()) one = {start.centre, reach, start.radius};
   }
   std::vector<FittedBall> best{one};
   double low = 0, high = one.overhang();

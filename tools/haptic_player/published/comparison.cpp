@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "scenarios/scenario_run.h"
+
 namespace spheretree::player {
 namespace {
 
