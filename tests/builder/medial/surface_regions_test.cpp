@@ -26,7 +26,7 @@ struct Setting {
     test::Random random(3);
     while (balls.size() < 20) {
       const Vector3d c = random.inBox({-1, -2, -3}, {1, 2, 3});
-      balls.push_back({c, -field.signedDistance(c), 2.5});
+      balls.push_back({c, 2.5, -field.signedDistance(c)});
     }
   }
 };
@@ -129,12 +129,12 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
 
 // Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have
 // half.
-TEST(SurfaceRegions, HandDownBalancesTheLoads) {
+TEST(SurfaceRegions, RegionsHaveEqualDensities) {
   test::Random random(5);
   std::vector<Vector3d> points;
   std::vector<double> ball_density;
   for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), ball_density.push_back(1);
-  const std::vector<FittedBall> balls{{{5, 0, 0}, 0, 20}, {{9, 0, 0}, 0, 20}};
+  const std::vector<FittedBall> balls{{{5, 0, 0}, 20, 0}, {{9, 0, 0}, 20, 0}};
   const std::vector<std::uint32_t> owner = assignToRegions(points, ball_density, balls);
   double low = 0, first = 0, second_least = 10;
   for (std::size_t i = 0; i < points.size(); ++i) {
