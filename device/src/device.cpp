@@ -17,7 +17,7 @@ std::int64_t nowNs() noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void sleepUntil(std::int64_t ns) noexcept {  // libstdc++'s steady clock is CLOCK_MONOTONIC
+void sleepUntil(std::int64_t ns) noexcept {  // the steady clock of libstdc++ is CLOCK_MONOTONIC
   const timespec at{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
   }
@@ -93,7 +93,7 @@ Wrench Device::tick(DeviceState state) noexcept {
 }
 
 void Device::finish(Phase phase, DeviceFault fault, std::int32_t vendor_code) noexcept {
-  Phase running = Phase::Running;  // the first reason stays
+  Phase running = Phase::Running;  // the first reason is kept
   if (phase_.compare_exchange_strong(running, phase) && fault != DeviceFault::None) {
     vendor_code_ = vendor_code;
     fault_ = fault;
@@ -114,7 +114,7 @@ void Device::runRealTime() noexcept {
     const std::int64_t late = nowNs() - due;
     if (late < 0) {
       sleepUntil(due);
-    } else if (late > kPeriodNs) {  // whole periods are lost, never made up for in a burst
+    } else if (late > kPeriodNs) {  // whole periods are skipped, never caught up in a burst
       due += late - late % kPeriodNs;
     }
   }

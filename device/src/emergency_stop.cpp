@@ -6,7 +6,8 @@
 namespace spheretree::device {
 namespace {
 
-// All that a handler may touch: lock-free, so async-signal-safe, and seen by the servo thread at its next step.
+// The only data that a signal handler accesses: lock-free, so async-signal-safe, and read by the servo thread at its
+// next step.
 std::atomic<int> caught_signal{0};
 std::atomic<bool> stop_requested{false};
 std::atomic<int> living{0};

@@ -32,7 +32,7 @@ HdApi resolve(void* library, const std::string& name) {
 
 const HdApi& loadHdApi(const std::string& library) {
   static std::mutex mutex;
-  static std::map<void*, HdApi> loaded;  // the same library is the same handle
+  static std::map<void*, HdApi> loaded;  // the same library has the same handle
   const std::lock_guard lock(mutex);
   const std::vector<std::string> names = library.empty()
                                              ? std::vector<std::string>{"libHD.so", "libHD.so.3.5", "libHD.so.3.4", "libHD.so.3.0"}

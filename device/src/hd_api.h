@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of HDAPI that we call: our own declarations, written from its documented interface.
+// The part of HDAPI that we call: declarations of our own, written from its documented interface.
 #pragma once
 
 #include <cstdint>
@@ -76,8 +76,8 @@ struct HdApi {
 #undef SPHERETREE_HD_MEMBER
 };
 
-/// Loads `library`, or the first of the known names if it is empty. Stays loaded for the rest of the process: the
-/// driver does not survive a second load. @throws DeviceError
+/// Loads `library`, or the first of the known names if it is empty. The library stays loaded for the rest of the
+/// process, since the driver does not survive a second load. @throws DeviceError
 const HdApi& loadHdApi(const std::string& library);
 
 }  // namespace spheretree::device

@@ -8,7 +8,7 @@
 namespace spheretree::device {
 namespace {
 
-/// What the hand puts in on this way against a wrench on it [mJ].
+/// Energy that the hand spends on this way against a wrench on it [mJ].
 double energyOf(const Wrench& wrench, const Displacement& way) noexcept {
   return -wrench.force.dot(way.translation) - wrench.torque.dot(way.rotation);
 }
@@ -19,8 +19,9 @@ bool isZero(const Wrench& wrench) noexcept { return wrench.force.isZero(0) && wr
 
 double PassivityControl::debt() const noexcept { return std::max(meant_, 0.0) - taken_; }
 
-// A renderer whose wrench followed the motion without holds and delays would exchange what the trapezoid between two
-// poses says: for a spring to the bit. What was sent may not have taken less, nor less than nothing.
+// The reference is a renderer whose wrench follows the motion without hold and delay: its energy is given by the
+// trapezoidal rule between two poses, which is exact for a spring. The wrenches that were sent must not have absorbed
+// less energy than that, nor less than zero.
 Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench) noexcept {
   const Displacement way = has_pose_ ? displacementBetween(pose_, pose) : Displacement();
   const auto delay = static_cast<std::size_t>(delay_);
@@ -29,12 +30,12 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
   pose_ = pose;
   has_pose_ = true;
   meant_wrench_ = wrench;
-  if (isZero(wrench) && std::all_of(sent_.begin(), sent_.end(), isZero)) {  // at rest: debts stay, what was taken is gone
+  if (isZero(wrench) && std::all_of(sent_.begin(), sent_.end(), isZero)) {  // at rest: the debt is kept, and the absorbed energy is reset
     taken_ = std::min(0.0, -debt());
     meant_ = 0;
   }
   double owed = debt();
-  for (std::size_t k = 0; k < delay; ++k) owed -= energyOf(actions_[k], way);  // on its way to the motors
+  for (std::size_t k = 0; k < delay; ++k) owed -= energyOf(actions_[k], way);  // still on the way to the motors
   std::shift_right(ways_.begin(), ways_.end(), 1);
   ways_[0] = way;
   Displacement mean;
@@ -44,7 +45,7 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
   }
   const double square = mean.translation.squaredNorm() + kLever * kLever * mean.rotation.squaredNorm();
   if (!(owed > 0 && square > 0) || isZero(wrench)) return wrench;
-  // On a way like the last ones this takes what is owed.
+  // On a way like the last ones, this removes the debt.
   const double damping = std::min(owed / square, most_damping_ / kServoPeriod);
   return {wrench.force - damping * mean.translation, wrench.torque - damping * kLever * kLever * mean.rotation};
 }

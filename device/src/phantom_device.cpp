@@ -13,13 +13,13 @@
 namespace spheretree::device {
 namespace {
 
-constexpr int kZerosToStop = 3;                    // servo steps of zero before the scheduler is stopped
-constexpr int kMostErrors = 32;                    // of one drain; a broken driver may never say that there is none
+constexpr int kZerosToStop = 3;                    // servo steps with zero wrench before the scheduler is stopped
+constexpr int kMostErrors = 32;                    // read in one call; a broken driver may report errors without end
 constexpr unsigned long kRate = 1000;              // [Hz]
-constexpr double kMostTorque[3] = {188, 188, 48};  // the library tells none: what its own example allows [N mm]
+constexpr double kMostTorque[3] = {188, 188, 48};  // the library reports no limit: that of its own example [N mm]
 
-/// Column-major, millimetres. The rotation is slightly off in the library: the nearest rotation to it, by Newton's
-/// iteration for the polar factor. Not finite if it is no rotation at all.
+/// `transform`: column-major, millimetres. The rotation of the library is slightly inexact: computes the nearest
+/// rotation by Newton's iteration for the polar factor. Not finite if the matrix is far from any rotation.
 Configuration poseOf(const double (&transform)[16]) noexcept {
   const Eigen::Map<const Eigen::Matrix4d> matrix(transform);
   Eigen::Matrix3d r = matrix.topLeftCorner<3, 3>();
@@ -33,8 +33,8 @@ Configuration poseOf(const double (&transform)[16]) noexcept {
   return pose;
 }
 
-/// Torque about the joints: its part along each axis as the joints are now. The roll axis is the handle's z; pitch and
-/// yaw lie before it.
+/// Torques of the joints: the components along each axis in the current pose of the joints. The roll axis is the
+/// handle's z axis; the pitch and yaw axes precede it.
 Eigen::Vector3d gimbalTorque(const Quaternion& handle, const double (&angles)[3], const Eigen::Vector3d& torque) noexcept {
   const Quaternion before_roll = handle * rotationOf({0, 0, -angles[2]});
   const Quaternion before_pitch = before_roll * rotationOf({-angles[1], 0, 0});
@@ -131,13 +131,13 @@ void PhantomDevice::checkCalibration() {
     throw DeviceError(DeviceFault::NotCalibrated, info_.model + ": calibration: " + errors);
 }
 
-/// The forces become live with the scheduler, which is therefore started last.
+/// The forces become active with the scheduler, which is therefore started last.
 void PhantomDevice::begin(Clock) {
   quit_ = false;
   zeros_sent_ = 0;
   failed_ = interrupted_ = warm_ = switch_seen_ = false;
   api_->hdMakeCurrentDevice(handle_);
-  // The library's own clamp and ramp are a second belt: not every model has them.
+  // The library's own clamp and ramp are additional protection: not every model has them.
   accepted([&] { api_->hdEnable(kHdMaxForceClamping); });
   accepted([&] { api_->hdEnable(kHdForceRamping); });
   api_->hdEnable(kHdForceOutput);
@@ -157,8 +157,8 @@ void PhantomDevice::begin(Clock) {
 }
 
 void PhantomDevice::end() noexcept {
-  quit_ = true;                  // from here on the servo sends zero, then ends
-  constexpr int kLongest = 100;  // a scheduler that no longer runs is not waited for [ms]
+  quit_ = true;                  // from now on the servo step sends zero, then ends
+  constexpr int kLongest = 100;  // time limit for a scheduler that no longer runs [ms]
   for (int n = 0; n < kLongest && api_->hdWaitForCompletion(callback_, kHdWaitCheckStatus); ++n)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   api_->hdStopScheduler();
@@ -181,7 +181,7 @@ std::uint32_t PhantomDevice::servo() noexcept {
   send(wrench);
   api_->hdEndFrame(handle_);
   drainInServo();
-  // After a fault zero goes out some more times: without a new frame the amplifiers might keep what they got last.
+  // After a fault zero is sent several more times: without a new frame the amplifiers might keep the last command.
   if (leaving || state.failed) ++zeros_sent_;
   return zeros_sent_ >= kZerosToStop ? kHdCallbackDone : kHdCallbackContinue;
 }
@@ -197,7 +197,7 @@ DeviceState PhantomDevice::measured() noexcept {
   if (has_temperature_) api_->hdGetDoublev(kHdMotorTemperature, temperatures);
   state.handle = poseOf(transform);
   state.buttons = static_cast<std::uint32_t>(buttons);
-  // A device without a safety switch says 0 for ever: only a switch that was once on can be let go.
+  // A device without a safety switch always reports 0: only a switch that was on before can be released.
   switch_seen_ = switch_seen_ || held != 0;
   state.released = interrupted_ || (switch_seen_ && held == 0);
   state.temperature = warm_ ? 1 : *std::max_element(std::begin(temperatures), std::end(temperatures));
@@ -220,9 +220,8 @@ void PhantomDevice::send(const Wrench& wrench) noexcept {
   api_->hdSetDoublev(kHdCurrentGimbalTorque, torque.data());
 }
 
-/// Force errors (too warm, too strong, too fast, a kick) toggle the amplifiers, which come back by themselves: so guard
-/// and ramp begin anew. Everything else means that nobody knows what the device does: zero, and no way back in this
-/// run.
+/// Force errors (too warm, too strong, too fast, a kick) switch the amplifiers off; they come back by themselves, so
+/// guard and ramp start again. After any other error the state of the device is unknown: zero for the rest of this run.
 void PhantomDevice::drainInServo() noexcept {
   for (int n = 0; n < kMostErrors; ++n) {
     const HdErrorInfo error = api_->hdGetError();
@@ -238,13 +237,13 @@ void PhantomDevice::drainInServo() noexcept {
   }
 }
 
-/// True if the call left no error: what a model does not have, it refuses.
+/// True if the call left no error: models refuse functions that they do not have.
 bool PhantomDevice::accepted(const std::function<void()>& call) const {
   call();
   return drain().empty();
 }
 
-/// All waiting errors in the vendor's words and numbers; empty if there is none.
+/// All pending errors in the vendor's words and numbers; empty if there are none.
 std::string PhantomDevice::drain() const {
   std::string all;
   for (int n = 0; n < kMostErrors; ++n) {

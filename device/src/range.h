@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings and the ranges that they must be in.
+// Settings and their ranges.
 #pragma once
 
 #include <cstdio>
@@ -13,7 +13,7 @@ struct Range {
   double value, low, high;
 };
 
-/// A sentence that names the first setting outside its range (NaN is outside any), or "".
+/// A sentence that names the first setting outside its range (NaN is outside of any range), or "".
 inline std::string outOfRange(std::span<const Range> ranges) {
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;

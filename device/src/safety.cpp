@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kLargest = 1e6;
 constexpr int kCalmSteps = 3;
-constexpr double kRestForce = 1e-3, kRestTorque = 0.05;  // less than the smallest command of a 16-bit device [N, N mm]
+constexpr double kRestForce = 1e-3, kRestTorque = 0.05;  // below the smallest command of a 16-bit device [N, N mm]
 
-/// `to`, or the nearest wrench whose change is a fall and then a rise by at most `rise`. A fall is free: it is the safe
-/// direction.
+/// `to`, or the nearest wrench that is reached by a decrease followed by an increase of at most `rise`. A decrease is
+/// not limited, since it is the safe direction.
 Eigen::Vector3d risen(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double rise) {
   const double square = from.squaredNorm();
   const Eigen::Vector3d fallen = square > 0 ? Eigen::Vector3d(from * std::clamp(from.dot(to) / square, 0.0, 1.0)) : from;
@@ -83,7 +83,7 @@ void Safety::restart() noexcept {
 Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcept {
   events_ = 0;
   double elapsed = state.time - last_time_;
-  if (!(elapsed >= kServoPeriod)) elapsed = kServoPeriod;  // a step is a step, even if the clock says less, or no number
+  if (!(elapsed >= kServoPeriod)) elapsed = kServoPeriod;  // the minimum is one period, even if the clock reports less or NaN
   last_time_ = state.time;
   followTemperature(state.temperature);
   const double fresh = freshness(rendered, elapsed);
@@ -101,7 +101,7 @@ Wrench Safety::limit(const DeviceState& state, const Rendered& rendered) noexcep
   return sent_;
 }
 
-/// The last rule, since it has to know what is sent.
+/// The last rule, since it must know the wrench that is sent.
 Wrench Safety::controlled(const Configuration& handle, const Wrench& wrench) noexcept {
   Wrench out = wrench;
   if (events_ & kBadPose)
@@ -115,7 +115,7 @@ Wrench Safety::controlled(const Configuration& handle, const Wrench& wrench) noe
   return out;
 }
 
-/// The rules that leave no choice but zero.
+/// The rules that require zero.
 bool Safety::mayRender(const DeviceState& state, double elapsed) noexcept {
   if (state.failed) device_failed_ = true;
   if (device_failed_) events_ |= kDeviceFailed;
@@ -142,7 +142,7 @@ bool Safety::mayRender(const DeviceState& state, double elapsed) noexcept {
   return (events_ & (kDeviceFailed | kEmergencyStop | kForcesOff | kReleased | kBadPose)) == 0;
 }
 
-/// 1: the wrench is as good as new; 0: too old to be rendered at all. Keeps the last valid wrench.
+/// 1: the wrench is fresh; 0: too old to be rendered at all. Keeps the last valid wrench.
 double Safety::freshness(const Rendered& rendered, double elapsed) noexcept {
   if (rendered.failed || !isFinite(rendered.wrench)) {
     failing_ += elapsed;
@@ -151,7 +151,7 @@ double Safety::freshness(const Rendered& rendered, double elapsed) noexcept {
     failing_ = 0;
     valid_ = rendered.wrench;
   }
-  // What the servo missed itself is as stale as contacts that nobody computed.
+  // A delay of the servo loop itself counts like old contacts.
   double age = elapsed > settings_.stale_after ? elapsed : 0;
   if (!(rendered.model_age <= age)) age = std::isnan(rendered.model_age) ? std::numeric_limits<double>::infinity() : rendered.model_age;
   if (age > settings_.stale_after) events_ |= kStaleModel;
@@ -184,7 +184,7 @@ void Safety::moveGain(double freshness, double force) noexcept {
 }
 
 void Safety::followTemperature(double temperature) noexcept {
-  if (!(temperature <= settings_.warm)) warm_ = true;  // also if it is no number
+  if (!(temperature <= settings_.warm)) warm_ = true;  // also if it is NaN
   if (temperature < settings_.cool) warm_ = false;
   const double lowest = std::min(
       {1.0, settings_.continuous_force / settings_.max_force, settings_.continuous_torque.cwiseQuotient(settings_.max_torque).minCoeff()});
@@ -196,7 +196,7 @@ Wrench Safety::clamped(const Wrench& wrench, const Quaternion& handle, bool repo
   const auto limit = [this](double largest, double continuous) { return std::max(thermal_ * largest, std::min(largest, continuous)); };
   Wrench out = wrench;
   const double largest = limit(settings_.max_force, settings_.continuous_force);
-  // stableNorm: the square of 1e200 N is no number, and a zero wrench in place of a large one is a kick too.
+  // stableNorm: the square of 1e200 N overflows, and a zero wrench in place of a large one would also be a kick.
   if (const double force = wrench.force.stableNorm(); force > largest) {
     out.force = wrench.force / force * largest;
     if (report) events_ |= kForceClamped;
@@ -222,7 +222,7 @@ Wrench Safety::slewed(const Wrench& wrench) noexcept {
   return out;
 }
 
-/// A contact that comes after a rest begins with a true impact, which the slew limit would soften. One that flickers
+/// A contact that follows a rest begins with a real impact, which the slew limit would soften. A flickering contact
 /// does not.
 void Safety::followContact(double elapsed) noexcept {
   const bool nothing = sent_.force.norm() < kRestForce && sent_.torque.norm() < kRestTorque;

@@ -9,7 +9,7 @@
 namespace spheretree::device {
 namespace {
 
-constexpr int kSubsteps = 100;  // of a servo step: 10 us
+constexpr int kSubsteps = 100;  // in a servo step: 10 us each
 constexpr double kSubstep = kServoPeriod / kSubsteps;
 constexpr double kMmPerM = 1000;
 
@@ -50,8 +50,8 @@ void check(const SimulatedSettings& s) {
 
 double quantised(double value, double step) noexcept { return step > 0 ? std::round(value / step) * step : value; }
 
-/// Implicit Coulomb friction over a substep: its impulse takes away speed, at most all of it. So a body sticks without
-/// any band of speeds in which sticking is assumed, and never chatters.
+/// Implicit Coulomb friction over a substep: its impulse reduces the speed, at most to zero. A body therefore sticks
+/// without a threshold speed, and never chatters.
 Eigen::Vector3d rubbed(const Eigen::Vector3d& velocity, double loss) noexcept {
   Eigen::Vector3d out;
   for (int k = 0; k < 3; ++k) out[k] = std::copysign(std::max(0.0, std::abs(velocity[k]) - loss), velocity[k]);
@@ -99,7 +99,7 @@ void SimulatedDevice::begin(Clock) {
 
 bool SimulatedDevice::advance() noexcept {
   if (static_cast<double>(steps_) * kServoPeriod >= settings_.duration) return false;
-  // Decided before the wrench, so that the random numbers do not depend on it.
+  // Drawn before the wrench is computed, so that the random numbers do not depend on it.
   const bool lost = settings_.lost_steps > 0 && random() < settings_.lost_steps;
   const int next_ahead = settings_.jitter > 0 ? static_cast<int>(std::lround((2 * random() - 1) * settings_.jitter / kSubstep)) : 0;
   if (!lost) {
@@ -119,7 +119,7 @@ bool SimulatedDevice::advance() noexcept {
 DeviceState SimulatedDevice::measured() const noexcept {
   DeviceState state;
   for (int k = 0; k < 3; ++k) state.handle.position[k] = quantised(motor_.position[k], settings_.position_step);
-  // Counts of a rotation from home: unlike gimbal angles they have no singular pose, and the same resolution.
+  // Quantises a rotation from home: unlike gimbal angles it has no singular pose, and the same resolution.
   Eigen::Vector3d turn = rotationVector(home_.conjugate() * orientation_);
   for (int k = 0; k < 3; ++k) turn[k] = quantised(turn[k], settings_.angle_step[k]);
   state.handle.orientation = (home_ * rotationOf(turn)).normalized();
@@ -127,7 +127,7 @@ DeviceState SimulatedDevice::measured() const noexcept {
   return state;
 }
 
-/// Saturation, and the 16 bits of the command.
+/// Saturation, and quantisation to the 16 bits of the command.
 Wrench SimulatedDevice::commanded(const Wrench& wrench) const noexcept {
   const auto bits = [](double value, double largest) {
     return std::clamp(std::round(value / largest * 32767), -32767.0, 32766.0) / 32767 * largest;
@@ -158,7 +158,7 @@ void SimulatedDevice::moveTranslation(int substeps, const Hand& hand, const Eige
                                       const Eigen::Vector3d& target_velocity) noexcept {
   const bool rigid = settings_.mode_frequency <= 0;
   const double motor_mass = rigid ? settings_.mass + hand.mass : settings_.mass / 2, handle_mass = settings_.mass / 2 + hand.mass;
-  // The mode of the bare device: two halves of the mass on a spring, so a reduced mass of a quarter.
+  // The mode of the bare device: two halves of the mass on a spring, hence a reduced mass of a quarter.
   const double omega = 2 * M_PI * settings_.mode_frequency;
   const double spring = omega * omega * settings_.mass / 4 / kMmPerM,
                damper = 2 * settings_.mode_damping * omega * settings_.mass / 4 / kMmPerM;
@@ -183,8 +183,7 @@ void SimulatedDevice::moveTranslation(int substeps, const Hand& hand, const Eige
 }
 
 void SimulatedDevice::moveRotation(int substeps, const Hand& hand, const Configuration& from, const Configuration& to) noexcept {
-  // N m everywhere here. Over one servo step the rotation is small: rotation vectors from its begin add up like
-  // translations.
+  // In N m. Over one servo step the rotation is small: rotation vectors from its beginning add up like translations.
   const double inertia = settings_.inertia + hand.inertia;
   const Eigen::Vector3d torque = held_.torque / kMmPerM;
   const Eigen::Vector3d target_rate = rotationVector(to.orientation * from.orientation.conjugate()) / (substeps * kSubstep);
@@ -198,7 +197,7 @@ void SimulatedDevice::moveRotation(int substeps, const Hand& hand, const Configu
   orientation_ = (rotationOf(turned) * orientation_).normalized();
 }
 
-/// Heat goes with the square of the current. The continuous load leads to 0.7.
+/// Heating is proportional to the square of the current. The continuous load leads to 0.7.
 void SimulatedDevice::heat() noexcept {
   constexpr double kSteady = 0.7;
   const Eigen::Vector3d torque = orientation_.conjugate() * held_.torque;

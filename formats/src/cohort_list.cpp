@@ -11,7 +11,7 @@ namespace spheretree::formats {
 namespace {
 
 constexpr std::size_t kMaxNameLength = 100;
-constexpr const char* kReserved = "cache";  // a folder beside those of the patients
+constexpr const char* kReserved = "cache";  // name of a folder beside those of the patients
 
 bool isSafeName(std::string_view name) {
   const auto isWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_'; };

@@ -15,7 +15,7 @@ namespace spheretree::formats {
 CsvTable::CsvTable(std::string_view text, std::string name) : name_(std::move(name)) {
   const std::span<const char> checked = asText(std::span<const char>(text.data(), text.size()), name_);
   rest_ = {checked.data(), checked.size()};
-  line_end_ = rest_.find('\n') != std::string_view::npos ? '\n' : '\r';  // a lone CR in files without any LF: old Macintosh
+  line_end_ = rest_.find('\n') != std::string_view::npos ? '\n' : '\r';  // a lone CR ends lines only in files without any LF: old Macintosh
   std::string_view line;
   if (!takeLine(line)) throw FormatError(name_ + ": the file is empty: begin with a line that names the columns");
   split(line, columns_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draco's own decoders take memory for what the data announce. Here they are stopped at the two places where that is
-// known and no memory has been taken: before the connectivity, and before the attributes.
+// Draco's own decoders allocate memory for the announced size of the data. Here they are checked at the two places
+// where the size is known and no memory has been allocated yet: before the connectivity, and before the attributes.
 #include "draco_mesh.h"
 
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
@@ -23,14 +23,14 @@ namespace {
 constexpr std::uint64_t kTrianglesPerByte = 64;  // an eighth of a bit for each; real meshes take at least two bits
 constexpr std::uint64_t kFewTriangles = 65'536;  // always allowed
 constexpr std::uint64_t kMaxAttributes = 32;
-constexpr std::uint64_t kMaxVertexBytes = 256;  // of all attributes
+constexpr std::uint64_t kMaxVertexBytes = 256;  // for all attributes
 
 struct Limits {
   std::uint64_t triangles = 0;
   bool exceeded = false;
 };
 
-/// Stops before memory is taken for more than the limits.
+/// Throws before memory is allocated beyond the limits.
 template <class Decoder>
 class BoundedDecoder : public Decoder {
  public:
@@ -132,7 +132,7 @@ class DracoReader {
         is_ok = BoundedDecoder<draco::MeshEdgebreakerDecoder>(limits).Decode(options, &buffer, &mesh_).ok();
       else if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
         is_ok = BoundedDecoder<draco::MeshSequentialDecoder>(limits).Decode(options, &buffer, &mesh_).ok();
-    } catch (const std::exception&) {  // of a container that was asked for too much
+    } catch (const std::exception&) {  // a container was to be resized beyond its limit
       is_ok = false;
     }
     if (limits.exceeded)

@@ -42,7 +42,7 @@ bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
   throw FileError((isDash(path) ? "standard output" : path.string()) + ": cannot be written: " + reason(error) + ". " + advice);
 }
 
-/// 0 or an errno.
+/// Returns 0 or an errno.
 int writeAll(int fd, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t{1} << 30));
@@ -55,7 +55,7 @@ int writeAll(int fd, std::span<const std::byte> bytes) {
   return 0;
 }
 
-/// Whether there is something at `path`; refuses what cannot be written to.
+/// Whether `path` exists; throws for targets that cannot be written to.
 bool statTarget(const std::filesystem::path& path, struct stat& status) {
   if (::stat(path.c_str(), &status) != 0) {
     if (errno != ENOENT) failWrite(path, errno);
@@ -66,7 +66,7 @@ bool statTarget(const std::filesystem::path& path, struct stat& status) {
   return true;
 }
 
-/// Reads to the end into `bytes`. 0 or an errno; more than `max_bytes` are not read.
+/// Reads to the end into `bytes`, at most `max_bytes`. Returns 0 or an errno.
 int readAll(int fd, std::vector<std::byte>& bytes, std::uint64_t max_bytes) {
   std::size_t used = 0;
   for (;;) {
@@ -95,13 +95,14 @@ int openToRead(const std::filesystem::path& path) {
   }
 }
 
-/// A rename survives a power cut only once the folder is synced; not every file system can, and the file is whole.
+/// A rename survives a power failure only after the folder is synced. Some file systems cannot sync folders; the file
+/// is complete in any case.
 void syncFolder(const std::filesystem::path& folder) {
   const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor.get() >= 0) ::fsync(descriptor.get());
 }
 
-/// Whether a regular file stands at `path` that has just these bytes.
+/// Whether `path` is a regular file with exactly these bytes.
 bool holds(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   struct stat status {};
@@ -138,7 +139,7 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
   };
   if (S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) > max_bytes) refuseSize();
 
-  // The size is a first guess only: pipes have none, and a file may change while it is read.
+  // The size is only a first guess: pipes have none, and a file may change while it is read.
   std::vector<std::byte> bytes(S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) + 1 : std::size_t{1} << 16);
   if (const int error = readAll(file.get(), bytes, max_bytes)) failRead(path, error);
   if (bytes.size() > max_bytes) refuseSize();
@@ -149,7 +150,7 @@ std::filesystem::path linkTarget(const std::filesystem::path& path) {
   std::filesystem::path target = path;
   std::error_code none;
   for (int links = 0; std::filesystem::is_symlink(target, none); ++links) {
-    if (links == 40) failWrite(path, ELOOP);  // as many as Linux follows
+    if (links == 40) failWrite(path, ELOOP);  // the limit of Linux
     target = target.parent_path() / std::filesystem::read_symlink(target);
   }
   const std::filesystem::path folder = std::filesystem::weakly_canonical(std::filesystem::absolute(target).parent_path(), none);
@@ -171,16 +172,16 @@ void makeFolder(const std::filesystem::path& path) {
 }
 
 struct WholeFile::State {
-  std::filesystem::path path, target, temporary;  // as asked for, links followed, what is written to; `temporary` empty: straight
+  std::filesystem::path path, target, temporary;  // as requested; with links followed; the file that is written, empty: written directly
   Descriptor file;
   FileRole role;
   bool keep_mode;
   mode_t mode;
 
   const bool is_straight = temporary.empty();
-  std::filesystem::path folder() const;  // in which it is to stand
-  void finish(bool sync);                // nothing more is appended
-  void publish();                        // under its name
+  std::filesystem::path folder() const;  // the folder of the target
+  void finish(bool sync);                // no bytes may be appended afterwards
+  void publish();                        // gives the file its name
 };
 
 WholeFile::WholeFile(const std::filesystem::path& path, FileRole role) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the writers of GLB share: a model of tinygltf whose binary data grow from accessor to accessor, and its file.
+// The common part of the writers of GLB: a model of tinygltf whose binary data grow with each accessor, and its file.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,27 +19,27 @@ class GlbWriter {
  public:
   GlbWriter();
 
-  /// Triangles with a point and a normal for each of their corners' vertices, and a node of them. `positions` in mm.
+  /// Triangles with a point and a normal for each vertex, shown by a node. `positions` in mm.
   struct Part {
     std::string name;
     std::array<double, 3> colour;
     double roughness = 0.6;
     bool is_double_sided = false;
-    std::vector<Eigen::Vector3d> positions, normals;      // as many of each; normals of unit length
-    std::vector<std::array<std::uint32_t, 3>> triangles;  // none: three positions after each other are one
+    std::vector<Eigen::Vector3d> positions, normals;      // equally many; normals of unit length
+    std::vector<std::array<std::uint32_t, 3>> triangles;  // empty: each three consecutive positions are a triangle
   };
   /// Returns the index of its node.
   int add(const Part& part);
-  /// Returns the index of its mesh, which no node shows yet.
+  /// Returns the index of the mesh, which no node shows yet.
   int addMesh(const Part& part);
-  /// A node that shows a mesh, `scale` times as large and moved by `origin` [mm]; returns its index. Nodes that share a
-  /// mesh cost next to nothing.
+  /// Adds a node that shows a mesh, scaled by `scale` and moved by `origin` [mm]; returns its index. Further nodes with
+  /// the same mesh cost next to nothing.
   int addInstance(const std::string& name, int mesh, double scale, const Eigen::Vector3d& origin);
-  /// A node above others, `origin` in mm; returns its index.
+  /// Adds a parent of other nodes, `origin` in mm; returns its index.
   int addNode(const std::string& name, std::vector<int> children, const std::array<double, 3>& origin);
-  /// The first is the one that is shown.
+  /// The first scene is the default scene.
   void addScene(const std::string& name, std::vector<int> nodes);
-  /// The file. Same calls, same bytes.
+  /// The content of the file. Same calls, same bytes.
   std::vector<std::byte> finish();
 
  private:

@@ -18,7 +18,7 @@
 namespace spheretree::formats {
 namespace {
 
-/// Of a vertex: up to four joints and their weights in each set (section 3.7.3.1).
+/// For each vertex: up to four joints and their weights in each set (section 3.7.3.1).
 struct SkinSet {
   const Numbers *joints, *weights;
 };
@@ -102,7 +102,7 @@ class GltfReader {
                               std::to_string(points.count));
         }
       }
-      // Strips repeat vertices to turn a corner; such triangles are not meant.
+      // Strips repeat vertices in order to turn a corner; such triangles are skipped.
       if (mode == 5 && (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])) continue;
       addTriangle(corner, points, pose, skin, where);
     }
@@ -121,7 +121,7 @@ class GltfReader {
       std::swap(corner[1], corner[2]);
       std::swap(place_of[1], place_of[2]);
     }
-    // Equal corners give equal places, and so are welded in the end.
+    // Equal corners give equal positions, and are therefore welded in the end.
     for (std::size_t k = 0; k < 3; ++k)
       if (!assembly_.addVertex(place_of[k].x(), place_of[k].y(), place_of[k].z()))
         refuse(where, "has a vertex (" + std::to_string(corner[k]) + " of " + points.where + ") that is not a finite point in mm");
@@ -129,7 +129,7 @@ class GltfReader {
     assembly_.addTriangle(last - 3, last - 2, last - 1);
   }
 
-  // --- skins (section 3.7.3): a skinned mesh stands where its joints do, wherever its own node is ---
+  // --- skins (section 3.7.3): the position of a skinned mesh depends only on its joints, not on its own node ---
 
   std::vector<SkinSet> skinOf(const GltfModel::Primitive& primitive, const Numbers& points, const std::string& where) {
     if (joints_.empty()) return {};
@@ -160,7 +160,7 @@ class GltfReader {
       }
     }
     if (!(whole > 0)) refuse(where, "has no weights for vertex " + std::to_string(vertex));
-    return {sum.linear / whole, sum.offset / whole};  // quantised weights add up to 1 only nearly
+    return {sum.linear / whole, sum.offset / whole};  // quantised weights add up to 1 only approximately
   }
 
   MeshAssembly assembly_;
@@ -169,7 +169,7 @@ class GltfReader {
   GltfModel model_;
   GltfAccessors accessors_;
   GltfNodes nodes_;
-  std::vector<GltfPose> joints_;  // of the skin of the node that is being added
+  std::vector<GltfPose> joints_;  // of the skin of the current node
   std::size_t skipped_modes_ = 0, posed_skins_ = 0, bare_skins_ = 0;
   bool has_primitive_ = false;
 };

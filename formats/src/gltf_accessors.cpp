@@ -38,7 +38,7 @@ std::uint64_t Elements::unsignedAt(std::uint64_t i, std::size_t axis) const {
 
 double Elements::numberAt(std::uint64_t i, std::size_t axis, bool normalised) const {
   const std::uint64_t bits = littleBits(first + i * stride + axis * sizeOf(component), sizeOf(component));
-  switch (component) {  // 3.11: f = max(c / 127, -1), and so on
+  switch (component) {  // 3.11: f = max(c / 127, -1), etc.
     case kInt8:
       return normalised ? std::max(static_cast<std::int8_t>(bits) / 127.0, -1.0) : static_cast<std::int8_t>(bits);
     case kUint8:
@@ -53,7 +53,7 @@ double Elements::numberAt(std::uint64_t i, std::size_t axis, bool normalised) co
 }
 
 std::pair<const Elements*, std::uint64_t> Numbers::find(std::uint64_t i) const {
-  std::uint64_t low = 0, high = sparse_indices.count;  // rising, as checked on opening
+  std::uint64_t low = 0, high = sparse_indices.count;  // ascending, as checked when it was opened
   while (low < high) {
     const std::uint64_t middle = low + (high - low) / 2;
     if (sparse_indices.unsignedAt(middle) < i)

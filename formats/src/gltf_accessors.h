@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of a glTF model's accessors, each place checked to lie within its buffer before it is read.
+// The numbers of a glTF model's accessors; every access is checked against the size of its buffer.
 // Specification: Khronos, glTF 2.0, ISO/IEC 12113:2022, section 3.6.
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace spheretree::formats {
 
-/// Bounds time and memory: small files can name the same thing very often.
+/// Limits time and memory: small files can refer to the same data very often.
 class WorkBudget {
  public:
   WorkBudget(std::uint64_t limit, const MeshAssembly& assembly) : limit_(limit), left_(limit), assembly_(assembly) {}
-  /// @throws FormatError if more is spent than the limit.
+  /// @throws FormatError if the total exceeds the limit.
   void spend(std::uint64_t work);
 
  private:
@@ -26,7 +26,7 @@ class WorkBudget {
   const MeshAssembly& assembly_;
 };
 
-/// `components` numbers every `stride` bytes, `count` times, all within the memory of one buffer.
+/// `components` numbers every `stride` bytes, `count` times, all within one buffer.
 struct Elements {
   const unsigned char* first = nullptr;
   std::size_t stride = 0;
@@ -37,31 +37,31 @@ struct Elements {
   double numberAt(std::uint64_t i, std::size_t axis, bool normalised) const;
 };
 
-/// Elements, some of which others may replace (sparse accessors).
+/// Elements, some of which may be replaced by others (sparse accessors).
 struct Numbers {
   std::string where;  // for messages
   std::uint64_t count = 0;
   bool normalised = false;
-  std::optional<Elements> dense;  // none: zeros
+  std::optional<Elements> dense;  // empty: zeros
   Elements sparse_indices, sparse_values;
 
   double at(std::uint64_t i, std::size_t axis) const;
   Eigen::Vector3d vectorAt(std::uint64_t i) const;
-  std::uint64_t unsignedAt(std::uint64_t i, std::size_t axis) const;  // of a component that is unsigned
+  std::uint64_t unsignedAt(std::uint64_t i, std::size_t axis) const;  // for an unsigned component type
 
  private:
-  /// The elements that hold element `i`, and its place there; none: zero.
+  /// The elements that contain element `i`, and its index there; null: zero.
   std::pair<const Elements*, std::uint64_t> find(std::uint64_t i) const;
 };
 
 class GltfAccessors {
  public:
-  /// Refers to all three, which must outlive it.
+  /// Refers to all three arguments, which must outlive it.
   GltfAccessors(const GltfModel& model, const MeshAssembly& assembly, WorkBudget& work) : model_(model), assembly_(assembly), work_(work) {}
 
-  /// Stays valid. @throws FormatError if it reaches beyond its buffer.
+  /// The reference stays valid. @throws FormatError if the data exceed their buffer.
   const Numbers& numbers(std::size_t accessor);
-  /// One that holds indices.
+  /// An accessor with indices.
   Elements indices(std::size_t accessor) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of a glTF file's buffers: of the GLB's binary chunk, of data URIs, of files beside it.
+// The bytes of a glTF file's buffers: from the GLB's binary chunk, from data URIs, or from files beside it.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,15 @@ namespace spheretree::formats {
 
 class GltfBuffers {
  public:
-  /// Refers to both, which must outlive it. @param folder Of the glTF file; empty: no other file is opened.
+  /// Refers to both, which must outlive it. @param folder The folder of the glTF file; empty: no other file is opened.
   GltfBuffers(const GltfJson& json, std::filesystem::path folder, const MeshAssembly& assembly)
       : json_(json), uris_(std::move(folder), assembly) {}
 
-  /// All the bytes that it announces; opened once, and kept. Views are valid as long as this object and the file's
-  /// bytes, or after moveInto() as long as what they were moved to.
-  /// @throws FormatError for a buffer without data or with too little; FileError for a file that cannot be read.
+  /// All announced bytes of a buffer, which is opened once and kept. Views are valid as long as this object and the
+  /// file's bytes, or after moveInto() as long as the destination.
+  /// @throws FormatError for a buffer without data or with too few; FileError for a file that cannot be read.
   std::span<const unsigned char> bytes(std::uint64_t index);
-  /// `length` bytes of it from `offset` on; `where` names what wants them.
+  /// `length` bytes from `offset`; `where` is the element that refers to them.
   std::span<const unsigned char> part(std::uint64_t index, std::uint64_t offset, std::uint64_t length, const std::string& where);
   void moveInto(std::vector<std::vector<unsigned char>>& buffers);
 

@@ -11,7 +11,7 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr int kMaxJsonDepth = 64;  // glTF itself needs 9; extras are free
+constexpr int kMaxJsonDepth = 64;  // glTF itself needs 9; extras have no limit
 
 }  // namespace
 
@@ -63,7 +63,7 @@ std::span<const char> GltfJson::openContainer(std::span<const char> bytes) {
 
 void GltfJson::parse(std::span<const char> text) {
   if (text.empty()) assembly_.refuse("holds no JSON. Export it again.");
-  // Counted beforehand: the parser's own callback takes quadratic time for long arrays.
+  // Counted in advance: the parser's own callback takes quadratic time for long arrays.
   int depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -106,7 +106,7 @@ const nlohmann::json& GltfJson::element(const char* key, std::uint64_t index, co
 
 std::uint64_t GltfJson::asUnsigned(const nlohmann::json& value, const std::string& where) const {
   if (value.is_number_unsigned()) return value.get<std::uint64_t>();
-  if (value.is_number_float()) {  // JSON has one kind of number: 3.0 is whole, too
+  if (value.is_number_float()) {  // JSON has one kind of number: 3.0 is also an integer
     const double number = value.get<double>();
     if (number >= 0 && number <= 0x1p53 && number == std::floor(number)) return static_cast<std::uint64_t>(number);
   }

@@ -16,9 +16,10 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr std::size_t kMaxElements = 1'000'000;     // nodes, meshes and so on: an empty one takes up to 200 bytes here
-constexpr std::uint64_t kMinWorkLimit = 4'000'000;  // triangles, primitives and nodes that instances may add up to in a small file
-constexpr std::uint64_t kMaxSkinSets = 8;           // of four joints each
+constexpr std::size_t kMaxElements = 1'000'000;  // nodes, meshes and so on: an empty one takes up to 200 bytes here
+constexpr std::uint64_t kMinWorkLimit =
+    4'000'000;                             // total number of triangles, primitives and nodes that instances may have in a small file
+constexpr std::uint64_t kMaxSkinSets = 8;  // with four joints each
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 using Components = std::initializer_list<std::uint64_t>;
@@ -39,7 +40,7 @@ class GltfDocument : private GltfJson {
   }
 
   GltfModel load() {
-    // What no mesh needs keeps its place, so that indices stay, but nothing of its contents.
+    // Unneeded elements keep their index, but have no content.
     const auto reserve = [&](const char* key, auto& elements) {
       spend(array(key).size());
       elements.resize(array(key).size());
@@ -104,7 +105,7 @@ class GltfDocument : private GltfJson {
 
   // --- values ---
 
-  /// Indices into the array `of`; none if `object` has no `key`.
+  /// Indices into the array `of`; empty if `object` has no `key`.
   std::vector<std::size_t> indices(const Json& object, const char* key, const char* of, const std::string& where) const {
     std::vector<std::size_t> list;
     const Json* found = find(object, key);
@@ -215,7 +216,7 @@ class GltfDocument : private GltfJson {
     return result;
   }
 
-  /// JOINTS_0, WEIGHTS_0, JOINTS_1, ... up to the first pair that is not whole.
+  /// JOINTS_0, WEIGHTS_0, JOINTS_1, ... up to the first incomplete pair.
   static std::vector<std::string> skinAttributes(const Json& attributes) {
     std::vector<std::string> keys;
     for (std::uint64_t set = 0; set < kMaxSkinSets; ++set) {
@@ -281,7 +282,7 @@ class GltfDocument : private GltfJson {
     const Json& object = element("bufferViews", index, from);
     const std::string where = place("bufferViews", index);
     GltfModel::View& view = model_.views[index];
-    if (view.length > 0) return index;  // it is there already
+    if (view.length > 0) return index;  // it exists already
     view.length = getUnsigned(object, "byteLength", where);
     if (view.length == 0) refuse(where, "has no bytes");
     if (const std::optional<std::uint64_t> stride = findUnsigned(object, "byteStride", where)) {
@@ -303,7 +304,7 @@ class GltfDocument : private GltfJson {
 
   std::size_t addBuffer(std::vector<unsigned char> bytes) {
     model_.opened.push_back(std::move(bytes));
-    model_.buffers.emplace_back(model_.opened.back());  // stays where it is when `opened` grows: a vector moves its memory along
+    model_.buffers.emplace_back(model_.opened.back());  // does not move when `opened` grows: moving a vector keeps its memory
     return model_.buffers.size() - 1;
   }
 
@@ -317,7 +318,7 @@ class GltfDocument : private GltfJson {
                            .stride = getUnsigned(compressed, "byteStride", where),
                            .mode = findText(compressed, "mode"),
                            .filter = filter.empty() ? "NONE" : filter};
-    // Each compressed byte is unpacked once, lest a small file unpack the same bytes without end.
+    // Each compressed byte is decoded only once, so that a small file cannot decode the same bytes without end.
     std::uint64_t& unpacked_bytes = unpacked_bytes_[buffer];
     unpacked_bytes += length;
     if (unpacked_bytes > buffers_.bytes(buffer).size()) refuse(where, "unpacks bytes that another view unpacks, too");
@@ -358,7 +359,7 @@ class GltfDocument : private GltfJson {
                                                               .is_normalised = attribute.is_normalised,
                                                               .sparse = {}});
     };
-    GltfModel::Primitive primitive;  // triangles, also for a strip
+    GltfModel::Primitive primitive;  // triangles, even for a strip
     primitive.positions = add(0, 3, kPositionTypes, "positions");
     for (std::size_t k = 1; k < mesh.attributes.size(); k += 2) {
       const std::size_t joints = add(k, 4, kJointTypes, "joints");
@@ -385,8 +386,8 @@ class GltfDocument : private GltfJson {
   GltfBuffers buffers_;
   GltfModel model_;
   std::size_t elements_ = 0;
-  std::uint64_t triangles_left_;                           // that compressed primitives may add up to
-  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;  // of each buffer
+  std::uint64_t triangles_left_;                           // remaining limit for compressed primitives
+  std::map<std::uint64_t, std::uint64_t> unpacked_bytes_;  // decoded so far, for each buffer
   std::map<std::pair<std::uint64_t, std::vector<std::uint64_t>>, GltfModel::Primitive> unpacked_primitives_;
 };
 

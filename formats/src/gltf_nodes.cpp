@@ -11,7 +11,7 @@ namespace spheretree::formats {
 namespace {
 
 constexpr double kQuaternionTolerance =
-    0.02;  // of a quaternion of four normalised bytes: half of 1/127 each, and twice that for careless writers
+    0.02;  // for a quaternion of four normalised bytes: half of 1/127 each, and twice that for imprecise writers
 
 }  // namespace
 
@@ -21,7 +21,7 @@ GltfNodes::GltfNodes(const GltfModel& model, GltfAccessors& accessors, MeshAssem
     std::size_t node;
     GltfPose parent;
   };
-  std::vector<Visit> stack;  // own stack: a file may nest nodes deeper than the machine's stack allows
+  std::vector<Visit> stack;  // a stack of its own, since a file may nest nodes deeper than the machine's stack allows
   const std::vector<std::size_t> roots = rootNodes();
   for (std::size_t k = roots.size(); k-- > 0;) stack.push_back({roots[k], GltfPose{}});
   while (!stack.empty()) {
@@ -59,7 +59,8 @@ GltfPose GltfNodes::fromParts(const Eigen::Vector3d& translation, const Eigen::V
   const Eigen::Quaterniond turn(rotation[3], rotation[0], rotation[1], rotation[2]);
   if (!(std::abs(turn.norm() - 1) < kQuaternionTolerance)) refuseElement(assembly_, where + ".rotation", "is not a unit quaternion");
   GltfPose pose;
-  pose.linear = turn.normalized().toRotationMatrix() * scale.asDiagonal();  // normalised: stored as float32 or less, hence rounded
+  pose.linear =
+      turn.normalized().toRotationMatrix() * scale.asDiagonal();  // normalised, since it is stored as float32 or less, hence rounded
   pose.offset = translation;
   return pose;
 }

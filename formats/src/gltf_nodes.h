@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the nodes of a glTF model stand: their transforms, instances and joints.
+// The poses of a glTF model's nodes: their transforms, instances and joints.
 // Specification: Khronos, glTF 2.0, ISO/IEC 12113:2022, sections 3.5 and 3.7.3; extension EXT_mesh_gpu_instancing.
 #pragma once
 
@@ -26,14 +26,14 @@ class GltfNodes {
     GltfPose pose;  // in the scene
   };
 
-  /// Walks the scene that is to be read. Refers to all, which must outlive it.
-  /// @throws FormatError if nodes form no trees, or a transform is none.
+  /// Traverses the scene. Refers to all arguments, which must outlive it.
+  /// @throws FormatError if nodes do not form trees, or a transform is invalid.
   GltfNodes(const GltfModel& model, GltfAccessors& accessors, MeshAssembly& assembly, WorkBudget& work);
 
   const std::vector<Placed>& placed() const { return placed_; }  // parents before children, in the order of the file
-  /// Of a node with EXT_mesh_gpu_instancing, in the frame of the node; else empty.
+  /// Instances of a node with EXT_mesh_gpu_instancing, in the frame of the node; otherwise empty.
   std::vector<GltfPose> instances(std::size_t node);
-  /// From the frame of a skinned mesh into the scene, for each joint, in the rest pose.
+  /// Transforms from the frame of a skinned mesh into the scene, for each joint, in the rest pose.
   std::vector<GltfPose> joints(std::size_t skin);
 
  private:
@@ -47,7 +47,7 @@ class GltfNodes {
   MeshAssembly& assembly_;
   WorkBudget& work_;
   std::vector<Placed> placed_;
-  std::map<std::size_t, std::size_t> place_of_;  // of a node in placed_
+  std::map<std::size_t, std::size_t> place_of_;  // index in placed_ of each node
 };
 
 }  // namespace spheretree::formats

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the URIs of a glTF file's buffers name: base64 data within it, or a file beside or below it. Nothing else is
+// Resolves the URIs of a glTF file's buffers: base64 data within it, or a file beside or below it. Nothing else is
 // opened.
 #pragma once
 
@@ -16,18 +16,18 @@ namespace spheretree::formats {
 
 class GltfUris {
  public:
-  /// @param folder Of the glTF file; empty: only data URIs are opened.
+  /// @param folder The folder of the glTF file; empty: only data URIs are opened.
   GltfUris(std::filesystem::path folder, const MeshAssembly& assembly) : folder_(std::move(folder)), assembly_(assembly) {}
 
-  /// @param where The element that has the URI, for messages: "buffers[0]".
+  /// @param where The element with the URI, for messages: "buffers[0]".
   /// @throws FormatError for a URI that is refused; FileError for a file that cannot be read, or more than 4 GiB of
-  /// files together.
+  /// files in total.
   std::vector<unsigned char> open(const std::string& uri, const std::string& where);
 
  private:
   std::vector<unsigned char> decodeBase64(std::string_view text, const std::string& where) const;
   std::string percentDecoded(std::string_view uri, const std::string& where) const;
-  /// The file beside or below the glTF file that a URI names; also after all symbolic links.
+  /// The file beside or below the glTF file that a URI refers to; links must not lead outside either.
   std::filesystem::path resolve(const std::string& uri, const std::string& where) const;
 
   std::filesystem::path folder_;

@@ -8,7 +8,7 @@
 namespace spheretree::formats {
 namespace {
 
-/// "line 3, column 5", both from 1.
+/// For example "line 3, column 5", both counted from 1.
 std::string placeAt(std::string_view text, std::size_t at) {
   const std::string_view before = text.substr(0, std::min(at, text.size()));
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');
@@ -16,7 +16,7 @@ std::string placeAt(std::string_view text, std::size_t at) {
   return "line " + std::to_string(line) + ", column " + std::to_string(before.size() - begin + 1);
 }
 
-/// What people write that JSON does not have.
+/// Advice on common syntax that JSON does not have.
 std::string adviceAt(std::string_view text, std::size_t at) {
   const std::string_view rest = text.substr(std::min(at, text.size()));
   if (rest.empty()) return "it ends too early; a bracket or a quotation mark is not closed";
@@ -28,13 +28,14 @@ std::string adviceAt(std::string_view text, std::size_t at) {
   return "something else is expected at " + inQuotes(rest.substr(0, std::min<std::size_t>(20, rest.find('\n'))));
 }
 
-/// Whether the parser stopped at a number that no double holds: it then names no place.
+/// The message depends on whether the parser stopped at a number that is out of range for double: it then gives no
+/// place.
 [[noreturn]] void failParse(std::string_view text, const JsonSource& source, const nlohmann::json::exception& error) {
   const std::string kind = describedContent(text);
   if (!kind.empty() && kind != "JSON") throw FormatError(source.name + ": is " + kind + ", not " + source.what + ".");
   const auto* parse_error = dynamic_cast<const nlohmann::json::parse_error*>(&error);
   if (!parse_error) throw FormatError(source.name + ": is not JSON: a number is too large.");
-  // The parser names the last byte that it read, from 1: the end of the word that does not fit.
+  // The parser reports the last byte that it read, from 1: the end of the unexpected word.
   std::size_t at = parse_error->byte > 0 ? parse_error->byte - 1 : 0;
   const auto isWord = [&](std::size_t i) {
     const char c = text[i];
@@ -49,8 +50,7 @@ std::string adviceAt(std::string_view text, std::size_t at) {
 }  // namespace
 
 nlohmann::json parseJson(std::string_view text, const JsonSource& source) {
-  // The keys of the objects that are open. Of two equal ones a parser keeps one, and the other would be lost without a
-  // word.
+  // The keys of the open objects. Of two equal keys a parser silently drops one.
   std::vector<std::set<std::string>> open;
   const auto refuseTwins = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
     if (event == nlohmann::json::parse_event_t::object_start) open.emplace_back();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value of a JSON text that nobody vouches for, with its path in the text: every access checks, and says where it
-// failed.
+// A value of an untrusted JSON text, with its path in the text: every access is checked, and errors name the path.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +18,12 @@
 
 namespace spheretree::formats {
 
-/// Where a text comes from and what it should be, as "a scene (.scene.json)"; for messages.
+/// The source of a text and its expected kind, such as "a scene (.scene.json)"; for messages.
 struct JsonSource {
   std::string name, what;
 };
 
-/// @throws FormatError with the place of the first mistake, a key that stands twice in one object included.
+/// @throws FormatError with the place of the first error, including duplicate keys in an object.
 nlohmann::json parseJson(std::string_view text, const JsonSource& source);
 
 /// Refers to the value and the source, which must outlive it.
@@ -45,8 +44,7 @@ class JsonElement {
     if (found == value_.end()) fail(std::string("has no \"") + key + "\"");
     return {*found, path_.empty() ? key : path_ + "." + key, source_};
   }
-  /// Refuses a key that is none of these: most likely a typing mistake, and then its value would be lost without a
-  /// word.
+  /// Refuses unknown keys: they are most likely typing errors, and their values would be silently ignored.
   void onlyKeys(std::initializer_list<std::string_view> known) const {
     if (!value_.is_object()) fail("is not an object");
     for (const auto& item : value_.items()) {

@@ -19,14 +19,14 @@ std::string onOneLine(const OrderedJson& json) {
   return text + (json.is_object() ? '}' : ']');
 }
 
-/// `column`: where the text begins; `fills`: keys of this object share lines.
+/// `column`: where the text begins; `fills`: keys of this object may share lines.
 std::string laidOut(const OrderedJson& json, std::size_t column, bool fills) {
   std::string line = onOneLine(json);
   if (!json.is_structured() || json.empty() || (fills && column + line.size() <= kLineLength)) return line;
   const std::string margin = "\n" + std::string(column + 1, ' ');
   std::string text(1, json.is_object() ? '{' : '[');
   std::size_t at = column + 1;  // of the next character
-  bool shares_line = true;      // what stands on the last line may have company
+  bool shares_line = true;      // whether further items may be added to the last line
   for (const auto& [key, value] : json.items()) {
     const std::string name = json.is_object() ? OrderedJson(key).dump() + ": " : "";
     std::string item = name + onOneLine(value);

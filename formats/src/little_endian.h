@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unsigned numbers of binary formats, whatever the byte order of the machine.
+// Unsigned numbers of binary formats, independent of the byte order of the machine.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace spheretree::formats {
 
-/// Of `size` bytes, at most 8.
+/// From `size` bytes, at most 8.
 inline std::uint64_t littleBits(const void* bytes, std::size_t size) {
   const auto* first = static_cast<const unsigned char*>(bytes);
   std::uint64_t bits = 0;

@@ -10,12 +10,12 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr double kMarkSize = 0.004;  // radius of an octahedron, of the diagonal
-constexpr std::size_t kPlain = 0;    // the group of triangles without a mark
+constexpr double kMarkSize = 0.004;  // radius of an octahedron, as a share of the diagonal
+constexpr std::size_t kPlain = 0;    // the group of unmarked triangles
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-/// Flat shaded: each triangle has its own corners and normal.
+/// Flat shaded: each triangle has corners and a normal of its own.
 void add(GlbWriter& glb, std::vector<int>& nodes, const std::string& name, const std::array<double, 3>& colour,
          const std::vector<Corners>& triangles) {
   if (triangles.empty()) return;

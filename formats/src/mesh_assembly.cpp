@@ -16,15 +16,15 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr std::size_t kMaxConcaveCorners = 4096;  // ears are found in quadratic time
+constexpr std::size_t kMaxConcaveCorners = 4096;  // ear clipping takes quadratic time
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 using Point2 = std::array<double, 2>;
 
 double turn(const Point2& a, const Point2& b, const Point2& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
 
-/// Ear clipping of a polygon that runs counter-clockwise: emits index triples into `points`. Ears are taken in order,
-/// so that the result depends on nothing but the polygon; what has no ear left (it crosses itself) is cut into a fan.
+/// Ear clipping of a counter-clockwise polygon: emits index triples into `points`. Ears are cut in order, so that the
+/// result depends only on the polygon; a polygon without ears (it crosses itself) is cut into a fan.
 template <class Emit>
 void clipEars(std::span<const Point2> points, Emit&& emit) {
   const std::size_t n = points.size();
@@ -103,7 +103,7 @@ void MeshAssembly::takeVertex(std::string_view& text, std::size_t line) {
 }
 
 bool MeshAssembly::addVertex(double x, double y, double z) {
-  // Adding zero turns -0 into 0: the two are one place, and one bit pattern.
+  // Adding zero turns -0 into 0: both are the same position, and must have the same bits.
   const Eigen::Vector3d p(x * unit_mm_ + 0.0, y * unit_mm_ + 0.0, z * unit_mm_ + 0.0);
   if (!p.allFinite()) return false;
   if (positions_.size() == kNone) refuse("has more than 4294967295 vertices, the most that a mesh can have here.");
@@ -140,7 +140,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
   }
   ++cut_polygons_;
   const auto point = [&](std::size_t i) -> const Eigen::Vector3d& { return positions_[corners[i]]; };
-  // Scaled to 1, so that products of huge or tiny coordinates stay in range.
+  // Scaled to 1, so that products of very large or small coordinates stay in range.
   Eigen::Vector3d low = point(0), high = point(0);
   for (std::size_t i = 1; i < corners.size(); ++i) low = low.cwiseMin(point(i)), high = high.cwiseMax(point(i));
   const Eigen::Vector3d half = high / 2 - low / 2;
@@ -157,7 +157,7 @@ void MeshAssembly::addPolygon(std::span<const std::uint32_t> corners) {
   if (corners.size() > kMaxConcaveCorners)
     refuse("a concave face has " + std::to_string(corners.size()) + " corners; at most " + std::to_string(kMaxConcaveCorners) +
            " are read. Cut it into triangles in the program that made the mesh.");
-  // Seen along the axis closest to the normal, from its tip.
+  // Projected along the axis nearest to the normal, seen from its tip.
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;

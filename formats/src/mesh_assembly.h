@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the mesh readers share: collects vertices, polygons and parts as a file gives them, and makes a welded
+// The common part of the mesh readers: collects vertices, polygons and parts from a file, and makes a welded
 // TriangleMesh.
 #pragma once
 
@@ -23,19 +23,19 @@ class MeshAssembly {
   [[noreturn]] void refuse(const std::string& what) const;                        // "NAME: what"
   [[noreturn]] void refuseLine(std::size_t line, const std::string& what) const;  // "NAME: line 12: what"
 
-  /// Reads one coordinate of the file's own unit; `line` for messages.
+  /// Reads one coordinate in the file's own unit; `line` for messages.
   double number(std::string_view word, std::size_t line) const;
-  /// Takes three coordinates off the front of `text`, which is (the rest of) line `line`, and adds the vertex.
+  /// Reads three coordinates from the front of `text`, the rest of line `line`, removes them and adds the vertex.
   void takeVertex(std::string_view& text, std::size_t line);
-  /// Coordinates in the file's unit. False if one is not finite, also after the scale to millimetres.
+  /// Coordinates in the file's unit. Returns false if one is not finite, before or after the conversion to millimetres.
   [[nodiscard]] bool addVertex(double x, double y, double z);
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(positions_.size()); }
   void reserve(std::size_t vertices, std::size_t triangles);
-  /// Later faces belong to this part; the same name again is the same part.
+  /// Later faces belong to this part; an already used name continues that part.
   void beginPart(std::string_view part_name);
   const std::string& partName() const { return part_name_; }
-  /// Vertex indices below vertexCount() once finish() is called. Fewer than three corners: counted and left out.
-  /// Cuts a polygon into triangles, wherefore its vertices must be there already.
+  /// Vertex indices must be below vertexCount() when finish() is called. Polygons with fewer than three corners are
+  /// counted and ignored. Polygons are cut into triangles here, so their vertices must have been added before.
   void addPolygon(std::span<const std::uint32_t> corners);
   void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
   void note(std::string sentence) { notes_.push_back(std::move(sentence)); }
@@ -51,14 +51,14 @@ class MeshAssembly {
   std::vector<std::uint32_t> part_;
   std::vector<std::string> part_names_;
   std::map<std::string, std::uint32_t, std::less<>> part_index_;
-  std::string part_name_;  // of the faces to come
+  std::string part_name_;  // of the following faces
   std::uint32_t current_part_ = 0;
   bool part_entered_ = false;  // part_name_ has an entry in part_names_
   std::size_t cut_polygons_ = 0, short_faces_ = 0;
   std::vector<std::string> notes_;
 };
 
-/// Refuses UTF-16 and UTF-32, and takes a UTF-8 byte order mark off the front.
+/// Refuses UTF-16 and UTF-32, and removes a UTF-8 byte order mark.
 std::span<const char> asText(std::span<const char> bytes, const std::string& name);
 
 }  // namespace spheretree::formats

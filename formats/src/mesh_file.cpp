@@ -56,7 +56,7 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
                       ": .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these; spheretree-import does so for 3DS, 3MF, "
                       "DAE, FBX and others.");
   }
-  // A binary STL may begin with any text: its reader tells by the size.
+  // A binary STL may begin with any text: its reader decides by the size.
   const Kind kind =
       by_extension == Kind::Stl && by_content != Kind::Ply && by_content != Kind::Gltf && by_content != Kind::Obj && by_content != Kind::Off
           ? Kind::Stl

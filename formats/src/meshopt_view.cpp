@@ -9,7 +9,7 @@
 namespace spheretree::formats {
 namespace {
 
-// Byte k of 16 neighbouring vertices takes 2 bits at least, which say how many bits each of the 16 has.
+// Byte k of 16 consecutive vertices takes at least 2 bits, which give the number of bits for each of the 16.
 constexpr std::uint64_t kMostAttributeBytes = 64;  // for one compressed byte
 
 class View {
@@ -26,7 +26,7 @@ class View {
  private:
   [[noreturn]] void refuse(const std::string& what) const { refuseElement(assembly_, where_, what); }
 
-  /// `most`: elements that the compressed bytes can hold.
+  /// `most`: largest number of elements that the compressed bytes can represent.
   std::vector<unsigned char> room(std::uint64_t most) const {
     if (view_.count > most)
       refuse("announces " + std::to_string(view_.count) + " elements, but its " + std::to_string(view_.bytes.size()) +
@@ -34,7 +34,7 @@ class View {
     return std::vector<unsigned char>(view_.count * view_.stride);
   }
 
-  void checkVersion(unsigned char header) const {  // the low 4 bits
+  void checkVersion(unsigned char header) const {  // in the low 4 bits
     if ((view_.bytes[0] & 0xf0) == header && (view_.bytes[0] & 0x0f) > (header == 0xa0 ? 0 : 1))
       assembly_.refuse(
           where_ + " is of version " + std::to_string(view_.bytes[0] & 0x0f) +

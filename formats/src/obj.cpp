@@ -11,7 +11,7 @@
 namespace spheretree::formats {
 namespace {
 
-struct ForwardReference {  // to a vertex that the file has not given yet
+struct ForwardReference {  // to a vertex that has not been read yet
   std::int64_t number;
   std::size_t line, face;
 };
@@ -37,7 +37,7 @@ class ObjReader {
     }
     for (const ForwardReference& reference : forward_)
       if (reference.number > assembly_.vertexCount()) refuseIndex(reference);
-    // Polygons wait for the vertices that they name.
+    // Polygons wait for the vertices that they refer to.
     std::size_t from = 0;
     for (const Polygon& polygon : waiting_) {
       assembly_.beginPart(polygon.part);
@@ -54,11 +54,11 @@ class ObjReader {
     std::string part;
   };
 
-  /// One line, with those that a backslash continues.
+  /// One line, including lines that a backslash continues.
   bool nextStatement(std::string_view& line) {
     if (!lines_.next(line)) return false;
     line_ = lines_.number();
-    if (line.starts_with('#')) line = {};  // also one that ends in the backslash of a Windows path
+    if (line.starts_with('#')) line = {};  // even if it ends in the backslash of a Windows path
     if (!line.empty() && line.back() == '\\') {
       joined_.assign(line.substr(0, line.size() - 1));
       while (lines_.next(line)) {
@@ -117,7 +117,7 @@ class ObjReader {
 
   MeshAssembly assembly_;
   Lines lines_;
-  std::size_t line_ = 0, face_ = 0, free_forms_ = 0;  // face_: the one at hand, from 1
+  std::size_t line_ = 0, face_ = 0, free_forms_ = 0;  // face_: number of the current face, from 1
   std::string joined_;
   std::vector<std::uint32_t> corners_;
   std::vector<ForwardReference> forward_;

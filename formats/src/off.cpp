@@ -11,7 +11,7 @@
 namespace spheretree::formats {
 namespace {
 
-/// The next line with anything but blanks and comments. False at the end.
+/// The next line that is not blank and not a comment. False at the end.
 bool nextRow(Lines& lines, std::string_view& row) {
   while (lines.next(row)) {
     row = trimmed(row.substr(0, row.find('#')));
@@ -28,7 +28,7 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
   std::string_view row;
   if (!nextRow(lines, row)) assembly.refuse("is empty. Export the mesh again.");
 
-  // The keyword, [ST][C][N][4][n]OFF, may be missing, or be glued to the counts.
+  // The keyword, [ST][C][N][4][n]OFF, may be missing, or on the same line as the counts.
   if (const std::size_t keyword = row.find("OFF"); keyword != std::string_view::npos) {
     const std::string_view prefix = row.substr(0, keyword);
     if (prefix.find_first_not_of("STCN4n") != std::string_view::npos)
@@ -48,7 +48,7 @@ MeshFile readOff(std::span<const char> text, const std::string& name, double uni
                           inQuotes(word) + " is not a count; here stand the numbers of vertices, faces and edges. Export the mesh again.");
   }
   const auto vertices = static_cast<std::uint64_t>(counts[0]), faces = static_cast<std::uint64_t>(counts[1]);
-  // The shortest vertex is "0 0 0", the shortest face "0", each with a line end; the last may lack it.
+  // The shortest vertex is "0 0 0", the shortest face "0", each with a line end, which the last may lack.
   if (vertices > (lines.remaining() + 1) / 6 || faces > (lines.remaining() + 1) / 2)
     assembly.refuse("announces " + std::to_string(vertices) + " vertices and " + std::to_string(faces) + " faces, more than its " +
                     std::to_string(text.size()) + " bytes can hold. It is cut off or damaged: copy or export it again.");

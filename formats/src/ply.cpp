@@ -120,7 +120,7 @@ class PlyReader {
     });
   }
 
-  /// Several names: the bytes of one number, the first the highest.
+  /// Several names: the bytes of one number, the most significant first.
   PlyColumn columnOf(const Element& wanted, const std::vector<std::string>& names) {
     PlyColumn out;
     out.is_of_faces = wanted.name == "face";
@@ -159,14 +159,14 @@ class PlyReader {
     std::size_t end = rest.find(line_end_[0]);
     if (end == std::string_view::npos) end = rest.size();
     at_ += std::min(end + 1, rest.size());
-    // A CR belongs to the line end only if that of the first line has one: after end_header, the next byte may be data.
+    // A CR belongs to the line end only if the first line has one: after end_header, the next byte may be data.
     if (line_end_ == "\r\n" && at_ < bytes_.size() && bytes_[at_] == '\n') ++at_;
     ++line_;
     return rest.substr(0, end);
   }
 
   void readHeader() {
-    // The first line tells which line ends the header has.
+    // The first line determines the line ends of the header.
     if (bytes_.size() < 4 || std::string_view(bytes_.data(), 3) != "ply")
       assembly_.refuse(bytes_.empty() ? "is empty. Export the mesh again." : "does not begin with \"ply\". Export the mesh again.");
     const std::string_view first(bytes_.data(), std::min<std::size_t>(bytes_.size(), 80));
@@ -254,7 +254,7 @@ class PlyReader {
 
   // --- rows ---
 
-  /// A row of `element` has begun; its values come in order by value().
+  /// Begins a row of `element`; value() receives its values in order.
   void beginRow(const Element& element, std::uint64_t row) {
     row_ = row;
     element_ = &element;
@@ -347,7 +347,7 @@ class PlyReader {
     for (std::uint64_t k = 0; k < count; ++k) skipValue(property.type);
   }
 
-  /// What `element` takes at least, so that no announced number makes us allocate or loop.
+  /// Checks the smallest possible size of `element`, so that no announced number causes an allocation or a long loop.
   void checkRoom(const Element& element) const {
     std::uint64_t row = 0;
     for (const Property& property : element.properties)
@@ -420,11 +420,11 @@ class PlyReader {
   std::string_view line_end_ = "\n";
   Encoding encoding_ = Encoding::Ascii;
   std::vector<Element> elements_;
-  std::array<std::size_t, 3> coordinate_{};  // places of x, y, z among the properties of a vertex
+  std::array<std::size_t, 3> coordinate_{};  // indices of x, y, z among the properties of a vertex
   std::size_t corners_property_ = 0;
-  const Element* element_ = nullptr;  // at hand
+  const Element* element_ = nullptr;  // current element
   std::uint64_t row_ = 0, extra_values_ = 0;
-  std::string_view text_;  // rest of the row at hand
+  std::string_view text_;  // rest of the current row
 };
 
 }  // namespace

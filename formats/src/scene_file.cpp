@@ -81,11 +81,11 @@ Quaternion unitQuaternion(const JsonElement& e) {
   const Quaternion q(e.item(0).number(), e.item(1).number(), e.item(2).number(), e.item(3).number());
   const double length = q.norm();
   if (!(std::abs(length - 1) <= 1e-3)) e.fail("has length " + shortNumber(length) + ", not 1");
-  // One that is a unit already up to rounding stays as it is, so that a file written from it says the same.
+  // A quaternion that has unit length up to rounding is kept, so that a file written from it has the same numbers.
   return std::abs(length - 1) <= 1e-15 ? q : Quaternion(q.normalized());
 }
 
-/// What `e` says of one, else the identity.
+/// The pose in `e`, or the identity.
 Configuration readPose(const JsonElement& e) {
   Configuration pose;
   if (e.has("position_mm")) pose.position = vector(e.at("position_mm"));
@@ -158,7 +158,7 @@ SceneItem readItem(const JsonElement& e) {
   return item;
 }
 
-/// Of its "sphere" or "box".
+/// The region from "sphere" or "box".
 WorkRegion readShape(const JsonElement& e) {
   WorkRegion region;
   if (e.has("sphere") == e.has("box")) e.fail(e.has("box") ? "has both \"sphere\" and \"box\"" : "has neither \"sphere\" nor \"box\"");
@@ -274,7 +274,7 @@ void readBodies(const JsonElement& root, SceneFile& scene) {
   }
 }
 
-/// What an object has beside what the tool has, too.
+/// The contact settings of an object that a tool does not have.
 void readContact(const JsonElement& object, const SceneFile& scene, SceneItem& item) {
   if (object.has("stiffness_n_per_mm")) item.stiffness_n_per_mm = above0(object.at("stiffness_n_per_mm"), 1e6);
   if (!object.has("body")) return;
@@ -288,7 +288,7 @@ void refuseTwins(const JsonElement& root, const SceneFile& scene) {
   struct Item {
     std::string place, name;
   };
-  std::map<std::string, Item> seen;  // by the name in lower case: some file systems know no other
+  std::map<std::string, Item> seen;  // by the name in lower case, since some file systems ignore case
   const auto lower = [](std::string name) {
     for (char& c : name)
       if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -428,7 +428,7 @@ Configuration hingePose(const Hinge& hinge, double degree) {
 }
 
 std::filesystem::path scenePath(const std::filesystem::path& scene_path, const std::filesystem::path& path) {
-  return (scene_path.parent_path() / path).lexically_normal();  // an absolute `path` stays as it is
+  return (scene_path.parent_path() / path).lexically_normal();  // an absolute `path` is kept
 }
 
 SceneFile parseScene(std::string_view text, const std::string& name) {

@@ -10,7 +10,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-/// "[a,b,...]" of the texts of `count` records, as many on a line as 120 characters hold.
+/// "[a,b,...]" of the texts of `count` records, with as many on a line as fit into 120 characters.
 template <class RecordText>
 std::string arrayOf(std::size_t count, RecordText&& recordText) {
   constexpr std::size_t kMostColumns = 120;
@@ -73,7 +73,7 @@ std::string writeSkinJson(const Skin& skin) {
   head["mesh_distance_mm"] = skin.mesh_distance;
   head["crease_angle_rad"] = skin.crease_angle;
   std::string text = head.dump();
-  text.pop_back();  // reopened: the brace comes after the arrays
+  text.pop_back();  // removes the brace, which follows after the arrays
   text += ",\n  \"triangles\": " + arrayOf(skin.triangles.size(), [&](std::size_t i) {
             const SkinTriangle& t = skin.triangles[i];
             return OrderedJson::array({t.vertex[0], t.vertex[1], t.vertex[2], t.edge[0], t.edge[1], t.edge[2]}).dump();

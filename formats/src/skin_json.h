@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Search tree and skin within a tree in JSON. docs/file_format.md
+// Search tree and skin within the JSON of a tree. docs/file_format.md
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace spheretree::formats {
 
-/// Objects of JSON, several records a line, each line indented by two blanks.
+/// JSON objects, several records a line, each line indented by two blanks.
 std::string writeSearchJson(const SearchTree& search);
 std::string writeSkinJson(const Skin& skin);
 
-/// Whatever the elements hold, numbers are in the range of their types; the rest is the business of findFault().
+/// All numbers that are returned are in the range of their types; findFault() checks the rest.
 /// @throws FormatError with the path of the element.
 SearchTree readSearchJson(const JsonElement& element);
 Skin readSkinJson(const JsonElement& element);

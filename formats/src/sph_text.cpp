@@ -15,7 +15,7 @@
 namespace spheretree::formats {
 namespace {
 
-/// Slots of a full tree.
+/// Number of slots of a full tree.
 std::size_t slotCount(int levels, int branching) {
   std::size_t total = 0, level = 1;
   for (int i = 0; i < levels; ++i, level *= static_cast<std::size_t>(branching)) total += level;
@@ -26,7 +26,7 @@ class SphReader {
  public:
   SphReader(std::string_view text, const std::string& name) : lines_(std::span<const char>(text.data(), text.size())), name_(name) {}
 
-  /// The next line that is not blank; false at the end.
+  /// Moves to the next line that is not blank; false at the end.
   bool next() {
     while (lines_.next(line_))
       if (!trimmed(line_).empty()) return true;
@@ -64,10 +64,10 @@ struct Slot {
   bool used = false;
 };
 
-/// Floats round to 2^-24 of a coordinate: far from the frame's origin that would eat up the spheres. There, the middle
-/// of their box.
+/// Floats round to 2^-24 of a coordinate: far from the origin of the frame this would be large compared with the
+/// spheres. There, the origin is the middle of their bounding box.
 std::array<double, 3> originOf(const std::vector<Slot>& slots) {
-  constexpr double kFar = 16;  // diagonals of the box
+  constexpr double kFar = 16;  // in diagonals of the box
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::array<double, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity}, middle{};
   double diagonal2 = 0, farthest = 0;
@@ -148,7 +148,7 @@ SphereTree parseSph(std::string_view text, const std::string& name) {
       if (slots[c].used) return true;
     return false;
   };
-  std::vector<std::size_t> order{0};  // slots in file order of the tree
+  std::vector<std::size_t> order{0};  // slots in the order of the tree's nodes
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::size_t slot = order[i], first = order.size();
     for (const bool inner : {true, false})

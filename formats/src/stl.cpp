@@ -15,7 +15,7 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 84;  // 80 free bytes, then the number of facets
+constexpr std::size_t kHeaderBytes = 84;  // 80 arbitrary bytes, then the number of facets
 constexpr std::size_t kFacetBytes = 50;   // normal and three corners as float32, then 16 bits of attributes
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -24,7 +24,7 @@ bool isWord(std::string_view word, std::string_view keyword) {
   return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(), [](char a, char b) { return lower(a) == b; });
 }
 
-/// Text that begins with "solid" and has a line end and a keyword of an ASCII file in its beginning.
+/// Text that begins with "solid", followed by a line end and a keyword of an ASCII file near the beginning.
 bool looksAscii(std::span<const char> bytes) {
   const std::string_view start(bytes.data(), std::min<std::size_t>(bytes.size(), 4096));
   Lines lines(std::span<const char>(start.data(), start.size()));
@@ -39,7 +39,7 @@ bool looksAscii(std::span<const char> bytes) {
     if (!first && (isWord(word, "facet") || isWord(word, "endsolid") || isWord(word, "solid"))) return true;
     first = false;
   }
-  return !first && bytes.size() < kHeaderBytes;  // no more than the first line
+  return !first && bytes.size() < kHeaderBytes;  // not longer than the first line
 }
 
 MeshFile readBinary(std::span<const char> bytes, MeshAssembly& assembly) {
@@ -53,7 +53,7 @@ MeshFile readBinary(std::span<const char> bytes, MeshAssembly& assembly) {
   if (announced > room && spare != 0)
     assembly.refuse("ends in the middle of facet " + std::to_string(room + 1) + " of " + std::to_string(announced) +
                     ". The file is cut off: copy or export it again.");
-  if (announced != room && spare == 0) {  // whole facets to the end: the size is right, the header is not
+  if (announced != room && spare == 0) {  // the rest is whole facets: the size is right, the header is wrong
     assembly.note("The header announces " + std::to_string(announced) + " facets, the file holds " + std::to_string(room) + "; all " +
                   std::to_string(room) + " were read.");
     count = room;
@@ -62,7 +62,7 @@ MeshFile readBinary(std::span<const char> bytes, MeshAssembly& assembly) {
   }
   assembly.reserve(count * 3, count);
   for (std::size_t facet = 0; facet < count; ++facet) {
-    const char* at = bytes.data() + kHeaderBytes + facet * kFacetBytes + 12;  // behind the normal
+    const char* at = bytes.data() + kHeaderBytes + facet * kFacetBytes + 12;  // after the normal
     for (int corner = 0; corner < 3; ++corner, at += 12) {
       std::array<double, 3> p;
       for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = std::bit_cast<float>(littleUint32(at + 4 * axis));
@@ -100,7 +100,7 @@ MeshFile readAscii(std::span<const char> bytes, MeshAssembly& assembly) {
         facet_line = lines.number();
         in_facet = true;
         corners = 0;
-        line = {};  // the normal, which the winding tells better
+        line = {};  // ignores the normal, since the winding determines it better
       } else if (isWord(word, "endfacet")) {
         if (!in_facet) assembly.refuseLine(lines.number(), "endfacet without a facet. Export the mesh again.");
         if (corners != 3)

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::string_view kPrefix = ".spheretree-", kSuffix = ".tmp";
 
-// A file is made a moment before it is locked, and not every file system shares locks between machines. Whoever writes
-// does so again and again, or is done within seconds.
-constexpr std::time_t kLeftAlone = 600;  // [s]
+// A file is created shortly before it is locked, and some file systems do not share locks between machines. A program
+// that still writes a file does so repeatedly, or finishes within seconds.
+constexpr std::time_t kLeftAlone = 600;  // age below which unlocked files are kept [s]
 
 bool isLeftover(const std::filesystem::path& path) {
   struct stat status {};
@@ -28,7 +28,7 @@ bool isLeftover(const std::filesystem::path& path) {
   return file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0;
 }
 
-/// Once for each folder in the life of this program. What cannot be removed stays.
+/// Once for each folder in a run of this program. Files that cannot be removed are kept.
 void sweep(const std::filesystem::path& folder) {
   static std::mutex mutex;
   static std::set<std::filesystem::path> swept;
@@ -53,7 +53,7 @@ TemporaryFile createTemporary(const std::filesystem::path& folder) {
         folder / (std::string(kPrefix) + std::to_string(::getpid()) + "-" + std::to_string(counter++) + std::string(kSuffix));
     Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.get() >= 0) {
-      (void)::flock(file.get(), LOCK_EX | LOCK_NB);  // where it cannot be locked, its age has to do
+      (void)::flock(file.get(), LOCK_EX | LOCK_NB);  // if it cannot be locked, its age must suffice
       return {std::move(path), std::move(file), 0};
     }
     if (errno != EEXIST && errno != EINTR) return {{}, std::move(file), errno};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that hold an output until it is whole, and the removal of those that a killed program has left behind.
+// The temporary files that contain an output until it is complete, and the removal of those that killed programs left
+// behind.
 #pragma once
 
 #include <unistd.h>
@@ -19,7 +20,7 @@ class Descriptor {
   Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   Descriptor& operator=(Descriptor&&) = delete;
   int get() const { return fd_; }
-  /// Some file systems report a full disk only here. 0 or an errno.
+  /// Some file systems report a full disk only here. Returns 0 or an errno.
   int close() {
     const int fd = std::exchange(fd_, -1);
     return ::close(fd) == 0 ? 0 : errno;
@@ -31,13 +32,12 @@ class Descriptor {
 
 struct TemporaryFile {
   std::filesystem::path path;
-  Descriptor file;  // -1: it could not be made
-  int error;        // why not: an errno
+  Descriptor file;  // -1: it could not be created
+  int error;        // the reason: an errno
 };
 
-/// A new empty file `.spheretree-PID-N.tmp` in `folder`, locked for as long as it is open. Before the first one of a
-/// folder, those that nobody holds and nobody has touched for ten minutes are removed: the leftovers of programs that
-/// were killed.
+/// A new empty file `.spheretree-PID-N.tmp` in `folder`, locked while it is open. Before the first one in a folder,
+/// removes temporary files that are unlocked and older than ten minutes, which are left from killed programs.
 TemporaryFile createTemporary(const std::filesystem::path& folder);
 
 }  // namespace spheretree::formats

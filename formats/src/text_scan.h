@@ -20,7 +20,7 @@ inline std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Takes the next word off the front of `line`; empty at its end.
+/// Removes the next word from the front of `line` and returns it; empty at its end.
 inline std::string_view takeWord(std::string_view& line) {
   std::size_t first = 0;
   while (first < line.size() && isBlank(line[first])) ++first;
@@ -35,10 +35,10 @@ inline std::string_view takeWord(std::string_view& line) {
 class Lines {
  public:
   explicit Lines(std::span<const char> text, std::size_t first_number = 1) : text_(text.data(), text.size()), number_(first_number - 1) {
-    // A lone CR ends lines only in files without any LF (old Macintosh): so that looking for one costs nothing later.
+    // A lone CR ends lines only in files without any LF (old Macintosh); deciding this once makes later searches cheap.
     end_ = std::memchr(text.data() ? text.data() : "", '\n', text.size()) ? '\n' : '\r';
   }
-  /// False at the end. The line comes without its end.
+  /// False at the end. The line has no line end.
   bool next(std::string_view& line) {
     if (at_ >= text_.size()) return false;
     const void* found = std::memchr(text_.data() + at_, end_, text_.size() - at_);
@@ -49,7 +49,7 @@ class Lines {
     ++number_;
     return true;
   }
-  std::size_t number() const { return number_; }                                         // of the line last returned, from 1
+  std::size_t number() const { return number_; }                                         // of the last returned line, from 1
   std::size_t remaining() const { return at_ < text_.size() ? text_.size() - at_ : 0; }  // [bytes]
 
  private:
@@ -74,7 +74,7 @@ inline bool parseInteger(std::string_view word, std::int64_t& value) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
-/// For messages: the shortest decimals that read back as `value`.
+/// For messages: the shortest decimal that reads back as `value`.
 inline std::string shortest(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};

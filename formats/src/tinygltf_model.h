@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// tinygltf under a name of its own: Debian's libdraco exports an older tinygltf, and a program that links both would
+// tinygltf in a namespace of its own: Debian's libdraco exports an older tinygltf, and a program that links both would
 // mix them.
 #pragma once
 

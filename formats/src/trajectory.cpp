@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 8> kColumns{"t_s", "x_mm", "y_mm", "z_mm"
 constexpr std::array<std::string_view, 8> kRecordedColumns{"t_s", "hx_mm", "hy_mm", "hz_mm", "hqw", "hqx", "hqy", "hqz"};
 constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr double kStep = 1e-3, kStepTolerance = 1e-6, kLongestGap = 0.1;  // [s]
-constexpr double kFarthest = 1e7;                                         // [mm]; as the runtime's
+constexpr double kFarthest = 1e7;                                         // [mm]; as in the runtime
 constexpr double kUnitTolerance = 1e-3;
 
 class TrajectoryReader {
@@ -55,7 +55,7 @@ class TrajectoryReader {
     if (!(std::abs(length - 1) <= kUnitTolerance))
       table_.fail("the quaternion " + std::string(table_.columns()[at_[4]]) + ".." + std::string(table_.columns()[at_[7]]) +
                   " has length " + shortest(length) + ", not 1: normalise it");
-    // Shorter than that is rounding: to normalise again would change the last bit of what was recorded.
+    // A smaller deviation is rounding: normalising again would change the last bit of a recorded number.
     if (std::abs(length - 1) > 4e-15) pose.orientation.normalize();
     poses_.push_back(pose);
   }
@@ -70,7 +70,7 @@ class TrajectoryReader {
     times_.push_back(time);
   }
 
-  /// The poses at each millisecond after the first row, between the rows that come before and after.
+  /// Interpolates the poses at each millisecond after the first row.
   std::vector<Configuration> resampled() const {
     std::vector<Configuration> out;
     std::size_t after = 0;

@@ -15,7 +15,7 @@ namespace spheretree::formats {
 namespace {
 
 struct Icosphere {
-  std::vector<Eigen::Vector3d> points;  // unit
+  std::vector<Eigen::Vector3d> points;  // on the unit sphere
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
@@ -44,7 +44,7 @@ Icosphere makeIcosphere(int subdivisions) {
   return s;
 }
 
-/// The spheres of one level set: instances of one icosphere of radius 1 m. Returns the node above them.
+/// The spheres of one level set: instances of one icosphere of radius 1 m. Returns their parent node.
 int addLevel(GlbWriter& glb, const SphereTree& tree, int level, SphereKind kind) {
   constexpr std::array<std::array<double, 3>, kMaxLevels> kColours{
       {{0.60, 0.60, 0.60}, {0.85, 0.37, 0.10}, {0.90, 0.67, 0.12}, {0.20, 0.60, 0.35}, {0.15, 0.45, 0.75}, {0.50, 0.30, 0.65}}};
@@ -67,14 +67,14 @@ int addLevel(GlbWriter& glb, const SphereTree& tree, int level, SphereKind kind)
   return glb.addNode(name, std::move(spheres), {});
 }
 
-/// The patches of a skin: each of its sides in four, which makes 15 points and 16 triangles.
+/// The patches of a skin: each side is divided into four, which gives 15 points and 16 triangles.
 GlbWriter::Part partOf(const Skin& skin) {
   constexpr int kParts = 4;
   GlbWriter::Part mesh{
       .name = "skin", .colour = {0.93, 0.87, 0.76}, .is_double_sided = true, .positions = {}, .normals = {}, .triangles = {}};
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     const SkinPatch patch = patchOf(skin, t);
-    std::uint32_t row = static_cast<std::uint32_t>(mesh.positions.size());  // first point of row i, of kParts + 1 - i points
+    std::uint32_t row = static_cast<std::uint32_t>(mesh.positions.size());  // first point of row i, which has kParts + 1 - i points
     for (int i = 0; i <= kParts; ++i) {
       const auto length = static_cast<std::uint32_t>(kParts + 1 - i);
       for (int j = 0; j <= kParts - i; ++j) {

@@ -92,7 +92,7 @@ std::string writeTreeJson(const SphereTree& tree) {
   head["levels"] = std::move(levels);
 
   std::string text = head.dump(1);
-  text.resize(text.size() - 2);  // reopened: "\n}" comes after the nodes, which stand one a line
+  text.resize(text.size() - 2);  // removes "\n}", which follows after the nodes, one on each line
   text += ",\n \"nodes\": [\n";
   for (std::size_t i = 0; i < tree.nodeCount(); ++i) {
     OrderedJson node;
