@@ -43,7 +43,8 @@ Configuration BodyPaths::at(std::size_t body, double t, const HingeAngles& angle
 
 void BodyPaths::moveTo(double t, const HingeAngles& angles, runtime::Workspace& workspace) const noexcept {
   for (std::size_t body = 1; body <= bodies_.size(); ++body)
-    runtime::moveBody(static_cast<std::uint32_t>(body), at(body, t, angles), workspace);  // one that carries nothing is not known there
+    runtime::moveBody(static_cast<std::uint32_t>(body), at(body, t, angles),
+                      workspace);  // a body without objects is unknown to the runtime
 }
 
 std::vector<Configuration> BodyPaths::posesAt(double t, const HingeAngles& angles) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-player: plays scenes, and runs the stability scenarios. Surface: docs/haptic_player.md
+// haptic-player: plays scenes, and runs the stability scenarios. Options: docs/haptic_player.md
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -51,7 +51,7 @@ int listScenarios() {
   return kExitOk;
 }
 
-/// What a list of names means, as a mistake in the command line if it means nothing.
+/// The selection that a list of names means; an invalid list is a usage error.
 template <class Choose>
 auto chosen(Choose&& choose) {
   try {
@@ -66,7 +66,7 @@ int runScenarios(const Options& options, builder::Progress& progress) try {
   const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
   const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
   if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
-  if (!options.out.empty()) {  // known now, not after minutes
+  if (!options.out.empty()) {  // checked now, not after minutes
     formats::makeFolder(options.out);
     formats::checkWritable(options.out / "stability.json");
   }
@@ -127,7 +127,7 @@ void printSummary(const nlohmann::ordered_json& s) {
   for (const auto& note : s["notes"]) printResult("note               %s\n", plainText(note.get<std::string>()).c_str());
 }
 
-/// Options that only one device heeds, given with another.
+/// Refuses options that only another device uses.
 void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
   for (const char* name : {"--hd-library", "--hd-device", "--hd-calibrate", "--hd-gimbal-torque"})
     if (device != "phantom" && cli.count(name) > 0) throw UsageError(std::string(name) + " is for --device phantom");
@@ -137,7 +137,7 @@ void refuseStrayOptions(const CLI::App& cli, const std::string& device) {
 int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) {
   PlaySettings& play_settings = options.play;
   play_settings.contact = contactOf(options);
-  // In a window a hand drives; the trajectory then says where it begins, or with --hand-from file where it goes.
+  // In a window the hand follows an input; the trajectory then gives its start or, with --hand-from file, its path.
   const bool is_driven = play_settings.trajectory.empty() || options.view.view;
   const std::string device = !options.device.empty() ? options.device : is_driven ? "simulated" : "replay";
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
@@ -163,7 +163,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   nlohmann::ordered_json summary;
   const PlayEnd end =
       options.view.isAsked() ? runView(options.view, play_settings, progress, summary) : play(play_settings, progress, summary);
-  if (summary.is_null()) return kExitOk;  // a replay
+  if (summary.is_null()) return kExitOk;  // it was a replay
   summary["notes"] = nlohmann::ordered_json::array();
   if (end == PlayEnd::Complete)
     for (const std::string& note : notesOn(play_settings, summary["steps"].get<std::uint64_t>(), summary["largest_force_n"].get<double>()))

@@ -55,7 +55,7 @@ runtime::SceneDescription readDescription(const formats::SceneFile& file, const 
   });
 }
 
-/// The pose of a sampled path at `t`, its ends held.
+/// The pose of a sampled path at `t`, constant beyond its ends.
 device::IntendedPath sampledPath(std::vector<Configuration> poses) {
   return [poses = std::move(poses)](double t) {
     const double last = static_cast<double>(poses.size() - 1);
@@ -63,15 +63,15 @@ device::IntendedPath sampledPath(std::vector<Configuration> poses) {
   };
 }
 
-/// How the scene has the tool on the handle and the device in the world; absent where it says neither, and for poses
-/// that are those of the tool already.
+/// The mount of the tool on the handle and the pose of the device, from the scene. Absent if the scene specifies
+/// neither, and for poses that are already those of the tool.
 std::optional<device::ToolMount> mountOf(const formats::SceneFile& scene, DeviceKind device) {
   if (device == DeviceKind::Replay) return std::nullopt;
   if (isIdentity(scene.device) && isIdentity(scene.tool.pose)) return std::nullopt;
   return device::ToolMount{scene.device, scene.tool.pose};
 }
 
-/// What needs no hardware.
+/// Opens a device that needs no hardware.
 std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const runtime::Scene& scene,
                                           const std::optional<device::ToolMount>& mount, PlayObserver* observer) {
   std::vector<Configuration> poses;
@@ -87,7 +87,7 @@ std::unique_ptr<device::Device> openInput(const PlaySettings& settings, const ru
   return std::make_unique<device::SimulatedDevice>(simulated);
 }
 
-/// The servo thread does not wait for the disk to bring memory back.
+/// Locks all memory, so that the servo thread never waits for the disk.
 Json lockMemory() {
   if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return true;
   std::fprintf(stderr, "haptic-player: memory is not locked (%s): a step may wait for the disk. Raise `ulimit -l`.\n",
@@ -107,7 +107,7 @@ void showStatus(const device::DeviceStatus& status, const ServoLoop& loop) {
   std::fflush(stderr);
 }
 
-/// Until the device ends, the time is over, or a stop is asked for.
+/// Runs until the device ends, the time is over, or a stop is requested.
 void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& loop, PlayObserver* observer) {
   const auto limit = settings.seconds ? static_cast<std::uint64_t>(std::llround(*settings.seconds * 1000)) : ~std::uint64_t{0};
   auto shown = std::chrono::steady_clock::now();
@@ -188,7 +188,7 @@ runtime::Scene loadScene(const std::filesystem::path& path, runtime::ContactSurf
 }
 
 device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
-  // Where the tool, coming from above, first touches each object: by the runtime itself.
+  // Finds where the tool, coming from above, first touches each object, with the runtime itself.
   struct Stop {
     Eigen::Vector3d high, touch;
   };
@@ -198,7 +198,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
   double top = 0;
   for (std::size_t i = 0; i < compiled.objects.size(); ++i)
     top = std::max(top, compiled.objects[i].anchor.z() + compiled.shapeOf(i).radius + compiled.tool.reach + 5);
-  // One more than it has time for, because it is on its way to the next.
+  // One more than the time allows, because the tool already approaches the next one.
   const double most = std::floor(std::min(seconds, kLongestTourSeconds) / kTourStopSeconds) + 2;
   for (const runtime::CompiledObject& object : compiled.objects) {
     if (static_cast<double>(stops.size()) >= most) break;
@@ -214,7 +214,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
   return [stops](double t) {
     constexpr double kStop = kTourStopSeconds;
     const std::size_t i = static_cast<std::size_t>(t / kStop) % stops.size();
-    const double s = std::fmod(t, kStop) / kStop;  // 0..1: over, down, circle, up
+    const double s = std::fmod(t, kStop) / kStop;  // 0..1: above, down, circle, up
     const Stop &now = stops[i], &next = stops[(i + 1) % stops.size()];
     const auto blend = [](double x) { return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0)); };
     Eigen::Vector3d p = now.high;
@@ -230,7 +230,7 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
 PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann::ordered_json& summary, PlayObserver* observer) {
   const bool real = settings.clock == device::Clock::Real;
   std::unique_ptr<device::Device> device;
-  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // fails at once
+  if (settings.device == DeviceKind::Phantom) device = std::make_unique<device::PhantomDevice>(settings.phantom);  // reports errors at once
   const formats::SceneFile file = settings.scene.empty() ? formats::SceneFile() : formats::readScene(settings.scene);
   runtime::SceneDescription description = settings.scene.empty() ? sampleScene(progress) : readDescription(file, settings.scene, progress);
   description.contact = settings.contact;
@@ -253,7 +253,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   if (has_tissue) tissue.emplace(scene, real ? TissueMotion::Clock::Real : TissueMotion::Clock::Stepped);
   options.tissue = tissue ? &*tissue : nullptr;
   ServoLoop loop(scene, recording.get(), options, observer ? observer->streams() : nullptr);
-  const device::EmergencyStop emergency_stop;  // from here on Ctrl-C means the device first
+  const device::EmergencyStop emergency_stop;  // from now on Ctrl-C first stops the device
   progress.check();
   const Json locked = real ? lockMemory() : Json(nullptr);
 
@@ -267,7 +267,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   device->stop();
   if (recording) recording->finish();
 
-  const bool was_closed = observer && device::EmergencyStop::signal() == 0;  // the window was: an end like any other
+  const bool was_closed = observer && device::EmergencyStop::signal() == 0;  // the user closed the window, which is a regular end
   const PlayEnd end = device::EmergencyStop::requested() && !was_closed ? PlayEnd::Interrupted
                       : status.phase == device::Phase::Failed           ? PlayEnd::DeviceFailed
                                                                         : PlayEnd::Complete;

@@ -92,7 +92,7 @@ void RecordingWriter::drain() {
   try {
     std::string text;
     for (;;) {
-      const bool last = stop_.load(std::memory_order_acquire);  // before the look at the ring: rows pushed before stop are in it
+      const bool last = stop_.load(std::memory_order_acquire);  // read before the ring, so that rows pushed before the stop are in it
       text.clear();
       const std::size_t rows = ring_.drain([&](const RecordedStep& row) {
         appendFullRow(text, row);

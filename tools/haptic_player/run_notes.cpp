@@ -20,7 +20,7 @@ std::string inSeconds(double seconds) {
   return text;
 }
 
-/// Distance from the reference point of the tool to its nearest leaf [mm]; 0 within one.
+/// Distance from the reference point of the tool to its nearest leaf [mm]; 0 if it is inside one.
 double referenceDistance(const formats::SceneFile& scene, const std::filesystem::path& path) {
   const SphereTree tree = formats::readSphereTree(formats::scenePath(path, scene.tool.tree));
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);

@@ -24,7 +24,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
     priority_error_.store(::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority), std::memory_order_relaxed);
   }
   begun_.fetch_add(1);
-  if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // its solver is no part of a step
+  if (options_.tissue) tissue_states_ = options_.tissue->take(ticks_, workspace_);  // the solver is not part of a step
   runtime::StageTimes times;
   const double processor_start = threadTime();
   const Clock::time_point start = Clock::now();
@@ -55,7 +55,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
 }
 
 void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
-  constexpr double kFastest = 0.06;  // [degree a step]: a slider that jumps opens a jaw at 60 degrees a second
+  constexpr double kFastest = 0.06;  // [degree a step]: if a slider jumps, a jaw opens at 60 degrees a second
   for (std::size_t k = 0; k < kMostHinges; ++k) {
     const double wish = live_ ? live_->hinges.degree[k].load(std::memory_order_relaxed) : std::numeric_limits<double>::quiet_NaN();
     const bool is_wished = !std::isnan(wish);
@@ -67,7 +67,7 @@ void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
 
 bool ServoLoop::record(RecordingWriter* recording) noexcept {
   recording_.store(recording);
-  // A step that begins from here on sees the new writer: these operations have one order for all threads.
+  // A step that begins after this sees the new writer: these operations have the same order for all threads.
   const std::uint64_t begun = begun_.load();
   for (int n = 0; n < 1000 && ended_.load() < begun; ++n) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return ended_.load() >= begun;

@@ -13,16 +13,16 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRadius = 1;     // of the ball
-constexpr double kPressed = 0.5;  // that the hand goes below the offset surface [mm]
-constexpr double kPace = 0.02;    // of a step: 20 mm/s [mm]
+constexpr double kPressed = 0.5;  // depth of the hand below the offset surface [mm]
+constexpr double kPace = 0.02;    // motion in a step: 20 mm/s [mm]
 
 struct Course {
   std::string name, body;
-  Vector3d place;              // of the body's mesh frame
-  std::vector<Vector3d> hand;  // world, a step each; the first is free
+  Vector3d place;              // origin of the body's mesh frame
+  std::vector<Vector3d> hand;  // world frame, one position for each step; the first is free
 };
 
-/// On to `to`, a step at a time.
+/// Appends positions up to `to`, one for each step.
 void lineTo(std::vector<Vector3d>& path, const Vector3d& to) {
   const Vector3d from = path.back();
   const int steps = std::max(1, static_cast<int>((to - from).norm() / kPace));
@@ -43,7 +43,7 @@ Course overEdge() {
 }
 
 Course alongGroove() {
-  const double z = 2 * kRadius - kPressed;  // the walls of 30 degrees from the vertical meet at z = 0
+  const double z = 2 * kRadius - kPressed;  // the walls, 30 degrees from the vertical, meet at z = 0
   Course course{"groove", "groove", {0, 0, 0}, {{0, -5, 2 * kRadius + 0.2}}};
   lineTo(course.hand, {0, -5, z});
   for (int n = 1; n <= 500; ++n) course.hand.emplace_back(0.4 * std::sin(4 * std::numbers::pi * n / 500), -5 + 0.02 * n, z);
@@ -60,7 +60,7 @@ Course roundBowl() {  // a hollow of radius 15 about (0, 0, 7)
   return course;
 }
 
-/// Round the crown: where rays from outside towards the axis come as near as the hand is to be.
+/// Around the crown: where rays from outside towards the axis reach the distance of the hand.
 Course roundMolar(const Body& molar) {
   const Eigen::AlignedBox3d& box = molar.field.box();
   const Vector3d middle = box.center() + Vector3d(0, 0, 0.2 * box.sizes().z());
@@ -141,7 +141,7 @@ Vector3d ExactBall::outside(Vector3d p) const {
 }
 
 const Vector3d& ExactBall::follow(const Vector3d& hand) {
-  double step = 0.05;  // so that no wall is stepped through
+  double step = 0.05;  // small, so that it cannot step through a wall
   for (int n = 0; n < 400 && step > 1e-6; ++n) {
     const Vector3d want = hand - at_;
     if (want.norm() < 1e-9) break;

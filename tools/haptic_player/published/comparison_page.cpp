@@ -14,7 +14,7 @@ namespace {
 using tool::escaped;
 using tool::shortNumber;
 
-constexpr double kFloor = 1e-5;  // of figures on a logarithmic axis [mm, N]
+constexpr double kFloor = 1e-5;  // smallest value on a logarithmic axis [mm, N]
 
 std::string title(Mode mode) { return std::string(name(mode)) + (mode == Mode::Constrained ? " (this project)" : ""); }
 

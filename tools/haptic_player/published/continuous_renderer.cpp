@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Points against a distance field by continuous collision detection: the tool moves to the first time of impact, then
-// on along the constraints of its contacts, and is never pushed out by a penalty.
+// Points against a distance field with continuous collision detection: the tool moves to the first time of impact, then
+// on along the constraints of its contacts. There is no penalty force that pushes it out.
 // Paper: H. Xu, J. Barbic. 6-DoF haptic rendering using continuous collision detection between points and signed
 // distance fields. IEEE Transactions on Haptics 10(2), 2017. Gauss' principle of least constraint after M. Ortega, S.
 // Redon, S. Coquillart. A six degree-of-freedom god-object method for haptic display of rigid bodies. IEEE VR 2006.
@@ -14,10 +14,10 @@
 namespace spheretree::player {
 namespace {
 
-constexpr int kMoves = 5;          // to a time of impact, in a step
-constexpr double kNear = 0.2;      // points nearer than this are constraints [mm]
-constexpr double kOff = 0.01;      // that points keep from the surface [mm]
-constexpr double kLanded = 0.005;  // of kOff: that near, an impact has happened [mm]
+constexpr int kMoves = 5;          // moves to a time of impact in a step
+constexpr double kNear = 0.2;      // points nearer than this become constraints [mm]
+constexpr double kOff = 0.01;      // distance that points keep from the surface [mm]
+constexpr double kLanded = 0.005;  // in excess of kOff: within this distance, a point has hit the surface [mm]
 constexpr std::size_t kMostRows = 512;
 
 /// Rows of a QP in the layout of qp6.h.
@@ -69,7 +69,8 @@ class ContinuousRenderer final : public Renderer {
     return active_;
   }
 
-  /// The way to the hand that the near points leave free (Xu and Barbic 2017, section 5: a QP with one row for each).
+  /// The motion towards the hand that the near points allow (Xu and Barbic 2017, section 5: a QP with one row for
+  /// each).
   Displacement constrainedWay(const Configuration& haptic) {
     rows_.clear();
     const PointShell& shell = model_.shell;
@@ -96,11 +97,11 @@ class ContinuousRenderer final : public Renderer {
     else
       answer.y = target;
     active_ = answer.active_count;
-    if (answer.status == runtime::QpStatus::Infeasible) return {};  // squeezed: it rests
+    if (answer.status == runtime::QpStatus::Infeasible) return {};  // squeezed: the tool rests
     return {answer.y.head<3>(), answer.y.tail<3>() / lever_};
   }
 
-  /// The share of the way after which a point comes within kOff of a surface, by conservative advancement.
+  /// The share of the motion after which a point comes within kOff of a surface, by conservative advancement.
   double timeOfImpact(const Displacement& way) const {
     double first = 1;
     for (std::size_t o = 0; o < poses_.size(); ++o) advance(o, ToObject(graphic_, poses_[o]), way, 0, first);
@@ -120,7 +121,7 @@ class ContinuousRenderer final : public Renderer {
       const Eigen::Vector3d& p = model_.shell.point[model_.shell.tree.order[k]];
       const double own = way.translation.norm() + way.rotation.norm() * p.norm();
       double t = 0, gap = grid.at(to_object(p)).distance - kOff;
-      if (gap < kLanded) continue;  // in contact: its row has it
+      if (gap < kLanded) continue;  // in contact: constrained by its row
       while (t < first && own > 0) {
         t += std::max(gap, kLanded) / (DistanceGrid::kSteepest * own);
         if (t >= first) break;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kPadding = 2;  // cells
 
-/// Weights of the four points about a place at `t` in [0, 1] of the middle cell, and their derivatives by t.
+/// Weights of the four points around a position `t` in [0, 1] of the middle cell, and their derivatives by t.
 struct Spline {
   std::array<double, 4> weight, slope;
   explicit Spline(double t)
@@ -34,7 +34,7 @@ DistanceGrid::DistanceGrid(const builder::DistanceField& field, std::size_t byte
     return product;
   };
   while (countsOf() > points && cell_ < size.maxCoeff()) cell_ *= 1.02;
-  for (Eigen::Index k = 0; k < 3; ++k) {  // the body in the middle
+  for (Eigen::Index k = 0; k < 3; ++k) {  // centres the body
     const double length = cell_ * (count_[static_cast<std::size_t>(k)] - 1);
     box_.min()[k] = field.box().center()[k] - length / 2;
     box_.max()[k] = field.box().center()[k] + length / 2;

@@ -12,8 +12,8 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kPlaces = 60'000;  // of the grid over the box
-constexpr double kSmallest = 1e-3;  // of the diagonal
+constexpr double kPlaces = 60'000;  // grid points over the bounding box
+constexpr double kSmallest = 1e-3;  // as a share of the diagonal
 constexpr int kPrototypeSteps = 12;
 
 class Packing {
@@ -45,10 +45,10 @@ class Packing {
  private:
   struct Place {
     Eigen::Vector3d at;
-    double room;  // radius of the largest sphere about it that is free
+    double room;  // radius of the largest free sphere about it
   };
 
-  /// Room at p, and the way that makes it larger: away from what is nearest.
+  /// The free radius at p, and the direction in which it grows: away from the nearest obstacle.
   double roomAt(const Eigen::Vector3d& p, Eigen::Vector3d& away) const {
     builder::NearestPoint nearest;
     double room = -field_.signedDistance(p, &nearest);

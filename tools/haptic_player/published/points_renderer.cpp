@@ -9,7 +9,7 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kPointStiffness = 10;  // of a point, times that of the coupling; Barbic and James scale by hand as well
+constexpr double kPointStiffness = 10;  // stiffness of a point, as a multiple of the coupling's; Barbic and James also scale by hand
 
 class PointsRenderer final : public PenaltyRenderer {
  public:

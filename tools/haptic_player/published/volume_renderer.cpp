@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inner spheres with a penalty by their common volume, and a static virtual coupling.
+// Inner spheres with a penalty proportional to their common volume, and a static virtual coupling.
 // Paper: R. Weller, G. Zachmann. Inner sphere trees for proximity and penetration queries. Robotics: Science and
 // Systems 2009, section V (penetration volume), and A unified approach for physically-based simulations and haptic
 // rendering, ACM SIGGRAPH Video Game Symposium 2009 (forces and torques).
@@ -14,17 +14,17 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kVolumeStiffness = 300;          // force for each mm^3, times the coupling's for each mm [1/mm^2]
+constexpr double kVolumeStiffness = 300;          // force for each mm^3, divided by the coupling's for each mm [1/mm^2]
 constexpr std::size_t kLeast = 50, kMost = 5000;  // spheres of a body
 
 struct Lens {
-  double volume, slope;  // [mm^3], and how it falls for each mm that the centres part [mm^2]
-  double from_first;     // of its middle from the first centre along the line of centres [mm]
+  double volume, slope;  // [mm^3], and its decrease for each mm that the centres move apart [mm^2]
+  double from_first;     // distance of its middle from the first centre, along the line of centres [mm]
 };
 
-/// Of two balls whose centres are `d` apart, d < a + b.
+/// The lens of two balls whose centres are `d` apart, d < a + b.
 Lens lensOf(double a, double b, double d) {
-  if (d <= std::abs(a - b)) {  // one within the other: no way out is shorter than another
+  if (d <= std::abs(a - b)) {  // one ball is within the other: all directions out are equally long
     const double small = std::min(a, b);
     return {4.0 / 3 * std::numbers::pi * small * small * small, std::numbers::pi * small * small, b < a ? d : 0};
   }
@@ -55,7 +55,7 @@ class VolumeRenderer final : public PenaltyRenderer {
     return penalty;
   }
 
-  /// The node of the tool's hierarchy against all of the object's; both in the frame of the object.
+  /// Tests a node of the tool's hierarchy against the whole hierarchy of the object, in the frame of the object.
   void collide(std::size_t o, const Configuration& tool, const ToObject& to_object, std::uint32_t at, Penalty& penalty) const {
     const InnerSpheres& object = objects_[o];
     if (tool_.tree.nodes.empty()) return;
@@ -80,8 +80,8 @@ class VolumeRenderer final : public PenaltyRenderer {
     }
   }
 
-  /// Weller and Zachmann: the force of a pair is its common volume along the line of centres, at the middle of the
-  /// lens.
+  /// Weller and Zachmann: the force of a pair is its common volume, in the direction of the line of centres, at the
+  /// middle of the lens.
   void addPair(const Eigen::Vector3d& other, double b, const Eigen::Vector3d& ball, double a, std::size_t o, const Configuration& tool,
                Penalty& penalty) const {
     const Eigen::Vector3d away = ball - other;

@@ -9,7 +9,7 @@
 namespace spheretree::player {
 namespace {
 
-/// The runtime behind a device.
+/// The runtime as the renderer of a device.
 class LoopRenderer final : public device::Renderer {
  public:
   explicit LoopRenderer(ScenarioRun& trial) : rig_(trial) {}
@@ -19,9 +19,9 @@ class LoopRenderer final : public device::Renderer {
   ScenarioRun& rig_;
 };
 
-/// v.K v T^2 of a step: twice the energy of the springs squeezed by its way along the wrench, the only direction in
-/// which a contact without friction is stiff [mJ]. Lengths of ways and wrenches are those of the metric of the two
-/// springs.
+/// v.K v T^2 of a step: twice the energy of the springs for the part of its motion along the wrench, which is the only
+/// direction in which a contact without friction is stiff [mJ]. Lengths of motions and wrenches are those of the metric
+/// of the two springs.
 double squeezed(const runtime::Coupling& coupling, const Displacement& way, const Wrench& wrench) {
   const double length2 = wrench.force.squaredNorm() / coupling.translation + wrench.torque.squaredNorm() / coupling.rotation;
   const double along = way.translation.dot(wrench.force) + way.rotation.dot(wrench.torque);
@@ -110,11 +110,11 @@ Spectrum roughness(const std::vector<double>& signal) {
   }
   Spectrum out;
   for (const double p : power) {
-    out.rms += p / 1.5 / windows;  // 1.5 bins: the noise width of the Hann window
+    out.rms += p / 1.5 / windows;  // 1.5 bins: the noise bandwidth of the Hann window
     out.largest_line = std::max(out.largest_line, std::sqrt(2 * p / windows));
   }
   out.rms = std::sqrt(out.rms);
-  return out.rms > 1e-12 ? out : Spectrum{};  // less is rounding of a signal that stands still
+  return out.rms > 1e-12 ? out : Spectrum{};  // a smaller value is rounding of a constant signal
 }
 
 Spectrum forceRoughness(const ClosedLoop& loop, std::size_t begin, std::size_t end) {

@@ -7,14 +7,14 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kNear = 0.5;  // pairs up to this far apart are tested at every pose [mm]
+constexpr double kNear = 0.5;  // pairs up to this distance are tested at every pose [mm]
 
 Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
 Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
   return pose.orientation.conjugate() * (p - pose.position);
 }
 
-/// Applies `value(before, after)` to neighbours and returns the largest.
+/// Applies `value(before, after)` to consecutive elements and returns the largest result.
 template <class Value>
 double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) {
   double most = 0;
@@ -29,7 +29,7 @@ LeafPenetration::LeafPenetration(const SphereTree& tool, const Eigen::Vector3d& 
     : tool_(leavesOf(tool, {-reference_point, {1, 0, 0, 0}})) {
   for (const Ball& b : tool_) reach_ = std::max(reach_, b.centre.norm());
   for (const PlacedBody& object : objects) {
-    if (object.body->soft) {  // not where it was
+    if (object.body->soft) {  // it has moved
       objects_.push_back({object.body, object.pose, false, {}, {Eigen::Vector3d::Zero(), 0}});
       continue;
     }
@@ -74,7 +74,7 @@ void LeafPenetration::listNear(const Configuration& pose) {
   }
 }
 
-// Of a ball in the mesh, beyond what the skin's tolerances allow.
+// Depth of a ball in the mesh, minus the tolerances of the skin.
 double LeafPenetration::depthIn(const Object& object, const Eigen::Vector3d& centre, double radius) const {
   const Skin& skin = object.body->tree.skin;
   return radius - object.body->field.signedDistance(placeBack(object.pose, centre)) - static_cast<double>(skin.tolerance) -
@@ -127,7 +127,7 @@ MeshPenetration::MeshPenetration(const Body& tool, const Eigen::Vector3d& refere
 double MeshPenetration::at(const Configuration& pose) const {
   double deepest = 0;
   const auto look = [&](const Body& body, const Eigen::Vector3d& p) {
-    // The box first: most points are far away. A point inside by more than the deepest so far is searched for.
+    // Tests the box first: most points are far away. Only points deeper than the deepest so far need a query.
     const Eigen::AlignedBox3d& box = body.field.box();
     if ((p - box.min()).minCoeff() <= deepest || (box.max() - p).minCoeff() <= deepest) return;
     deepest = std::max(deepest, -body.field.signedDistance(p));
@@ -170,17 +170,17 @@ Eigen::Vector3d offsetEdge(const Eigen::Vector3d& h, double r) {
   const Eigen::Vector2d p(h.x(), h.z()), nearest = p.cwiseMin(0.0), way = p - nearest;
   if (way.norm() >= r) return h;
   if (p.x() > 0 && p.y() > 0) return {p.x() * r / p.norm(), h.y(), p.y() * r / p.norm()};
-  // Beside or inside the solid: the nearer face, unless the arc begins before.
+  // Beside or inside the solid: the nearer face, except where the arc is nearer.
   if (p.y() >= p.x()) return {p.x(), h.y(), r};
   return {r, h.y(), p.y()};
 }
 
 Eigen::Vector3d offsetGroove(const Eigen::Vector3d& h, double r, double half_angle) {
-  // Free: cos(a) |x| - sin(a) z <= -r, that is, both half planes of the walls moved in by r.
+  // Free: cos(a) |x| - sin(a) z <= -r, that is, inside both half planes of the walls, moved in by r.
   const double c = std::cos(half_angle), s = std::sin(half_angle), x = std::abs(h.x()), sign = h.x() < 0 ? -1 : 1;
   const double bottom = r / s, depth = c * x - s * h.z() + r;
   if (depth <= 0) return h;
-  const double px = x - depth * c, pz = h.z() + depth * s;  // on this wall
+  const double px = x - depth * c, pz = h.z() + depth * s;  // nearest point on this wall
   if (px >= 0) return {sign * px, h.y(), pz};
   return {0, h.y(), bottom};
 }

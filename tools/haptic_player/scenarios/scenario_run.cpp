@@ -13,7 +13,7 @@
 namespace spheretree::player {
 
 constexpr std::size_t kMostRows = 200'000;
-constexpr double kSpacing = 0.02;  // of points by which meshes are compared where a scenario says none, of the tool's diagonal
+constexpr double kSpacing = 0.02;  // default spacing of the points by which meshes are compared, as a share of the tool's diagonal
 
 std::string text(double value, int digits) {
   char buffer[32];
@@ -25,7 +25,7 @@ double leafOverhang(const Body& body) { return static_cast<double>(body.tree.sta
 
 namespace {
 
-// The paper's method knows leaves alone.
+// The published method uses only leaves.
 runtime::ContactSurface surfaceOf(Mode mode, const std::vector<PlacedBody>& objects, runtime::ContactSurface wanted) {
   const bool all_skin =
       std::all_of(objects.begin(), objects.end(), [](const PlacedBody& o) { return o.body->contact == runtime::ContactSurface::Skin; });
@@ -92,7 +92,8 @@ ScenarioRun::ScenarioRun(const Body& tool, std::vector<PlacedBody> objects, Mode
   if (spacing > 0) meshes_ = std::make_unique<MeshPenetration>(tool, reference_point, objects_, spacing);
 }
 
-// As the player does in lock step: the steps take the state of the forces kTissueTicks ago, the solver those of now.
+// As the player in lock step: the steps take the state for the forces of kTissueTicks ago, and the solver gets the
+// current forces.
 void ScenarioRun::moveTissue() {
   if (solver_ == Solver::Stalls) return;
   for (MovingObject& soft : moving_) {

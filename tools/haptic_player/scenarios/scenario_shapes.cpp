@@ -32,7 +32,7 @@ void addArc(Profile& profile, double radius, double z, double from, double to, i
   }
 }
 
-/// Cuts segments off the axis into pieces of at most `longest`: the builder is slow on long slivers.
+/// Divides segments away from the axis into pieces of at most `longest`, since the builder is slow on long slivers.
 Profile cut(const Profile& profile, double longest) {
   Profile out{profile.front()};
   for (std::size_t i = 1; i < profile.size(); ++i) {
@@ -88,17 +88,17 @@ TriangleMesh cylinder(double radius, double low, double high, std::uint32_t arou
   return lathe(cut({{0, low}, {radius, low}, {radius, high}, {0, high}}, 2 * radius), around);
 }
 
-TriangleMesh bowl() {  // a ball of radius 15 taken out of a cylinder, rim at z = 0, floor at z = -8
+TriangleMesh bowl() {  // a ball of radius 15 subtracted from a cylinder, rim at z = 0, floor at z = -8
   Profile profile{{0, -12}, {16, -12}, {16, 0}};
-  const double open = std::acos(7.0 / 15);  // the rim stands at this angle from the lowest point
+  const double open = std::acos(7.0 / 15);  // angle of the rim from the lowest point
   addArc(profile, 15, 7, open, 0, 24);
   return lathe(profile, 96);
 }
 
-/// A block with a blind hole of diameter 10.2, 5 deep, its mouth chamfered at z = 0.
+/// A block with a blind hole of diameter 10.2, 5 deep, chamfered at its rim at z = 0.
 TriangleMesh bore() { return lathe({{0, -10}, {12, -10}, {12, 0}, {5.6, 0}, {5.1, -0.5}, {5.1, -5}, {0, -5}}, 64); }
 
-/// Only the inside of the hole has to be true.
+/// Only the inside of the hole has to be accurate.
 std::vector<double> boreTolerances(const TriangleMesh& mesh) {
   std::vector<double> tolerances;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -112,14 +112,14 @@ std::vector<double> boreTolerances(const TriangleMesh& mesh) {
   return tolerances;
 }
 
-/// A box in which a body has to be true within `tolerance`, how far off it may be elsewhere, and the longest side of
-/// triangles in it [mm].
+/// A box in which a body has to be accurate to `tolerance`, its tolerance elsewhere, and the longest side of triangles
+/// in the box [mm].
 struct Work {
   Eigen::AlignedBox3d box;
   double tolerance, elsewhere, side;
 };
 
-/// Tolerances differ from triangle to triangle, so these have to be small where the work is.
+/// Tolerances are given for each triangle, so triangles have to be small in the box.
 TriangleMesh cutFor(const Work& work, const TriangleMesh& mesh) {
   return refined(mesh, [&](const Eigen::Vector3d& p) { return work.side + work.box.exteriorDistance(p) / 2; });
 }
@@ -140,8 +140,8 @@ TriangleMesh groove() {
   return extrude({{-10, -4}, {10, -4}, {10, 10}, {half, 10}, {0, 0}, {-half, 10}, {-10, 10}}, 20);
 }
 
-// Each a little wider than what the tool touches.
-/// Where F3's ball of radius 5 comes over the edge of the cube.
+// The boxes are slightly wider than what the tool touches.
+/// Where F3's ball of radius 5 moves over the edge of the cube.
 const Work kEdgeWork{{Eigen::Vector3d(1, -2.5, 1), Eigen::Vector3d(11, 2.5, 11)}, 0.04, 1, 1};
 /// Where F3's ball of radius 1 slides along the groove.
 const Work kGrooveWork{{Eigen::Vector3d(-2, -8, 0), Eigen::Vector3d(2, 8, 3)}, 0.045, 1, 1};
@@ -151,9 +151,9 @@ const Work kSlabWork{{Eigen::Vector3d(-42, -42, -1), Eigen::Vector3d(42, 42, 1)}
 struct Recipe {
   std::function<TriangleMesh()> mesh;
   int levels = 4;
-  double tolerance = 0;                                              // > 0: of the whole [mm]
+  double tolerance = 0;                                              // > 0: of the whole body [mm]
   std::function<std::vector<double>(const TriangleMesh&)> graded{};  // of each triangle, none below `tolerance` [mm]
-  bool has_budget = false;                                           // that may not do for the tolerance: then quality counts
+  bool has_budget = false;  // its number of leaves may not suffice for the tolerance: then the quality matters
 };
 
 Recipe detailed(TriangleMesh (*mesh)(), const Work& work) {
@@ -162,7 +162,7 @@ Recipe detailed(TriangleMesh (*mesh)(), const Work& work) {
 
 const std::map<std::string, Recipe>& recipes() {
   static const std::map<std::string, Recipe> all{
-      // Tools. The balls are one sphere: what the tolerance leaves beyond the facets of the mesh, 0.0123 of 5, is an
+      // Tools. The balls are one sphere: the overhang over the facets of the mesh, 0.0123 for a radius of 5, is an
       // error of every figure that is compared with a ball.
       {"ball", {[] { return ball(5); }, 2, 0.0125}},
       {"small_ball", {[] { return ball(1); }, 2, 0.0025}},
@@ -174,7 +174,7 @@ const std::map<std::string, Recipe>& recipes() {
       {"cylinder", {[] { return cylinder(5, -30, 30, 32); }}},
       {"peg", {[] { return capsule(5, 40, 64, 12); }, 4, 0.02}},
       {"dental_probe", {[] { return samples::makeProbe(); }}},
-      // Objects; surfaces at z = 0 unless said.
+      // Objects; surfaces are at z = 0 unless noted otherwise.
       {"slab", {slab}},
       {"slab_work", detailed(slab, kSlabWork)},
       {"block", {[] {
@@ -192,10 +192,10 @@ const std::map<std::string, Recipe>& recipes() {
       {"plate_0.2", {[] {
          return box({-20, -20, -0.1}, {20, 20, 0.1});
        }}},
-      {"wire", {[] { return cylinder(0.25, -20, 20, 16); }}},  // about the z axis
+      {"wire", {[] { return cylinder(0.25, -20, 20, 16); }}},  // around the z axis
       {"groove", {groove}},
       {"groove_work", detailed(groove, kGrooveWork)},
-      {"sulcus", {[] {  // two walls 1.5 apart, 4 deep, along y
+      {"sulcus", {[] {  // two walls, 1.5 apart, 4 deep, along y
          return extrude({{-6, -8}, {6, -8}, {6, 0}, {0.75, 0}, {0.75, -4}, {-0.75, -4}, {-0.75, 0}, {-6, 0}}, 10);
        }}},
       {"ridge", {[] {
@@ -203,7 +203,7 @@ const std::map<std::string, Recipe>& recipes() {
        }}},  // 90 degrees, crest at the origin
       {"corner", {[] {
          return extrude({{-4, -4}, {20, -4}, {20, 0}, {0, 0}, {0, 20}, {-4, 20}}, 24);
-       }}},  // opens to +x, +z
+       }}},  // extends to +x, +z
       {"blind_hole", {[] {
          return lathe(cut({{0, -9}, {4, -9}, {4, 0}, {1.2, 0}, {1.2, -5}, {0, -5}}, 0.8), 32);
        }}},
@@ -266,7 +266,7 @@ TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
 }
 
 TriangleMesh refined(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d&)>& longest) {
-  const auto cutEdge = [&](std::uint32_t a, std::uint32_t b) {  // in both triangles that have it
+  const auto cutEdge = [&](std::uint32_t a, std::uint32_t b) {  // in both adjacent triangles
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.emplace_back((mesh.positions[a] + mesh.positions[b]) / 2);
     for (std::size_t t = 0, count = mesh.triangles.size(); t < count; ++t)
@@ -305,7 +305,7 @@ TriangleMesh BodyLibrary::mesh(const std::string& name) {
 
 builder::BuildSettings BodyLibrary::settingsFor(const std::string& name, const TriangleMesh& mesh) const {
   builder::BuildSettings settings;
-  settings.quality = builder::Quality::Quick;  // of the many parts of the mouth, and where a tolerance says how good it must be
+  settings.quality = builder::Quality::Quick;  // for the many parts of the mouth, and where a tolerance determines the accuracy
   if (const auto recipe = recipes().find(name); recipe != recipes().end()) {
     settings.levels = recipe->second.levels;
     settings.tolerance_mm = recipe->second.tolerance;
@@ -368,7 +368,7 @@ const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::Bui
   SphereTree built = builder::buildSphereTree(mesh, settings, progress_).tree;
   if (!cache_.empty()) {
     std::error_code error;
-    std::filesystem::create_directories(cache_, error);  // what is wrong shows at the file
+    std::filesystem::create_directories(cache_, error);  // an error will be reported when the file is written
     formats::writeWhole(file, encodeSphereTree(built), formats::FileRole::Working);
   }
   if (!stage_.empty()) progress_.stage(stage_);

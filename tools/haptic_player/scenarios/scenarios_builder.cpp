@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of the builder: meshes that are hard for it, and leaves against accuracy and time.
+// Scenarios of the builder: meshes that are difficult for it, and leaves against accuracy and time.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,7 +36,7 @@ TriangleMesh gridCube() {
   return mesh;
 }
 
-// F12: meshes that medial axes are degenerate for. The builder's: the same in both modes.
+// F12: meshes with degenerate medial axes. It tests the builder and is the same in both modes.
 Outcome degenerate(ScenarioContext& context, Mode) {
   Outcome out;
   const TriangleMesh grid = gridCube();
@@ -44,7 +44,7 @@ Outcome degenerate(ScenarioContext& context, Mode) {
   std::vector<Eigen::Vector2d> half_circle;
   for (int i = 0; i <= 16; ++i)
     half_circle.emplace_back(i % 16 ? 5 * std::sin(i * std::numbers::pi / 16) : 0, -5 * std::cos(i * std::numbers::pi / 16));
-  TriangleMesh sliver = box({-5, -5, -5}, {5, 5, 5});  // one triangle cut in two, 1e-9 from its edge
+  TriangleMesh sliver = box({-5, -5, -5}, {5, 5, 5});  // one triangle is cut in two, 1e-9 from its edge
   {
     const Triangle t = sliver.triangles[0];
     const auto middle = static_cast<std::uint32_t>(sliver.positions.size());
@@ -88,7 +88,7 @@ Outcome degenerate(ScenarioContext& context, Mode) {
       }
       uncovered += !covered;
     }
-    for (const std::uint32_t leaf : leaves) {  // along rays from each centre: nothing may stand out farther than is stated
+    for (const std::uint32_t leaf : leaves) {  // along rays from each centre: no point may have more than the stated overhang
       const Sphere& s = result.tree.cover[leaf];
       for (int k = 0; k < 64; ++k) {
         const double z = 1 - (2 * k + 1.0) / 64, r = std::sqrt(1 - z * z), turn = 2.399963229728653 * k;
@@ -111,7 +111,7 @@ struct Need {
   double tolerance;  // [mm]
 };
 
-// What the published scene is made of: a probe, 28 teeth, two jaws; and a molar by itself. `part`: of the teeth.
+// The objects of the published scene: a probe, 28 teeth, two jaws; and a single molar. `part`: share of the teeth.
 std::vector<Need> publishedObjects(double part) {
   std::vector<Need> out{{"dental_probe", 0.1}, {"molar", 0.1}, {"lower_jaw", 0.1}, {"upper_jaw", 0.1}};
   for (int tooth = 0; tooth < 28; tooth += part < 0.5 ? 4 : 1)
@@ -119,7 +119,8 @@ std::vector<Need> publishedObjects(double part) {
   return out;
 }
 
-// F22: leaves that a tolerance takes, of the 512 that were published for each object; leaves against accuracy and time.
+// F22: the number of leaves that a tolerance needs, of the 512 that were published for each object; leaves against
+// accuracy and time.
 Outcome noMoreThanNeeded(ScenarioContext& context, Mode mode) {
   Outcome out;
   builder::BuildSettings settings;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of contact: depth, ripple, edges, jumps. Distances mm, speeds mm/s.
+// Scenarios of contact: depth, ripple, edges, jumps. Distances in mm, speeds in mm/s.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kProbeReference(0, 0, 60);  // the probe's reference point, 60 from its tip
 
-/// In which F2's paths cross the middle of the slab [rad].
+/// Headings of F2's paths over the middle of the slab [rad].
 constexpr std::array kRippleHeadings{0.13, 0.13 + 45 * kDegree, 0.13 + 90 * kDegree, 0.13 + 135 * kDegree};
 
 void addPenetrations(Outcome& out, const ScenarioRun& trial) {
@@ -27,7 +27,7 @@ double median(std::vector<std::uint32_t> v) {
   return v[v.size() / 2];
 }
 
-// F1: a cube pressed 40 deep into a block and dragged. Far-side rows and growing lists are what it looks for.
+// F1: a cube is pressed 40 deep into a block and dragged. It reveals rows of the far side and growing lists.
 Outcome deep(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun::Options options;
@@ -65,7 +65,7 @@ struct Ripple {
   double lateral = 0, normal = 0, tilt = 0;  // [mN/N], [mN], [degree]
 };
 
-// 1 N along the four paths over a slab, there and back, or the first `ways` of these eight.
+// 1 N along the four paths over a slab, in both directions, or the first `ways` of these eight.
 Ripple rippleOf(ScenarioRun& trial, int ways) {
   const auto slide = [&](double heading, double z, double speed) {
     const Eigen::Vector3d way(std::cos(heading), std::sin(heading), 0);
@@ -85,7 +85,7 @@ Ripple rippleOf(ScenarioRun& trial, int ways) {
   Ripple out;
   for (std::size_t k = 0; k < static_cast<std::size_t>(ways); ++k) {
     const double heading = kRippleHeadings[k % 4] + (k < 4 ? 0 : std::numbers::pi), speed = std::array{10.0, 50.0, 100.0}[k % 3];
-    // The height at which the mean normal force is 1 N.
+    // Finds the height at which the mean normal force is 1 N.
     double z = 5;
     z += meanForce(trial.since(slide(heading, z, 100))) - 1;
     const auto rows = trial.since(slide(heading, z, speed));
@@ -103,8 +103,8 @@ Ripple rippleOf(ScenarioRun& trial, int ways) {
   return out;
 }
 
-// The same leaves spent in two ways: where the scenario works, as a scene's regions of work ask for; and evenly, as
-// published.
+// The same number of leaves, distributed in two ways: concentrated where the scenario works, as by a scene's regions of
+// work; and evenly, as published.
 struct Detail {
   const char *suffix, *label;
   PlacedBody body(ScenarioContext& context, const char* name, const Eigen::Vector3d& place = Eigen::Vector3d::Zero()) const {
@@ -121,8 +121,8 @@ void add(Outcome& out, const Detail& detail, const char* quantity, const char* u
 double workOverhang(const Body& body) { return static_cast<double>(body.tree.provenance.work_overhang_mm); }
 std::string leavesOf(const Body& body) { return std::to_string(body.tree.statistics.back().sphere_count) + " leaves"; }
 
-// F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly spent they are enough for a face
-// that is flat.
+// F2: lateral and normal ripple of a plane of 512 leaves under 1 N, 8 headings. Evenly distributed leaves suffice for a
+// flat face.
 Outcome ripple(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0;
@@ -148,12 +148,12 @@ Outcome ripple(ScenarioContext& context, Mode mode) {
 }
 
 struct OverEdge {
-  double travel = 0, error = 0;  // extra way while the force turns; farthest from the exact answer [mm]
+  double travel = 0, error = 0;  // additional travel while the force turns; largest distance from the exact solution [mm]
 };
 
-// A ball of radius 5 over the edge of a cube, which is on the y axis.
+// A ball of radius 5 slides over the edge of a cube, which is on the y axis.
 OverEdge slideOverEdge(ScenarioRun& trial) {
-  // 2 N: along the surface that lies 2 below the exact offset surface.
+  // 2 N: along the surface 2 below the exact offset surface.
   const double depth = 2, radius = 5 - depth, speed = 10;
   std::vector<Eigen::Vector3d> path;
   const auto line = [&](Eigen::Vector3d a, const Eigen::Vector3d& b) {
@@ -183,11 +183,12 @@ OverEdge slideOverEdge(ScenarioRun& trial) {
   return out;
 }
 
-// How far a ball of radius 1 that slides along the groove of 60 degrees under 2 N is from its place [mm].
+// Largest distance from its exact position of a ball of radius 1 that slides along the groove of 60 degrees under 2 N
+// [mm].
 double slideInGroove(ScenarioRun& trial) {
   double error = 0;
   trial.to({{0, -5, 8}, kUpright});
-  trial.moveTo({0, -5, 0}, 50);  // 2 below its place
+  trial.moveTo({0, -5, 0}, 50);  // 2 below its exact position
   const std::size_t mark = trial.mark();
   trial.moveTo({0, 5, 0}, 10);
   for (const RecordedStep& row : trial.since(mark))
@@ -195,18 +196,19 @@ double slideInGroove(ScenarioRun& trial) {
   return error;
 }
 
-// F3: how sharp an edge and a groove feel, against the exact answers for a ball.
+// F3: how sharp an edge and a groove feel, compared with the exact solutions for a ball.
 Outcome edges(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0;
   for (const Detail& detail : {Detail{"_work", kAtWork}, Detail{"", kEven}}) {
     const bool is_at_work = detail.label == kAtWork;
-    const PlacedBody cube_there = detail.body(context, "cube", {-10, 0, -10}),  // its edge on the y axis, solid where x < 0 and z < 0
+    const PlacedBody cube_there =
+                         detail.body(context, "cube", {-10, 0, -10}),  // its edge is on the y axis, and the solid is where x < 0 and z < 0
         groove_there = detail.body(context, "groove");
     const Body &cube = *cube_there.body, &groove = *groove_there.body;
     ScenarioRun at_edge(context.bodies.get("ball"), {cube_there}, mode), in_groove(context.bodies.get("small_ball"), {groove_there}, mode);
     const OverEdge over = slideOverEdge(at_edge);
-    const double close = is_at_work ? 0.1 : 0.02;  // leaves need detail for 0.1 mm; a skin has the mesh itself
+    const double close = is_at_work ? 0.1 : 0.02;  // 0.1 mm needs detailed leaves; a skin has the mesh itself
     add(out, detail, "extra travel while the force turns from 10 to 80 degrees", "mm", over.travel, 0.5);
     add(out, detail, "position error over a cube's edge", "mm", over.error, close);
     add(out, detail, "position error in a 60 degree groove", "mm", slideInGroove(in_groove), close);
@@ -224,7 +226,7 @@ Outcome edges(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// The probe swept over a ridge whose crest is on the y axis.
+// The probe is swept over a ridge whose crest is on the y axis.
 void sweepOverRidge(ScenarioRun& trial) {
   const Eigen::Vector3d up = kProbeReference;
   trial.to({up + Eigen::Vector3d(-6, 0, 1), kUpright});
@@ -233,7 +235,7 @@ void sweepOverRidge(ScenarioRun& trial) {
   trial.moveTo(up + Eigen::Vector3d(6, 0, -2), 20);
 }
 
-constexpr double kFineReference = 24;  // the reference point of the fine probe, from its tip
+constexpr double kFineReference = 24;  // distance of the reference point of the fine probe from its tip
 
 void sweepInSulcus(ScenarioRun& trial) {
   const Eigen::Vector3d at(0, 0, kFineReference);
@@ -248,7 +250,7 @@ void sweepInSulcus(ScenarioRun& trial) {
 }
 
 struct OverCrown {
-  double force = 0, torque = 0, off = 0;  // largest steps; share of the way off the tooth
+  double force = 0, torque = 0, off = 0;  // largest steps; share of the time off the tooth
 };
 
 // From side to side over cusps and fissures of a crown, 1 to 4 below its highest point, in four headings.
@@ -274,7 +276,7 @@ OverCrown sweepOverCrown(ScenarioRun& trial, const Eigen::AlignedBox3d& tooth) {
   return out;
 }
 
-// F5: the probe swept over a ridge, over a box corner, through a sulcus, and over a molar.
+// F5: the probe is swept over a ridge, over the corner of a box, through a sulcus, and over a molar.
 Outcome jumps(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &probe = context.bodies.get("probe"), &fine = context.bodies.get("fine_probe"), &cube = context.bodies.get("cube");
@@ -314,7 +316,7 @@ Outcome jumps(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F8: large turns in one cycle, the tip on a plane.
+// F8: large rotations in one cycle, with the tip on a plane.
 Outcome turns(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun::Options options;
@@ -325,7 +327,7 @@ Outcome turns(ScenarioContext& context, Mode mode) {
   double slowest = 0;
   const double top = leafOverhang(slab);
   const Eigen::Vector3d rest(0, 0, 60 - 0.5);
-  const auto settle = [&] {  // steps until the graphic tool is within 0.01 mm and 0.01 degree of where it ends
+  const auto settle = [&] {  // steps until the graphic tool is within 0.01 mm and 0.01 degree of its final pose
     std::vector<Configuration> poses;
     const Configuration haptic = trial.last().haptic;
     for (int n = 0; n < 60; ++n) poses.push_back(trial.to(haptic).graphic);
@@ -357,7 +359,7 @@ Outcome turns(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F13: contact that begins between two cycles.
+// F13: a contact that begins between two cycles.
 Outcome born(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun::Options options;
@@ -392,7 +394,7 @@ Outcome concave(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &ball = context.bodies.get("ball"), &small = context.bodies.get("small_ball");
   double left = 0, deepest = 0;
-  const auto freedom = [&](ScenarioRun& trial, const Configuration& free) {  // how far the tools are apart five cycles after
+  const auto freedom = [&](ScenarioRun& trial, const Configuration& free) {  // the distance between the two tools five cycles later
     for (int n = 0; n < 5; ++n) trial.to(free);
     const Displacement d = displacementBetween(trial.last().haptic, trial.last().graphic);
     left = std::max(left, d.translation.norm() + 31.6 * d.rotation.norm());
@@ -416,7 +418,7 @@ Outcome concave(ScenarioContext& context, Mode mode) {
   for (const RecordedStep& row : hole.rows()) lowest = std::min(lowest, row.graphic.position.z() - 60);
   hole.moveTo(kProbeReference + Eigen::Vector3d(0, 0, 3), 20);
   freedom(hole, hole.last().haptic);
-  // Without friction, a circle on the bowl's floor gives back what it takes.
+  // Without friction, a circle on the bowl's floor returns the energy that it takes.
   ScenarioRun bowl(small, {{&context.bodies.get("bowl"), {}}}, mode);
   const auto at = [](double turn) { return Eigen::Vector3d(4 * std::cos(turn), 4 * std::sin(turn), -7.5); };
   bowl.to({{4, 0, 0}, kUpright});
@@ -430,7 +432,8 @@ Outcome concave(ScenarioContext& context, Mode mode) {
   double energy = 0, stored = 0;
   const auto rows = bowl.since(mark - 1);
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    const Eigen::Vector3d force = 0.5 * (rows[i - 1].wrench.force + rows[i].wrench.force);  // trapezium: no leak of the sampling itself
+    const Eigen::Vector3d force =
+        0.5 * (rows[i - 1].wrench.force + rows[i].wrench.force);  // trapezoidal rule, so that the sampling itself loses no energy
     energy -= force.dot(rows[i].haptic.position - rows[i - 1].haptic.position);
     stored = std::max(stored, 0.5 * rows[i].wrench.force.squaredNorm());
   }
@@ -446,12 +449,12 @@ Outcome concave(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F17: what a row's linearisation gets wrong when it starts inside.
+// F17: the error of a row's linearisation if it starts inside.
 Outcome insideRows(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body& small = context.bodies.get("small_ball");
   ScenarioRun::Options options;
-  options.contact = runtime::ContactSurface::Leaves;  // rows of leaves: a tool inside feels nothing else
+  options.contact = runtime::ContactSurface::Leaves;  // rows of leaves, which are all that a tool inside feels
   ScenarioRun trial(small, {{&small, {}}}, mode, options);
   const auto leaf = [&] {
     for (std::size_t n = 0; n < small.tree.nodeCount(); ++n)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of moving objects, and of the device's safety rules. Distances mm, speeds mm/s.
+// Scenarios of moving objects, and of the device's safety rules. Distances in mm, speeds in mm/s.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,7 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 // F9: rows that contradict each other.
 Outcome squeezed(ScenarioContext& context, Mode mode) {
   Outcome out;
-  // A slot closes on a cylinder of diameter 10 from 14 to 9.8 and opens again, 1 mm/s.
+  // A slot closes around a cylinder of diameter 10 from a width of 14 to 9.8 and opens again, at 1 mm/s.
   const Body &cylinder = context.bodies.get("cylinder"), &wall = context.bodies.get("wall");
   const Configuration left{{-7, 0, 0}, kUpright}, right{{7, 0, 0}, rotationOf({0, 0, std::numbers::pi})};
   ScenarioRun slot(cylinder, {{&wall, left}, {&wall, right}}, mode);
@@ -39,7 +39,7 @@ Outcome squeezed(ScenarioContext& context, Mode mode) {
   squeeze(0.0005, 4200);
   squeeze(-0.0005, 4200);
   for (int n = 0; n < 100 && slot.leafDepth(slot.last().graphic) > kPenetrationPass; ++n, ++steps_inside) slot.to({{0.3, 0, 0}, kUpright});
-  // A block jumps 2 into a ball that rests on it.
+  // A block jumps by 2 into a ball that rests on it.
   const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
   ScenarioRun jump(ball, {{&block, {}}}, mode);
   jump.to({{0, 0, 8}, kUpright});
@@ -62,7 +62,7 @@ Outcome squeezed(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F19 to F21 ask the safety rules between runtime and device: the same in both modes but for the wrench that comes in.
+// F19 to F21 test the safety rules between runtime and device: both modes are equal except for the incoming wrench.
 struct ScriptedRenderer final : device::Renderer {
   std::function<device::Rendered(const device::DeviceState&)> answer;
   device::Rendered render(const device::DeviceState& state) noexcept override { return answer(state); }
@@ -90,7 +90,7 @@ Outcome startInContact(ScenarioContext& context, Mode mode) {
   double early = 0, after_jump = 0, z = -5;
   while (tick < 500) early = std::max(early, drive(z));
   while (tick < 3000) drive(z = std::min(10.0, z + 0.02));
-  for (int n = 0; n < 200; ++n) after_jump = std::max(after_jump, drive(z - 20));  // calibrated in free space: 20 mm deeper at once
+  for (int n = 0; n < 200; ++n) after_jump = std::max(after_jump, drive(z - 20));  // recalibrated in free space: suddenly 20 mm deeper
   while (tick < 6000) drive(z = std::max(4.0, z - 0.02));
   const double quiet_step = std::exchange(largest_step, 0.0), pressed = last.force.norm();
   for (int n = 0; n < 200; ++n) after_jump = std::max(after_jump, drive(z - 20));  // the same while it presses
@@ -108,7 +108,7 @@ Outcome overrun(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &ball = context.bodies.get("ball"), &slab = context.bodies.get("slab");
   double resume_step = 0, left = 0;
-  for (const int pause : {5, 20, 200, 500}) {  // ms without a fresh answer
+  for (const int pause : {5, 20, 200, 500}) {  // ms without a new result
     ScenarioRun trial(ball, {{&slab, {}}}, mode);
     device::SafetySettings settings;
     settings.start_guard = false;
@@ -166,7 +166,7 @@ Outcome saturation(ScenarioContext& context, Mode mode) {
     if (sent.force.norm() > 1 && row.wrench.force.norm() > 1)
       turned = std::max(turned, std::acos(std::clamp(sent.force.normalized().dot(row.wrench.force.normalized()), -1.0, 1.0)) / kDegree);
   }
-  // Out, slowly, fast and in one step: how long the force stays once the haptic tool is free.
+  // Moves out slowly, fast and in one step: measures how long a force remains after the haptic tool is free.
   int late = 0;
   for (const double speed : {200.0, 1000.0, 2000.0, 80'000.0}) {
     trial.moveTo({4, 0, -50}, 200);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios in closed loop: hands on the simulated device, with its mass, friction, encoders and delay. Distances mm,
-// speeds mm/s. Coulomb friction (0.2 N) carries much of what holds the handle still; where it does, the same is done
-// without it.
+// Scenarios in closed loop: hands on the simulated device, with its mass, friction, encoders and delay. Distances in
+// mm, speeds in mm/s. Coulomb friction (0.2 N) contributes much to holding the handle still; where it does, the
+// scenario is repeated without it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,10 +18,12 @@ constexpr double kTouch = 5;  // height of the ball's centre when it touches a p
 constexpr double kNever = 1e9;
 const std::array kHands{"arm", "fine", "light", "firm", "teleoperator"};
 
-/// Where a hand must mean to be below the touch, so that its spring presses with `force` at 1 N/mm; no more than 40.
+/// Intended depth of a hand below the touch, with which its spring presses with `force` at 1 N/mm; at most 40 beyond
+/// that.
 double depthFor(const char* hand, double force) { return force + std::min(40.0, 1000 * force / device::findHand(hand)->stiffness); }
 
-/// The ball straight down at `speed` until the hand presses with `force`; from `up_at` on up again, as fast.
+/// The ball moves straight down at `speed` until the hand presses with `force`; from `up_at` on up again, at the same
+/// speed.
 device::IntendedPath pressPath(const char* hand, double force, double speed, double up_at = kNever) {
   const double way = 4 + depthFor(hand, force);
   return [=](double t) {
@@ -44,13 +46,13 @@ void addRoughness(Outcome& out, const std::string& when, const Spectrum& force, 
   out.add("rms of the force from 30 to 500 Hz, " + when, "mN", 1000 * force.rms, pass);
 }
 
-/// Beyond what the hand moves.
+/// Adds the largest force steps in excess of the hand's motion.
 void addLargestSteps(Outcome& out, const ScenarioRun& trial) {
   out.add("force step over max(0.1 N, 7 %)", "1", largestForceJump(trial.since(0), {}), 1);
   out.add("torque step over max(5 N mm, 13 %)", "1", largestTorqueJump(trial.since(0), {}), 1);
 }
 
-// F16: a hand holds still on a plane, pressing with 2 N, through encoders of 0.02 mm.
+// F16: a hand holds still on a plane and presses with 2 N, through encoders with a resolution of 0.02 mm.
 Outcome encoders(ScenarioContext& context, Mode mode) {
   Outcome out;
   const BallOnSlab scene(context);
@@ -73,7 +75,7 @@ Outcome encoders(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// S1: press, hold, release on a plane, by every hand and delay: energy, swing, roughness.
+// S1: press, hold, release on a plane, by every hand and with every delay: energy, oscillation, roughness.
 Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
   Outcome out;
   const BallOnSlab scene(context);
@@ -87,7 +89,7 @@ Outcome pressHoldRelease(ScenarioContext& context, Mode mode) {
         const auto k = static_cast<std::size_t>(friction);
         beyond[k] = std::max(beyond[k], loop.energyBeyond(1.15));
         if (loop.leak > 0.05) share[k] = std::max(share[k], -loop.lowest_energy / loop.leak);
-        if (hand == std::string("teleoperator")) continue;  // 2 kg on 10 N/m: still swinging when the others hold
+        if (hand == std::string("teleoperator")) continue;  // 2 kg on 10 N/m: still swings when the others hold still
         const std::vector<double> z = loop.force(2, 2000, 3000);
         if (friction == Friction::On) swing = std::max(swing, 1000 * peakToPeak(z));
         if (friction == Friction::Off && delay == 0) swing_loose = std::max(swing_loose, 1000 * peakToPeak(z));
@@ -151,8 +153,8 @@ Outcome slide(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// S3: both stiffnesses doubled, one step of delay: a hard tap may not ring, and a hand that eases and presses feels no
-// buzz.
+// S3: both stiffnesses doubled, with one step of delay: a hard tap must not ring, and a hand that varies its pressure
+// must feel no buzz.
 Outcome margin(ScenarioContext& context, Mode mode) {
   Outcome out;
   const BallOnSlab scene(context);
@@ -164,13 +166,13 @@ Outcome margin(ScenarioContext& context, Mode mode) {
       const Friction friction = k == 0 ? Friction::On : Friction::Off;
       const Passivity passivity = k == 2 ? Passivity::Controlled : Passivity::Free;
       ScenarioRun trial = scene.trial(mode, twice);
-      const bool slow = hand == std::string("teleoperator");  // swings with its own 0.4 Hz
+      const bool slow = hand == std::string("teleoperator");  // swings at its own 0.4 Hz
       const ClosedLoop tap = runHand(context, trial, handAt(hand, 1, friction, pressPath(hand, 8, 300)), slow ? 9000 : 2500, passivity);
-      // What is faster than 30 Hz; the hand's own settling is slower.
+      // Frequencies above 30 Hz; the motion of the hand itself is slower.
       ring[k] = std::max(ring[k], 2 * std::sqrt(2.0) * roughness(tap.force(2, slow ? 7500 : 1000)).rms);
       ScenarioRun other = scene.trial(mode, twice);
       const device::IntendedPath press = pressPath(hand, 3, 50);
-      const double sway = 2000 / device::findHand(hand)->stiffness;  // 2 N and more about 3 N
+      const double sway = 2000 / device::findHand(hand)->stiffness;  // an amplitude of 2 N about a mean of 3 N
       const auto path = [=](double t) {
         Configuration at = press(t);
         at.position.z() += std::min(sway, 20.0) * std::sin(2 * std::numbers::pi * t);
@@ -190,13 +192,14 @@ Outcome margin(ScenarioContext& context, Mode mode) {
   out.figures.back().informative = true;
   out.add("ring without Coulomb friction, passivity control", "N", ring[2], 0.1);
   out.add("rms while it presses and eases, no Coulomb friction, passivity control", "mN", 1000 * buzz[2], 20);
-  out.figures.back().informative = true;  // a count of the encoder more or less, by the damping that the controller may use
+  out.figures.back().informative = true;  // a count of the encoder more or less, depending on the damping that the controller may use
   out.note =
       "2 N/mm and 2 N m/rad, one step late, five hands. Without Coulomb friction theory has no quiet wall stiffer than 0.7 N/mm: reported.";
   return out;
 }
 
-// S4: the hand lets go while it presses; at 2 N also with a damper beside the spring, which mode paper does not have.
+// S4: the hand releases the handle while it presses; at 2 N also with a damper in parallel with the spring, which mode
+// paper does not have.
 Outcome letGo(ScenarioContext& context, Mode mode) {
   Outcome out;
   const BallOnSlab scene(context);
@@ -218,7 +221,7 @@ Outcome letGo(ScenarioContext& context, Mode mode) {
   };
   out.add("speed of the handle let go at 1 N", "mm/s", speedAt(1, 0), 100);
   out.add("speed of the handle let go at 2 N", "mm/s", speedAt(2, 0), 100);
-  out.figures.back().informative = true;  // no undamped spring of 1 N/mm can
+  out.figures.back().informative = true;  // impossible for an undamped spring of 1 N/mm
   out.add("speed of the handle let go at 2 N, damper of 0.01 N s/mm", "mm/s", speedAt(2, 0.01), 100);
   out.add("speed 2.5 s later: no growing bounce", "mm/s", late, 20);
   out.add("energy given beyond 1.15 of the sampling's own leak", "mJ", beyond, 0.02);
@@ -226,7 +229,7 @@ Outcome letGo(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// A signal of many lines from 0.1 to 8 Hz, each axis its own; largest value about 1.
+/// A signal with many lines from 0.1 to 8 Hz, different for each axis; its largest value is about 1.
 class Multisine {
  public:
   explicit Multisine(std::uint64_t seed) {
@@ -251,12 +254,12 @@ class Multisine {
   std::array<std::array<Line, 12>, 3> lines_;
 };
 
-// S5: a peg of 10 mm in a hole of 10.2 mm, and a fine probe in a sulcus, both swayed about.
+// S5: a peg of 10 mm in a hole of 10.2 mm, and a fine probe in a sulcus, both swayed.
 Outcome tight(ScenarioContext& context, Mode mode) {
   Outcome out;
   double deepest = 0, beyond = -kNever, left = 0;
   Spectrum force, torque;
-  // `depth`: that must be reached; the hand means to go `further`, since friction holds it back by up to 1.5.
+  // `depth`: depth that must be reached; the hand aims `further`, since friction holds it back by up to 1.5.
   const auto insert = [&](const char* tool, const char* object, double depth, double further, bool is_shown) {
     for (const char* hand : {"fine", "arm"})
       for (const int delay : {0, 1}) {
@@ -297,7 +300,7 @@ Outcome tight(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// S6: the probe over both arches of the sample mouth, 28 teeth, as a dentist feels along them.
+// S6: the probe moves over both arches of the sample mouth, 28 teeth, as a dentist feels along them.
 Outcome arch(ScenarioContext& context, Mode mode) {
   Outcome out;
   static const std::vector<Configuration> whole = samples::inspectTeeth(samples::makeMouth());
@@ -319,13 +322,13 @@ Outcome arch(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// S7: a hand that moves at random over a molar, 0.1 to 8 Hz, for a minute.
+// S7: a hand moves randomly over a molar, with 0.1 to 8 Hz, for a minute.
 Outcome multisine(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun trial(context.bodies.get("dental_probe"), {{&context.bodies.get("molar"), {}}}, mode);
   const Multisine way(7), turn(8);
   const auto path = [&](double t) {
-    const double down = std::min(5 * t, 12.0);  // from above into the middle of what the motion covers
+    const double down = std::min(5 * t, 12.0);  // from above into the middle of the motion's range
     return Configuration{Eigen::Vector3d(0, 0, 16 - down) + 6 * way(t), rotationOf(0.3 * turn(t))};
   };
   double loudest = 0;
@@ -338,7 +341,7 @@ Outcome multisine(ScenarioContext& context, Mode mode) {
   out.add("energy given beyond 1.5 of the sampling's own leak", "mJ", loop.energyBeyond(1.5), 0.05);
   addLargestSteps(out, trial);
   out.add("rms from 30 to 500 Hz of the loudest second", "mN", 1000 * loudest, 50);
-  out.figures.back().informative = true;  // taps and falls off edges are in it
+  out.figures.back().informative = true;  // includes taps and falls off edges
   out.add("share of the time in contact", "%", 100.0 * touching / static_cast<double>(trial.rows().size()), 100);
   out.figures.back().informative = true;
   trial.finish(out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of numbers: rotations, rows, units.
+// Scenarios of numerical accuracy: rotations, rows, units.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -27,8 +27,8 @@ Quaternion fromEuler(double gamma, double beta, double alpha) {
   return rotationOf({0, 0, alpha}) * rotationOf({0, beta, 0}) * rotationOf({gamma, 0, 0});
 }
 
-// F6: the pitch swept through 90 degrees, the probe's tip on a plane. The reference is the constrained answer in a
-// world turned so that no angle is singular: an answer that depends on the choice of axes differs.
+// F6: the pitch is swept through 90 degrees, with the probe's tip on a plane. The reference is the constrained result
+// in a world rotated such that no angle is singular: a result that depends on the choice of axes differs from it.
 Outcome euler(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun::Options options;
@@ -49,13 +49,13 @@ Outcome euler(ScenarioContext& context, Mode mode) {
       torque = std::max(torque, (a.wrench.torque - turned.conjugate() * b.wrench.torque).norm());
       most_work = std::max(most_work, double(a.work));
     };
-    // Pitch beta about y tips the probe's axis; its tip is pinned 0.3 below the plane's top by where the reference
-    // point stands.
+    // Pitch beta about y tilts the probe's axis; the reference point moves such that the tip stays 0.3 below the
+    // plane's top.
     const double depth = 0.3, from = 80 * kDegree, to = 100 * kDegree;
     const auto pose = [&](double beta, double above) {
       const Quaternion q = fromEuler(spin * kDegree, beta, spin * kDegree);
-      const Eigen::Vector3d tip = q * Eigen::Vector3d(0, 0, -59);  // middle of the tip's ball
-      // The lowest point of the probe: the tip or the far end, whichever is lower, stands at the wanted height.
+      const Eigen::Vector3d tip = q * Eigen::Vector3d(0, 0, -59);  // centre of the tip's ball
+      // The lowest point of the probe, the tip or the far end, is at the prescribed height.
       const double low = std::min(tip.z(), (q * Eigen::Vector3d(0, 0, 39)).z()) - 1;
       return Configuration{{0, 0, -low - depth + above}, q};
     };
@@ -70,7 +70,7 @@ Outcome euler(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F7: two turns about each axis in free space.
+// F7: two full rotations about each axis in free space.
 Outcome wrap(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun::Options options;
@@ -105,7 +105,7 @@ std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree) {
   return leaves;
 }
 
-// F10: the tree's pairs against every leaf with every leaf.
+// F10: the pairs of the tree search against a test of every leaf with every leaf.
 Outcome missedPairs(ScenarioContext& context, Mode mode) {
   Outcome out;
   Random random(10);
@@ -123,7 +123,7 @@ Outcome missedPairs(ScenarioContext& context, Mode mode) {
       const Configuration pose{{random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach)},
                                randomRotation(random)};
       const runtime::PairSet set = runtime::findPairs(pose, 0, runtime::PairsOf::LeavesExactly, 1 << 30, trial.workspace().memory());
-      if (set.coarse) continue;  // deep inside, where the list is full: upper levels stand in
+      if (set.coarse) continue;  // deep inside, where the list is full: inner nodes replace leaves
       exact.clear();
       const Eigen::Vector3d offset = pose.position - scene.objects[0].anchor;
       const Eigen::Matrix3d rotation = pose.orientation.toRotationMatrix();
@@ -132,7 +132,7 @@ Outcome missedPairs(ScenarioContext& context, Mode mode) {
         if (c.norm() > scene.shapes[0].radius + t.radius + 1) continue;
         for (const Leaf& o : object) {
           const double touch = t.radius + o.radius;
-          // Within rounding of the touching distance either answer is right.
+          // Within rounding of the touching distance either result is correct.
           if ((c - o.centre).squaredNorm() <= touch * touch) exact.push_back(t.slot << 16 | o.slot);
         }
       }
@@ -145,7 +145,7 @@ Outcome missedPairs(ScenarioContext& context, Mode mode) {
       only.clear();
       std::set_difference(found.begin(), found.end(), exact.begin(), exact.end(), std::back_inserter(only));
       extra += static_cast<int>(only.size());
-      // Of poses that touch a little: what a first contact costs.
+      // Poses that touch slightly: the cost of a first contact.
       if (!found.empty() && found.size() < 8)
         most_tests = std::max(most_tests, 100.0 * 8 * set.work / (double(tool.size()) * double(object.size())));
       if (n % 256 == 0) context.progress.check();
@@ -174,7 +174,7 @@ Eigen::Matrix<double, 6, 1> hildreth(const Eigen::MatrixXd& a, const Eigen::Vect
   return y;
 }
 
-// F11: rows that depend on each other.
+// F11: linearly dependent rows.
 Outcome redundantRows(ScenarioContext& context, Mode mode) {
   Outcome out;
   Random random(11);
@@ -200,9 +200,9 @@ Outcome redundantRows(ScenarioContext& context, Mode mode) {
   lying.moveTo({0, 0, 8}, 100);
   for (int n = 0; n < context.repetitions(4'000, 200); ++n)
     look(lying.to({{1e-3 * random.uniform(-1, 1), 0, 8 + 1e-3 * random.uniform(-1, 1)}, along_y}));
-  // 400 rows of rank 3, and the order of the rows: neither may change the answer.
+  // 400 rows of rank 3, and the order of the rows: neither may change the result.
   double apart = 0, order = 0;
-  TimeHistogram times;  // of QPs of 200 rows, from a cold start
+  TimeHistogram times;  // of QPs with 200 rows, from a cold start
   for (int n = 0; n < context.repetitions(2000, 200); ++n) {
     Eigen::Matrix<double, 3, 6> basis;
     for (int i = 0; i < 18; ++i) basis(i / 6, i % 6) = random.uniform(-1, 1);
@@ -237,7 +237,7 @@ Outcome redundantRows(ScenarioContext& context, Mode mode) {
     solve(200);
     if (n >= 20 && n % 10) continue;  // the reference is slow
     const runtime::QpAnswer answer = solve(kRows);
-    // Rows of the reference have the length that float left them.
+    // Rows of the reference have the length that rounding to float gave them.
     const Eigen::VectorXd lengths = a.rowwise().norm();
     const Eigen::MatrixXd unit = lengths.cwiseInverse().asDiagonal() * a;
     apart =
@@ -255,7 +255,7 @@ Outcome redundantRows(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-// F15: metres or millimetres in the file; and the stiffness felt at the end of a lever.
+// F15: metres or millimetres in the file; and the stiffness at the end of a lever.
 Outcome units(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &ball = context.bodies.get("ball"), &groove = context.bodies.get("groove");
@@ -263,7 +263,7 @@ Outcome units(ScenarioContext& context, Mode mode) {
   for (Eigen::Vector3d& p : in_metres.positions) p = 1000 * (p / 1000);  // as a file in metres is read
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
-  const std::string suffix = groove.name.substr(std::string("groove").size());  // of its variant
+  const std::string suffix = groove.name.substr(std::string("groove").size());  // the name of its variant
   const Body& from_metres = context.bodies.make("groove_m" + suffix, in_metres, settings, groove.frame);
   const Body& from_millimetres = context.bodies.make("groove_mm" + suffix, groove.mesh, settings, groove.frame);
   ScenarioRun a(ball, {{&from_millimetres, {}}}, mode), b(ball, {{&from_metres, {}}}, mode);
@@ -276,7 +276,8 @@ Outcome units(ScenarioContext& context, Mode mode) {
   }
   out.add("poses of a scene in metres and in mm, relative", "1", pose, 1e-9);
   out.add("their forces", "N", wrench, 1e-9);
-  // A ball pushed by the side of the probe at distance L from the reference point feels 1 / (1/k_t + L^2/k_r).
+  // A ball pushed by the side of the probe at distance L from the reference point feels the stiffness 1 / (1/k_t +
+  // L^2/k_r).
   double worst = 0;
   const Body &probe = context.bodies.get("probe"), &small = context.bodies.get("small_ball");
   for (const double arm : {0.0, 20.0, 50.0, 80.0}) {
@@ -321,9 +322,9 @@ Outcome gimbal(ScenarioContext& context, Mode mode) {
     const RecordedStep& row = trial.last();
     const Eigen::Vector3d from = row.haptic.position, to = from + tilted * Eigen::Vector3d(0, 0, arm - 40);
     const Wrench moved = wrenchAbout(row.wrench, from, to);
-    // The contact's moment, from where the graphic tool's tip touches: the force acts along its line there, whatever
-    // the reference point. Equilibrium of the graphic tool: torque about its own reference point is (contact -
-    // reference) x force.
+    // The moment of the contact, from the point where the graphic tool's tip touches: the force acts along its line
+    // there, for any reference point. Equilibrium of the graphic tool: the torque about its own reference point is
+    // (contact - reference) x force.
     const Eigen::Vector3d tip = row.graphic.position + row.graphic.orientation * Eigen::Vector3d(0, 0, 1 - 40);
     const Eigen::Vector3d about_graphic = (tip - row.graphic.position).cross(row.wrench.force);
     const Eigen::Vector3d direct = about_graphic + (row.graphic.position - to).cross(row.wrench.force);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// F4: tools driven through thin plates and a wire, at up to 2 m/s and in one jump. Distances mm, speeds mm/s.
+// F4: tools are driven through thin plates and a wire, at up to 2 m/s and in one jump. Distances in mm, speeds in mm/s.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Points of a tool's axis, in tool axes about the reference point.
+/// Points of a tool's axis, in tool axes, relative to the reference point.
 std::vector<Eigen::Vector3d> axisPoints(bool is_probe) {
   if (!is_probe) return {Eigen::Vector3d::Zero()};
   std::vector<Eigen::Vector3d> points;
@@ -20,7 +20,7 @@ std::vector<Eigen::Vector3d> axisPoints(bool is_probe) {
   return points;
 }
 
-/// A point of the axis went through the middle plane z = 0 within the plate.
+/// Whether a point of the axis passed through the middle plane z = 0 within the plate.
 bool crossesPlate(const std::vector<Eigen::Vector3d>& axis, const Configuration& a, const Configuration& b) {
   for (const Eigen::Vector3d& p : axis) {
     const Eigen::Vector3d from = a.orientation * p + a.position, to = b.orientation * p + b.position;
@@ -36,21 +36,21 @@ struct PopThrough {
   double deepest = 0;
 };
 
-// One tool through one plate of 40 x 40, `runs` times: on to 30 beyond, at up to 2 m/s; and 50 in one step.
+// One tool is driven through one plate of 40 x 40, `runs` times: to 30 beyond it at up to 2 m/s, and by 50 in one step.
 void throughPlate(ScenarioContext& context, ScenarioRun& trial, bool is_probe, int runs, Random& random, PopThrough& sum) {
-  constexpr std::array speeds{50.0, 500.0, 1000.0, 2000.0, 50'000.0};  // the last: 50 mm in one step
+  constexpr std::array speeds{50.0, 500.0, 1000.0, 2000.0, 50'000.0};  // the last one: 50 mm in one step
   const std::vector<Eigen::Vector3d> axis = axisPoints(is_probe);
   for (int run = 0; run < runs; ++run) {
-    // Slow ones are one in twenty: they take most of the time and cross the least.
+    // One run in twenty is slow: slow runs take most of the time and cross least often.
     const double speed = speeds[run % 20 == 0 ? 0 : 1 + static_cast<std::size_t>(run) % 4];
     const double tilt = random.uniform(0, 80) * kDegree, heading = random.uniform(0, 2 * std::numbers::pi);
     const Eigen::Vector3d way(std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt));
     const Eigen::Vector3d target(random.uniform(-6, 6), random.uniform(-6, 6), 0);
-    Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its way
+    Quaternion orientation = kUpright;  // the probe comes with its tip first, within 30 degrees of its direction
     if (is_probe) orientation = rotationOf(Eigen::Vector3d(way.y(), -way.x(), 0).normalized() * -std::min(tilt, 30 * kDegree));
     const double before_target = (is_probe ? 6 : 12) / std::cos(tilt), total = before_target + 30;
-    // Along its way from 8 before the target sideways until 8 beyond it, the rest straight down: past the edge of the
-    // plate a tool may slide round it, in one step, too.
+    // Sideways only from 8 before the target to 8 beyond it, the rest straight down: a tool may slide around the edge
+    // of the plate, even in one step.
     const double aslant = std::min(30.0, 8 / std::max(std::sin(tilt), 1e-3));
     const auto handAt = [&](double s) -> Eigen::Vector3d {
       const double sideways = std::clamp(s, -aslant, aslant);
@@ -73,19 +73,19 @@ void throughPlate(ScenarioContext& context, ScenarioRun& trial, bool is_probe, i
   sum.deepest = std::max(sum.deepest, trial.leafPenetration());
 }
 
-/// On which side of the wire, the y axis, the probe's axis passes it: the sign says; 0 where they pass beyond an end of
-/// the probe or out of reach of each other.
+/// The side on which the probe's axis passes the wire, the y axis, as a sign; 0 if they pass beyond an end of the probe
+/// or too far from each other.
 double sideOfWire(const Configuration& probe) {
   const Eigen::Vector3d along = probe.orientation * Eigen::Vector3d::UnitZ(), across = along.cross(Eigen::Vector3d::UnitY());
   if (across.norm() < 0.05) return 0;
-  // The point of the probe's axis nearest to the wire: within the plane of x and z.
+  // The point of the probe's axis nearest to the wire, in the x, z plane.
   const Eigen::Vector2d p(probe.position.x(), probe.position.z()), d(along.x(), along.z());
   const double s = -p.dot(d) / d.squaredNorm();
   if (s < 0.3 || s > 39.7 || std::abs(probe.position.y() + s * along.y()) > 20) return 0;
   return probe.position.dot(across) / across.norm();
 }
 
-// A cube too wide to roll off and a lying probe, pressed over the wire.
+// A cube too wide to roll off, and a lying probe, are pressed over the wire.
 void overWire(ScenarioContext& context, Mode mode, Random& random, PopThrough& sum) {
   constexpr std::array speeds{50.0, 500.0, 1000.0, 2000.0, 50'000.0};
   const Body& wire = context.bodies.get("wire");

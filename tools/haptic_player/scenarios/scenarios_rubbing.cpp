@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of friction and of bodies that move. Distances mm, speeds mm/s. The mode of the paper and the published
-// renderers have no friction: what friction would give is reported for them, and not judged.
+// Scenarios of friction and of moving bodies. Distances in mm, speeds in mm/s. The mode of the paper and the published
+// renderers have no friction: their friction figures are reported but not judged.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,14 +19,14 @@ ScenarioRun::Options rubbing(double friction) {
   return options;
 }
 
-/// Down onto what is below `from` until it presses with 1 N. The height of the hand then.
+/// Moves down from `from` until the tool presses with 1 N. Returns the height of the hand then.
 double pressed(ScenarioRun& trial, const Vector3d& from) {
   Vector3d at = from;
   for (int n = 0; n < 20'000 && trial.last().wrench.force.z() < 1; ++n) trial.to({at -= Vector3d(0, 0, 0.005), kUpright});
   return at.z();
 }
 
-/// F23: a drag that starts, stops and turns round. The hand's motion is smooth, so that a jump of the force is the
+/// F23: a drag that starts, stops and reverses. The hand's motion is smooth, so that a jump of the force is the
 /// renderer's own stick-slip.
 Outcome stickSlip(ScenarioContext& context, Mode mode) {
   Outcome out;
@@ -38,12 +38,12 @@ Outcome stickSlip(ScenarioContext& context, Mode mode) {
     const int steps = static_cast<int>(4000 / std::sqrt(speed));
     Vector3d at(0, 0, z), last = trial.last().wrench.force;
     for (int n = 0; n < steps; ++n) {
-      const double now = speed * std::sin(2 * std::numbers::pi * n / 1000);  // there and back in a second
+      const double now = speed * std::sin(2 * std::numbers::pi * n / 1000);  // forth and back in a second
       at.x() += now / 1000;
       const Vector3d force = trial.to({at, kUpright}).wrench.force;
-      jump = std::max(jump, (force - last).norm() - std::abs(now) / 1000);  // 1 N/mm: the hand's own part
+      jump = std::max(jump, (force - last).norm() - std::abs(now) / 1000);  // 1 N/mm: the part that the hand explains
       last = force;
-      // Once the hand has gone on far enough in one direction it slides: mu N against the motion.
+      // After the hand has moved far enough in one direction, the tool slides: mu N against the motion.
       if (n % 500 == 250 && speed > 3) off = std::max(off, std::abs(force.head<2>().norm() / force.z() / 0.3 - 1));
     }
     deepest = std::max(deepest, trial.leafPenetration());
@@ -56,7 +56,7 @@ Outcome stickSlip(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F24: a tool that friction holds on slopes, for a minute, with a hand that trembles.
+/// F24: a tool that friction holds on slopes, for a minute, with a trembling hand.
 Outcome creep(ScenarioContext& context, Mode mode) {
   Outcome out;
   double drift = 0, slid = 1e9;
@@ -86,7 +86,7 @@ Outcome creep(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F25: two blocks that close on a ball at 50 mm/s until they are 1 mm nearer than it is thick, and open.
+/// F25: two blocks close on a ball at 50 mm/s, to 1 mm less than its diameter, and open.
 Outcome crush(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
@@ -124,8 +124,8 @@ Outcome crush(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F26: a ball that the hand presses on a block, below another block. Both shake by 0.2 mm, at 90 and at 110 Hz: the
-/// ball leaves the lower one and lands on it, and the upper one comes within 0.04 mm of it.
+/// F26: a hand presses a ball on a block, below another block. Both vibrate by 0.2 mm, at 90 and at 110 Hz: the ball
+/// leaves the lower one and lands on it, and the upper one comes within 0.04 mm of it.
 Outcome chatter(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Body &ball = context.bodies.get("ball"), &block = context.bodies.get("block");
@@ -137,7 +137,7 @@ Outcome chatter(ScenarioContext& context, Mode mode) {
   ScenarioRun trial(ball, {{&block, {{0, 0, -away}, kUpright}}, {&block, {{0, 0, away}, rotationOf({std::numbers::pi, 0, 0})}}}, mode,
                     options);
   trial.to({{0, 0, 0}, kUpright});
-  const Vector3d hand(0, 0, 4.92 - away);  // 0.1 mm into the lower one where that is in the middle of its way
+  const Vector3d hand(0, 0, 4.92 - away);  // 0.1 mm into the lower one at the middle of its motion
   trial.moveTo(hand, 10);
   double jump = 0, last_height[2] = {0, 0};
   Vector3d last = trial.last().wrench.force;
@@ -151,7 +151,7 @@ Outcome chatter(ScenarioContext& context, Mode mode) {
       moved_by = std::max(moved_by, std::abs(by));
     }
     const Vector3d force = trial.to({hand, kUpright}).wrench.force;
-    jump = std::max(jump, (force - last).norm() - moved_by);  // 1 N/mm: what the bodies themselves do
+    jump = std::max(jump, (force - last).norm() - moved_by);  // 1 N/mm: the part that the bodies explain
     last = force;
   }
   out.add("step of the force beyond the bodies' own", "N", jump, 0.05);
@@ -160,8 +160,8 @@ Outcome chatter(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F27: a block that comes up to 20 mm within a step, through where the ball is. The ball is pushed ahead; a body that
-/// would use up the work of a step goes on in the next ones, and says so by a fault bit.
+/// F27: a block moves by up to 20 mm within a step, through the position of the ball. The ball is pushed ahead. A body
+/// that would use up the work of a step continues in the next steps, and sets a fault bit.
 Outcome jumpingBody(ScenarioContext& context, Mode mode) {
   Outcome out;
   int through = 0;
@@ -195,14 +195,14 @@ Outcome jumpingBody(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F28: a hand that holds still while encoders tremble by a count, 0.023 mm, on a surface that rubs.
+/// F28: a hand holds still while encoders fluctuate by a count, 0.023 mm, on a surface with friction.
 Outcome encoderNoise(ScenarioContext& context, Mode mode) {
   Outcome out;
   constexpr double kCount = 0.023;
   ScenarioRun trial(context.bodies.get("ball"), {{&context.bodies.get("slab"), {}}}, mode, rubbing(0.3));
   trial.to({{0, 0, 8}, kUpright});
   const double z = pressed(trial, {0, 0, 8});
-  for (int n = 0; n < 1000; ++n) trial.to({{0.001 * n, 0, z}, kUpright});  // it has slid before: friction is at its limit
+  for (int n = 0; n < 1000; ++n) trial.to({{0.001 * n, 0, z}, kUpright});  // it has slid before, so friction is at its limit
   for (int n = 0; n < 200; ++n) trial.to({{0.999, 0, z}, kUpright});
   Random random(28);
   const Vector3d start = trial.last().graphic.position;
@@ -214,7 +214,7 @@ Outcome encoderNoise(ScenarioContext& context, Mode mode) {
     const double x = count(), y = count();
     const runtime::StepResult r = trial.to({{0.999 + x, y, z + count()}, kUpright});
     swing = std::max(swing, (r.graphic.position - start).head<2>().norm());
-    given += r.wrench.force.head<2>().dot((r.graphic.position - last).head<2>());  // friction only takes
+    given += r.wrench.force.head<2>().dot((r.graphic.position - last).head<2>());  // friction only dissipates energy
     most_given = std::max(most_given, given);
     last = r.graphic.position;
   }

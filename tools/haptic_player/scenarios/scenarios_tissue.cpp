@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenarios of soft tissue, in large motion (solver in lock step) and where it says so in small motion. Distances mm,
-// speeds mm/s. In the mode of the paper tissue is rigid.
+// Scenarios of soft tissue, with large deformation (solver in lock step) and, where noted, small deformation. Distances
+// in mm, speeds in mm/s. In the mode of the paper tissue is rigid.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -23,7 +23,8 @@ ScenarioRun::Options tissueOptions(bool is_large) {
   return options;
 }
 
-/// Down at `speed` until the tool is `depth` below the surface z = 0: where the hand then is. It gives up 12 mm deeper.
+/// Moves down at `speed` until the tool is `depth` below the surface z = 0; returns the position of the hand then.
+/// Gives up at 12 mm more.
 Vector3d press(ScenarioRun& trial, const Vector3d& over, double depth, double speed = 10) {
   Vector3d hand = over;
   for (const double end = over.z() - 2 - depth - 12; hand.z() > end && trial.last().graphic.position.z() > kTipRadius - depth;)
@@ -35,8 +36,8 @@ void hold(ScenarioRun& trial, const Vector3d& hand, int steps) {
   for (int n = 0; n < steps; ++n) trial.to({hand, kUpright});
 }
 
-/// Energy that the hand was given along a path that ends where it began, out of contact, beyond what holding the force
-/// of a spring for a step gives [mJ].
+/// Energy that the hand received along a closed path that starts and ends out of contact, in excess of the energy that
+/// holding a spring's force for a step generates [mJ].
 double energyGiven(const ScenarioRun& trial) {
   double given = 0;
   const std::vector<RecordedStep>& rows = trial.rows();
@@ -54,11 +55,11 @@ double mostForce(const ScenarioRun& trial) {
   return most;
 }
 
-/// How tissue that the tool comes upon from `side` of z, 1 or -1, pulls it the other way.
+/// How tissue that the tool touches from `side` of z, 1 or -1, pulls it in the opposite direction.
 struct Pull {
-  double force = 0;  // the most [N]
-  int steps = 0;     // the most in a row by more than 0.05 N
-  /// A tool that is caught for less comes free by itself.
+  double force = 0;  // largest force [N]
+  int steps = 0;     // largest number of consecutive steps above 0.05 N
+  /// A tool that is caught for a shorter time comes free by itself.
   bool isThrough() const { return steps > 10; }
 };
 
@@ -74,15 +75,15 @@ Pull pullOf(const ScenarioRun& trial, double side) {
   return pull;
 }
 
-/// What every path of these has to keep.
+/// The rules that every path must keep.
 void addRules(Outcome& out, const ScenarioRun& trial, const std::string& which) {
   out.add("force step over max(0.1 N, 7 %)" + which, "1", largestForceJump(trial.rows(), trial.coupling()), 1);
   out.add("energy given beyond the sampling's own leak" + which, "mJ", energyGiven(trial), kEnergyPass);
   out.add("force after the limit" + which, "N", mostForce(trial), kMostForce + 1e-9);
 }
 
-/// F29: the tip is pressed 2 mm into a block, held for two seconds, and comes out. Again ten times as slowly: what
-/// tissue gives because its states are late gets less then.
+/// F29: the tip is pressed 2 mm into a block, held for two seconds, and moves out. Repeated ten times as slowly: energy
+/// that tissue generates because its states are delayed then decreases.
 Outcome poke(ScenarioContext& context, Mode mode) {
   Outcome out;
   const Vector3d start(1, -0.7, kTipRadius + 1);
@@ -115,8 +116,8 @@ Outcome poke(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F30: a cheek of 2 mm, 1 mm above a jaw that is rigid: the tip presses the one on the other, until the hand is 4 mm
-/// below the jaw's surface, and comes back.
+/// F30: a cheek of 2 mm, 1 mm above a rigid jaw: the tip presses the cheek on the jaw, until the hand is 4 mm below the
+/// jaw's surface, and returns.
 Outcome squeeze(ScenarioContext& context, Mode mode) {
   Outcome out;
   for (const bool is_large : {true, false}) {
@@ -140,7 +141,7 @@ Outcome squeeze(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F31: dragged over a soft block, 1 mm deep, up on a rigid one beside it that is 0.5 mm higher, and back.
+/// F31: a drag over a soft block, 1 mm deep, onto a rigid one beside it that is 0.5 mm higher, and back.
 Outcome slipOff(ScenarioContext& context, Mode mode) {
   Outcome out;
   for (const bool is_large : {true, false}) {
@@ -165,8 +166,8 @@ Outcome slipOff(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F32: against a cheek of 2 mm at 1 m/s from either side, until the hand is 9 mm past its middle, and back at half of
-/// that. The tool is through if it is then held back for more than 10 ms.
+/// F32: against a cheek of 2 mm at 1 m/s from either side, until the hand is 9 mm beyond its middle, and back at half
+/// of that speed. The tool has passed through if it is then held back for more than 10 ms.
 Outcome fastCheek(ScenarioContext& context, Mode mode) {
   Outcome out;
   const int runs = context.repetitions(10'000, 4);  // in each motion
@@ -204,7 +205,7 @@ Outcome fastCheek(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// A hand that goes to and fro by 0.3 mm, twice in 500 steps, round where it pressed.
+/// A hand that moves back and forth by 0.3 mm, twice in 500 steps, around the point where it pressed.
 template <class Look>
 void sway(ScenarioRun& trial, const Vector3d& hand, const Look& look) {
   for (int n = 1; n <= 500; ++n) {
@@ -237,8 +238,8 @@ Outcome stalls(ScenarioContext& context, Mode mode) {
   return out;
 }
 
-/// F34: the solver is at a loss for half a second, while the hand moves, and until the tool is out. Tissue in a state
-/// that was found under a force stands out without it, if it has become stiffer: the tool is free above that.
+/// F34: the solver fails for half a second, while the hand moves, and until the tool is out. If the tissue has become
+/// stiffer, a state that was found under a force protrudes when the force is gone: the tool is free above that surface.
 Outcome diverges(ScenarioContext& context, Mode mode) {
   Outcome out;
   ScenarioRun trial(context.bodies.get("tip"), {{&context.bodies.getSoft("soft_block"), {}}}, mode);

@@ -18,7 +18,7 @@ struct SoftRecipe {
   Eigen::AlignedBox3d box;
   std::array<std::uint32_t, 3> cells;
   double young;                                  // [kPa]
-  std::function<bool(const Vector3d&)> is_held;  // what does not move
+  std::function<bool(const Vector3d&)> is_held;  // the fixed part
 };
 
 const std::map<std::string, SoftRecipe>& softRecipes() {
@@ -33,8 +33,8 @@ const std::map<std::string, SoftRecipe>& softRecipes() {
   return all;
 }
 
-/// The box in cells of six tetrahedra each, round their diagonal (H. Freudenthal, Annals of Mathematics 43, 1942): from
-/// corner to corner along the axes, in each of their orders. Diagonals of neighbours agree.
+/// The box in cells of six tetrahedra each, around their diagonal (H. Freudenthal, Annals of Mathematics 43, 1942):
+/// from corner to corner along the axes, in each order of the axes. Diagonals of adjacent cells match.
 TetrahedronList fill(const Eigen::AlignedBox3d& box, const std::array<std::uint32_t, 3>& cells) {
   TetrahedronList solid;
   const auto at = [&](const std::array<std::uint32_t, 3>& p) { return (p[2] * (cells[1] + 1) + p[1]) * (cells[0] + 1) + p[0]; };
@@ -54,7 +54,7 @@ TetrahedronList fill(const Eigen::AlignedBox3d& box, const std::array<std::uint3
       std::array<std::uint32_t, 3> p = low;
       std::array<std::uint32_t, 4> corner{at(p)};
       for (std::size_t i = 0; i < 3; ++i) ++p[order[i]], corner[i + 1] = at(p);
-      if ((order[1] + 3 - order[0]) % 3 == 2) std::swap(corner[2], corner[3]);  // odd orders are inside out
+      if ((order[1] + 3 - order[0]) % 3 == 2) std::swap(corner[2], corner[3]);  // odd orders have negative volume
       solid.corners.push_back(corner);
     } while (std::next_permutation(order.begin(), order.end()));
   });
@@ -83,7 +83,7 @@ const Body& BodyLibrary::getSoft(const std::string& name) {
   settings.seed += variant_;
   make(known, mesh, settings, frame);
   Body& body = *bodies_.at(known);
-  // The same force moves it by `scale` times as much.
+  // The same force causes `scale` times the displacement.
   const TissueMaterial material{recipe.young / (frame.scale * frame.scale), 0.45, 1040};
   const auto is_held = [&](const Vector3d& p) { return recipe.is_held(frame.turn.conjugate() * p / frame.scale); };
   const auto tissue =

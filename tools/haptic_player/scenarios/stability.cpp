@@ -32,7 +32,8 @@ Json poseJson(const Configuration& pose) {
   return {{"position_mm", {pose.position.x(), pose.position.y(), pose.position.z()}}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
-/// The scenario on bodies that are turned, scaled and of other seeds: notes the worst of each figure in `outcome`.
+/// Runs the scenario on bodies that are rotated, scaled and built with other seeds, and stores the worst value of each
+/// figure in `outcome`.
 void runTurned(const Scenario& scenario, ScenarioContext& context, Mode mode, Outcome& outcome) {
   ScenarioContext less{context.bodies, {context.settings.share * kTurnedShare, 0}, context.progress};
   for (int n = 1; n <= context.settings.turned; ++n) {
@@ -46,7 +47,7 @@ void runTurned(const Scenario& scenario, ScenarioContext& context, Mode mode, Ou
   }
 }
 
-/// The one whose bodies and notes stand for the scenario.
+/// The outcome whose bodies and notes represent the scenario.
 const Outcome& leading(const ScenarioResult& r) {
   const auto ours = r.outcomes.find(Mode::Constrained);
   return ours != r.outcomes.end() ? ours->second : r.outcomes.begin()->second;
@@ -68,8 +69,8 @@ Json figureJson(const ScenarioResult& r, std::size_t i) {
   return json;
 }
 
-/// The figure that stands for the scenario: the first that the constrained mode misses, else the first that another
-/// does, else the first.
+/// The figure that represents the scenario: the first one that the constrained mode misses, otherwise the first one
+/// that another mode misses, otherwise the first one.
 std::size_t headline(const ScenarioResult& r) {
   std::vector<const Outcome*> outcomes{&leading(r)};
   for (const auto& [mode, outcome] : r.outcomes) outcomes.push_back(&outcome);
@@ -90,7 +91,7 @@ std::string offText(const TriangleMesh& mesh) {
   return text;
 }
 
-/// As the player records, with the depth as measured from outside the runtime.
+/// The recording in the format of the player, with the depth as measured independently of the runtime.
 std::string recordingText(const Outcome& outcome) {
   std::string text(recordingHeader());
   for (std::size_t i = 0; i < outcome.recording.size(); ++i) {
@@ -138,7 +139,7 @@ std::vector<const Scenario*> selectScenarios(const std::string& names) {
   return chosen;
 }
 
-bool holds(const Figure& figure) {  // NaN does not hold
+bool holds(const Figure& figure) {  // NaN does not pass
   return figure.informative || (figure.value <= figure.pass && (!figure.turned || *figure.turned <= figure.pass));
 }
 
@@ -250,7 +251,7 @@ nlohmann::ordered_json stabilityJson(const std::vector<ScenarioResult>& results,
 
 void writeStability(const std::filesystem::path& folder, const std::vector<ScenarioResult>& results, builder::Quality quality) {
   formats::makeFolder(folder);
-  std::set<const Body*> bodies;  // order of addresses; each makes files of its own
+  std::set<const Body*> bodies;  // order of addresses; each body makes files of its own
   for (const ScenarioResult& r : results) {
     if (r.outcomes.empty()) continue;
     if (leading(r).tool) bodies.insert(leading(r).tool);

@@ -24,7 +24,7 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
                                                   : path.filename().string();
   bodies_ = readBodyPaths(path);
   for (const BodyPaths::HingedBody& body : bodies_.hinged()) {
-    constexpr double kLeastRange = 20;  // [degree]: what rests on its path can be turned all the same
+    constexpr double kLeastRange = 20;  // [degree]: a body that rests on its path can also be rotated
     const double middle = (body.lowest + body.highest) / 2, half = std::max(kLeastRange, body.highest - body.lowest) / 2;
     state.hinges.push_back({body.name, std::min(body.lowest, middle - half), std::max(body.highest, middle + half), 0, {}});
   }
@@ -53,7 +53,7 @@ void RunShown::update(TissueMotion* tissue) {
     streams.hinges.degree[k].store(state.hinges[k].wish.value_or(std::numeric_limits<double>::quiet_NaN()), std::memory_order_relaxed);
   }
   const std::uint64_t tick = shown.state.step.tick;
-  if (tick >= times_due_) {  // sorting takes a while: four times a second is enough
+  if (tick >= times_due_) {  // sorting takes a while, so it is done four times a second
     times_ = view::stepTimes(view::lastOf(shown.samples, 10));
     times_due_ = tick + 250;
   }
@@ -74,7 +74,7 @@ LiveView::LiveView(const Options& options, const PlaySettings& settings)
 }
 
 LiveView::~LiveView() {
-  // The run has ended: no step comes any more.
+  // The run has ended: there are no more steps.
   if (recording_) try {
       recording_->finish();
     } catch (const formats::FileError& error) {
@@ -106,7 +106,7 @@ device::IntendedPath drivenPath(view::LiveStreams& streams, const Configuration&
   driven->target = start;
   return [driven, &streams](double time) {
     if (streams.hand.refresh() && streams.hand.front().is_set) driven->target = streams.hand.front().pose;
-    const double seconds = std::clamp(time - driven->time, 0.0, 0.01);  // a late step is no reason to jump
+    const double seconds = std::clamp(time - driven->time, 0.0, 0.01);  // limited, so that a late step does not cause a jump
     driven->time = time;
     return driven->filter.towards(driven->target, seconds);
   };
@@ -125,7 +125,7 @@ void LiveView::steer(double seconds) {
   if (options_.hand == view::HandSource::Gamepad)
     if (const auto pad = window_.gamepad()) hand_.steer(view::gamepadDeflection(pad->axes, pad->bumper), seconds, shown_.state.camera);
   if (space_mouse_) hand_.steer(view::spaceMouseDeflection(space_mouse_->poll()), seconds, shown_.state.camera);
-  // The hand cannot mean to be far from where it is: a spring of the hand has a length.
+  // The target of the hand must stay near the hand, like the end of a spring.
   const Eigen::Vector3d ahead = hand_.pose().position - shown_.pane().state.step.haptic.position;
   constexpr double kFarthest = 15;  // [mm]
   if (shown_.pane().has_state && ahead.norm() > kFarthest)
@@ -182,7 +182,7 @@ void LiveView::toggleRecording(ServoLoop& loop) try {
 bool LiveView::onTurn(const device::DeviceStatus& status, ServoLoop& loop) {
   view::ViewerState& state = shown_.state;
   if (!window_.isOpen() || state.wants_quit) {
-    // As an emergency stop: zero from the next step on. The device then says that it has stopped, and the run ends.
+    // As an emergency stop: zero from the next step on. The device then reports that it has stopped, and the run ends.
     if (!stop_asked_) device::EmergencyStop::request();
     stop_asked_ = true;
     if (recording_) toggleRecording(loop);

@@ -14,7 +14,7 @@
 namespace spheretree::player {
 namespace {
 
-/// Whole numbers between dividers; empty if anything else stands there.
+/// Integers between dividers; empty if the text has anything else.
 std::vector<std::uint64_t> numbersIn(std::string_view text, char divider) {
   std::vector<std::uint64_t> out;
   for (;;) {

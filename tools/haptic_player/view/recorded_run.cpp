@@ -94,7 +94,7 @@ class RunReader {
   RecordedRun out_;
 };
 
-/// The word after "key=" in the settings of a recording; empty: there is none.
+/// The word after "key=" in the settings of a recording; empty if there is none.
 std::string wordOf(const std::string& settings, const std::string& key) {
   const std::string marked = " " + settings + " ";
   const std::size_t found = marked.find(" " + key + "=");
@@ -103,7 +103,7 @@ std::string wordOf(const std::string& settings, const std::string& key) {
   return marked.substr(begin, marked.find(' ', begin) - begin);
 }
 
-/// Close enough for the contacts of one to be those of the other.
+/// Whether two steps are close enough for the contacts of one to be those of the other.
 bool isSame(const RecordedStep& recorded, const runtime::StepResult& again) {
   const Displacement apart = displacementBetween(recorded.graphic, again.graphic);
   return apart.translation.norm() < 1e-3 && apart.rotation.norm() < 1e-3;

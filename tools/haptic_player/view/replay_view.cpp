@@ -52,7 +52,7 @@ Replay::Replay(std::vector<ReplayedRun> runs) : playback(longest(runs)), runs_(s
     std::vector<std::uint32_t>& so_far = faults_.emplace_back();
     for (const RecordedStep& step : run.run.steps) {
       samples.push_back(view::sampleOf(step));
-      samples.back().time -= run.run.steps[0].time;  // both begin together
+      samples.back().time -= run.run.steps[0].time;  // both begin at the same time
       so_far.push_back(faults |= step.faults);
     }
   }

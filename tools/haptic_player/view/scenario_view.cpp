@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A stability scenario in both modes side by side: it runs first, stepped, and is then shown with one clock for both.
+// A stability scenario in both modes side by side: it is run first, stepped, and then both are shown at the same time.
 #include <cstdio>
 
 #include "program_end.h"
@@ -29,8 +29,8 @@ view::Stage stageOf(const Outcome& outcome) {
   return stage;
 }
 
-/// What the runtime says of the contacts at the recorded poses. Where objects moved or the coupling was another, they
-/// stay out.
+/// Computes the contacts at the recorded poses with the runtime. They are left out if objects moved or the coupling was
+/// different.
 ShownRun withContacts(const Outcome& outcome, runtime::Mode mode) {
   runtime::SceneDescription d;
   d.tool = outcome.tool->tree;

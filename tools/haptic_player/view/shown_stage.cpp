@@ -16,7 +16,7 @@ namespace {
 /// Names and meshes: tool, then objects.
 struct ShownItems {
   std::vector<std::string> names;
-  std::vector<TriangleMesh> meshes;  // without triangles: there is none
+  std::vector<TriangleMesh> meshes;  // a mesh without triangles is absent
 };
 
 ShownItems itemsOf(const std::filesystem::path& path, std::vector<std::string>& notes) {

@@ -32,7 +32,7 @@ Eigen::Matrix4d Camera::projection(double aspect, double near, double far) const
   Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
   m(0, 0) = f / aspect;
   m(1, 1) = f;
-  m(2, 2) = (far + near) / (near - far);  // clip space runs from -1 to 1, the depth buffer from 0 to 1
+  m(2, 2) = (far + near) / (near - far);  // clip space ranges from -1 to 1, the depth buffer from 0 to 1
   m(2, 3) = 2 * far * near / (near - far);
   m(3, 2) = -1;
   return m;

@@ -45,7 +45,7 @@ ShaderProgram::ShaderProgram(const Gl& gl, const char* vertex, const char* fragm
   for (const auto& [kind, source] : {std::pair(GL_VERTEX_SHADER, vertex), std::pair(GL_FRAGMENT_SHADER, fragment)}) {
     const GLuint shader = compile(gl, static_cast<GLenum>(kind), source);
     gl.AttachShader(id_, shader);
-    gl.DeleteShader(shader);  // lives as long as the program
+    gl.DeleteShader(shader);  // it lives as long as the program
   }
   gl.LinkProgram(id_);
   GLint good = 0;

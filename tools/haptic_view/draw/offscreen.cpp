@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kAdvice = ". Install libegl1 and libgl1-mesa-dri: tools/setup.sh does";
 
-/// Mesa's platform without windows; where it is missing, whatever the system takes for its display.
+/// Mesa's platform without windows; if it is missing, the system's default display.
 EGLDisplay openDisplay() {
   const char* known = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   EGLDisplay display = EGL_NO_DISPLAY;
@@ -41,7 +41,7 @@ OffscreenContext::OffscreenContext() {
     throw ViewError("no picture can be drawn: " + what + kAdvice);
   };
   if (!eglBindAPI(EGL_OPENGL_API)) fail("EGL has no OpenGL");
-  // The default asks for a config that can show windows, which a platform without any may not have.
+  // The default would require a configuration that supports windows, which this platform may not have.
   const EGLint wanted[] = {
       EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_RED_SIZE, 8, EGL_GREEN_SIZE, 8, EGL_BLUE_SIZE, 8,
       EGL_NONE};

@@ -11,7 +11,7 @@
 #include "model/moved_surface.h"
 
 namespace spheretree::view {
-/// Locations of what the shaders of solids share.
+/// Locations of the uniforms that the shaders of solids share.
 struct SolidUniforms {
   GLint model, view_projection, eye, key, fill, cut, tint, tint_share;
   explicit SolidUniforms(const ShaderProgram& p)
@@ -31,8 +31,8 @@ using Eigen::Vector3d;
 
 constexpr double kLongestArrow = 150;  // [pixels of the screen]
 
-/// From the frame of a body to the world about `origin`: what lies far from the world's origin keeps its digits in
-/// float.
+/// From the frame of a body to the world relative to `origin`, so that float keeps its digits far from the world's
+/// origin.
 Eigen::Matrix4f matrixOf(const Configuration& pose, const Vector3d& origin) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.block<3, 3>(0, 0) = pose.orientation.toRotationMatrix();
@@ -128,7 +128,7 @@ struct SceneDrawer::Pass {
   double pixel;
   Theme theme;
   Eigen::Matrix4f view_projection;
-  std::array<float, 4> cut{};  // of objects, while they are drawn
+  std::array<float, 4> cut{};  // for objects, while they are drawn
   mutable std::array<float, 4> cut_now{};
   mutable float opacity = 1;
 };
@@ -158,7 +158,7 @@ SceneDrawer::~SceneDrawer() = default;
 
 namespace {
 
-/// Sets what is the same for all solids of a picture.
+/// Sets the uniforms that are equal for all solids of a picture.
 template <class Pass>
 void setSolid(const Gl& gl, const SolidUniforms& at, const Pass& pass, const Eigen::Matrix4f& model, std::optional<Colour> tint) {
   gl.UniformMatrix4fv(at.model, 1, GL_FALSE, model.data());
@@ -194,12 +194,12 @@ void SceneDrawer::drawBalls(const Pass& pass, std::size_t body, std::size_t leve
   gl_.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, balls.count);
 }
 
-/// `own_colours`: balls keep the hues of their families; else all take `colour`.
+/// `own_colours`: balls keep the hues of their families; otherwise all have `colour`.
 void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configuration& pose, Geometry geometry, Colour colour,
                            bool own_colours) {
   const BodyBuffers& buffers = *bodies_[body];
   if (buffers.levels.empty()) geometry = Geometry::Meshes;
-  const bool is_tool = stage_.tool && body == *stage_.tool;  // touches with its leaves, whatever it touches
+  const bool is_tool = stage_.tool && body == *stage_.tool;  // its contact surface is always its leaves
   if (geometry == Geometry::Contact && pass.look.skin_contact && buffers.skin && !is_tool)
     return drawSurface(pass, *buffers.skin, pose, colour);
   if (geometry == Geometry::Meshes && buffers.mesh) return drawSurface(pass, *buffers.mesh, pose, colour);
@@ -215,7 +215,7 @@ void SceneDrawer::drawBody(const Pass& pass, std::size_t body, const Configurati
 void SceneDrawer::drawHapticTool(const Pass& pass) {
   const Configuration& haptic = pass.state.haptic;
   const Configuration pose{haptic.position - haptic.orientation * stage_.reference_point, haptic.orientation};
-  // Depth first, so that only its front shows.
+  // Depth first, so that only its front is visible.
   gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   drawBody(pass, *stage_.tool, pose, pass.look.tool, pass.theme.haptic, false);
   gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
@@ -270,13 +270,13 @@ Shapes SceneDrawer::marks(const Pass& pass) const {
       addArrow(out, arrow->from, arrow->along, 3.2 * px, pass.theme.force);
   const double torque = state.wrench.torque.norm();
   if (look.torque && torque > 1) {
-    const double share = std::min(1.0, std::log10(torque) / 2.3);  // all the way round at 200 N mm
+    const double share = std::min(1.0, std::log10(torque) / 2.3);  // a full circle at 200 N mm
     addArc(out, at, state.wrench.torque, 34 * px, 0.2 + 5.4 * share, 2.0 * px, pass.theme.torque);
   }
   return out;
 }
 
-/// `ghosts`: what lies behind something shows faintly, too.
+/// `ghosts`: hidden parts are also drawn, faintly.
 void SceneDrawer::drawShapes(const Pass& pass, const Shapes& shapes, bool ghosts) {
   if (shapes.empty()) return;
   programs_->surface.use();

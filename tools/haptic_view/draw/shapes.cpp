@@ -30,7 +30,7 @@ void addTriangle(Shapes& shapes, const Vector3d& a, const Vector3d& na, const Ve
   shapes.push_back({c.cast<float>(), nc.cast<float>(), colour});
 }
 
-/// A band between two circles about the same axis; `slope`: of the normals along the axis.
+/// A band between two circles with the same axis; `slope`: of the normals along the axis.
 void addBand(Shapes& shapes, const Frame& f, const Vector3d& from, double r0, const Vector3d& to, double r1, double slope, Colour colour) {
   for (int k = 0; k < kSides; ++k) {
     const Vector3d e0 = f.rim(kTurn * k / kSides), e1 = f.rim(kTurn * (k + 1) / kSides);
@@ -53,7 +53,7 @@ void addCone(Shapes& shapes, const Vector3d& base, const Vector3d& along, double
   addCap(shapes, f, base, radius, -1, colour);
 }
 
-/// A tube along points that lie close together.
+/// A tube along closely spaced points.
 void addTube(Shapes& shapes, const std::vector<Vector3d>& path, double radius, Colour colour) {
   constexpr int kRound = 10;
   if (path.size() < 2) return;

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kOmega = 2 * std::numbers::pi * HandFilter::kFrequency;  // [rad/s]
 
-/// The exact answer of x'' = omega^2 (0 - x) - 2 omega x' after `dt`; returns the way, at most `fastest` * dt.
+/// The exact solution of x'' = omega^2 (0 - x) - 2 omega x' after `dt`; returns the displacement, at most `fastest` *
+/// dt.
 Eigen::Vector3d step(const Eigen::Vector3d& from_target, Eigen::Vector3d& speed, double dt, double fastest) {
   const double decay = std::exp(-kOmega * dt);
   const Eigen::Vector3d j = (speed + kOmega * from_target) * dt;

@@ -39,7 +39,7 @@ SpaceMouse::~SpaceMouse() {
 
 const std::array<int, 6>& SpaceMouse::poll() {
   // An event is eight 32-bit numbers: kind (0: motion, 1 and 2: buttons), then x, y, z and the rotations with z away
-  // from the user, and the time since the event before.
+  // from the user, and the time since the previous event.
   while (socket_ >= 0) {
     const ssize_t got = ::recv(socket_, event_.data() + filled_, sizeof event_ - filled_, 0);
     if (got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
@@ -51,7 +51,7 @@ const std::array<int, 6>& SpaceMouse::poll() {
     }
     if (got < 0) break;
     filled_ += static_cast<std::size_t>(got);
-    if (filled_ < sizeof event_) continue;  // the rest may be on its way
+    if (filled_ < sizeof event_) continue;  // the rest may not have arrived yet
     filled_ = 0;
     std::array<std::int32_t, 8> event;
     std::memcpy(event.data(), event_.data(), sizeof event);

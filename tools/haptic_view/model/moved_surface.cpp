@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 Vector3f placeOf(const TissueVertex& v) { return Eigen::Vector3d(v.rest.data()).cast<float>(); }
 
-/// One of the tissue's vertices at `p`, or the nearest.
+/// A vertex of the tissue at `p`, or the nearest one.
 std::uint32_t nearestVertex(const Vector3f& p, const std::vector<TissueVertex>& surface) {
   std::uint32_t nearest = 0;
   float least = std::numeric_limits<float>::infinity();
@@ -77,7 +77,7 @@ TintedSurface MovedSurface::at(std::span<const Vector3f> displacements, Colour c
     normal = normal.squaredNorm() > 0 ? normal.normalized() : rest_.corners[i].normal;
     const double share = std::min(1.0, static_cast<double>(stretch[i]) / kFullStretch);
     const Colour hot = heat(share);
-    const double part = std::min(1.0, 4 * share);  // what hardly stretches keeps the colour of the body
+    const double part = std::min(1.0, 4 * share);  // small stretches keep the colour of the body
     out.colours.push_back({mixed(colour.r, hot.r, part), mixed(colour.g, hot.g, part), mixed(colour.b, hot.b, part), colour.a});
   }
   return out;

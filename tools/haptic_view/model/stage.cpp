@@ -9,7 +9,7 @@
 namespace spheretree::view {
 namespace {
 
-// M. Okabe, K. Ito, Color universal design, 2008; black and yellow left out, lightened.
+// M. Okabe, K. Ito, Color universal design, 2008; without black and yellow, lightened.
 constexpr std::array<Colour, 8> kHues{{{120, 170, 215, 255},
                                        {226, 150, 92, 255},
                                        {116, 190, 160, 255},
@@ -25,7 +25,7 @@ Colour shaded(Colour c, int tone) {
   return {scaled(c.r), scaled(c.g), scaled(c.b), c.a};
 }
 
-/// (nodes) which child of the root each descends from.
+/// (nodes) child of the root from which each node descends.
 std::vector<std::uint32_t> families(const SphereTree& tree) {
   std::vector<std::uint32_t> family(tree.nodeCount());
   for (std::uint32_t node = 0; node < tree.nodeCount(); ++node)

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Faces round each vertex: those of vertex v are face[begin[v]] .. face[begin[v + 1]].
+/// Faces around each vertex: those of vertex v are face[begin[v]] .. face[begin[v + 1] - 1].
 struct FacesAround {
   std::vector<std::uint32_t> begin, face;
 
@@ -27,7 +27,8 @@ struct FacesAround {
   }
 };
 
-/// Points of the unit ball and triangles between them: an icosahedron, each triangle cut in four `rounds` times.
+/// Points of the unit ball and triangles between them: an icosahedron whose triangles are divided into four `rounds`
+/// times.
 struct UnitBall {
   std::vector<Vector3d> points;
   std::vector<Triangle> triangles;
@@ -37,7 +38,7 @@ struct UnitBall {
     for (const double a : {-1.0, 1.0})
       for (const double b : {-t, t})
         for (const Vector3d& p : {Vector3d(a, b, 0), Vector3d(0, a, b), Vector3d(b, 0, a)}) points.push_back(p.normalized());
-    // Three corners are a face if all are an edge apart.
+    // Three corners form a face if their distances are the edge length.
     const double edge = 2 / std::sqrt(1 + t * t) + 1e-9;
     for (std::uint32_t i = 0; i < 12; ++i)
       for (std::uint32_t j = i + 1; j < 12; ++j)

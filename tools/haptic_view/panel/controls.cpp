@@ -14,12 +14,12 @@ constexpr double kZoomOfNotch = 1.15;
 
 bool pressed(int key, bool repeats = false) { return ImGui::IsKeyPressed(key, repeats); }
 
-/// 1 if `plus` is held, -1 if `minus` is.
+/// 1 if `plus` is held, -1 if `minus` is held.
 double between(int minus, int plus) { return (ImGui::IsKeyDown(plus) ? 1.0 : 0.0) - (ImGui::IsKeyDown(minus) ? 1.0 : 0.0); }
 
 bool movesHand(const ViewerState& state) { return state.hand && state.hand_source == HandSource::Mouse; }
 
-/// The pane under the pointer; the first where there is none.
+/// The pane under the pointer; the first one if there is none.
 Viewport paneUnder(const Layout& layout, ImVec2 pointer) {
   for (const Viewport& pane : layout.panes)
     if (pointer.x >= static_cast<float>(pane.x) && pointer.x < static_cast<float>(pane.x + pane.width) &&

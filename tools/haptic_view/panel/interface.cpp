@@ -16,7 +16,7 @@ ImVec4 floats(Colour c, double opacity = 1) {
   return {share(c.r), share(c.g), share(c.b), share(c.a) * static_cast<float>(opacity)};
 }
 
-/// DejaVu where the system has it, else the font that Dear ImGui brings along.
+/// DejaVu if the system has it, otherwise the font of Dear ImGui.
 void addFont(double scale) {
   ImGuiIO& io = ImGui::GetIO();
   const char* path = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
@@ -39,7 +39,7 @@ unsigned packed(Colour c, double opacity) {
 
 Interface::Interface(double scale) : scale_(scale) {
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // nothing is left behind
+  ImGui::GetIO().IniFilename = nullptr;  // writes no settings file
   ImGui::GetIO().LogFilename = nullptr;
   ImGui::GetIO().ConfigWindowsMoveFromTitleBarOnly = true;
   addFont(scale);

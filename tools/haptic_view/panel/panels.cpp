@@ -19,7 +19,7 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFla
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoNav;
 
-/// A window of its own that fills `place`.
+/// A separate window that fills `place`.
 bool beginPlace(const char* name, const Viewport& place, ImGuiWindowFlags more = 0) {
   ImGui::SetNextWindowPos({static_cast<float>(place.x), static_cast<float>(place.y)});
   ImGui::SetNextWindowSize({static_cast<float>(place.width), static_cast<float>(place.height)});
@@ -38,7 +38,7 @@ void drawLamp(const Lamp& lamp, const Theme& theme) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const ImVec2 middle{at.x + 0.45f * size, at.y + 0.5f * size};
-  // On: a full disc. Was on: half of one. Never: a ring. Shape and colour both tell.
+  // On: a full disc. Was on: half of one. Never on: a ring. Shape and colour both show the state.
   const Colour colour = lamp.is_fault ? (lamp.is_on ? theme.bad : theme.warning) : theme.spring;
   if (lamp.is_on)
     list.AddCircleFilled(middle, 0.34f * size, packed(colour));
@@ -68,7 +68,7 @@ void drawFigures(const Pane& pane, const Theme& theme) {
     if (ImGui::CalcTextSize(line.name.c_str()).x + ImGui::GetFontSize() < begin)
       ImGui::SameLine(begin);
     else
-      ImGui::SetCursorPosX(begin);  // in a line of its own
+      ImGui::SetCursorPosX(begin);  // on a new line
     ImGui::PushStyleColor(ImGuiCol_Text, packed(line.is_bad ? theme.bad : theme.text));
     ImGui::TextUnformatted(line.value.c_str());
     ImGui::PopStyleColor();
@@ -208,7 +208,7 @@ void drawPlots(ViewerState& state, const Viewport& place, const Theme& theme) {
     double begin = 0, end = 1;
     std::optional<double> mark;
     if (state.playback) {
-      // The whole run fits in, or a window about the mark.
+      // Either the whole run fits, or a window around the mark is shown.
       const double at = all[std::min(state.playback->step(), all.size() - 1)].time, first = all.front().time, last = all.back().time;
       mark = at;
       const double half = state.plot_seconds / 2;
@@ -275,7 +275,7 @@ void drawScrubber(Playback& playback, const Viewport& place) {
   ImGui::End();
 }
 
-/// A bar of a round length, so that one sees how large things are.
+/// A bar of a round length that shows the scale.
 void drawScaleBar(ImDrawList& list, const ViewerState& state, const Viewport& pane, const Theme& theme) {
   const float text = ImGui::GetFontSize();
   const double pixel = state.camera.pixelAt(state.camera.target, pane);
@@ -292,7 +292,7 @@ void drawScaleBar(ImDrawList& list, const ViewerState& state, const Viewport& pa
   list.AddText({left.x, left.y - 1.35f * text}, colour, name);
 }
 
-/// Text with a shadow, readable on anything.
+/// Text with a shadow, readable on any background.
 void label(ImDrawList& list, ImVec2 at, Colour colour, const Theme& theme, const char* text) {
   list.AddText({at.x + 1, at.y + 1}, packed(theme.bottom), text);
   list.AddText(at, packed(colour), text);

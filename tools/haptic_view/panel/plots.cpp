@@ -25,8 +25,8 @@ Axis axisOf(const Plot& plot, double begin, double end) {
       low = std::min(low, value);
       high = std::max(high, value);
     }
-  // A limit shows once the curve comes near; what is far beyond it is cut off, so that one bad step does not flatten
-  // the others.
+  // A limit appears when the curve comes near it; values far beyond it are cut off, so that one bad step does not
+  // flatten the others.
   if (plot.limit && high > 0.6 * *plot.limit) high = std::clamp(high, *plot.limit * 1.05, *plot.limit * 2);
   if (plot.from_zero) return {0, roundEnd(std::max(high, plot.least_span))};
   const double half = roundEnd(std::max({high, -low, plot.least_span}));
@@ -127,7 +127,7 @@ void drawPlot(const Plot& plot, double begin, double end, std::optional<double> 
     const float x = low_left.x + wide * static_cast<float>((*mark - begin) / std::max(1e-9, end - begin));
     list.AddLine({x, low_left.y - high}, {x, low_left.y}, packed(theme.text, 0.8), 1.5f);
   }
-  // The title comes first; unit, number and legend stand where there is room.
+  // The title comes first; unit, number and legend are shown if there is space.
   const auto wide_of = [](const std::string& words) { return ImGui::CalcTextSize(words.c_str()).x; };
   const std::string top = shortNumber(axis.high), title = plot.title + " [" + plot.unit + "]";
   const float inside = width - 2 * margin, number_width = wide_of(top) + 2 * margin;
@@ -136,7 +136,7 @@ void drawPlot(const Plot& plot, double begin, double end, std::optional<double> 
   if (has_number) list.AddText({end_at, corner.y + margin}, packed(theme.faint), top.c_str());
   float at = corner.x + margin;
   const auto write = [&](const std::string& words, Colour colour) {
-    if (at + wide_of(words) + margin > end_at && at > corner.x + margin) return;  // no room
+    if (at + wide_of(words) + margin > end_at && at > corner.x + margin) return;  // no space
     list.AddText({at, corner.y + margin}, packed(colour), words.c_str());
     at += wide_of(words) + margin;
   };

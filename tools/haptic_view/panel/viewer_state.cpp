@@ -8,7 +8,7 @@
 namespace spheretree::view {
 namespace {
 
-/// Leaves between the eye and a point of the tool's shaft.
+/// Number of leaves between the eye and a point of the tool's shaft.
 int hiding(const Stage& stage, const Eigen::Vector3d& eye, const Eigen::Vector3d& point) {
   int count = 0;
   const Eigen::Vector3d way = point - eye;

@@ -25,8 +25,8 @@ PictureMaker::PictureMaker(int width, int height, double scale, ViewerState& sta
       canvas_(context_.gl(), width, height) {}
 
 Picture PictureMaker::draw() {
-  constexpr int kSamples = 4;  // of a pixel, in each direction
-  // Panels find their size in their first frame and have it in the second.
+  constexpr int kSamples = 4;  // samples of a pixel, in each direction
+  // Panels compute their size in the first frame and have it in the second.
   for (const int samples : {1, kSamples}) {
     interface_.begin(width_, height_, 1.0 / 60);
     viewer_.frame(width_, height_, samples, 0, canvas_.id());

@@ -13,7 +13,7 @@
 namespace spheretree::view {
 namespace {
 
-/// The last thing that GLFW complained about.
+/// The last error that GLFW reported.
 std::string complaint() {
   const char* text = nullptr;
   glfwGetError(&text);
@@ -38,7 +38,7 @@ Window::Window(const std::string& title, int width, int height, double scale) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  glfwWindowHint(GLFW_DEPTH_BITS, 0);  // scenes are drawn into a frame of their own
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);  // scenes are drawn into a framebuffer of their own
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "spheretree");
   window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
   if (!window_) {
@@ -61,7 +61,7 @@ Window::Window(const std::string& title, int width, int height, double scale) {
     self.pressed_.push_back(key);
     self.pressed_with_ |= modifiers;
   });
-  ImGui_ImplGlfw_InitForOpenGL(window_, true);  // it calls the callback above, too
+  ImGui_ImplGlfw_InitForOpenGL(window_, true);  // it also calls the callback above
   last_ = due_ = Clock::now();
 }
 
@@ -75,8 +75,8 @@ Window::~Window() {
 bool Window::isOpen() const { return !glfwWindowShouldClose(window_); }
 void Window::close() { glfwSetWindowShouldClose(window_, GLFW_TRUE); }
 
-/// A key that was pressed and let go between two frames counts as held in this one: else a quick tap on a slow machine
-/// would be lost.
+/// A key that was pressed and released between two frames counts as held in this one: otherwise a quick tap would be
+/// lost on a slow machine.
 void Window::takeTaps() {
   ImGuiIO& io = ImGui::GetIO();
   for (const int key : released_later_) io.KeysDown[key] = false;
@@ -87,7 +87,7 @@ void Window::takeTaps() {
     released_later_.push_back(key);
   }
   pressed_.clear();
-  // Control and Shift as they were when a key was pressed, though they may have been let go since.
+  // Control and Shift as at the time of the key press, even if they were released since.
   io.KeyCtrl = io.KeysDown[GLFW_KEY_LEFT_CONTROL] || io.KeysDown[GLFW_KEY_RIGHT_CONTROL] || (pressed_with_ & GLFW_MOD_CONTROL);
   io.KeyShift = io.KeysDown[GLFW_KEY_LEFT_SHIFT] || io.KeysDown[GLFW_KEY_RIGHT_SHIFT] || (pressed_with_ & GLFW_MOD_SHIFT);
   pressed_with_ = 0;
@@ -99,11 +99,11 @@ double Window::begin() {
   due_ = std::max(due_, now) + std::chrono::microseconds(is_software_ ? 33'000 : 16'000);
   glfwPollEvents();
   glfwGetFramebufferSize(window_, &width_, &height_);
-  width_ = std::max(width_, 64);  // a window that is out of sight has none
+  width_ = std::max(width_, 64);  // a hidden window has no size
   height_ = std::max(height_, 64);
   ImGui_ImplGlfw_NewFrame();
   takeTaps();
-  // Everything is in pixels here; the back end counts in units of the desktop, which may be larger.
+  // Everything here is in pixels; the back end uses units of the desktop, which may be larger.
   ImGuiIO& io = ImGui::GetIO();
   io.MousePos = {io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y};
   io.DisplaySize = {static_cast<float>(width_), static_cast<float>(height_)};
