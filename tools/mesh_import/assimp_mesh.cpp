@@ -34,7 +34,7 @@ class MemoryStream : public Assimp::IOStream {
   std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
   aiReturn Seek(std::size_t offset, aiOrigin origin) override {
     const std::size_t from = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
-    const std::size_t to = from + offset;  // from the end, offsets wrap round
+    const std::size_t to = from + offset;  // relative to the end, offsets are negative
     if (to > bytes_.size()) return aiReturn_FAILURE;
     at_ = to;
     return aiReturn_SUCCESS;
@@ -48,7 +48,7 @@ class MemoryStream : public Assimp::IOStream {
   std::size_t at_ = 0;
 };
 
-/// The only file that there is.
+/// A file system with a single file.
 class OneFile : public Assimp::IOSystem {
  public:
   OneFile(std::string name, std::span<const std::byte> bytes) : name_(std::move(name)), bytes_(bytes) {}
@@ -68,7 +68,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// As the name of a part: one line without blanks at its ends.
+/// The name of a part: one line without blanks at its ends.
 std::string partName(const aiString& name) {
   std::string text = name.C_Str();
   for (char& c : text)
@@ -84,7 +84,7 @@ Eigen::Affine3d poseOf(const aiMatrix4x4& m) {
 }
 
 double unitOf(const aiScene& scene, const std::string& ending) {
-  if (ending == ".dae" || ending == ".zae") return 1000;  // Assimp has made metres of it
+  if (ending == ".dae" || ending == ".zae") return 1000;  // Assimp has converted it to metres
   double centimetres = 1;
   float single = 1;
   if (ending == ".fbx" && scene.mMetaData) {

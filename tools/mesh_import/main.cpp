@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree-import: a mesh file of a format that spheretree does not read itself, as OBJ or PLY.
+// spheretree-import: converts a mesh file of a format that spheretree does not read itself to OBJ or PLY.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -25,7 +25,7 @@ namespace {
 using namespace tool;
 
 const std::string kProgram = "spheretree-import";
-constexpr rlim_t kMaxMemory = rlim_t{8} << 30;  // [bytes] of addresses; a file that asks for more is refused
+constexpr rlim_t kMaxMemory = rlim_t{8} << 30;  // [bytes] of address space; files that need more are refused
 
 struct Options {
   std::filesystem::path input, output;

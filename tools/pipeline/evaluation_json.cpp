@@ -21,7 +21,7 @@ Vector3d pointAt(const Json& json, const char* key) {
 
 constexpr double kDegree = 180 / std::numbers::pi;  // [degrees/rad]
 
-/// JSON knows no infinity; the library writes it as null.
+/// JSON has no infinity; the library writes it as null.
 double numberAt(const Json& json, const char* key) {
   const Json& value = json.at(key);
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();

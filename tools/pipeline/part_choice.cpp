@@ -12,7 +12,7 @@
 namespace spheretree::pipeline {
 namespace {
 
-/// The number of "#N" unless a part has that name.
+/// The number of "#N", unless a part has that name.
 std::optional<std::uint32_t> componentNumber(const TriangleMesh& mesh, const std::string& part) {
   if (std::find(mesh.part_names.begin(), mesh.part_names.end(), part) != mesh.part_names.end()) return std::nullopt;
   if (part.size() < 2 || part[0] != '#') return std::nullopt;
@@ -21,7 +21,7 @@ std::optional<std::uint32_t> componentNumber(const TriangleMesh& mesh, const std
   return error == std::errc() && end == part.data() + part.size() ? std::optional(number) : std::nullopt;
 }
 
-/// The component of each triangle. @throws formats::FormatError if there are not so many.
+/// The component of each triangle. @throws formats::FormatError if there are not that many components.
 const std::vector<std::uint32_t>& searched(const TriangleMesh& mesh, std::uint32_t number, const Components& components) {
   const std::vector<std::uint32_t>& of = components.of(mesh);
   const std::size_t count = of.empty() ? 0 : std::size_t{1} + *std::max_element(of.begin(), of.end());
@@ -42,7 +42,7 @@ TriangleMesh partOf(const TriangleMesh& mesh, const std::string& part, const Com
   const std::optional<std::uint32_t> number = componentNumber(mesh, part);
   if (!number) return formats::selectPart(mesh, part);
   const std::vector<std::uint32_t>& component_of = searched(mesh, *number, components);
-  TriangleMesh marked = mesh;  // the component as a part of that name
+  TriangleMesh marked = mesh;  // the component as a part with that name
   marked.part_names = {"", part};
   marked.part.resize(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) marked.part[t] = component_of[t] == *number;
@@ -56,7 +56,7 @@ std::size_t trianglesOf(const TriangleMesh& mesh, const std::string& part, const
     return static_cast<std::size_t>(std::count(component_of.begin(), component_of.end(), *number));
   }
   const auto name = std::find(mesh.part_names.begin(), mesh.part_names.end(), part);
-  if (name == mesh.part_names.end()) return formats::selectPart(mesh, part).triangles.size();  // says which parts there are
+  if (name == mesh.part_names.end()) return formats::selectPart(mesh, part).triangles.size();  // throws with the existing names
   const auto index = static_cast<std::uint32_t>(name - mesh.part_names.begin());
   return static_cast<std::size_t>(std::count(mesh.part.begin(), mesh.part.end(), index));
 }

@@ -25,20 +25,20 @@ namespace fs = std::filesystem;
 using formats::SceneItem;
 using tool::UsageError;
 
-constexpr std::size_t kLongestName = 64;     // limit of the format
-constexpr double kBallDiameter = 1;          // [mm] of the tool where none is given: between the tips of an explorer and a small bur
-constexpr double kUnreachedTolerance = 5;    // times the largest tolerance, for what the tool cannot reach
-constexpr double kUnlikelySizeRatio = 1000;  // between files of one scene: most likely their units differ
+constexpr std::size_t kLongestName = 64;     // limit of the scene format
+constexpr double kBallDiameter = 1;          // [mm] of the default tool: between the tips of an explorer and a small bur
+constexpr double kUnreachedTolerance = 5;    // times the largest tolerance, for surfaces that the tool cannot reach
+constexpr double kUnlikelySizeRatio = 1000;  // between files of one scene: their units are probably different
 constexpr std::array kToolWords{"probe", "tool", "instrument", "explorer", "scaler", "handpiece", "bur", "burr", "drill", "stylus"};
 
-/// An object before it has its final name.
+/// An object without its final name.
 struct Candidate {
   SceneItem item;
-  std::string wanted;    // its name in the file; of a whole file the name of the file
-  std::size_t file = 0;  // index into the files
+  std::string wanted;    // its name in the file; for a whole file the name of the file
+  std::size_t file = 0;  // index of its file
 };
 
-/// What a scene allows: letters, digits, _ - and . (not first), at most 64.
+/// The characters that a scene allows: letters, digits, _ - and . (not first), at most 64.
 std::string safeName(const std::string& wanted) {
   std::string name;
   for (const char c : wanted) {
@@ -63,7 +63,7 @@ std::string withSuffix(const std::string& name, const std::string& suffix) {
   return name.substr(0, kLongestName - std::min(kLongestName, suffix.size())) + suffix;
 }
 
-/// A name that two files use gets the name of its file in front; what is still there twice gets a number.
+/// If two files use a name, the name of the file is put in front; remaining duplicates get a number.
 void nameAll(std::vector<Candidate>& candidates, const std::vector<fs::path>& files, std::vector<std::string>& notes) {
   std::map<std::string, std::set<std::size_t>> files_of;
   for (const Candidate& c : candidates) files_of[lower(safeName(c.wanted))].insert(c.file);
@@ -91,7 +91,7 @@ Eigen::AlignedBox3d boxOf(const TriangleMesh& mesh) {
   return box;
 }
 
-/// The parts of one mesh file: those with a name, and the connected components of triangles without one.
+/// The parts of one mesh file: the named ones, and the connected components of triangles without a name.
 class PartsOfFile {
  public:
   PartsOfFile(const MeshStore::File& file, const fs::path& path) : file_(file), mesh_(file.mesh.mesh), path_(path) {}
@@ -116,7 +116,7 @@ class PartsOfFile {
  private:
   void addUnnamed(std::vector<std::string>& parts, std::vector<std::string>& notes) const {
     const std::vector<std::uint32_t>& component_of = file_.components.of(mesh_);
-    std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> found;  // component: triangles without and with a name
+    std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> found;  // component: number of triangles without and with a name
     for (std::size_t t = 0; t < mesh_.part.size(); ++t) {
       auto& [unnamed, named] = found[component_of[t]];
       ++(mesh_.part_names[mesh_.part[t]].empty() ? unnamed : named);
@@ -162,10 +162,10 @@ class Drafting {
   }
 
  private:
-  /// The path as the scene names it.
+  /// The path relative to the scene.
   fs::path fromScene(const fs::path& file) const { return fs::proximate(fs::absolute(file), fs::absolute(scene_path_).parent_path()); }
 
-  /// --tool may name a file that is not among the others.
+  /// --tool may name a file that is not among the inputs.
   void addToolFile() {
     std::error_code none;
     if (settings_.tool.empty() || !fs::is_regular_file(settings_.tool, none)) return;
@@ -200,7 +200,7 @@ class Drafting {
     }
   }
 
-  /// Files in another unit than the user thinks are the most frequent mistake.
+  /// Notes on sizes: files in another unit than the user expects are the most frequent mistake.
   void checkSizes() {
     double least = 0, most = 0;
     std::size_t smallest = 0, largest = 0;
@@ -238,7 +238,7 @@ class Drafting {
                      (nearest ? "; the nearest is " + std::string(*nearest) : "") + ".");
   }
 
-  /// Those with a word in their name that says so.
+  /// Objects whose names contain a word for a tool.
   std::vector<std::size_t> likelyTools() const {
     std::vector<std::size_t> likely;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Runs of numbers as [first, last].
+/// Ranges of consecutive numbers, as [first, last].
 Json runsOf(const std::vector<std::uint32_t>& sorted) {
   Json runs = Json::array();
   for (std::size_t i = 0, j = 0; i < sorted.size(); i = j) {

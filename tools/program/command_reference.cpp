@@ -9,12 +9,12 @@
 namespace spheretree::tool {
 namespace {
 
-/// All that --help shows, positional arguments too.
+/// The options that --help shows, including positional arguments.
 std::vector<const CLI::Option*> optionsOf(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_group().empty(); });
 }
 
-/// "-o" and "--output" of an option.
+/// The names of an option, such as "-o" and "--output".
 std::vector<std::string> namesOf(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -24,7 +24,7 @@ std::vector<std::string> namesOf(const CLI::Option& option) {
 
 bool isFlag(const CLI::Option& option) { return option.get_expected_max() == 0; }
 
-/// The words that an option takes, from the list in braces that CLI11 makes of IsMember; empty if it takes any.
+/// The values that an option accepts, from the list in braces that CLI11 makes of IsMember; empty if it accepts any.
 std::string valuesOf(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{'), close = type.find('}');
@@ -87,7 +87,7 @@ std::string bashScript(const CLI::App& app) {
          "\n";
 }
 
-/// The first sentence of a help text, for a line beside a completion.
+/// The first sentence of a help text, shown beside a completion.
 std::string firstSentence(const std::string& text) {
   const std::size_t end = std::min(text.find(". "), text.find("; "));
   std::string line = text.substr(0, std::min(end, text.size()));
@@ -121,7 +121,7 @@ std::string fishScript(const CLI::App& app) {
   return out;
 }
 
-/// For troff: a backslash and a hyphen have meanings, and so has a full stop at the start of a line.
+/// Escapes text for troff, where a backslash, a hyphen, and a full stop at the start of a line have meanings.
 std::string roff(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {

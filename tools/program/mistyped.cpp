@@ -64,7 +64,7 @@ std::function<std::string(const std::string&)> numberIn(double least, double mos
   return [least, most](const std::string& text) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= least && value <= most) return std::string();  // no NaN
+    if (error == std::errc() && end == text.data() + text.size() && value >= least && value <= most) return std::string();  // excludes NaN
     char range[64];
     std::snprintf(range, sizeof range, " is not a number from %.9g to %.9g", least, most);
     return text + range;

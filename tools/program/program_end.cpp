@@ -25,16 +25,16 @@ extern "C" void interrupt(int) {
   if (builder::Progress* progress = running.load()) progress->cancel();
 }
 
-/// Whether somebody closed the other end of the pipe, as `head` does when it has enough.
+/// Whether the reader has closed the pipe, as `head` does after its lines.
 bool readerHasGone() {
   pollfd out{STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }
 
-/// A full disk or a closed pipe shows only when the buffer is written.
+/// A full disk or a closed pipe is only noticed when the buffer is written.
 int flushed(const std::string& program, int code) {
   if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  if (readerHasGone()) return kExitFile;  // nobody would read why
+  if (readerHasGone()) return kExitFile;  // nobody would read a message
   return explain(program, kExitFile, "standard output: cannot be written. Free some space or write elsewhere.");
 }
 
@@ -46,7 +46,7 @@ InterruptGuard::InterruptGuard(builder::Progress& progress) {
   action.sa_handler = interrupt;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-  // A terminal that is closed, unless the program was told to outlive it (nohup).
+  // Handles a terminal that is closed, unless the program was started with nohup.
   struct sigaction hang_up {};
   ::sigaction(SIGHUP, nullptr, &hang_up);
   if (hang_up.sa_handler == SIG_DFL) ::sigaction(SIGHUP, &action, nullptr);
@@ -67,8 +67,8 @@ int explain(const std::string& program, int code, const std::string& message) {
 }
 
 int runAndExplain(const std::string& program, const std::function<int()>& run) {
-  // Writing beyond a limit or to a closed pipe then fails with an error, which is explained and leaves nothing half
-  // written.
+  // Writing beyond a limit or to a closed pipe then fails with an error, which is reported and leaves no incomplete
+  // file.
   for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
   try {
     return flushed(program, run());

@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kQuietStart{500}, kRedraw{100};
 constexpr std::chrono::seconds kPlainEvery{10};
 constexpr int kColumnsOfNoTerminal = 80;
 
-/// One column for each character: stages name files, whose letters may be of any width.
+/// One column for each character: the names of stages contain file names, whose letters may have any width.
 std::string asciiText(std::string_view text) {
   std::string ascii;
   for (const char c : plainText(text)) {
@@ -44,7 +44,7 @@ ProgressBar::ProgressBar(const std::string& kind, bool quiet) {
   else if (terminalColumns() > 0)
     kind_ = Kind::Bar;
   else
-    kind_ = ::isatty(STDERR_FILENO) ? Kind::Plain : Kind::None;  // a terminal that cannot draw over its line
+    kind_ = ::isatty(STDERR_FILENO) ? Kind::Plain : Kind::None;  // a terminal that cannot overwrite its line
 }
 
 ProgressBar::~ProgressBar() { clearProgressLine(); }
@@ -94,7 +94,7 @@ void ProgressBar::finished(const Finished& object) {
 
 double ProgressBar::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-// Of a stage that is long, once enough of it is done to tell.
+// Estimates the remaining time of a long stage, after a sufficient part of it is done.
 std::optional<double> ProgressBar::secondsLeft(double fraction, Clock::time_point now) const {
   const double spent = std::chrono::duration<double>(now - stage_start_).count();
   if (spent < 3 || fraction < 0.02) return std::nullopt;
@@ -109,14 +109,14 @@ std::string ProgressBar::timeLeft(double fraction, Clock::time_point now) const 
   return text;
 }
 
-/// "12 of 33: tooth_11, tooth_12"
+/// For example "12 of 33: tooth_11, tooth_12".
 std::string ProgressBar::objectsText() const {
   std::string text = std::to_string(objects_->done) + " of " + std::to_string(objects_->count);
   for (std::size_t i = 0; i < objects_->running.size(); ++i) text += (i ? ", " : ": ") + asciiText(objects_->running[i]);
   return text;
 }
 
-// A stage that has not said how far it is has no bar: one that stays at 0 % would say that nothing happens.
+// A stage without a known fraction has no bar, since a bar at 0 % would suggest that nothing happens.
 std::string ProgressBar::barText(double fraction, Clock::time_point now, int columns) const {
   char time[64], percent[16] = "";
   std::snprintf(time, sizeof time, "%.1f s%s", seconds(), timeLeft(fraction, now).c_str());

@@ -18,9 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using formats::FileId;
 
-std::mutex mutex;  // over everything below
+std::mutex mutex;  // protects everything below
 
-/// What the run has read and written so far, and what it will write.
+/// The files that the run has read and written so far, and those that it will write.
 class Ledger : public formats::FileObserver {
  public:
   int users = 0;
@@ -61,7 +61,7 @@ class Ledger : public formats::FileObserver {
     if (other != declared_.end())
       throw UsageError(path.string() + ": is named for two outputs (" + other->second.name.string() + "). Give each a name of its own.");
     formats::checkWritable(path);
-    // A device or a pipe may take any number of outputs.
+    // A device or a pipe may be used for several outputs.
     if (id || !fs::exists(path)) declared_.emplace(target, Output{path, id});
   }
 

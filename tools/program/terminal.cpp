@@ -15,11 +15,11 @@ namespace spheretree::tool {
 namespace {
 
 std::mutex line_mutex;
-std::size_t drawn_columns = 0;  // characters of the line of progress that is shown
+std::size_t drawn_columns = 0;  // length of the visible progress line
 
 void clearLocked() {
   if (drawn_columns == 0) return;
-  const int columns = terminalColumns();  // the window may be narrower by now
+  const int columns = terminalColumns();  // the window may have become narrower
   const int blanks = columns > 0 ? std::min(static_cast<int>(drawn_columns), columns - 1) : static_cast<int>(drawn_columns);
   std::fprintf(stderr, "\r%*s\r", blanks, "");
   std::fflush(stderr);
@@ -32,7 +32,7 @@ std::string plainText(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
-    // U+0080 to U+009F are control characters, too: C2 80 to C2 9F in UTF-8.
+    // U+0080 to U+009F are also control characters: C2 80 to C2 9F in UTF-8.
     const bool is_c1 = c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) >= 0x80 &&
                        static_cast<unsigned char>(text[i + 1]) < 0xa0;
     if (c >= 32 && c != 127 && !is_c1) {
@@ -66,7 +66,7 @@ void writeResult(std::string_view text) {
 }
 
 void say(std::string_view line) {
-  std::fflush(stdout);  // in the order in which it was said
+  std::fflush(stdout);  // keeps the order of the outputs
   const std::lock_guard lock(line_mutex);
   clearLocked();
   std::fprintf(stderr, "%s\n", plainText(line).c_str());
@@ -81,7 +81,7 @@ int terminalColumns() {
 
 void drawProgressLine(std::string_view text, int columns) {
   const std::lock_guard lock(line_mutex);
-  // The last column stays free: a character there makes some terminals begin a new line.
+  // The last column stays empty: a character there makes some terminals begin a new line.
   const std::size_t length = std::min(text.size(), static_cast<std::size_t>(std::max(1, columns - 1)));
   const std::size_t blanks = std::min(drawn_columns, static_cast<std::size_t>(std::max(1, columns - 1)));
   std::fprintf(stderr, "\r%.*s%*s", static_cast<int>(length), text.data(), static_cast<int>(blanks > length ? blanks - length : 0), "");

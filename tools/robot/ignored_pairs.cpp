@@ -14,7 +14,8 @@
 namespace spheretree::robot {
 namespace {
 
-/// What stands between two links: joints from their common ancestor down to each, and the positions that move them.
+/// The kinematic chain between two links: the joints from their common ancestor down to each link, and the variables
+/// that move them.
 class Chain {
  public:
   Chain(const Robot& robot, std::size_t a, std::size_t b) : robot_(robot) {
@@ -27,21 +28,21 @@ class Chain {
       for (const std::size_t j : side) addVariable(j);
   }
 
-  /// False for joints whose positions are no interval.
+  /// False for joints whose positions are not an interval.
   bool isBounded() const { return is_bounded_; }
   std::size_t size() const { return low_.size(); }
   double low(std::size_t v) const { return low_[v]; }
   double high(std::size_t v) const { return high_[v]; }
 
-  /// The frame of b in that of a.
+  /// The frame of b in the frame of a.
   Eigen::Isometry3d frame(const std::vector<double>& at) const { return frameOf(side_[0], at).inverse() * frameOf(side_[1], at); }
 
-  /// How far a point of a side, `reach_a` or `reach_b` from the origin of its link at most, moves for a unit of each
-  /// variable at most.
+  /// Upper bound of the motion of a point on a side, for a unit of each variable. The point is at most `reach_a` or
+  /// `reach_b` from the origin of its link.
   std::vector<double> speeds(double reach_a, double reach_b) const {
     std::vector<double> speed(low_.size(), 0);
     for (int s = 0; s < 2; ++s) {
-      double reach = s == 0 ? reach_a : reach_b;  // from the frame of the joint's child to the farthest point
+      double reach = s == 0 ? reach_a : reach_b;  // distance from the frame of the joint's child to the farthest point
       for (auto j = side_[s].rbegin(); j != side_[s].rend(); ++j) {
         const Joint& joint = robot_.joints[*j];
         const auto variable = variableOf(*j);
@@ -88,7 +89,8 @@ class Chain {
     const bool turns = leading.kind == JointKind::Continuous;
     low_.push_back(turns ? -std::numbers::pi : leading.lower);
     high_.push_back(turns ? std::numbers::pi : leading.upper);
-    // A continuous joint that others follow by another factor does not come back to the same place after a turn.
+    // A continuous joint that others follow with another factor does not return to the same configuration after a full
+    // turn.
     for (const Joint& other : robot_.joints)
       if (turns && other.mimic && other.mimic->joint == leading.name) is_bounded_ = false;
   }
@@ -112,7 +114,7 @@ class Chain {
 
   const Robot& robot_;
   std::vector<std::size_t> side_[2];
-  std::map<std::size_t, std::size_t> index_;  // of the variable that moves a joint
+  std::map<std::size_t, std::size_t> index_;  // index of the variable that moves a joint
   std::vector<double> low_, high_;
   bool is_bounded_ = true;
 };
@@ -121,7 +123,7 @@ struct JointBox {
   std::vector<double> middle, half;
 };
 
-/// The least gap of two sets of balls, b moved by `frame`; negative where they overlap.
+/// The smallest gap of two sets of balls, with b moved by `frame`; negative if they overlap.
 double leastGap(const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, const Eigen::Isometry3d& frame) {
   double least = std::numeric_limits<double>::infinity();
   for (const LinkBall& of_b : b) {
@@ -137,7 +139,7 @@ double reachOf(const std::vector<LinkBall>& balls) {
   return reach;
 }
 
-/// Always, Never or neither, which is decided at the middle of the limits and then proven box by box.
+/// Always, Never or neither: determined at the middle of the limits, and then proven box by box.
 std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, std::size_t most_boxes,
                                  const builder::Progress& progress) {
   if (!chain.isBounded()) return std::nullopt;
@@ -147,7 +149,7 @@ std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>
     whole.middle.push_back((chain.low(v) + chain.high(v)) / 2);
     whole.half.push_back((chain.high(v) - chain.low(v)) / 2);
   }
-  const double rounding = 1e-9 * (1 + reachOf(a) + reachOf(b));  // of frames and distances, generously [mm]
+  const double rounding = 1e-9 * (1 + reachOf(a) + reachOf(b));  // generous bound of the rounding errors of frames and distances [mm]
   const bool touches = leastGap(a, b, chain.frame(whole.middle)) < 0;
   std::vector<JointBox> boxes{whole};
   for (std::size_t looked = 0; !boxes.empty(); ++looked) {
@@ -156,7 +158,7 @@ std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>
     const JointBox box = std::move(boxes.back());
     boxes.pop_back();
     const double gap = leastGap(a, b, chain.frame(box.middle));
-    if ((gap < 0) != touches) return std::nullopt;  // it touches here and not there
+    if ((gap < 0) != touches) return std::nullopt;  // they touch in one configuration and not in another
     double swing = rounding;
     std::size_t widest = 0;
     for (std::size_t v = 0; v < speed.size(); ++v) {
@@ -174,7 +176,7 @@ std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>
   return touches ? PairReason::Always : PairReason::Never;
 }
 
-/// The nearest link above with spheres; none for the first.
+/// The nearest ancestor link with spheres; empty if there is none.
 std::optional<std::size_t> coveredAbove(const Robot& robot, const std::vector<const LinkCover*>& cover_of, std::size_t link) {
   for (std::size_t at = link; robot.parent_joint[at];) {
     at = robot.joints[*robot.parent_joint[at]].parent;
@@ -210,7 +212,7 @@ std::vector<IgnoredPair> findIgnoredPairs(const Robot& robot, const RobotCover& 
     if (pair.reason || progress.cancelled()) return;
     try {
       pair.reason = decide(Chain(robot, pair.a, pair.b), balls[pair.a], balls[pair.b], search.most_boxes, progress);
-    } catch (const builder::Cancelled&) {  // said below, by the thread that was called
+    } catch (const builder::Cancelled&) {  // reported below, by the calling thread
     }
   });
   progress.check();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// VAMP, foam, ballpark, MorphIt; and the list of all files.
+// VAMP, foam, ballpark, MorphIt, and the list of all files.
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -27,7 +27,7 @@ Json centre(const MetreSphere& s) { return {shortNumber(s.x), shortNumber(s.y), 
 
 std::string text(const Json& json) { return tool::jsonText(json, 2) + "\n"; }
 
-/// A name that is safe as that of a file.
+/// A name that is safe as a file name.
 std::string fileName(const std::string& name) {
   std::string out = name;
   for (char& c : out)
@@ -38,7 +38,7 @@ std::string fileName(const std::string& name) {
 }  // namespace
 
 std::string vampJson(const CoveredRobot& c, const std::string& urdf, const std::string& srdf) {
-  std::string last = c.robot.links[c.robot.root].name;  // the last link of the file without a child: most often the tool
+  std::string last = c.robot.links[c.robot.root].name;  // the last link of the file without a child: usually the tool
   for (std::size_t l = 0; l < c.robot.links.size(); ++l) {
     bool has_child = false;
     for (const Joint& joint : c.robot.joints) has_child = has_child || joint.parent == l;
@@ -59,7 +59,7 @@ std::string foamJson(const LinkCover& link) {
   for (std::size_t depth = 0; depth < link.levels.size(); ++depth) {
     Json spheres = Json::array();
     for (const MetreSphere& s : link.levels[depth]) spheres.push_back({{"origin", centre(s)}, {"radius", shortNumber(s.radius)}});
-    const double bound = link.overhang_bounds_mm[depth] / 1000;  // proven; no error of a sphere is larger
+    const double bound = link.overhang_bounds_mm[depth] / 1000;  // proven; no sphere has a larger error
     out.push_back({{"mean", bound}, {"best", bound}, {"worst", bound}, {"spheres", spheres}});
   }
   return text(out);

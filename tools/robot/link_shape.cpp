@@ -11,7 +11,7 @@
 namespace spheretree::robot {
 namespace {
 
-constexpr int kSides = 64;  // of the prism in place of a cylinder: it lies within 0.12 % of the radius of it
+constexpr int kSides = 64;  // sides of the prism that replaces a cylinder: it is within 0.12 % of the radius
 
 TriangleMesh boxMesh(const Eigen::Vector3d& size) {
   TriangleMesh mesh;
@@ -51,7 +51,7 @@ TriangleMesh fileMesh(const MeshFile& file, std::vector<std::string>& notes) {
   mesh.part.clear();
   mesh.part_names.clear();
   for (Eigen::Vector3d& p : mesh.positions) p = p.cwiseProduct(file.scale);
-  if (file.scale.prod() < 0)  // a mirror turns the surface inside out
+  if (file.scale.prod() < 0)  // a mirroring turns the surface inside out
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;
 }

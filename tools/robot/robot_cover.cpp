@@ -22,19 +22,19 @@ namespace {
 
 using builder::Quality;
 
-constexpr std::size_t kMostLeaves = 4096;   // of one element: the deepest tree that is of use to a planner
-constexpr int kRounds = 3;                  // of shares by the errors of the trees that are kept
-constexpr std::size_t kProbes[] = {4, 16};  // leaves of the quick trees that tell how an error falls
+constexpr std::size_t kMostLeaves = 4096;   // for one element: the deepest tree that is useful for a planner
+constexpr int kRounds = 3;                  // rounds of redistribution by the errors of the final trees
+constexpr std::size_t kProbes[] = {4, 16};  // numbers of leaves of the quick trees that show how an error decreases
 
-/// A collision element on its way to spheres.
+/// A collision element while it is converted to spheres.
 struct Element {
   std::size_t link = 0;
   std::string name;
   LinkShape shape;
   builder::RepairedMesh solid;
   std::vector<std::string> notes;
-  std::map<std::size_t, builder::BuildResult> built;  // by the leaves asked for
-  std::size_t leaves = 0;                             // of the tree that was chosen
+  std::map<std::size_t, builder::BuildResult> built;  // by the requested number of leaves
+  std::size_t leaves = 0;                             // number of leaves of the chosen tree
   bool isBall() const { return shape.ball.has_value(); }
   const builder::BuildResult& chosen() const { return built.at(leaves); }
 };
@@ -43,10 +43,10 @@ struct Element {
 struct Group {
   std::string name;
   std::vector<std::size_t> elements;
-  std::size_t spheres = 0;  // 0: by the tolerance
+  std::size_t spheres = 0;  // 0: given by the tolerance
 };
 
-/// Stages of builds that run at the same time are not shown; Ctrl-C reaches each of them.
+/// Stages of parallel builds are not shown; Ctrl-C reaches each of them.
 class PartProgress : public builder::Progress {
  public:
   explicit PartProgress(builder::Progress& whole) : whole_(whole) {}
@@ -133,7 +133,7 @@ class RobotCoverer {
     return groups;
   }
 
-  /// `work(index, progress)` for each; what the first of them throws is thrown.
+  /// Calls `work(index, progress)` for each index; rethrows the first exception.
   template <class Work>
   void inParallel(std::size_t count, Work&& work) const {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
@@ -193,7 +193,7 @@ class RobotCoverer {
     });
   }
 
-  /// Quick trees tell how the error of each element falls with its leaves; the trees that are kept put it right.
+  /// Quick trees show how the error of each element decreases with its leaves; the final trees correct the estimate.
   void coverByCount(const Group& group) {
     std::vector<std::size_t> meshes;
     for (const std::size_t e : group.elements)
@@ -247,7 +247,7 @@ class RobotCoverer {
     return levels[std::min(depth, levels.size() - 1)].overhang_bound + e.shape.padding;
   }
 
-  /// The spheres of one element at one depth; past its last level those of the last.
+  /// The spheres of one element at one depth; beyond its last level those of the last level.
   std::vector<LinkBall> ballsOf(const Element& e, std::size_t depth) const {
     if (e.isBall()) return {*e.shape.ball};
     const SphereTree& tree = e.chosen().tree;
@@ -290,12 +290,12 @@ class RobotCoverer {
     return out;
   }
 
-  /// Clipped and rounded. A ball that reaches over the plane is moved back; one whose centre lies beyond it shrinks
-  /// into its cap.
+  /// Clipped and rounded spheres. A ball that crosses the plane is moved back; one whose centre lies beyond the plane
+  /// shrinks to its cap.
   std::vector<MetreSphere> written(const std::vector<LinkBall>& balls, LinkCover& link) {
     std::vector<MetreSphere> out;
     for (LinkBall ball : balls) {
-      const double slack = 1e-6 * (ball.centre.norm() + ball.radius);  // rounding to float adds less
+      const double slack = 1e-6 * (ball.centre.norm() + ball.radius);  // larger than the rounding to float
       bool is_gone = false;
       for (const ClipPlane& clip : settings_.clips) {
         if (clip.link != robot_.links[link.link].name) continue;
@@ -325,13 +325,13 @@ class RobotCoverer {
   const CoverSettings& settings_;
   builder::Progress& progress_;
   std::vector<Element> elements_;
-  double moved_ = 0;  // farthest that a clip moved a ball [mm]
+  double moved_ = 0;  // largest motion of a ball by clipping [mm]
 };
 
 }  // namespace
 
 std::size_t usualBudget(const Robot& robot) {
-  constexpr std::size_t kSpheresEach = 8;  // of each collision element on average
+  constexpr std::size_t kSpheresEach = 8;  // on average for each collision element
   std::size_t elements = 0;
   for (const Link& link : robot.links) elements += link.collisions.size();
   return kSpheresEach * std::max<std::size_t>(1, elements);
@@ -348,10 +348,10 @@ RobotCover coverRobot(const Robot& robot, const CoverSettings& settings, builder
 }
 
 MetreSphere metreSphere(const LinkBall& ball) {
-  constexpr double kHalfUlp = 0x1p-24;  // relative, of rounding to float
+  constexpr double kHalfUlp = 0x1p-24;  // relative error of rounding to float
   const Eigen::Vector3d centre = ball.centre / 1000;
   const Eigen::Vector3f rounded = centre.cast<float>();
-  // What the decimals say lies within half a unit of the float that they stand for, in each coordinate and the radius.
+  // The decimals differ from the float that they represent by at most half a unit, in each coordinate and the radius.
   const double off = (rounded.cast<double>() - centre).norm() + kHalfUlp * rounded.cast<double>().norm();
   const double radius = (ball.radius / 1000 + off) * (1 + 2 * kHalfUlp);
   auto up = static_cast<float>(radius);

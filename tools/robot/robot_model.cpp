@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr double kMmPerMetre = 1000;
 
-/// PATH below the first folder that is the package or holds it.
+/// PATH below the first folder that is the package or contains it.
 std::optional<fs::path> inPackage(const fs::path& folder, const fs::path& package, const fs::path& rest) {
   std::error_code none;
   for (const fs::path& candidate : {folder.filename() == package ? folder / rest : fs::path(), folder / package / rest})
@@ -211,7 +211,7 @@ class Reader {
                            : "the links " + robot_.links[roots[0]].name + " and " + robot_.links[roots[1]].name +
                                  " both have no parent. A robot must be one tree.");
     robot_.root = roots[0];
-    for (std::size_t l = 0; l < robot_.links.size(); ++l) {  // every link hangs on the root
+    for (std::size_t l = 0; l < robot_.links.size(); ++l) {  // checks that every link is a descendant of the root
       std::size_t at = l, steps = 0;
       while (robot_.parent_joint[at] && steps++ <= robot_.links.size()) at = robot_.joints[*robot_.parent_joint[at]].parent;
       if (at != robot_.root)
@@ -226,7 +226,7 @@ class Reader {
           std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const Joint& j) { return j.name == joint.mimic->joint; });
       if (of == robot_.joints.end()) refuse(path_, root, joint.name + " mimics " + joint.mimic->joint + ", and there is no such joint.");
       if (of->mimic) refuse(path_, root, joint.name + " mimics " + of->name + ", which mimics another joint itself.");
-      // The factor of a URDF is in metres and radians.
+      // The factor in a URDF is in metres and radians.
       if (joint.kind == JointKind::Prismatic && of->kind != JointKind::Prismatic) joint.mimic->factor *= kMmPerMetre;
       if (joint.kind != JointKind::Prismatic && of->kind == JointKind::Prismatic) joint.mimic->factor /= kMmPerMetre;
       const bool turns = joint.kind == JointKind::Revolute || joint.kind == JointKind::Continuous || joint.kind == JointKind::Prismatic;
@@ -270,7 +270,7 @@ std::vector<Eigen::Isometry3d> linkFrames(const Robot& robot, const std::vector<
   std::vector<bool> is_known(robot.links.size());
   is_known[robot.root] = true;
   for (std::size_t l = 0; l < robot.links.size(); ++l) {
-    std::vector<std::size_t> chain;  // from the link up to one that is known
+    std::vector<std::size_t> chain;  // from the link up to a known one
     for (std::size_t at = l; !is_known[at]; at = robot.joints[*robot.parent_joint[at]].parent) chain.push_back(at);
     for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
       const std::size_t j = *robot.parent_joint[*at];

@@ -82,7 +82,7 @@ class SphereFileReader {
 
   static bool areColumns(const Node& node) { return node.IsMap() && node["centers"] && node["radii"]; }
 
-  /// A map from links to lists or columns.
+  /// Reads a map from links to lists or columns.
   void addLinks(const Node& map) {
     for (const auto& entry : map) {
       if (areColumns(entry.second))
@@ -197,7 +197,7 @@ bool isSphereFile(const fs::path& path) {
   for (const char* known : {".yml", ".yaml", ".xrdf", ".urdf", ".srdf", ".xml", ".mjcf"})
     if (ending == known) return true;
   if (ending != ".json") return false;
-  // A tree names its schema at the start.
+  // A tree names its schema at the beginning.
   const std::vector<std::byte> bytes = formats::readFile(path);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return text.substr(0, 4096).find("\"spheretree.") == std::string_view::npos;

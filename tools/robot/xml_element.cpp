@@ -10,7 +10,7 @@
 namespace spheretree::robot {
 namespace {
 
-/// The numbers of a text, or nothing if it holds anything else.
+/// The numbers of a text; empty if it contains anything else.
 std::optional<std::vector<double>> numbersIn(const char* text) {
   std::vector<double> out;
   const char* end = text + std::char_traits<char>::length(text);

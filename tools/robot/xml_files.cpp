@@ -15,14 +15,14 @@ using tinyxml2::XMLDocument;
 
 std::string centreText(const MetreSphere& s) { return decimal(s.x) + " " + decimal(s.y) + " " + decimal(s.z); }
 
-/// A new last child.
+/// Appends a new child.
 XmlElement& add(tinyxml2::XMLNode& parent, const char* name) {
   return *parent.InsertEndChild(parent.GetDocument()->NewElement(name))->ToElement();
 }
 
 void set(XmlElement& element, const char* name, const std::string& value) { element.SetAttribute(name, value.c_str()); }
 
-/// A mesh file that is named relative to the URDF, from the folder of the copy.
+/// Changes mesh paths relative to the URDF into paths relative to the folder of the copy.
 void moveMeshPaths(XmlElement& element, const std::filesystem::path& from, const std::filesystem::path& to) {
   const char* name =
       std::string(element.Name()) == "mesh" || std::string(element.Name()) == "texture" ? element.Attribute("filename") : nullptr;
@@ -55,7 +55,7 @@ void setFrame(XmlElement& element, const Eigen::Isometry3d& frame) {
   set(element, "quat", numbersText({q.w(), q.x(), q.y(), q.z()}));
 }
 
-/// One MuJoCo joint for each freedom of a joint of the URDF.
+/// One MuJoCo joint for each degree of freedom of a joint of the URDF.
 void addJoints(XmlElement& body, const Joint& joint) {
   const auto one = [&](const std::string& name, const char* type, const Eigen::Vector3d& axis) -> XmlElement& {
     XmlElement& e = add(body, "joint");
@@ -67,7 +67,7 @@ void addJoints(XmlElement& body, const Joint& joint) {
   const double unit = joint.kind == JointKind::Prismatic ? 1000 : 1;
   if (joint.kind == JointKind::Revolute || joint.kind == JointKind::Prismatic) {
     XmlElement& e = one(joint.name, joint.kind == JointKind::Revolute ? "hinge" : "slide", joint.axis);
-    set(e, "limited", joint.lower < joint.upper ? "true" : "false");  // a range of one value is none to MuJoCo
+    set(e, "limited", joint.lower < joint.upper ? "true" : "false");  // for MuJoCo, a range of one value is no range
     if (joint.lower < joint.upper) set(e, "range", numbersText({joint.lower / unit, joint.upper / unit}));
   }
   if (joint.kind == JointKind::Continuous) one(joint.name, "hinge", joint.axis);
@@ -103,7 +103,7 @@ void addBody(XmlElement& parent, const CoveredRobot& c, std::size_t link) {
       set(geom, "type", "sphere");
       set(geom, "size", decimal(s.radius));
       set(geom, "pos", centreText(s));
-      set(geom, "mass", "0");  // those of overlapping spheres would add up
+      set(geom, "mass", "0");  // masses of overlapping spheres would add up
     }
   for (const Joint& joint : c.robot.joints)
     if (joint.parent == link) addBody(body, c, joint.child);
@@ -179,7 +179,7 @@ std::string mjcf(const CoveredRobot& c) {
   XmlElement& compiler = add(root, "compiler");
   set(compiler, "angle", "radian");
   set(compiler, "balanceinertia", "true");
-  // Links without an <inertial>, whose spheres have no mass.
+  // For links without an <inertial>, whose spheres have no mass.
   set(compiler, "boundmass", "0.001");
   set(compiler, "boundinertia", "0.000001");
   addBody(add(root, "worldbody"), c, c.robot.root);

@@ -32,14 +32,14 @@ Node sphereMap(const CoveredRobot& c) {
   return out;
 }
 
-/// One direction is enough.
+/// One direction suffices.
 Node ignoreMap(const CoveredRobot& c) {
   Node out(YAML::NodeType::Map);
   for (const IgnoredPair& pair : c.pairs) out[c.robot.links[pair.a].name].push_back(textNode(c.robot.links[pair.b].name));
   return out;
 }
 
-/// Joints that planners move: in the order of the file, without those that mimic another.
+/// Joints that planners move, in the order of the file, without those that mimic another.
 std::vector<const Joint*> movedJoints(const Robot& robot) {
   std::vector<const Joint*> out;
   for (const Joint& joint : robot.joints)
@@ -48,7 +48,7 @@ std::vector<const Joint*> movedJoints(const Robot& robot) {
   return out;
 }
 
-/// 0, or where the limits leave 0 out, their middle; in rad or m.
+/// 0 or, if the limits exclude 0, their middle; in rad or m.
 double restPosition(const Joint& joint) {
   if (joint.kind == JointKind::Continuous || (joint.lower <= 0 && joint.upper >= 0)) return 0;
   return (joint.lower + joint.upper) / 2 / (joint.kind == JointKind::Prismatic ? 1000 : 1);
@@ -63,7 +63,7 @@ Node toolFrames(const Robot& robot) {
   return out;
 }
 
-/// What a file to merge says of joints, from whichever of the two formats it has.
+/// The joint data of a file to merge, in either of the two formats.
 struct Merged {
   Node joint_names, acceleration, jerk, tool_frames;
   std::map<std::string, Node> rest;  // position of each joint
@@ -105,7 +105,7 @@ void setMissing(Node map, const char* key, Make&& make) {
   if (!map[key] || map[key].IsNull()) map[key] = make();
 }
 
-/// One value for each of `names`; a single number stands for all. Nothing if they are not known.
+/// One value for each of `names`; a single number applies to all. Empty if they are unknown.
 Node perJoint(const Node& values, const Node& known_names, const Node& names) {
   if (!values || values.IsNull()) return Node();
   Node out(YAML::NodeType::Sequence);

@@ -22,7 +22,7 @@ std::string fixedDecimal(Number value) {
   return out == "-0.0" ? "0.0" : out;
 }
 
-/// In double quotes, with the escapes that JSON has too.
+/// In double quotes, with escapes that JSON also has.
 std::string quoted(const std::string& text) {
   constexpr const char* kHex = "0123456789abcdef";
   std::string out = "\"";
@@ -37,13 +37,13 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-/// A plain scalar stays as it was written; others are strings.
+/// A plain scalar is written unchanged; others are strings.
 std::string scalarText(const YAML::Node& node) {
   if (node.IsNull()) return "null";
   return node.Tag() == "!" ? quoted(node.Scalar()) : node.Scalar();
 }
 
-/// Plain where no reader takes it for anything but a string.
+/// Plain if no reader can take it for anything but a string.
 std::string keyText(const std::string& key) {
   const bool is_word = key.size() > 3 && std::isalpha(static_cast<unsigned char>(key[0])) &&
                        std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
@@ -90,7 +90,7 @@ void write(const YAML::Node& node, std::size_t indent, std::string& out) {
       writeValue(item, indent + 2, out);
       continue;
     }
-    std::string inner;  // "- key: value", the rest below the key
+    std::string inner;  // "- key: value", with the rest below the key
     write(item, indent + 2, inner);
     inner.replace(indent, 2, "- ");
     out += inner;

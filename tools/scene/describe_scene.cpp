@@ -17,7 +17,7 @@ namespace {
 
 struct Loaded {
   runtime::SharedTree tree;
-  std::shared_ptr<const runtime::TissueModel> tissue;  // of a .soft file
+  std::shared_ptr<const runtime::TissueModel> tissue;  // from a .soft file
 };
 
 Loaded parsed(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
@@ -29,7 +29,7 @@ Loaded parsed(const std::vector<std::byte>& bytes, const std::filesystem::path& 
   return out;
 }
 
-/// The trees of a scene, each read and decoded once.
+/// The trees of a scene; each is read and decoded once.
 class Trees {
  public:
   const Loaded& at(const std::filesystem::path& file) {

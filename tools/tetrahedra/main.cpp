@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-only
 // spheretree-tetrahedra SURFACE OUTPUT VOLUME: fills a closed surface with tetrahedra, by TetGen.
 //
-// TetGen is under the AGPL. Therefore this is a program of its own: it links TetGen and nothing of this project, and no
-// other program links it. `spheretree soften` runs it as a child with a time limit, because TetGen can run on, throw
-// integers or corrupt memory where a surface is bad. It talks by text files:
+// TetGen is under the AGPL. Therefore this is a separate program: it links TetGen and nothing of this project, and no
+// other program links it. `spheretree soften` runs it as a child process with a time limit, because for bad surfaces
+// TetGen can run endlessly, throw integers or corrupt memory. It communicates through text files:
 //   SURFACE: a line `V T`; V lines `x y z` [mm]; T lines `a b c`, corners from 0, counter-clockwise seen from outside.
 //   VOLUME:  largest volume of a tetrahedron [mm^3]; 0: no limit.
 //   OUTPUT:  a line `N M`; N lines `x y z` with 17 digits, the vertices of the surface first; M lines `a b c d`.
-// The surface stays as it is: no point is added on it (option Y). Exit codes: 0 ok, 2 usage, 4 input refused, 1 failed.
+// The surface does not change: no point is added on it (option Y). Exit codes: 0 ok, 2 usage, 4 input refused, 1
+// failed.
 // H. Si. TetGen, a Delaunay-based quality tetrahedral mesh generator. ACM Trans. Math. Softw. 41(2), 2015.
 #include <sys/resource.h>
 #include <tetgen.h>
@@ -21,8 +22,8 @@
 
 namespace {
 
-constexpr rlim_t kMaxMemory = rlim_t{4} << 30;  // what a runaway refinement may take before the system refuses it [bytes]
-constexpr long kMaxElements = 2'000'000;        // of the surface: keeps every product below the range of TetGen's integers
+constexpr rlim_t kMaxMemory = rlim_t{4} << 30;  // limit for an endless refinement [bytes]
+constexpr long kMaxElements = 2'000'000;        // of the surface: keeps every product within the range of TetGen's integers
 
 int refuse(const std::string& what) {
   std::fprintf(stderr, "spheretree-tetrahedra: %s\n", what.c_str());
@@ -36,7 +37,7 @@ bool readSurface(const char* path, tetgenio& in) {
     return false;
   in.firstnumber = 0;
   in.numberofpoints = static_cast<int>(vertices);
-  in.pointlist = new REAL[static_cast<std::size_t>(3 * vertices)];  // this and all below is freed by tetgenio
+  in.pointlist = new REAL[static_cast<std::size_t>(3 * vertices)];  // tetgenio frees this and the arrays below
   for (long i = 0; i < 3 * vertices; ++i)
     if (!(file >> in.pointlist[i])) return false;
   in.numberoffacets = static_cast<int>(triangles);
@@ -75,8 +76,8 @@ int run(const char* surface, const char* output, const char* volume_text) {
   if (*end != 0 || !(volume >= 0)) return refuse(std::string(volume_text) + ": the largest volume must be a number of 0 or more.");
   tetgenio in, out;
   if (!readSurface(surface, in)) return refuse(std::string(surface) + ": this is no surface as the comment on top of main.cpp has it.");
-  // p: a surface is given; q1.4: no tetrahedron has a radius above 1.4 times its shortest edge where that can be had;
-  // Y: nothing is added on the surface; Q: quiet; a: largest volume.
+  // p: a surface is given; q1.4: if possible, no tetrahedron has a radius above 1.4 times its shortest edge; Y: nothing
+  // is added on the surface; Q: quiet; a: largest volume.
   std::string switches = "pq1.4YQ";
   char limit[64];
   std::snprintf(limit, sizeof limit, "a%.9f", volume);
@@ -90,7 +91,7 @@ int run(const char* surface, const char* output, const char* volume_text) {
   return 0;
 }
 
-/// What TetGen's exit codes mean, from terminatetetgen() in tetgen.h.
+/// The meaning of TetGen's exit codes, from terminatetetgen() in tetgen.h.
 const char* meaningOf(int fault) {
   switch (fault) {
     case 1:
@@ -120,7 +121,7 @@ int main(int argc, char** argv) {
   setrlimit(RLIMIT_CORE, &no_core);
   try {
     return run(argv[1], argv[2], argv[3]);
-  } catch (int fault) {  // what TetGen throws
+  } catch (int fault) {  // TetGen throws integers
     return refuse(std::string("TetGen gives up: ") + meaningOf(fault) + " (its code " + std::to_string(fault) + ").");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "spheretree-tetrahedra: %s\n", error.what());

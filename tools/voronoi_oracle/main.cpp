@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-only
-// voronoi_oracle POINTS: the Voronoi vertices of a point set by TetGen, a second opinion for the tests of our own.
+// voronoi_oracle POINTS: the Voronoi vertices of a point set by TetGen, an independent reference for the tests of our
+// own.
 //
-// TetGen is under the AGPL. Therefore this is a program of its own: it links TetGen and nothing of this project, no
-// other program links it, and it is not installed. It talks by text only:
+// TetGen is under the AGPL. Therefore this is a separate program: it links TetGen and nothing of this project, no other
+// program links it, and it is not installed. It communicates by text only:
 //   POINTS: one point a line, `x y z`. Output: one Voronoi vertex a line, `x y z`, with 17 digits.
 // H. Si. TetGen, a Delaunay-based quality tetrahedral mesh generator. ACM Trans. Math. Softw. 41(2), 2015.
 #include <tetgen.h>
@@ -43,7 +44,7 @@ int main(int argc, char** argv) {
   }
   try {
     return run(argv[1]);
-  } catch (int fault) {  // what TetGen throws
+  } catch (int fault) {  // TetGen throws integers
     std::fprintf(stderr, "voronoi_oracle: TetGen gives up, with its fault %d.\n", fault);
     return 1;
   } catch (const std::exception& error) {

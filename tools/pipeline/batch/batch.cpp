@@ -24,7 +24,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kReadShare = 0.02, kWriteShare = 0.02;  // of the progress of a whole batch; about that of 30 teeth
+constexpr double kReadShare = 0.02,
+                 kWriteShare = 0.02;  // shares of the progress of a whole batch, approximately those of a batch of 30 teeth
 
 void check(const BatchSettings& settings) {
   using tool::UsageError;
@@ -37,12 +38,12 @@ void check(const BatchSettings& settings) {
     throw UsageError("--dry-run cannot tell what --budget, --chart or --shard would build. Leave them out.");
 }
 
-/// What a quick look at a scene asks for goes before what the scene says.
+/// The options of a quick look have precedence over the scene.
 void override(const formats::TreeSettings& overrides, formats::TreeSettings& own) { own = formats::mergedSettings(overrides, own); }
 
-/// The scene that is asked for: read, or drafted from mesh files.
+/// The scene of the batch: read, or drafted from mesh files.
 struct Task {
-  std::filesystem::path path;  // of the scene: what its paths are relative to
+  std::filesystem::path path;  // of the scene: its paths are relative to it
   formats::SceneFile scene;
   SceneDraft draft;
 };
@@ -62,8 +63,8 @@ Task taskOf(const BatchSettings& settings, MeshStore& meshes) {
   return task;
 }
 
-/// The scene that the player loads: trees, and the meshes that they were built from to be shown, without the objects
-/// that failed.
+/// The scene that the player loads: trees, and the meshes from which they were built for display, without the failed
+/// objects.
 formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings, const std::vector<BatchItem>& items) {
   formats::SceneFile out = task.scene;
   out.defaults = {};
@@ -87,7 +88,7 @@ formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings
   return out;
 }
 
-/// The leaves that levels and branching allow but a tolerance made unnecessary.
+/// Leaves that levels and branching allow, but that the tolerance did not need.
 std::size_t savedLeaves(const BatchItem& item) {
   const builder::BuildSettings& settings = item.job.settings;
   if (item.key.empty() || settings.most_leaves > 0 || !(settings.tolerance_mm > 0)) return 0;
@@ -125,7 +126,7 @@ void writeResults(const BatchSettings& settings, const Task& task, const std::ve
   }
   trees.commit();
   const formats::SceneFile compiled = compiledScene(task, settings, items);
-  // Without a tool or any object there is no scene to load, and an older one would pass for this one.
+  // Without a tool or any object there is no scene to load, and an older file would be mistaken for it.
   if (!items[0].hasTree() || compiled.objects.empty())
     std::filesystem::remove(settings.folder / "scene.json");
   else
@@ -133,7 +134,7 @@ void writeResults(const BatchSettings& settings, const Task& task, const std::ve
   formats::writeWhole(settings.folder / "report.json", tool::jsonText(toJson(result), 1) + "\n");
 }
 
-/// What a run would find in the cache; what it would build is skipped.
+/// Finds what is in the cache; everything else is skipped.
 void lookUp(std::vector<BatchItem>& items, const TreeCache& cache, const builder::Progress& progress) {
   for (BatchItem& item : items) {
     if (item.status != ItemStatus::Waiting) continue;
@@ -145,7 +146,7 @@ void lookUp(std::vector<BatchItem>& items, const TreeCache& cache, const builder
   }
 }
 
-/// Once everything is read and before the first build: everything that writeResults() writes.
+/// After all inputs are read and before the first build: declares everything that writeResults() writes.
 void declareOutputs(const BatchSettings& settings, const Task& task, const std::vector<BatchItem>& items, const tool::RunFiles& files) {
   if (settings.draft) files.willWrite(task.path);
   files.willWrite(task.draft.ball);
@@ -162,7 +163,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
   check(settings);
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  const bool is_plain = !settings.budget && !settings.speed;  // else nobody knows beforehand how much is to be built
+  const bool is_plain = !settings.budget && !settings.speed;  // otherwise the amount of work is unknown in advance
   if (is_plain) progress.share(0, kReadShare);
   progress.stage("read");
   MeshStore meshes;

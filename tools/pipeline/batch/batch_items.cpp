@@ -23,7 +23,7 @@ void fail(BatchItem& item, const std::string& why) {
   item.error = why;
 }
 
-/// Runs `work` and turns what one bad object throws into its message. Cancelled goes on up.
+/// Runs `work` and turns the exception of one bad object into its message. Cancelled is passed on.
 template <class Work>
 void guarded(BatchItem& item, Work&& work) {
   try {
@@ -37,7 +37,7 @@ void guarded(BatchItem& item, Work&& work) {
   }
 }
 
-/// Reads the item's mesh and finds its key; or reads its tree, and it is done.
+/// Reads the item's mesh and computes its key; or reads its tree, which completes it.
 void load(BatchItem& item, const formats::SceneFile& scene, const std::filesystem::path& scene_path, MeshStore& meshes) {
   const formats::SceneItem& source = *item.source;
   if (!source.tree.empty()) {
@@ -55,10 +55,10 @@ void load(BatchItem& item, const formats::SceneFile& scene, const std::filesyste
   job.settings = buildSettings(settings);
   if (source.soft && job.settings.builder == builder::BuilderKind::Cover) job.settings.soft_share = source.soft->share;
   job.pose = source.pose;
-  job.triangles = trianglesOf(job.file->mesh.mesh, job.part, job.file->components);  // says which parts there are
+  job.triangles = trianglesOf(job.file->mesh.mesh, job.part, job.file->components);  // throws with the existing names
 }
 
-/// About how long the build takes, in no particular unit.
+/// Estimated duration of the build, in arbitrary units.
 double effortOf(const TreeJob& job) {
   std::size_t leaves = 1;
   for (int level = 1; level < job.settings.levels; ++level) leaves *= static_cast<std::size_t>(job.settings.branching);
@@ -66,7 +66,7 @@ double effortOf(const TreeJob& job) {
   return (4000 + static_cast<double>(job.triangles)) * (50 + static_cast<double>(leaves));
 }
 
-/// Objects that come as trees or cannot be read are left out: they shut nothing off.
+/// Objects that come as trees or cannot be read are left out: they do not block the way of the tool.
 void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, builder::Progress& progress) {
   progress.stage("reach");
   std::vector<TriangleMesh> solids(items.size());
@@ -75,7 +75,7 @@ void findReach(WorkRegions& work, std::vector<BatchItem>& items, int threads, bu
       if (items[i].is_tool || !items[i].job.file || items[i].status == ItemStatus::Failed) return;
       try {
         solids[i] = inWorld(items[i].job.solid(progress).mesh, items[i].source->pose);
-      } catch (const builder::BuildError&) {  // refused again, with its reasons, when its turn comes
+      } catch (const builder::BuildError&) {  // refused again later, with its reasons
       }
     });
     progress.check();
@@ -99,7 +99,7 @@ class WorkerPool {
       tbb::task_arena arena(threads);
       arena.execute([&] {
         std::atomic<std::size_t> next{0};
-        // Not a loop over the items: each thread takes the next one, so that the biggest begin first.
+        // Not a loop over the items: each thread takes the next one, so that the largest are started first.
         tbb::parallel_for(0, threads, 1, [&](int) {
           for (std::size_t k = next++; k < order.size() && !progress_.cancelled(); k = next++) build(order[k]);
         });
@@ -142,7 +142,7 @@ class WorkerPool {
         cache_.store(item.key, item.result);
         item.status = ItemStatus::Built;
       });
-    } catch (const builder::Cancelled&) {  // the item stays as it is
+    } catch (const builder::Cancelled&) {  // the item is not changed
     }
     const std::lock_guard lock(mutex_);
     running_.erase(index);
@@ -152,7 +152,7 @@ class WorkerPool {
     changed_.notify_one();
   }
 
-  /// With the lock held, by the thread that may draw.
+  /// Must be called with the lock held, by the thread that may draw.
   void show() {
     for (; shown_ < ended_.size() && tell_finished_; ++shown_) {
       const BatchItem& item = items_[ended_[shown_]];
@@ -170,27 +170,27 @@ class WorkerPool {
     double done = done_;
     for (const auto& [begun, index] : at_work) {
       objects.running.push_back(items_[index].source->name);
-      // At the rate so far; one that takes longer than was thought stays just short of its end.
+      // Estimated at the rate so far; a build that takes longer than estimated stays just below its end.
       const double spent = std::chrono::duration<double>(Clock::now() - begun).count();
       if (seconds_ > 0) done += std::min(kNearlyDone * effort_[index], spent * done_ / seconds_);
     }
-    told_ = total_ > 0 ? std::max(told_, done / total_) : 1;  // a rate that falls takes nothing back
+    told_ = total_ > 0 ? std::max(told_, done / total_) : 1;  // the fraction never decreases, even if the rate falls
     progress_.advance(told_, objects);
   }
 
   static constexpr double kNearlyDone = 0.95;
   std::vector<BatchItem>& items_;
-  const std::vector<double>& effort_;  // of each item
+  const std::vector<double>& effort_;  // for each item
   const TreeCache& cache_;
   tool::WorkProgress& progress_;
   const bool tell_finished_;
-  std::mutex mutex_;  // over all below
+  std::mutex mutex_;  // protects everything below
   std::condition_variable changed_;
   std::map<std::size_t, Run> running_;  // by item
   std::vector<std::size_t> ended_;
-  std::size_t shown_ = 0, count_ = 0;          // of those that ended; of all
-  double done_ = 0, total_ = 0, seconds_ = 0;  // effort; seconds of the builds that ended
-  double told_ = 0;                            // fraction
+  std::size_t shown_ = 0, count_ = 0;          // number of finished builds; number of all builds
+  double done_ = 0, total_ = 0, seconds_ = 0;  // effort; duration of the finished builds
+  double told_ = 0;                            // reported fraction
   bool finished_ = false;
 };
 
@@ -201,12 +201,12 @@ std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, 
   auto work = std::make_shared<WorkRegions>();
   work->regions = scene.work;
   work->reach = scene.reach;
-  formats::SceneFile only;  // the scene's own text of regions and reach
+  formats::SceneFile only;  // regions and reach as text of the scene
   only.work = scene.work;
   only.reach = scene.reach;
   only.tool.name = "tool";
   work->key = formats::sceneText(only);
-  if (scene.reach)  // what one object shuts off depends on where all others are
+  if (scene.reach)  // what one object blocks depends on the poses of all others
     for (const BatchItem& item : items)
       if (!item.is_tool && item.status == ItemStatus::Waiting) {
         formats::SceneItem place;
@@ -255,7 +255,7 @@ void limitLeaves(builder::BuildSettings& settings, std::size_t leaves) {
 }
 
 void buildItems(std::vector<BatchItem>& items, const BatchContext& context, const std::string& stage, const Shard& shard) {
-  // An item that is there twice is built once; its duplicates wait and then take that result.
+  // Identical items are built once; the duplicates wait and then take that result.
   std::vector<std::size_t> order, duplicates;
   std::map<std::string, std::size_t> first_of;
   std::vector<double> effort(items.size(), 0);
@@ -274,7 +274,7 @@ void buildItems(std::vector<BatchItem>& items, const BatchContext& context, cons
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return effort[a] > effort[b]; });
   if (shard.count > 1) {
-    // Shares by key and not by place in what is left to do: other shards may have finished some of it.
+    // Assigns shards by key instead of by position in the remaining work: other shards may have finished some of it.
     std::erase_if(order, [&](std::size_t i) {
       std::uint64_t digits = 0;
       std::from_chars(items[i].key.data(), items[i].key.data() + 15, digits, 16);

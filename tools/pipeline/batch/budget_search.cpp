@@ -15,16 +15,17 @@ namespace {
 using builder::BuilderKind;
 using builder::Quality;
 
-constexpr double kSameLeaves = 0.04;      // a smaller relative change is not worth another build
-constexpr double kWellSpent = 0.9;        // share of the budget from which on the number of leaves stays nearly as it is
+constexpr double kSameLeaves = 0.04;      // a smaller relative change does not justify another build
+constexpr double kWellSpent = 0.9;        // share of the budget above which the number of leaves hardly changes any more
 constexpr int kSearchRounds = 4;          // with quick trees
-constexpr int kFinalRounds = 3;           // with the trees that are kept
-constexpr std::size_t kFirstLeaves = 64;  // of each object in the first round
-constexpr double kAim = 0.98;             // share of the budget to ask for, so that the trees end up within it
+constexpr int kFinalRounds = 3;           // with the final trees
+constexpr std::size_t kFirstLeaves = 64;  // for each object in the first round
+constexpr double kAim = 0.98;             // share of the budget that is requested, so that the trees stay within it
 
 std::size_t leavesOf(const BatchItem& item) { return item.result.figures.leaves; }
 
-/// What more leaves make smaller: the proven error as a multiple of its tolerance, or in mm where the scene gives none.
+/// The error that more leaves reduce: the proven overhang as a multiple of its tolerance, or in mm if the scene has
+/// none.
 double errorOf(const BatchItem& item) {
   const TreeFigures& figures = item.result.figures;
   return figures.isGraded() ? item.job.scale * figures.ratio->least_met_mm.value() / *figures.least_tolerance_mm : figures.ratio->ratio;
@@ -34,7 +35,7 @@ class BudgetSearch {
  public:
   BudgetSearch(const Budget& budget, const std::vector<BatchItem>& items, ToolPaths paths, const BatchContext& context)
       : budget_(budget), paths_(std::move(paths)), random_(paths_.empty()), context_(context), source_(items) {
-    double common = 0;  // without a tolerance of its own, an object has the largest that the scene gives
+    double common = 0;  // without a tolerance of its own, an object uses the largest tolerance of the scene
     for (const BatchItem& item : items) common = std::max(common, item.job.settings.tolerance_mm);
     for (std::size_t i = 0; i < items.size(); ++i) {
       if (items[i].hasTree()) fixed_ += leavesOf(items[i]);
@@ -55,7 +56,8 @@ class BudgetSearch {
     aim_ = budget.is_time ? kFirstLeaves * waiting_.size() + fixed_ : static_cast<std::size_t>(budget.amount);
   }
 
-  /// The best round. The errors of quick trees say how to share the leaves, those of the final ones put it right.
+  /// Returns the best round. The errors of quick trees determine the distribution of leaves, and those of the final
+  /// trees correct it.
   std::vector<BatchItem> run() {
     if (waiting_.empty()) return source_;
     const std::size_t each = std::max<std::size_t>(1, (aim_ - fixed_) / waiting_.size());
@@ -86,7 +88,7 @@ class BudgetSearch {
  private:
   struct Round {
     std::vector<BatchItem> items;
-    std::vector<double> errors;  // the largest first
+    std::vector<double> errors;  // in descending order
     double spent = 0;
     bool fits = false;
   };
@@ -114,7 +116,7 @@ class BudgetSearch {
       const BatchItem& item = round.items[i];
       if (item.hasTree()) {
         sum += leavesOf(item);
-      } else {  // it will not do better the next time
+      } else {  // it will not improve in the next round
         source_[i].status = item.status;
         source_[i].error = item.error;
       }
@@ -127,7 +129,7 @@ class BudgetSearch {
       round.errors.push_back(item.result.figures.ratio->ratio);
       const auto n = static_cast<double>(leaves[k]);
       asked += n;
-      // What was known was of quick trees, or for tolerances of another scale.
+      // The known errors are of quick trees, or for tolerances with another scale.
       if (number == 0 || item.result.figures.isGraded())
         curves_[k].moveTo(n, errorOf(item));
       else
@@ -144,9 +146,9 @@ class BudgetSearch {
     return round;
   }
 
-  /// How many leaves to ask for, if `asked` of them spent so much of the budget: some turn out redundant; and the time
-  /// of a step is about a power of the leaves, which two rounds tell. What is well spent stays nearly as it is: every
-  /// number of leaves has luck of its own.
+  /// Sets the number of leaves to request, if `asked` of them spent `spent`: some become redundant, and the time of a
+  /// step is approximately a power of the leaves, which two rounds determine. A well-spent number hardly changes, since
+  /// the results fluctuate from number to number.
   void aimAgain(double asked, double spent) {
     if (!(spent > 0)) return;
     double power = 1;
@@ -162,7 +164,7 @@ class BudgetSearch {
     aim_ = std::max(static_cast<std::size_t>(factor * asked), fixed_ + waiting_.size());
   }
 
-  /// Shares the leaves anew; true if that is what the round had. Small changes are not made.
+  /// Distributes the leaves again; true if the round already had this distribution. Small changes are not made.
   bool isSettled(std::vector<std::size_t>& leaves, const Round& built) {
     const LeafShares shares = shareLeaves(curves_, most_, aim_ - fixed_);
     scale_ = shares.error;
@@ -186,15 +188,15 @@ class BudgetSearch {
 
   Budget budget_;
   ToolPaths paths_;
-  bool random_;  // contacts, not recorded paths
+  bool random_;  // random contacts instead of recorded paths
   const BatchContext& context_;
-  std::vector<BatchItem> source_;     // as they were read
-  std::vector<std::size_t> waiting_;  // those to build
-  std::vector<std::size_t> most_;     // leaves, of these
+  std::vector<BatchItem> source_;     // as read
+  std::vector<std::size_t> waiting_;  // indices of those to build
+  std::vector<std::size_t> most_;     // largest numbers of leaves of these
   std::vector<ErrorCurve> curves_;    // of these
-  std::size_t fixed_ = 0;             // leaves of those that came as trees
-  std::size_t aim_ = 0;               // leaves to ask for
-  double scale_ = 1;                  // of the tolerances, for which all could be met
+  std::size_t fixed_ = 0;             // leaves of the items that came as trees
+  std::size_t aim_ = 0;               // number of leaves to request
+  double scale_ = 1;                  // factor on the tolerances at which all can be met
   double last_asked_ = 0, last_spent_ = 0;
   std::set<std::string> built_;  // keys
   Round best_;
@@ -205,7 +207,7 @@ class BudgetSearch {
 
 BudgetResult buildWithin(const Budget& budget, std::vector<BatchItem>& items, ToolPaths paths, const BatchContext& context) {
   BudgetSearch search(budget, items, std::move(paths), context);
-  // The scene's own tolerance, if any, is what the report compares with.
+  // The report compares with the scene's own tolerances, if there are any.
   std::vector<bool> has_tolerance;
   for (const BatchItem& item : items) has_tolerance.push_back(item.job.settings.tolerance_mm > 0);
   items = search.run();

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kBytesOfAnObject = 4e6;  // of a mesh file, that take about as long as one more small object
+constexpr double kBytesOfAnObject = 4e6;  // size of a mesh file that takes about as long as another small object
 constexpr std::array kStateNames{"ok", "missed", "failed", "refused"};
 constexpr const char* kCohortSchema = "spheretree.cohort/1";
 
@@ -61,7 +61,7 @@ PatientResult runPatient(const CohortSettings& settings, const formats::CohortPa
     takeObjects(runBatch(batch, progress), out);
   } catch (const builder::Cancelled&) {
     throw;
-  } catch (const std::exception& error) {  // of this patient alone
+  } catch (const std::exception& error) {  // affects only this patient
     out.state = PatientState::Refused;
     out.error = error.what();
   }
@@ -108,8 +108,8 @@ void readLog(const fs::path& path, std::map<std::string, PatientResult>& patient
   }
 }
 
-/// The log is written from the first patient on, before the inputs of the others are known, and so may replace nothing
-/// but a log. @throws tool::UsageError
+/// The log is written from the first patient on, before the inputs of the others are known, so it may replace only a
+/// log. @throws tool::UsageError
 void refuseOtherFiles(const fs::path& log) {
   std::error_code none;
   if (!fs::exists(log, none) || fs::file_size(log, none) == 0) return;
@@ -143,7 +143,7 @@ double estimatedWork(const fs::path& path) {
     }
     return work;
   } catch (const std::exception&) {
-    return 1;  // whoever runs it says why
+    return 1;  // the run itself will report why
   }
 }
 
@@ -184,7 +184,7 @@ std::vector<PatientResult> runCohort(const CohortSettings& settings, tool::WorkP
     if (shard_of[i] != settings.shard.index) continue;
     PatientResult result = runPatient(settings, patients[i], progress);
     result.work = work[i];
-    log << toJson(result).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;  // flushed: whoever waits reads it
+    log << toJson(result).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;  // flushed, for programs that wait for it
     if (!log) throw formats::FileError(log_path.string() + ": a line cannot be written. Is the disk full?");
     results.push_back(std::move(result));
     tell(results.back(), results.size(), of);

@@ -8,14 +8,14 @@
 namespace spheretree::pipeline {
 namespace {
 
-// Of the error as a power of the leaves, beyond what was measured: a surface gives 1, a rod 2 as long as the leaves
-// stand in a row.
+// Exponents of the error as a power of the leaves, outside the measured range: a surface has 1, a rod 2 as long as its
+// leaves are in a row.
 constexpr double kSteepest = 2, kFlattest = 0.5, kUsual = 1;
-constexpr double kClose = 0.02;  // logarithm of a ratio of leaves: two points so close would say nothing of the slope
+constexpr double kClose = 0.02;  // logarithm of a ratio of leaves: two points this close do not determine a slope
 
-/// Fewest leaves with at most this error, or `most`.
+/// The smallest number of leaves with at most this error, or `most`.
 std::size_t leavesFor(const ErrorCurve& curve, double error, std::size_t most) {
-  std::size_t low = 0, high = most;  // low is too few
+  std::size_t low = 0, high = most;  // `low` is too small
   while (high - low > 1) {
     const std::size_t middle = low + (high - low) / 2;
     (curve.errorAt(static_cast<double>(middle)) <= error ? high : low) = middle;
@@ -69,13 +69,13 @@ LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::
   const auto fits = [&](const LeafShares& shares) {
     return std::accumulate(shares.leaves.begin(), shares.leaves.end(), std::size_t{0}) <= total;
   };
-  double low = 0, high = 1e-300;  // logarithms below
+  double low = 0, high = 1e-300;  // logarithms from here on
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const double coarsest = curves[i].errorAt(1), finest = curves[i].errorAt(static_cast<double>(most[i]));
     low = i == 0 ? finest : std::min(low, finest);
     high = std::max(high, coarsest);
   }
-  low = std::log(low), high = std::log(high) + 1e-9;  // high: a leaf each
+  low = std::log(low), high = std::log(high) + 1e-9;  // high: one leaf for each
   if (LeafShares all = sharesOf(std::exp(low)); fits(all)) return all;
   for (int step = 0; step < 60; ++step) {
     const double middle = (low + high) / 2;

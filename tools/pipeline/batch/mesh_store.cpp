@@ -33,11 +33,11 @@ std::shared_ptr<const MeshStore::File> MeshStore::read(const std::filesystem::pa
     if (!slot) slot = std::make_unique<Entry>();
     entry = slot.get();
   }
-  const std::lock_guard lock(entry->reading);  // other threads go on with other files
+  const std::lock_guard lock(entry->reading);  // other threads can read other files
   if (!entry->file) {
     auto file = std::make_shared<File>();
     file->mesh = formats::readMesh(path, unit_mm, gltf_unit_mm);
-    // A .gltf may keep its numbers in other files, whose change its own bytes do not show.
+    // A .gltf may have its numbers in other files, and a change of those does not change its own bytes.
     file->hash = file->mesh.format == "glTF" ? builder::meshHash(file->mesh.mesh) : builder::bytesHash(formats::readFile(path));
     entry->file = std::move(file);
   }

@@ -22,7 +22,7 @@ Vector3d centreOf(const std::vector<Vector3d>& points) {
   return (low + high) / 2;
 }
 
-/// The middle of some points across an axis, and how far they reach from it.
+/// The middle of some points perpendicular to an axis, and their largest distance from it.
 struct Section {
   Vector3d middle = Vector3d::Zero();
   double width = 0;

@@ -19,10 +19,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSeconds = 60;                                 // for each run of the child
-constexpr const char* kSoftSchema = "spheretree.batch-soft/1";  // of what a key in the cache stands for
+constexpr double kSeconds = 60;                                 // time limit for each run of the child
+constexpr const char* kSoftSchema = "spheretree.batch-soft/1";  // version of the data under a key in the cache
 
-/// Where a node of an item stays: in the world, or in the leaves of another item.
+/// The fixed nodes of an item: in a region of the world, or in the leaves of another item.
 class Fixed {
  public:
   Fixed(const BatchItem& item, const std::vector<BatchItem>& items) : pose_(item.source->pose) {
@@ -43,7 +43,7 @@ class Fixed {
            std::any_of(boxes_.begin(), boxes_.end(), [&](const Eigen::AlignedBox3d& box) { return box.contains(p); });
   }
 
-  /// All that holds() depends on.
+  /// Visits everything on which holds() depends.
   template <class Visit>
   void visitNumbers(const Visit& visit) const {
     const auto point = [&](const Vector3d& p) { visit(p.x()), visit(p.y()), visit(p.z()); };
@@ -83,7 +83,7 @@ std::string noteOf(const Tissue& tissue) {
   return text;
 }
 
-/// The hash of all that the soft tree of an item depends on.
+/// The hash of everything on which the soft tree of an item depends.
 std::string keyOf(const BatchItem& item, const Fixed& fixed) {
   const formats::SoftSettings& soft = *item.source->soft;
   std::string text = std::string(kSoftSchema) + "\n" + item.job.key();

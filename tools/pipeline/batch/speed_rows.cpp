@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kLeastLeaves = 8, kMostLeaves = 4096;
 constexpr std::size_t kObjectContacts = 40;
 
-/// What a row was built to: a number of leaves each, a tolerance, or neither: what was chosen.
+/// The setting of a row: a number of leaves for each tree, a tolerance, or neither: the chosen trees.
 struct Setting {
   std::size_t leaves = 0;
   double tolerance = 0;
@@ -43,14 +43,14 @@ std::vector<BatchItem> itemsFor(const Setting& setting, const formats::SceneFile
     builder::BuildSettings& settings = item.job.settings;
     settings.quality = builder::Quality::Quick;
     settings.tolerance_mm = setting.tolerance;
-    item.job.work = nullptr;  // the same accuracy everywhere: the chosen trees may do better than that
+    item.job.work = nullptr;  // the same tolerance everywhere: the chosen trees may be better than that
     if (setting.leaves == 0 || settings.builder != builder::BuilderKind::Cover) continue;
     limitLeaves(settings, std::min(setting.leaves, mostLeaves(scene, item)));
   }
   return items;
 }
 
-/// Largest proven and measured overhang, and the mean over the leaves of all.
+/// Largest proven and measured overhang, and the mean over the leaves of all trees.
 struct Overhang {
   double bound = 0, max = 0, sum = 0;
   std::size_t leaves = 0, trees = 0;
@@ -111,7 +111,7 @@ class Rows {
     out.overhang_max_mm = overhang.max;
     out.overhang_mean_mm = overhang.sum / static_cast<double>(overhang.leaves);
     std::optional<runtime::Scene> scene;
-    // An object alone meets the tool that was chosen; the tool alone meets nothing.
+    // A single object is combined with the chosen tool; the tool alone has no contacts.
     if (!object)
       scene = runtimeScene(context_.scene, items);
     else if (!object->is_tool)

@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 0.1;        // between two poses of a contact's path: a hand at 100 mm/s [mm]
-constexpr double kPress = 1;         // how far the tool goes on after the first contact, at least [mm]
-constexpr double kSearchStep = 0.2;  // of the search for a free pose on the way out of a contact [mm]
+constexpr double kStep = 0.1;        // distance of two poses on a contact's path: a hand at 100 mm/s [mm]
+constexpr double kPress = 1;         // smallest motion of the tool after the first contact [mm]
+constexpr double kSearchStep = 0.2;  // step of the search for a free pose on the way out of a contact [mm]
 constexpr double kFarthest = 60;     // the end of that search [mm]
 constexpr std::uint32_t kAllWork = 1u << 30;
 constexpr int kRuns = 3;
@@ -35,7 +35,8 @@ class Random {
   }
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
-  /// A point in the unit ball of `N` dimensions, away from its centre, made a direction. No function of the C library:
+  /// A random direction, from a point in the unit ball of `N` dimensions that is not near its centre. Uses no function
+  /// of the C library, since those differ.
   /// those differ.
   template <int N>
   Eigen::Matrix<double, N, 1> direction() {
@@ -56,7 +57,7 @@ struct Leaf {
   double radius;
 };
 
-/// Turned and moved to where they are.
+/// The leaves at their poses.
 std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Eigen::Matrix3d& rotation, const Vector3d& anchor) {
   std::vector<Leaf> leaves;
   for (std::size_t slot = 0; slot < tree.item.size(); ++slot)
@@ -71,7 +72,7 @@ double percentile(std::vector<double> values, double share) {
   return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
 }
 
-/// The path of a contact, from the free pose; none if the tool does not come free.
+/// The path of a contact, from the free pose; empty if no pose on the way is free.
 std::vector<Configuration> pathOf(const ContactPose& contact, runtime::Workspace& workspace) {
   const auto at = [&](double out) { return Configuration{contact.at.position + out * contact.out, contact.at.orientation}; };
   double out = 0;
@@ -84,7 +85,7 @@ std::vector<Configuration> pathOf(const ContactPose& contact, runtime::Workspace
   return poses;
 }
 
-/// Processor time of this thread: what a servo thread of its own would need, whatever else the machine runs.
+/// Processor time of this thread: what a dedicated servo thread would need, whatever else the machine runs.
 double microsecondsNow() {
   timespec t;
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

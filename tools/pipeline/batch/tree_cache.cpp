@@ -20,7 +20,7 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
   std::error_code ignored;
   if (!std::filesystem::exists(record, ignored) || !std::filesystem::exists(tree, ignored)) return std::nullopt;
   try {
-    // The entries are this program's own: it may read them and write them again.
+    // The entries are internal files: the program may read and rewrite them.
     const auto read = [](const std::filesystem::path& file) {
       return formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working);
     };
@@ -30,7 +30,7 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
     if (json.at("schema") != kRecordSchema || json.at("tree_hash") != toHex(builder::bytesHash(bytes))) return std::nullopt;
     return TreeResult{formats::parseSphereTree(bytes, tree.string()), treeFiguresFromJson(json.at("record")),
                       json.at("seconds").get<double>()};
-  } catch (const formats::FileError&) {  // whatever is wrong with an entry, the tree is built again
+  } catch (const formats::FileError&) {  // if an entry is invalid, the tree is built again
   } catch (const formats::FormatError&) {
   } catch (const nlohmann::json::exception&) {
   }
@@ -44,7 +44,7 @@ void TreeCache::prepare() const {
 
 void TreeCache::store(const std::string& key, const TreeResult& result) const {
   const std::vector<std::byte> bytes = encodeSphereTree(result.tree);
-  // The tree first: a record without its tree is no entry, and neither is one whose hash does not fit.
+  // The tree is written first: a record without its tree is not a valid entry, nor is one whose hash does not match.
   formats::writeWhole(folder_ / (key + ".stree"), bytes, formats::FileRole::Working);
   const Json json{{"schema", kRecordSchema},
                   {"tree_hash", toHex(builder::bytesHash(bytes))},
@@ -62,7 +62,7 @@ std::vector<std::byte> TreeCache::findSoft(const std::string& key) const {
     SphereTree tree;
     Tissue tissue;
     if (decodeSoftTree(bytes, tree, tissue) == LoadStatus::Ok && !tissue.empty()) return bytes;
-  } catch (const formats::FileError&) {  // then it is softened again
+  } catch (const formats::FileError&) {  // then it is computed again
   }
   return {};
 }

@@ -18,7 +18,7 @@ namespace {
 
 using tool::kGenerator;
 
-// Of the samples that `evaluate` takes: at a twentieth, measuring every level costs less than the build.
+// Share of the samples of `evaluate`: with a twentieth, measuring every level costs less than the build.
 constexpr double kMeasuringEffort = 0.05;
 
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
@@ -36,17 +36,17 @@ std::string workText(const WorkRegions& work, const Configuration& pose) {
   return text;
 }
 
-// Where every place has the same tolerance, the plain search for it is meant.
+// If all places have the same tolerance, uses the plain search for it.
 void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
   const auto [least, most] = std::minmax_element(tolerances.begin(), tolerances.end());
   settings.tolerance_mm = *least;
   if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
 }
 
-// The tolerances say no more than where an overhang matters less, and by how much.
+// The tolerances then only determine where an overhang matters less, and by how much.
 void useAllLeaves(builder::BuildSettings& settings) {
-  constexpr double kUnreached = 1e-6;  // of the least tolerance: no leaves are spared for it
-  if (settings.skin_tolerance_mm == 0) settings.skin_tolerance_mm = settings.tolerance_mm;  // the skin keeps to it
+  constexpr double kUnreached = 1e-6;  // relative to the smallest tolerance: no leaves are left out for it
+  if (settings.skin_tolerance_mm == 0) settings.skin_tolerance_mm = settings.tolerance_mm;  // the skin uses the original tolerance
   const double less = (1 - kUnreached) * settings.tolerance_mm;
   for (double& t : settings.tolerance_of_triangle_mm) t -= less;
   settings.tolerance_mm = settings.tolerance_of_triangle_mm.empty() ? 0 : settings.tolerance_mm - less;
@@ -59,7 +59,7 @@ std::vector<LevelFigures> levelsOf(const builder::RepairedMesh& repaired, const 
   builder::Evaluation evaluation = builder::evaluateTree(repaired.mesh, tree, settings, progress, repaired.to_cover);
   std::vector<LevelFigures> levels;
   for (builder::LevelEvaluation& level : evaluation.levels) {
-    // The builder's proof is often the tighter one of two, since this measure is short.
+    // The bound of the builder is often tighter, since this measurement has little effort.
     const double proven = tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound;
     if (proven >= 0) level.overhang.bound = std::min(proven, level.overhang.bound);
     levels.push_back({level.level, level.spheres, level.overhang.bound, level});
@@ -139,7 +139,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   if (own.most_leaves > 0) {
     const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
     const double met = built.statistics.least_tolerance_mm;
-    // Graded: every tolerance is met if all of them are multiplied by this.
+    // Graded: every tolerance is met if all are multiplied by this ratio.
     const double ratio = is_graded ? scale * std::max(1.0, met / least_tolerance) : met / wanted;
     if (settings.tolerance_mm > 0) figures.tolerance_met = ratio <= 1;
     figures.ratio = ToleranceRatio{ratio, is_graded ? std::optional<double>(met) : std::nullopt};

@@ -44,7 +44,7 @@ std::vector<WorkFigures> workFigures(const WorkRegions& work, const TriangleMesh
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   const std::vector<std::uint32_t> leaves = levelSet(tree, tree.levelCount() - 1);
   for (const formats::WorkRegion& region : work.regions) {
-    // A triangle comes into the region if this region alone would give it a tolerance of next to nothing.
+    // A triangle is in the region if this region alone would give it a tolerance of almost zero.
     constexpr double kNone = 1e-9;
     builder::ToleranceRegion only = regionOf(region);
     only.tolerance = kNone;

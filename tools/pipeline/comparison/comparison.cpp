@@ -32,8 +32,8 @@ using builder::BuilderKind;
 using builder::Quality;
 using tool::kGenerator;
 
-/// Progress of one run among many: what happens within the run does not move the bar, and Ctrl-C reaches it at its next
-/// step.
+/// Progress of one run among many: progress within the run does not move the bar, and Ctrl-C takes effect at its next
+/// check.
 class RunProgress : public builder::Progress {
  public:
   RunProgress(builder::Progress& whole, double done) : whole_(whole), done_(done) {}
@@ -48,7 +48,7 @@ class RunProgress : public builder::Progress {
   double done_;
 };
 
-/// What a file of an earlier run holds, if the same program made it from the same input; else nothing.
+/// The content of a file from an earlier run, if the same program made it from the same input; otherwise empty.
 template <class FromJson>
 auto finished(const fs::path& file, const Json& key, FromJson&& fromJson) -> std::optional<decltype(fromJson(key))> {
   std::error_code ignored;
@@ -58,7 +58,7 @@ auto finished(const fs::path& file, const Json& key, FromJson&& fromJson) -> std
   try {
     const Json found = Json::parse(text, text + bytes.size());
     if (found.is_object() && found.value("key", Json()) == key) return fromJson(found);
-  } catch (const nlohmann::json::exception&) {  // cut off or changed by hand: it is done again
+  } catch (const nlohmann::json::exception&) {  // truncated or edited by hand: it is computed again
   } catch (const formats::FormatError&) {
   }
   return std::nullopt;
@@ -88,7 +88,7 @@ MeshFigures measureMesh(const ComparedMesh& compared, const Json& key, const Com
         builder::coverLimits(compared.mesh, field, static_cast<std::size_t>(mesh.leaves), {.seed = settings.build.seed}, progress);
   }
   mesh.name = compared.name;
-  mesh.file = compared.file;  // where it is now: the file may have moved since an earlier run
+  mesh.file = compared.file;  // its current path: the file may have moved since an earlier run
   mesh.unit_mm = compared.unit_mm;
   if (!is_known) store(file, key, {{"mesh", toJson(mesh)}});
   return mesh;
@@ -111,7 +111,7 @@ struct Job {
   std::string id;
   Run run;
   bool is_finished = false;
-  double work() const { return 1 + static_cast<double>(compared->mesh.triangles.size()) / 20000; }  // in no particular unit
+  double work() const { return 1 + static_cast<double>(compared->mesh.triangles.size()) / 20000; }  // in arbitrary units
 };
 
 std::string hashOfMesh(const ComparedMesh& compared) { return toHex(builder::meshHash(joined(compared.mesh, compared.to_cover))); }
@@ -119,7 +119,7 @@ std::string hashOfMesh(const ComparedMesh& compared) { return toHex(builder::mes
 Job jobOf(const ComparedMesh& compared, const Method& method, const ComparisonSettings& settings) {
   Job job{&compared, settings.build, {}, {}, {}, false};
   job.settings.builder = method.builder;
-  job.settings.skin = false;  // leaves are compared, and nothing is touched
+  job.settings.skin = false;  // leaves are compared, and no skin is needed
   job.settings.quality = method.quality;
   job.id = compared.name + "." + idOf(method);
   job.key = {{"generator", kGenerator}, {"mesh", hashOfMesh(compared)}, {"settings", toHex(builder::settingsHash(job.settings))}};
@@ -151,8 +151,7 @@ void buildAndMeasure(Job& job, const fs::path& folder, builder::Progress& progre
   job.run.hierarchy = evaluation.hierarchy;
 }
 
-/// The jobs that are not finished, one after the other: times are compared, and two builds at once would disturb each
-/// other.
+/// Runs the unfinished jobs, one after the other: times are compared, and parallel builds would disturb each other.
 void runJobs(std::vector<Job>& jobs, const fs::path& folder, builder::Progress& progress) {
   double total = 0, done = 0;
   std::size_t count = 0;
@@ -247,7 +246,7 @@ std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std:
 
 namespace {
 
-/// Before the first build: everything that runComparison() writes.
+/// Before the first build: declares everything that runComparison() writes.
 void declareOutputs(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, const tool::RunFiles& files) {
   for (const char* name : {"compare.csv", "compare.json"}) files.willWrite(settings.folder / name);
   for (const ComparedMesh& mesh : meshes) {

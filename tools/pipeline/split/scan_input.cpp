@@ -22,10 +22,10 @@ using formats::FormatError;
 using formats::MeshFile;
 using Labels = std::vector<std::int32_t>;
 
-constexpr std::size_t kMostColours = 100;       // more are a texture and no labels
-constexpr std::int32_t kFirstUnnumbered = 101;  // label of the first part without a number
+constexpr std::size_t kMostColours = 100;       // more colours are a texture, not labels
+constexpr std::int32_t kFirstUnnumbered = 101;  // label of the first part whose name has no number
 
-/// Labels in the order of the file, for the vertices of the mesh.
+/// Converts labels from the order of the file to the vertices of the mesh.
 Labels toVertices(const MeshFile& file, const Labels& of_file, ScanInput& out) {
   Labels labels(file.mesh.positions.size(), -1);
   std::size_t clashes = 0;
@@ -40,7 +40,7 @@ Labels toVertices(const MeshFile& file, const Labels& of_file, ScanInput& out) {
   return labels;
 }
 
-/// A vertex gets the label with the largest area round it.
+/// A vertex gets the label with the largest area around it.
 Labels fromTriangles(const TriangleMesh& mesh, const Labels& of_triangle) {
   std::vector<std::map<std::int32_t, double>> area(mesh.positions.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -126,7 +126,7 @@ Labels fromParts(const std::filesystem::path& scan, const MeshFile& file, const 
   return fromTriangles(mesh, of_triangle);
 }
 
-/// What the labels say of the jaw, and what is odd about them.
+/// Determines the jaw from the labels, and notes on unusual labels.
 void judgeLabels(ScanInput& out) {
   std::set<std::int32_t> found(out.labels.begin(), out.labels.end());
   std::size_t upper = 0, lower = 0;
@@ -168,7 +168,7 @@ ScanInput readScan(const std::filesystem::path& scan, const std::string& unit, c
     throw tool::UsageError("Palmer notation has letters, so it can only stand in names of parts. Use --parts, or --numbering fdi.");
   if (source.numbering == "universal" && !source.parts)
     for (std::int32_t& label : out.labels)
-      if (label != 0) label = fdiOfUniversal(label).value_or(label + 100);  // no tooth, and no number of one
+      if (label != 0) label = fdiOfUniversal(label).value_or(label + 100);  // not a tooth, and not the number of one
   for (std::int32_t& label : out.labels) label = std::max(label, 0);
   judgeLabels(out);
   file.mesh.part.clear();

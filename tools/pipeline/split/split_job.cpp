@@ -30,16 +30,16 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 using tool::UsageError;
 
-constexpr double kToothTolerance = 0.1, kGumTolerance = 0.3;  // of the scene [mm]
-constexpr double kLeastMolar = 8, kMostMolar = 14;            // width of a first molar [mm]
-constexpr double kLeastArch = 40, kMostArch = 80;             // between the teeth farthest apart [mm]
-// Bonwill (1887): the middle between the condyles is 86.6 mm behind the incisors, and Balkwill (1866): 25 degrees above
-// the occlusal plane.
+constexpr double kToothTolerance = 0.1, kGumTolerance = 0.3;  // tolerances in the scene [mm]
+constexpr double kLeastMolar = 8, kMostMolar = 14;            // range of the width of a first molar [mm]
+constexpr double kLeastArch = 40, kMostArch = 80;             // range of the distance between the two teeth farthest apart [mm]
+// Bonwill (1887): the middle between the condyles is 86.6 mm behind the incisors; Balkwill (1866): 25 degrees above the
+// occlusal plane.
 constexpr double kHingeDistance = 86.6, kHingeAngle = 25 * M_PI / 180;
 
 struct Jaw {
   fs::path scan;
-  std::string name;  // upper or lower
+  std::string name;  // "upper" or "lower"
   builder::SplitScan split;
   std::vector<std::string> part_names;
   std::vector<std::string> notes;
@@ -82,7 +82,7 @@ void nameParts(Jaw& jaw, std::set<std::string>& taken) {
   }
 }
 
-/// Sizes of a mouth, whatever the patient's age but for deciduous teeth.
+/// Notes on unusual sizes of a mouth. The ranges apply to patients of any age, except for deciduous teeth.
 void checkSizes(Jaw& jaw) {
   std::vector<Vector3d> centres;
   for (const SplitPart& part : jaw.split.parts) {
@@ -95,7 +95,7 @@ void checkSizes(Jaw& jaw) {
       const Vector3d arm = p - centre;
       reach = std::max(reach, (arm - arm.dot(jaw.split.up) * jaw.split.up).norm());
     }
-    if (2 * reach < kLeastMolar || 2 * reach > kMostMolar * 1.3)  // across the corners
+    if (2 * reach < kLeastMolar || 2 * reach > kMostMolar * 1.3)  // diagonal
       jaw.notes.push_back("the first molar " + std::to_string(part.label) + " is " + millimetres(2 * reach) + " wide, not " +
                           millimetres(kLeastMolar) + " to " + millimetres(kMostMolar) + ". Is the unit right? See --unit.");
   }
@@ -117,7 +117,7 @@ Jaw splitJaw(const SplitJobSettings& settings, std::size_t index, builder::Progr
   jaw.notes = std::move(input.notes);
   jaw.split = builder::splitScan(input.mesh, input.labels, settings.split, progress);
   jaw.name = settings.jaw != "auto" ? settings.jaw : input.jaw;
-  if (jaw.name.empty()) jaw.name = jaw.split.up.z() > 0 ? "lower" : "upper";  // unnumbered: teeth grow down in the upper jaw
+  if (jaw.name.empty()) jaw.name = jaw.split.up.z() > 0 ? "lower" : "upper";  // without numbers: teeth of the upper jaw point down
   for (const std::string& note : jaw.split.notes) jaw.notes.push_back(note);
   checkSizes(jaw);
   return jaw;
@@ -179,7 +179,7 @@ Json inputsOf(const SplitJobSettings& settings) {
   return inputs;
 }
 
-/// Turns the lower jaw about the line between the condyles.
+/// Rotates the lower jaw about the line between the condyles.
 Configuration openedBy(double degrees, const Jaw& lower) {
   Vector3d front = Vector3d::Zero(), back = Vector3d::Zero();
   int fronts = 0, backs = 0;

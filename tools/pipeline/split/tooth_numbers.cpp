@@ -12,7 +12,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// The words of letters and digits in a name.
+/// Visits the words of letters and digits in a name.
 template <class Visit>
 void forWords(const std::string& text, Visit&& visit) {
   std::string word;

@@ -15,11 +15,11 @@
 namespace spheretree::pipeline {
 namespace {
 
-constexpr int kMaxRuns = 6;                 // of TetGen
-constexpr double kNear = 1.5;               // a number of tetrahedra within this factor of the one asked for is taken
-constexpr double kTetrahedraATriangle = 3;  // about what TetGen makes of the surface of a compact body
+constexpr int kMaxRuns = 6;                 // largest number of runs of TetGen
+constexpr double kNear = 1.5;               // a number of tetrahedra within this factor of the requested one is accepted
+constexpr double kTetrahedraATriangle = 3;  // approximately what TetGen makes for each surface triangle of a compact body
 
-/// At most about `triangles`, or more where fewer would cross or fold.
+/// About `triangles`, or more if fewer would cross or fold.
 TriangleMesh simplified(const TriangleMesh& mesh, std::size_t triangles, builder::Progress& progress) {
   for (; triangles < mesh.triangles.size(); triangles *= 2) {
     TriangleMesh few = builder::simplifyMesh(mesh, triangles, progress);
@@ -37,7 +37,7 @@ FilledBody fillBody(const TriangleMesh& mesh, int tetrahedra, double seconds, bu
   progress.stage("tetrahedra");
   const builder::DistanceField field(mesh);
   double triangles = tetrahedra / kTetrahedraATriangle;
-  double volume = 3 * field.volume() / tetrahedra;  // largest; TetGen's mean is about a third of it
+  double volume = 3 * field.volume() / tetrahedra;  // largest volume; the mean of TetGen is about a third of it
   std::optional<FilledBody> best;
   std::string reason;
   std::size_t simplified_for = 0;
@@ -51,7 +51,7 @@ FilledBody fillBody(const TriangleMesh& mesh, int tetrahedra, double seconds, bu
       ratio = ratioOf(body.tetrahedra.corners.size(), tetrahedra);
       if (!best || std::abs(std::log(ratio)) < std::abs(std::log(ratioOf(best->tetrahedra.corners.size(), tetrahedra))))
         best = std::move(body);
-    } catch (const builder::BuildError& error) {  // another surface may be to its liking
+    } catch (const builder::BuildError& error) {  // another surface may succeed
       reason = error.what();
       if (boundary.triangles.size() == mesh.triangles.size()) break;
       triangles *= 2;
@@ -61,7 +61,7 @@ FilledBody fillBody(const TriangleMesh& mesh, int tetrahedra, double seconds, bu
     if (ratio < 1) {
       volume *= std::max(ratio, 0.2);
     } else if (boundary.triangles.size() > wanted * 2) {
-      break;  // the surface cannot be made simpler
+      break;  // the surface cannot be simplified further
     } else {
       triangles /= ratio;
       volume *= ratio;

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// "1,2.5,-3": as many finite numbers as `count`.
+/// Parses `count` finite numbers such as "1,2.5,-3".
 std::optional<std::vector<double>> numbersIn(std::string_view text, std::size_t count) {
   std::vector<double> numbers;
   const char *at = text.data(), *const last = text.data() + text.size();

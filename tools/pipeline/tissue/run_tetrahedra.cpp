@@ -17,7 +17,7 @@
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 
-extern char** environ;  // NOLINT: POSIX declares it nowhere
+extern char** environ;  // NOLINT: no POSIX header declares it
 
 namespace spheretree::pipeline {
 namespace {
@@ -25,10 +25,10 @@ namespace {
 namespace fs = std::filesystem;
 using builder::BuildError;
 
-constexpr std::chrono::milliseconds kPoll{5};                // between two looks at the child
-constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // of its output
+constexpr std::chrono::milliseconds kPoll{5};                // interval between two checks of the child
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // limit of its output
 
-/// A folder of our own under the system's one for temporary files; gone with all in it at the end.
+/// A folder of our own below the system's folder for temporary files; it is removed with its content at the end.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -49,7 +49,7 @@ class ScratchFolder {
   fs::path path_;
 };
 
-/// A running child; killed if it is left while it runs.
+/// A running child; it is killed if the object is destroyed before it ends.
 class Child {
  public:
   Child(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& messages) {
@@ -105,7 +105,7 @@ std::string surfaceText(const TriangleMesh& surface) {
   return text;
 }
 
-/// Numbers, one after the other.
+/// Reads numbers, one after the other.
 class Numbers {
  public:
   explicit Numbers(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}

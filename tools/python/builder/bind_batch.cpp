@@ -17,7 +17,7 @@ namespace {
 
 namespace py = pybind11;
 
-/// A number of leaves, or a time as "20us".
+/// A number of leaves, or a time such as "20us".
 std::optional<pipeline::Budget> budgetFrom(const py::object& budget) {
   if (budget.is_none()) return std::nullopt;
   pipeline::Budget out;
@@ -33,7 +33,7 @@ std::optional<pipeline::Budget> budgetFrom(const py::object& budget) {
   return out;
 }
 
-/// Stages and fractions of a batch for whoever watches, and a stop the other way.
+/// Forwards stages and fractions of a batch to an observer, and its request to stop to the batch.
 class ForwardedProgress final : public tool::WorkProgress {
  public:
   explicit ForwardedProgress(builder::Progress& watcher) : watcher_(watcher) {}

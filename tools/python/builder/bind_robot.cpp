@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a run of `spheretree robot` knows at its end.
+/// The result of a run of `spheretree robot`.
 struct PythonRobot {
   robot::Robot robot;
   robot::RobotCover cover;

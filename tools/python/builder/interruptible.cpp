@@ -14,9 +14,9 @@ namespace {
 
 namespace py = pybind11;
 
-constexpr std::chrono::milliseconds kTurn(50);  // between two looks at Python's signals: Ctrl-C seems immediate
+constexpr std::chrono::milliseconds kTurn(50);  // interval between two checks of Python's signals: Ctrl-C seems immediate
 
-/// Collects what the computing thread says until Python's thread asks.
+/// Collects the reports of the computing thread until Python's thread takes them.
 class QueuedProgress : public builder::Progress {
  public:
   struct Event {
@@ -38,7 +38,7 @@ class QueuedProgress : public builder::Progress {
     has_ended_ = true;
     ended_.notify_one();
   }
-  /// Waits for the end or the turn. True once the work has ended.
+  /// Waits for the end of the work or of the interval. True after the work has ended.
   bool wait(std::vector<Event>& events) {
     std::unique_lock lock(mutex_);
     ended_.wait_for(lock, kTurn, [&] { return has_ended_; });

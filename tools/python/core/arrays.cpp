@@ -11,7 +11,7 @@
 namespace spheretree::python {
 namespace {
 
-constexpr double kRigid = 1e-6;  // R^T R of a matrix given in float32 is off by less than this
+constexpr double kRigid = 1e-6;  // R^T R of a matrix given in float32 has a smaller error than this
 
 std::string shapeText(const py::array& a) { return py::str(a.attr("shape")).cast<std::string>(); }
 
@@ -19,7 +19,7 @@ void requireRows(const py::array& a, const char* name) {
   if (a.ndim() != 2 || a.shape(1) != 3) throw py::value_error(std::string(name) + " must have the shape (n, 3), not " + shapeText(a) + ".");
 }
 
-/// Calls `take` with a view of `a` in one of the element types `Ts`; false if it has none of them.
+/// Calls `take` with a view of `a` in one of the element types `Ts`; false if it has none of these types.
 template <class... Ts, class Take>
 bool readAs(const py::array& a, Take&& take) {
   return ([&] {

@@ -60,7 +60,7 @@ ScenePointer makeScene(const PythonTree& tool, const py::sequence& objects, cons
   return compiled(d);
 }
 
-/// One step and the contacts at its end.
+/// One step, and the contacts at its end.
 struct PythonStep {
   runtime::StepResult result;
   std::vector<runtime::Contact> contacts;

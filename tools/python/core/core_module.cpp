@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// spheretree._core: meshes, trees and the haptic runtime. It links nothing that is not under the Apache licence or one
-// as free.
+// spheretree._core: meshes, trees and the haptic runtime. It links only code under the Apache licence or an equally
+// permissive one.
 #include <pybind11/pybind11.h>
 
 #include "bindings.h"

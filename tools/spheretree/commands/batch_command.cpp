@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree batch: every object of a scene to trees, with a compiled scene and a report.
+// spheretree batch: turns every object of a scene into a tree, and writes a compiled scene and a report.
 #include "pipeline/batch/batch.h"
 
 #include <algorithm>
@@ -38,16 +38,16 @@ void printBudget(const BudgetResult& result) {
   if (!result.met) say("spheretree: the budget is not met; the cheapest trees found were written. Allow more.");
 }
 
-/// Says which objects failed or missed their tolerance, and returns how many missed it.
+/// Reports the objects that failed or missed their tolerance, and returns the number of the latter.
 std::size_t reportFaults(const BatchResult& result) {
   std::size_t missed = 0;
   for (const ObjectResult& object : result.objects) {
     if (object.status == ItemStatus::Failed) say("spheretree: " + object.name + ": " + object.error);
     if (!object.hasTree() || object.figures.tolerance_met.value_or(true)) continue;
-    if (result.budget) continue;  // that is what the budget costs; the report says it
+    if (result.budget) continue;  // that is the price of the budget; the report shows it
     ++missed;
     const pipeline::TreeFigures& figures = object.figures;
-    // With regions of work, the largest overhang is elsewhere as a rule, where more is allowed.
+    // With regions of work, the largest overhang is usually elsewhere, where more is allowed.
     const std::string what = figures.isGraded()
                                  ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met; the best result was written."
                                  : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
@@ -56,7 +56,7 @@ std::size_t reportFaults(const BatchResult& result) {
   return missed;
 }
 
-/// What was done to the user's meshes, the largest change first; all of it is in report.json and on the page.
+/// Lists the repairs of the user's meshes, the largest change first; report.json and the page have all of them.
 void printRepairs(const BatchResult& result, const BatchSettings& settings) {
   std::vector<const ObjectResult*> repaired;
   for (const ObjectResult& object : result.objects)
@@ -80,7 +80,7 @@ void printRepairs(const BatchResult& result, const BatchSettings& settings) {
     printResult("  and %zu more: %s\n", repaired.size() - kListed, plainText((settings.folder / "report.json").string()).c_str());
 }
 
-/// Of a dry run: what would be done.
+/// For a dry run: lists what would be done.
 int printPlan(const BatchSettings& settings, const BatchResult& result) {
   const pipeline::BatchTotals totals = totalsOf(result);
   printResult("%s: %zu to build, %zu unchanged, %zu cannot be read; nothing was written\n", plainText(settings.folder.string()).c_str(),
@@ -92,7 +92,7 @@ int printPlan(const BatchSettings& settings, const BatchResult& result) {
   return totals.failed > 0 ? kExitPartlyFailed : kExitOk;
 }
 
-/// What took how long, if it was long enough to ask.
+/// Prints the times of the stages, if the batch took long.
 void printTimes(const BatchResult& result) {
   if (result.seconds < 1) return;
   const BatchResult::Times& times = result.times;
@@ -134,13 +134,13 @@ int printResults(const BatchSettings& settings, const BatchResult& result) {
 }
 
 struct BatchOptions {
-  std::vector<std::filesystem::path> inputs;  // one scene, or mesh files; none with a cohort
+  std::vector<std::filesystem::path> inputs;  // one scene, or mesh files; empty with a cohort
   std::filesystem::path cohort;               // list of patients
   pipeline::SceneDraftSettings draft;
   BatchSettings settings;
 };
 
-/// Tells a scene from mesh files.
+/// Distinguishes a scene from mesh files.
 BatchSettings settingsOf(const BatchOptions& options) {
   BatchSettings settings = options.settings;
   const auto isScene = [](const std::filesystem::path& path) { return isDash(path) || endingOf(path) == ".json"; };
@@ -156,7 +156,7 @@ BatchSettings settingsOf(const BatchOptions& options) {
   }
   settings.draft = options.draft;
   settings.draft->files = options.inputs;
-  std::swap(settings.draft->tolerance_mm, settings.overrides.tolerance_mm);  // --match goes before it
+  std::swap(settings.draft->tolerance_mm, settings.overrides.tolerance_mm);  // --match has precedence over it
   return settings;
 }
 
@@ -176,7 +176,7 @@ pipeline::CohortSettings cohortOf(const BatchOptions& options) {
           .overrides = own.overrides};
 }
 
-/// One line for each patient as it is done.
+/// Prints one line for each finished patient.
 void printPatient(const pipeline::PatientResult& patient, std::size_t done, std::size_t of) {
   printResult("%zu/%zu %s: %s, %zu built, %zu unchanged, %zu failed, %zu leaves, %.1f s%s%s\n", done, of, patient.name.c_str(),
               nameOf(patient.state), patient.built, patient.cached, patient.failed, patient.leaves, patient.seconds,
@@ -228,7 +228,7 @@ std::string parseShard(const std::string& text, Shard& shard) {
   return text + " is not I/N with 1 <= I <= N <= 10000";
 }
 
-/// For a quick look: what the scene says stays as it is.
+/// Options for a quick look; the scene itself does not change.
 void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
   app.add_option("--quality", overrides.quality, "quick, standard or best for every object; default: as the scene says")
       ->type_name("NAME")

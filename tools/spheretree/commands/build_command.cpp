@@ -132,14 +132,14 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
   }
 }
 
-/// Whether --leaves, and not the size of the tree, is what limits the number of leaves.
+/// Whether --leaves limits the number of leaves, instead of the size of the tree.
 bool leavesBind(const builder::BuildSettings& settings) {
   std::size_t allowed = 1;
   for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
   return settings.most_leaves > 0 && static_cast<std::size_t>(settings.most_leaves) <= allowed;
 }
 
-/// A length above 0, whole; none for any other text.
+/// Parses a length above 0; empty for any other text.
 std::optional<double> lengthIn(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -147,7 +147,7 @@ std::optional<double> lengthIn(const std::string& text) {
   return fits ? std::optional<double>(value) : std::nullopt;
 }
 
-/// The trees to build: of one mesh to the file of the output, or of several, each to its own file in that folder.
+/// The trees to build: one mesh to the output file, or several meshes, each to its own file in the output folder.
 std::vector<BuildOptions> treesOf(const BuildOptions& options) {
   std::vector<BuildOptions> trees;
   std::error_code none;
@@ -202,7 +202,7 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
   return kExitOk;
 }
 
-/// Of several meshes one that cannot be built does not stop the others.
+/// If one of several meshes cannot be built, the others still are.
 int runBuild(const BuildOptions& options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   const std::vector<BuildOptions> trees = treesOf(options);
@@ -242,7 +242,7 @@ void addBuildCommand(Program& program) {
                   "Members of --builder combined, by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
       ->type_name("LIST")
       ->delimiter(',')
-      ->allow_extra_args(false)  // else it would take INPUT for a member
+      ->allow_extra_args(false)  // otherwise it would take INPUT as a member
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
   addTreeSize(*app, options->settings.levels, options->settings.branching);
   app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree check: what is wrong with a mesh, where, and what a build would do about it. Kinds of defects:
+// spheretree check: the defects of a mesh, their places, and what a build would do about them. Kinds of defects:
 // docs/mesh_input.md
 #include <algorithm>
 #include <array>
@@ -37,13 +37,13 @@ struct CheckOptions {
   bool json = false, list_parts = false;
 };
 
-/// One line of --list-parts: a named part or a connected component by itself.
+/// One line of --list-parts: a named part or a connected component alone.
 struct PartLine {
-  std::string name;  // as --parts takes it
+  std::string name;  // as --parts accepts it
   std::size_t triangles;
   double volume_mm3;
   Eigen::Vector3d size_mm;
-  const char* state;  // by itself: sound, inside out, defective
+  const char* state;  // of this part alone: sound, inside out, defective
 };
 
 const char* buildOf(const builder::RepairedMesh& repaired) {
@@ -65,7 +65,7 @@ std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshRepor
   by_component.part = report.component_of;
   by_component.part_names.clear();
   for (std::size_t c = 0; c < report.components.size(); ++c) by_component.part_names.push_back("#" + std::to_string(c));
-  constexpr std::size_t kMostComponents = 1000;  // each is checked by itself
+  constexpr std::size_t kMostComponents = 1000;  // each is checked separately
   for (std::size_t c = 0; c < std::min(kMostComponents, report.components.size()); ++c)
     add(by_component.part_names[c], formats::selectPart(by_component, by_component.part_names[c]));
   return lines;
@@ -206,7 +206,7 @@ void printText(const std::filesystem::path& input, const formats::MeshFile& file
     for (const builder::RepairStep& step : repaired.steps) printResult("  %s\n", step.text.c_str());
 }
 
-/// A colour for each kind, in the order of the report; then the findings of the survey.
+/// A colour for each kind, in the order of the report; then for the findings of the survey.
 std::vector<formats::Marks> marksOf(const builder::MeshReport& report, const builder::MeshSurvey& survey) {
   constexpr std::array<std::array<double, 3>, 6> kColours{
       {{0.84, 0.15, 0.16}, {0.12, 0.47, 0.71}, {1.0, 0.6, 0.0}, {0.58, 0.30, 0.74}, {0.17, 0.63, 0.17}, {0.89, 0.30, 0.66}}};
@@ -253,13 +253,13 @@ void printParts(const std::vector<PartLine>& parts) {
   for (const PartLine& p : parts) printResult("%9zu  %14.6g  %-10s  %s\n", p.triangles, p.volume_mm3, p.state, plainText(p.name).c_str());
 }
 
-/// What the exit code says of a mesh.
+/// Whether the exit code reports a failure for a mesh.
 bool fails(const CheckOptions& options, const builder::RepairedMesh& repaired) {
   if (options.fail_on == "nothing") return false;
   return options.fail_on == "defects" ? !repaired.report.clean() : !repaired.isSound();
 }
 
-/// Returns whether the mesh fails; `json`: the list that its findings go to instead of stdout, if JSON is asked for.
+/// Returns whether the mesh fails; `json`: with --json, the list that receives the findings instead of stdout.
 bool checkOne(const CheckOptions& options, const std::filesystem::path& input, Json& json, builder::Progress& progress) {
   progress.stage("read");
   formats::MeshFile file = pipeline::readMeshIn(input, options.unit);

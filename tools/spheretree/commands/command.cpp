@@ -15,9 +15,9 @@
 namespace spheretree::tool {
 namespace {
 
-/// What the user mistyped, a verb or an option; empty if neither.
+/// A message about a mistyped verb or option; empty if there is none.
 std::string mistyped(const CLI::App& cli) {
-  const std::vector<std::string> before = cli.remaining(false);  // words that no verb took
+  const std::vector<std::string> before = cli.remaining(false);  // words that no verb accepted
   if (!before.empty()) {
     const std::string& word = before.front();
     if (word.starts_with('-')) return unknownWord(cli, "", kProgram);
@@ -93,7 +93,7 @@ int runProgram(Program& program, int argc, char** argv) {
     cli.parse(words);
     return runVerb(program);
   } catch (const CLI::Success& help) {
-    // The parser lets --help win over whatever else is wrong.
+    // The parser gives --help precedence over all other errors.
     if (const std::string mistake = cli.get_subcommands().empty() ? mistyped(cli) : ""; !mistake.empty())
       return explain(kProgram, kExitUsage, mistake);
     return cli.exit(help);

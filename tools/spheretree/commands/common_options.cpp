@@ -32,7 +32,7 @@ void addTreeSize(CLI::App& app, int& levels, int& branching) {
 void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of) {
   app.add_option("--seed", seed, "Seed of " + of + ", 0 to 2^64 - 1; default 1")
       ->type_name("N")
-      ->check([](const std::string& text) {  // CLI11 would turn -1 into 2^64 - 1
+      ->check([](const std::string& text) {  // CLI11 would convert -1 to 2^64 - 1
         std::uint64_t value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         return error == std::errc() && end == text.data() + text.size() ? std::string()

@@ -38,7 +38,7 @@ struct CompareOptions {
   pipeline::ComparisonSettings settings;
 };
 
-/// The file's name without its ending, safe in file names and CSV, different from those in `taken`.
+/// The file's name without its extension, safe in file names and CSV, different from those in `taken`.
 std::string nameOf(const fs::path& file, std::set<std::string>& taken) {
   std::string name = file.stem().string();
   for (char& c : name)
@@ -50,7 +50,7 @@ std::string nameOf(const fs::path& file, std::set<std::string>& taken) {
 
 std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, builder::Progress& progress) {
   std::vector<ComparedMesh> out;
-  std::set<std::string> taken{"comparison"};  // the chart of all meshes has this name
+  std::set<std::string> taken{"comparison"};  // the name of the chart of all meshes
   for (const fs::path& file : options.meshes) {
     progress.stage("read " + file.filename().string());
     progress.check();
@@ -65,8 +65,8 @@ std::vector<ComparedMesh> readMeshes(const CompareOptions& options, bool quiet, 
   return out;
 }
 
-/// Other programs' spheres to the meshes that they are for: those of the link that is named as the mesh's file, or the
-/// only ones of a file, where there is one mesh.
+/// Assigns other programs' spheres to their meshes: those of the link that has the name of the mesh's file, or, if
+/// there is only one mesh, the only spheres of a file.
 void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes, bool quiet) {
   std::vector<std::set<std::string>> taken(meshes.size(), {options.builders.begin(), options.builders.end()});
   for (const fs::path& file : options.spheres) {
@@ -89,7 +89,7 @@ void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes
   }
 }
 
-/// What this command writes beside what pipeline::runComparison() does.
+/// Declares what this command writes in addition to pipeline::runComparison().
 void declareOutputs(const CompareOptions& options, const std::vector<ComparedMesh>& meshes, const RunFiles& files) {
   const fs::path& folder = options.settings.folder;
   for (const char* name : {"comparison.svg", "index.html"}) files.willWrite(folder / name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree convert: one form of a tree to another, or to a picture, by the names' endings.
+// spheretree convert: converts a tree to another format or a picture, according to the extensions of the names.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -44,7 +44,7 @@ std::vector<std::byte> pictureOf(const SphereTree& tree, SphereKind kind, const 
   return drawPicture(&mesh, tree, kind, settings);
 }
 
-/// Options that only some kinds of output heed, given with another.
+/// Refuses options that only other kinds of output use.
 void refuseStrayOptions(const ConvertOptions& options, const std::string& to) {
   if (to != ".png" && (!options.mesh.empty() || !options.view.empty() || options.width > 0))
     throw UsageError("--mesh, --view and --width are for pictures (.png). Leave them out.");
@@ -60,7 +60,7 @@ void refuseStrayOptions(const ConvertOptions& options, const std::string& to) {
     throw UsageError("--spheres is for .sph, .csv, .yaml, .glb and .png; " + to + " always holds both kinds of spheres. Leave it out.");
 }
 
-/// The bytes of the output; `to`: its ending.
+/// The content of the output; `to`: its extension.
 std::vector<std::byte> converted(const SphereTree& tree, const ConvertOptions& options, const std::string& to) {
   const SphereKind kind = options.spheres == "bound" ? SphereKind::Bound : SphereKind::Cover;
   if (options.level >= tree.levelCount())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree evaluate: how well a tree stands for a mesh. What the figures mean: docs/measures.md
+// spheretree evaluate: how well a tree represents a mesh. Definition of the figures: docs/measures.md
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -95,7 +95,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   formats::MeshFile file = pipeline::readMeshIn(options.mesh, options.unit);
   TriangleMesh mesh = pipeline::choosePart(std::move(file.mesh), options.parts);
   progress.check();
-  // The same solid that a build takes.
+  // The same solid that a build uses.
   const builder::RepairedMesh repaired = builder::repairMesh(mesh, pipeline::repairKind(options.repair), progress);
   if (!program.quiet) {
     for (const builder::RepairStep& step : repaired.steps) say(formats::shownName(options.mesh) + ": " + step.text);
@@ -117,7 +117,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   builder::Evaluation evaluation;
   try {
     evaluation = builder::evaluateTree(mesh, tree, options.settings, progress, repaired.to_cover);
-  } catch (const std::invalid_argument& error) {  // a mesh without area: what the readers let pass, but nothing can be measured on
+  } catch (const std::invalid_argument& error) {  // a mesh without area: readers accept it, but nothing can be measured on it
     throw formats::FormatError(options.mesh.string() + ": " + error.what() + ". Export it again.");
   }
   if (options.json)

@@ -24,10 +24,10 @@ using Json = nlohmann::ordered_json;
 struct Row {
   std::string link;
   std::size_t spheres = 0;
-  std::optional<builder::Evaluation> evaluation;  // none without spheres
+  std::optional<builder::Evaluation> evaluation;  // empty without spheres
 };
 
-/// All shapes of a link as one mesh; a sphere of the URDF by triangles that lie on it.
+/// All shapes of a link as one mesh; a sphere of the URDF is represented by triangles with vertices on it.
 TriangleMesh shapesOf(const robot::Link& link) {
   TriangleMesh all;
   for (const robot::CollisionElement& element : link.collisions) {

@@ -22,11 +22,11 @@ namespace {
 
 using builder::StateFigures;
 
-/// Figures of the states of one kind, the worst of each.
+/// Figures of the states of one kind, with the worst value of each.
 struct KindFigures {
   std::size_t states = 0, bare = 0, faults = 0, inverted = 0;
   double largest_amount = 0, largest_stretch = 1;
-  double overhang = 0;  // of the states that have one [mm]
+  double overhang = 0;  // over the states that have one [mm]
   bool has_overhang = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree inspect: what a tree file says of itself, and whether it is sound.
+// spheretree inspect: the content of a tree file, and whether the tree is sound.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -29,11 +29,10 @@ struct InspectOptions {
   bool json = false;
 };
 
-/// How much larger the bounding spheres of a level's inner nodes are than the smallest possible ones, and than the
-/// cover spheres.
+/// Compares the bounding spheres of a level's inner nodes with the smallest possible ones, and with the cover spheres.
 struct Tightness {
   std::size_t inner_nodes = 0;
-  double worst_over_smallest = 1;  // largest ratio of radii; 1: as small as can be
+  double worst_over_smallest = 1;  // largest ratio of radii; 1: as small as possible
   double mean_over_cover = 1, worst_over_cover = 1;
 };
 
@@ -57,7 +56,7 @@ std::vector<Tightness> measureTightness(const SphereTree& tree) {
   return levels;
 }
 
-/// Of the file as it stands, which may be of a newer minor version than this program writes.
+/// Facts about the file itself, which may have a newer minor version than this program writes.
 struct FileFacts {
   std::size_t bytes = 0;
   std::string version;
@@ -162,7 +161,7 @@ void printText(const SphereTree& tree, const std::filesystem::path& path, const 
   }
 }
 
-/// What a file that is no sound tree throws is said in the JSON, too, where JSON is asked for.
+/// With --json, the error of a file without a sound tree is also part of the JSON.
 void inspectOne(const std::filesystem::path& path, const InspectOptions& options, Json& list) {
   constexpr std::uint64_t kMostBytes = 16 << 20;
   const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
@@ -186,7 +185,7 @@ int runInspect(const InspectOptions& options) {
     if (!options.json && &path != &options.trees.front()) printResult("\n");
     try {
       inspectOne(path, options, list);
-    } catch (const formats::FormatError& error) {  // the others are inspected all the same
+    } catch (const formats::FormatError& error) {  // the other files are still inspected
       code = explain(kProgram, kExitRefused, error.what());
     }
   }

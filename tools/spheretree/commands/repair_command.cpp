@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree repair: a mesh as a build takes it, with what was done to it.
+// spheretree repair: writes a mesh as a build uses it, with the repair steps.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -31,7 +31,7 @@ struct RobotOptions {
   robot::CoverSettings settings;
 };
 
-/// "PATTERN=N"
+/// Parses "PATTERN=N".
 std::optional<robot::LinkCount> linkCount(const std::string& text) {
   const std::size_t at = text.rfind('=');
   robot::LinkCount count;
@@ -42,7 +42,7 @@ std::optional<robot::LinkCount> linkCount(const std::string& text) {
   return error == std::errc() && stop == end && count.spheres >= 1 && count.spheres <= 4096 ? std::optional(count) : std::nullopt;
 }
 
-/// LINK, an axis (x, -z, ...) and a value in mm, again and again.
+/// Parses triples of LINK, an axis (x, -z, ...) and a value in mm.
 std::vector<robot::ClipPlane> clipPlanes(const std::vector<std::string>& words) {
   std::vector<robot::ClipPlane> planes;
   for (std::size_t i = 0; i + 2 < words.size(); i += 3) {

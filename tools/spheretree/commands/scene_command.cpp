@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree scene: mesh files to a scene for batch, each of their parts an object.
+// spheretree scene: makes a scene for batch from mesh files; each of their parts becomes an object.
 #include <memory>
 
 #include "commands/command.h"

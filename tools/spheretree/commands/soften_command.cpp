@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree soften: a tree that moves with soft tissue. What the file holds and what it is good for: docs/tissue.md
+// spheretree soften: makes a tree that moves with soft tissue. Content and use of the file: docs/tissue.md
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>

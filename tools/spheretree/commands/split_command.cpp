@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree split: labelled intraoral scans to closed teeth and gums, with a scene for batch.
+// spheretree split: makes closed teeth and gums, with a scene for batch, from labelled intraoral scans.
 #include <memory>
 
 #include "commands/command.h"

@@ -19,7 +19,7 @@ namespace spheretree::tool {
 
 namespace {
 
-/// Of standard input, which has no ending.
+/// The kind of standard input, which has no extension.
 std::string endingByContent(std::string_view text) {
   if (text.starts_with("\x89STREE")) return ".stree";
   const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -32,7 +32,7 @@ SphereTree readTree(const std::filesystem::path& path) {
   std::string ending = endingOf(path);
   if (!isDash(path) && ending != ".stree" && ending != ".soft" && ending != ".sph" && ending != ".json")
     throw UsageError(path.string() + ": the tree's name must end in .stree, .soft, .sph or .json.");
-  constexpr std::uint64_t kMaxBytes = 64 << 20;  // a full tree takes less than 10 MB in any form
+  constexpr std::uint64_t kMaxBytes = 64 << 20;  // a full tree takes less than 10 MB in any format
   const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::string name = formats::shownName(path);

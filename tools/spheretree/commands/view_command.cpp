@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// spheretree view: meshes, trees, scenes and comparisons in a window or a picture.
+// spheretree view: shows meshes, trees, scenes and comparisons in a window or a picture.
 #include <array>
 #include <memory>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page of a batch: the verdict, the objects, the scene in 3D.
+// The page of a batch: the summary, the objects, the scene in 3D.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -62,7 +62,7 @@ std::string leadOf(const BatchResult& result) {
   return out;
 }
 
-/// `index` of an object is its place among the placed objects of the scene, for its button.
+/// `index` of an object: its index among the placed objects of the scene, for its button.
 std::string objectTable(const BatchResult& result, const std::map<std::string, std::size_t>& index) {
   HtmlTable table{"Objects; overhang of the leaves: how far they reach out of the object",
                   {"Object", "State", "Triangles", "Leaves", "Overhang, proven [mm]", "99th percentile [mm]", "Tolerance [mm]",
@@ -92,7 +92,7 @@ std::string objectTable(const BatchResult& result, const std::map<std::string, s
   return table.html();
 }
 
-/// What was done to the meshes before the build, the largest change first; empty if nothing was.
+/// The repairs of the meshes before the build, the largest change first; empty if there were none.
 std::string repairTable(const BatchResult& result) {
   std::vector<const ObjectResult*> repaired;
   for (const ObjectResult& o : result.objects)
@@ -123,7 +123,7 @@ std::string repairTable(const BatchResult& result) {
          table.html();
 }
 
-/// Of the whole scene.
+/// Charts of the whole scene.
 std::string speedCharts(const std::vector<SpeedRow>& rows) {
   ScatterChart leaves{"Leaves against overhang", "Leaves", "Overhang, proven [mm]", {}, {}},
       step{"Time of a servo step against overhang", "Step, 99th percentile [us]", "Overhang, proven [mm]", {}, {}};
@@ -162,10 +162,10 @@ std::string objectCharts(const BatchResult& result) {
     p.x = o.figures.diagonal_mm;
     size.points.push_back(p);
   }
-  if (objects.size() < 3) return "";  // a dot says no more than its row of the table
+  if (objects.size() < 3) return "";  // then the rows of the table show as much
   const auto [fewest, most] = std::minmax_element(
       objects.begin(), objects.end(), [](const ObjectResult* a, const ObjectResult* b) { return a->figures.leaves < b->figures.leaves; });
-  const bool same_leaves = 10 * (*most)->figures.leaves < 13 * (*fewest)->figures.leaves;  // dots in a line say nothing
+  const bool same_leaves = 10 * (*most)->figures.leaves < 13 * (*fewest)->figures.leaves;  // all dots would be in one line
   return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" +
          (same_leaves ? "" : scatterSvg(leaves)) + scatterSvg(size) + "</div>\n";
 }
@@ -182,7 +182,7 @@ Json levelsOf(const pipeline::TreeFigures& figures) {
   return out;
 }
 
-/// What the notes say of soft tissue; empty without any.
+/// The notes about soft tissue; empty without any.
 std::string tissueList(const BatchResult& result) {
   std::string items;
   for (const ObjectResult& o : result.objects)
@@ -209,7 +209,7 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
     scene = formats::readScene(scene_file);
     if (recording) remark = remarkOnScene(*recording, *recording_file, scene_file);
     progress.stage("meshes");
-    // As it was given to batch: from the folder where batch ran, which is often the one beside its results.
+    // As given to batch: relative to the folder in which batch ran, which is often the parent folder of its results.
     const fs::path& source = result.scene;
     meshes = meshesOf(fs::exists(source) || source.is_absolute() ? source : fs::absolute(folder).parent_path() / source, progress);
   }

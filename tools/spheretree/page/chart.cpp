@@ -13,9 +13,9 @@
 namespace spheretree::tool {
 namespace {
 
-constexpr double kWidth = 400, kHeight = 340;  // of a chart [px]
+constexpr double kWidth = 400, kHeight = 340;  // size of a chart [px]
 constexpr double kLeft = 62, kRight = 18, kTop = 34, kBottom = 46;
-constexpr double kStrip = 26;  // above the axis of a chart, for dots that lie off it [px]
+constexpr double kStrip = 26;  // height above the axis of a chart for dots beyond its end [px]
 constexpr double kTraceWidth = 860, kTraceHeight = 220, kTraceRight = 84;
 constexpr double kLetter = 6.7, kBoldLetter = 7.6;  // mean width of a letter of the labels in a wide font [px]
 constexpr std::array<double, 3> kRadius{3, 4.2, 5.6};
@@ -46,7 +46,7 @@ std::string text(const char* css, double x, double y, std::string_view anchor, s
          escaped(words) + "</text>\n";
 }
 
-/// One axis: a value's place, and where its ticks are.
+/// One axis: the position of a value, and the ticks.
 struct Axis {
   double from = 0, to = 1, place0 = 0, place1 = 1;
   bool log = false;
@@ -60,7 +60,7 @@ struct Axis {
 
 Axis logAxis(double least, double most, double place0, double place1) {
   Axis axis{least / 1.25, most * 1.25, place0, place1, true, {}};
-  if (axis.to / axis.from < 2) {  // less would magnify noise
+  if (axis.to / axis.from < 2) {  // a smaller range would magnify noise
     const double middle = std::sqrt(axis.from * axis.to);
     axis.from = middle / std::numbers::sqrt2, axis.to = middle * std::numbers::sqrt2;
   }
@@ -91,8 +91,8 @@ Axis linearAxis(double least, double most, double place0, double place1, int abo
   return axis;
 }
 
-/// The greatest y that gets a place on the axis: a few dots farther above the others than these are apart would press
-/// them into a corner.
+/// The largest y within the axis. A few dots are left out if their distance from the others exceeds the range of those,
+/// since they would compress the others into a corner.
 double axisEnd(std::span<const ChartPoint> points) {
   std::vector<double> y(points.size());
   std::transform(points.begin(), points.end(), y.begin(), [](const ChartPoint& p) { return p.y; });
@@ -102,7 +102,7 @@ double axisEnd(std::span<const ChartPoint> points) {
   return y.back();
 }
 
-/// Frame of a chart: title, grid, tick labels, names of the axes.
+/// The frame of a chart: title, grid, tick labels, names of the axes.
 std::string frame(const std::string& title, const std::string& x_label, const std::string& y_label, const Axis& x, const Axis& y) {
   std::string out = text("ct", x.place0, 18, "start", title);
   for (const double value : y.ticks) {
@@ -127,7 +127,7 @@ std::string wrapped(double width, double height, const std::string& title, const
          "</svg>\n";
 }
 
-/// Puts names beside their dots where they hide the least: tries places around the dot, near ones first.
+/// Places names beside their dots where they hide least: tries positions around the dot, near ones first.
 class Labels {
  public:
   Labels(Box area, std::vector<Box> taken) : area_(area), taken_(std::move(taken)) {}
@@ -150,7 +150,7 @@ class Labels {
       }
     names_.push_back(best);
     std::string out;
-    if (best_reach > 5) {  // a leader from the dot to the nearest point of the name
+    if (best_reach > 5) {  // a line from the dot to the nearest point of the name
       const double to_x = std::clamp(x, best.x0, best.x1), to_y = std::clamp(y, best.y0, best.y1);
       out += line("cd", x, y, to_x, to_y);
     }
@@ -281,7 +281,7 @@ std::string scatterSvg(const ScatterChart& chart) {
     const double radius = kRadius[static_cast<std::size_t>(std::clamp(p.size, 0, 2))], cx = x.at(p.x), cy = placeOf(p);
     taken.push_back({cx - radius - 1, cy - radius - 1, cx + radius + 1, cy + radius + 1});
     const std::string css = on_front[i] ? "co" : "cp";
-    if (p.y > y.to) {  // an arrow in place of the dot
+    if (p.y > y.to) {  // an arrow instead of the dot
       out +=
           "<path class=\"" + css + "\" d=\"M" + px(cx) + " " + px(cy - 6) + "l5 9h-10z\"><title>" + escaped(p.title) + "</title></path>\n";
       continue;
@@ -337,7 +337,7 @@ std::string traceSvg(const TraceChart& chart) {
     }
     std::string path;
     bool pen_down = false;
-    const bool sparse = trace.y.size() < columns;  // columns without a value are then no gaps
+    const bool sparse = trace.y.size() < columns;  // then columns without a value are not gaps
     for (std::size_t c = 0; c < columns; ++c) {
       if (!(high[c] >= low[c])) {
         pen_down = pen_down && sparse;

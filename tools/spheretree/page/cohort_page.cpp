@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page of a cohort: the verdict, and its patients, the worst first.
+// The page of a cohort: the summary, and its patients, the worst first.
 #include <algorithm>
 
 #include "page/chart.h"
@@ -30,7 +30,7 @@ std::string verdict(const std::vector<PatientResult>& patients) {
   return out;
 }
 
-/// In the largest unit of which there is one.
+/// In the largest unit in which the time is at least one.
 std::pair<std::string, std::string> workBox(double seconds) {
   if (seconds < 60) return {"seconds of work", shortNumber(seconds)};
   if (seconds < 3600) return {"minutes of work", shortNumber(seconds / 60)};

@@ -62,11 +62,11 @@ std::vector<std::string> meanCharts(const std::vector<MeanFigures>& means) {
   return charts;
 }
 
-/// Worst overhang of every level of the trees, and of other programs' spheres, against their number.
+/// Worst overhang of every level of the trees, and of other programs' spheres, against the number of spheres.
 std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
   const double percent = 100 / mesh.diagonal_mm;
   ScatterChart chart{"Spheres against accuracy", "Spheres", "Worst overhang [% of the diagonal]", {}, {}};
-  chart.front = false;  // what leaves surface bare is no better for its small overhang
+  chart.front = false;  // a small overhang is no advantage if part of the surface is uncovered
   const auto add = [&](const std::string& series, const std::string& title, const builder::LevelEvaluation& level) {
     ChartPoint p;
     p.x = static_cast<double>(level.spheres);
@@ -83,7 +83,7 @@ std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
       return other.mesh == run.mesh && other.isBuilt() && other.method.builder == run.method.builder &&
              other.method.quality > run.method.quality;
     };
-    if (std::any_of(comparison.runs.begin(), comparison.runs.end(), isBetter)) continue;  // the best quality there is of a builder
+    if (std::any_of(comparison.runs.begin(), comparison.runs.end(), isBetter)) continue;  // only the best quality of each builder
     for (const builder::LevelEvaluation& level : run.levels) add(std::string(name(run.method.builder)), label(run.method), level);
   }
   for (const pipeline::OtherFigures& other : mesh.others) {
@@ -113,7 +113,7 @@ std::string joined(const std::vector<std::string>& parts) {
   return out;
 }
 
-/// The verdict in two or three sentences.
+/// The summary in two or three sentences.
 std::string leadOf(const Comparison& comparison) {
   const std::vector<MeanFigures>& means = comparison.means;
   if (means.empty()) return "<p class=\"bad\">No builder made a tree of every mesh; the table of runs says why.</p>";
@@ -182,7 +182,7 @@ std::string runsTable(const Comparison& comparison, const MeshFigures& mesh) {
   return table.html();
 }
 
-/// The largest change of each kind over the meshes that `is_shown` picks, for each builder and quality.
+/// The largest change of each kind over the meshes that `is_shown` selects, for each builder and quality.
 template <class Shows>
 std::string sensitivityTable(const std::vector<Sensitivity>& entries, std::string caption, Shows&& is_shown) {
   HtmlTable table{std::move(caption), {"Builder \u00b7 quality"}, {}};
@@ -237,13 +237,13 @@ bool isOnFront(const Comparison& comparison, const Run& run) {
 }
 
 struct Shown {
-  std::size_t triangles;  // of a mesh
+  std::size_t triangles;  // for each mesh
   bool all_trees;
 };
 
 struct MeshInMemory {
   const MeshFigures* figures;
-  TriangleMesh mesh;  // empty: cannot be read
+  TriangleMesh mesh;  // empty: it cannot be read
   std::optional<builder::SurfaceWithSheets> surface;
 };
 
@@ -268,7 +268,7 @@ std::vector<MeshInMemory> readMeshes(const Comparison& comparison, builder::Prog
   return out;
 }
 
-/// Only what the 3D view shows of a level's figures.
+/// The figures of a level that the 3D view shows.
 Json levelsForView(const Run& run) {
   Json out = Json::array();
   for (const builder::LevelEvaluation& level : run.levels) {

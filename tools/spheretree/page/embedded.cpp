@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The assembler takes the files in as they are: quicker than source text of a megabyte, and the same with GCC and
+// The assembler includes the files unchanged: this is faster than a megabyte of source text, and the same with GCC and
 // Clang.
 #include "page/embedded.h"
 

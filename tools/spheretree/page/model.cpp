@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kSteps = 65535;
 
-/// Differences of neighbours, those below 0 as odd numbers: small values, which deflate well.
+/// Differences of neighbours, with negative ones as odd numbers: small values, which compress well.
 template <class Unsigned>
 std::vector<Unsigned> differences(const std::vector<std::uint32_t>& values) {
   std::vector<Unsigned> out;
@@ -28,7 +28,7 @@ std::vector<Unsigned> differences(const std::vector<std::uint32_t>& values) {
   return out;
 }
 
-/// Vertices in the order of their first use, so that neighbours stand together.
+/// Reorders vertices by their first use, so that neighbours are close together.
 TriangleMesh inOrderOfUse(const TriangleMesh& mesh) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> place(mesh.positions.size(), kUnused);
@@ -46,7 +46,7 @@ TriangleMesh inOrderOfUse(const TriangleMesh& mesh) {
   return out;
 }
 
-/// A mesh that cannot be thinned is shown as it is.
+/// A mesh that cannot be simplified is shown unchanged.
 TriangleMesh thinned(const TriangleMesh& mesh, std::size_t triangles) {
   if (mesh.triangles.size() <= triangles) return mesh;
   builder::Progress silent;
@@ -63,7 +63,7 @@ Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::SurfaceWi
   const TriangleMesh few = inOrderOfUse(joined(thinned(mesh, triangles), surface.sheets));
   const Eigen::AlignedBox3d& box = surface.field.box();
   const Eigen::Vector3d low = box.min();
-  const double step = std::max(box.sizes().maxCoeff() / (kSteps / 2), 1e-30);  // half of the range: differences need a sign
+  const double step = std::max(box.sizes().maxCoeff() / (kSteps / 2), 1e-30);  // half of the range, since differences need a sign
   std::vector<std::uint16_t> positions;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<std::uint32_t> values;
@@ -91,7 +91,7 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
     largest = std::max<double>(largest, s.radius);
   }
   const double step = std::max(box.sizes().maxCoeff(), largest) / kSteps;
-  std::vector<std::uint16_t> spheres;  // x, y, z, radius of each node, one after the other
+  std::vector<std::uint16_t> spheres;  // x, y, z, radius of each node, consecutively
   std::vector<double> overhang;
   for (const Sphere& s : tree.cover) {
     const Eigen::Vector3d c = origin + Eigen::Vector3d(s.x, s.y, s.z), q = (c - box.min()) / step;
@@ -101,7 +101,7 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
   }
   std::vector<std::uint8_t> ends;  // 1: a leaf
   for (std::size_t node = 0; node < tree.nodeCount(); ++node) ends.push_back(tree.isLeaf(node));
-  std::vector<std::uint8_t> branch(tree.nodeCount(), 0);  // which child of the root a node comes from
+  std::vector<std::uint8_t> branch(tree.nodeCount(), 0);  // the child of the root from which a node descends
   for (std::size_t node = 0; node < tree.nodeCount(); ++node)
     for (std::uint8_t k = 0; k < tree.child_count[node]; ++k) branch[tree.first_child[node] + k] = node == 0 ? k : branch[node];
   Json out{{"low", {box.min().x(), box.min().y(), box.min().z()}},
@@ -111,7 +111,7 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
            {"ends", data.add(std::span<const std::uint8_t>(ends))},
            {"branch", data.add(std::span<const std::uint8_t>(branch))}};
   if (!field) return out;
-  // By levels, since the root's would drown the leaves': 255 stands for the most of its level.
+  // Relative to each level, since the root's overhang would dwarf that of the leaves: 255 is the largest of its level.
   std::vector<std::uint8_t> shares;
   Json most = Json::array();
   for (std::size_t level = 0; level + 1 < tree.level_begin.size(); ++level) {

@@ -44,7 +44,7 @@ std::string deflatedBase64(std::string_view bytes) {
 }
 
 Json PageData::append(const char* type, const void* values, std::size_t count, std::size_t width) {
-  arrays_.resize((arrays_.size() + 3) / 4 * 4);  // typed arrays want their alignment
+  arrays_.resize((arrays_.size() + 3) / 4 * 4);  // typed arrays need their alignment
   const std::size_t at = arrays_.size();
   arrays_.resize(at + count * width);
   if (count > 0) std::memcpy(arrays_.data() + at, values, count * width);
@@ -62,7 +62,7 @@ std::string PageData::packed() const {
 }
 
 std::string HtmlTable::html() const {
-  constexpr std::size_t kTall = 40;  // rows, from which on the table scrolls by itself
+  constexpr std::size_t kTall = 40;  // number of rows from which the table scrolls separately
   std::string out = "<p class=\"caption\">" + escaped(caption) + "</p><div class=\"scroll" + (rows.size() > kTall ? " tall" : "") +
                     "\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(caption) + "\"><table><thead><tr>";
   for (const std::string& head : heads) out += "<th scope=\"col\">" + head + "</th>";

@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr double kLargest = 1e30;  // [mm]
-constexpr int kSuper = 3;          // samples a pixel in each direction
+constexpr int kSuper = 3;          // samples for each pixel, in each direction
 constexpr float kFar = -1e30f;     // depth of an empty sample
-constexpr float kGlass = 0.42f;    // share of the glass in what is seen through it
+constexpr float kGlass = 0.42f;    // share of the glass in the colour seen through it
 
 // Screen frame: x right, y down, z towards the eye.
 struct Camera {
@@ -49,11 +49,11 @@ struct Extent {
   double height() const { return bottom - top; }
 };
 
-// What the eye sees at each sample. The normal's third coordinate follows from the other two: it points to the eye.
+// The visible surface at each sample. The normal's third coordinate follows from the other two: it points to the eye.
 struct Sample {
-  float depth = kFar;  // towards the eye [samples]; kFar: nothing
+  float depth = kFar;  // towards the eye [samples]; kFar: empty
   float nx = 0, ny = 0;
-  std::uint32_t colour = 0;  // into the palette
+  std::uint32_t colour = 0;  // index in the palette
 };
 
 struct Layer {
@@ -75,7 +75,7 @@ struct Layer {
   }
 };
 
-// First and last sample whose centre may lie in [from, to].
+// First and last sample whose centre can lie in [from, to].
 std::pair<int, int> samples(double from, double to, int size) {
   return {static_cast<int>(std::clamp(std::ceil(from - 0.5), 0.0, static_cast<double>(size))),
           static_cast<int>(std::clamp(std::floor(to - 0.5), -1.0, static_cast<double>(size - 1)))};
@@ -110,20 +110,20 @@ void drawTriangle(Layer& layer, const std::array<Vector3d, 3>& corner, const std
       const double c = 1 - a - b;
       if (a < 0 || b < 0 || c < 0) continue;
       Vector3d n = a * normal[0] + b * normal[1] + c * normal[2];
-      if (n.z() < 0) n.z() = -n.z();  // an edge seen sideways
+      if (n.z() < 0) n.z() = -n.z();  // an edge seen from the side
       layer.put(x, y, a * corner[0].z() + b * corner[1].z() + c * corner[2].z(), n / std::max(n.norm(), 1e-12), colour);
     }
   }
 }
 
-// Normals smoothed over the corners whose faces meet at less than 60 degrees; a sharp edge stays sharp.
+// Draws with normals smoothed over corners whose faces meet at less than 60 degrees; sharper edges stay sharp.
 void drawMesh(Layer& layer, const TriangleMesh& mesh, const std::vector<Vector3d>& screen, std::uint32_t colour) {
   std::vector<Vector3d> face(mesh.triangles.size());
   std::vector<std::vector<std::uint32_t>> around(mesh.positions.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& v = mesh.triangles[t];
-    // The screen's y points down, which mirrors the frame: a normal that faces the eye has z > 0 after the swap of the
-    // factors.
+    // The screen's y points down, which mirrors the frame: with the swapped factors, a normal that faces the eye has z
+    // > 0.
     face[t] = (screen[v[2]] - screen[v[0]]).cross(screen[v[1]] - screen[v[0]]);
     for (const std::uint32_t corner : v) around[corner].push_back(static_cast<std::uint32_t>(t));
   }
@@ -143,7 +143,7 @@ void drawMesh(Layer& layer, const TriangleMesh& mesh, const std::vector<Vector3d
   }
 }
 
-// Share of a disc round the sample, at three radii, from which light still reaches it. The pattern turns with the
+// Share of a disc around the sample, at three radii, from which light reaches it. The pattern rotates from pixel to
 // pixel, and the mean over the samples of a pixel hides it.
 double openness(const Layer& layer, int x, int y, double reach) {
   static constexpr std::array<std::array<double, 2>, 12> kDisc{{{0.26, 0.10},
@@ -169,7 +169,7 @@ double openness(const Layer& layer, int x, int y, double reach) {
     if (ix < 0 || iy < 0 || ix >= layer.width || iy >= layer.height) continue;
     if (layer.at(ix, iy).depth == kFar) continue;
     const double other = static_cast<double>(layer.at(ix, iy).depth);
-    // Height of the neighbour over the tangent plane, against its distance; what lies far in front casts no contact
+    // Height of the neighbour over the tangent plane, relative to its distance; surfaces far in front cast no contact
     // shadow.
     const double rise =
         (ix - x) * static_cast<double>(n.x()) + (iy - y) * static_cast<double>(n.y()) + (other - depth) * static_cast<double>(n.z());
@@ -197,7 +197,7 @@ Eigen::Vector3f shade(const Layer& layer, const std::vector<Eigen::Vector3f>& pa
   return colour.cwiseMin(1.0f);
 }
 
-// Linear light. Eight hues that differ in brightness too, for the children of the root, in five shades each; then the
+// Linear light. Eight hues, also different in brightness, for the children of the root, in five shades each; then the
 // mesh and the root.
 constexpr std::uint32_t kHueCount = 8, kToneCount = 5, kMeshColour = kHueCount * kToneCount, kRootColour = kMeshColour + 1;
 
@@ -223,7 +223,7 @@ std::uint32_t sphereColour(std::uint32_t family, std::uint32_t member) {
   return family % kHueCount * kToneCount + (2 * member + member / 8) % kToneCount;
 }
 
-/// One level, or the mesh: everything in it projected onto the screen [mm].
+/// One level, or the mesh, projected onto the screen [mm].
 struct Panel {
   struct Ball {
     Vector3d centre;
@@ -240,7 +240,7 @@ struct Image {
   std::vector<std::uint8_t> rgb;
 };
 
-// Colour of one sample: the spheres, or the mesh, or the mesh behind glass.
+// Colour of one sample: the spheres, the mesh, or the mesh behind glass.
 Eigen::Vector3f seenAt(const Layer& spheres, const Layer& solid, const std::vector<Eigen::Vector3f>& palette, int x, int y, double reach) {
   const bool with_mesh = !solid.sample.empty();
   Eigen::Vector3f seen = Eigen::Vector3f::Ones();
@@ -253,7 +253,7 @@ Eigen::Vector3f seenAt(const Layer& spheres, const Layer& solid, const std::vect
   return share * front + (1 - share) * seen;
 }
 
-// Mean of the samples of each pixel into columns `left` and on of the image, with gamma 2.
+// Averages the samples of each pixel into the image, from column `left` on, with gamma 2.
 void resolve(Image& image, int left, const Layer& spheres, const Layer& solid, const std::vector<Eigen::Vector3f>& palette, double reach) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < spheres.width / kSuper && left + x < image.width; ++x) {
@@ -291,7 +291,7 @@ std::vector<std::byte> encodePng(const Image& pixels) {
 /// A panel for the mesh, if there is one, and one for each level.
 std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const SphereTree& tree, SphereKind kind, int most_levels,
                             const Camera& camera) {
-  // Which child of the root a node descends from.
+  // The child of the root from which each node descends.
   std::vector<std::uint32_t> family(tree.nodeCount(), 0);
   for (std::size_t node = 0; node < tree.nodeCount(); ++node) {
     for (std::uint32_t k = 0; k < tree.child_count[node]; ++k) family[tree.first_child[node] + k] = node == 0 ? k : family[node];
@@ -341,7 +341,7 @@ std::vector<std::byte> drawPicture(const TriangleMesh* mesh, const SphereTree& t
     throw formats::FormatError("The mesh or the tree is too large to be drawn: it spans more than 1e30 mm.");
   const int half_gap = std::max(2, settings.width / 120), gap = 2 * half_gap;
   const double gaps = gap * static_cast<double>(panels.size() + 1);
-  // [pixels/mm]; the picture is at most as high as wide.
+  // [pixels/mm]; the height of the picture is at most its width.
   const double scale = std::min((settings.width - gaps) / breadth, (settings.width - 2.0 * gap) / all.height());
   const double to_samples = scale * kSuper, reach = 0.045 * std::min(all.height(), all.width()) * to_samples;
 

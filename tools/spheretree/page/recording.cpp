@@ -20,7 +20,7 @@ constexpr std::array kColumns{"t_s",   "hx_mm", "hy_mm",  "hz_mm",  "hqw",    "h
                               "gx_mm", "gy_mm", "gz_mm",  "gqw",    "gqx",    "gqy",   "gqz",    "fx_n",
                               "fy_n",  "fz_n",  "tx_nmm", "ty_nmm", "tz_nmm", "pairs", "faults", "total_us"};
 
-constexpr double kJump = 10;  // farther in a step [mm] is no motion of a hand but a new start
+constexpr double kJump = 10;  // a larger motion in a step [mm] is not a motion of a hand but a restart
 
 template <std::size_t N>
 Trace traceOf(const std::string& name, const std::vector<std::array<float, N>>& rows, std::size_t column) {
@@ -29,7 +29,7 @@ Trace traceOf(const std::string& name, const std::vector<std::array<float, N>>& 
   return trace;
 }
 
-/// In place; the size is a power of two.
+/// In place; the size must be a power of two.
 void fourier(std::vector<std::complex<double>>& values) {
   const std::size_t n = values.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -87,7 +87,7 @@ Recording readRecording(const std::filesystem::path& path) {
     for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = static_cast<float>(table.number(at[c]));
     if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time runs backwards");
     if (depth) out.penetration.push_back(static_cast<float>(table.number(*depth)));
-    if (scene && out.scene.empty()) out.scene = formats::decodedField(table.field(*scene));  // it stands in the first row
+    if (scene && out.scene.empty()) out.scene = formats::decodedField(table.field(*scene));  // it is in the first row
     if (touched && !table.field(*touched).empty()) countTouch(out, formats::decodedField(table.field(*touched)));
     out.time.push_back(v[0]);
     out.hand.push_back({v[1], v[2], v[3], v[4], v[5], v[6], v[7]});
@@ -148,7 +148,7 @@ Spectrum spectrumOf(const std::vector<float>& values, double rate) {
   }
   for (std::size_t k = 1; k < power.size(); ++k) {
     out.hertz.push_back(static_cast<float>(static_cast<double>(k) * rate / static_cast<double>(n)));
-    // A sine of amplitude 1 gives n / 4: half of it at the negative frequency, half taken by the window.
+    // A sine of amplitude 1 gives n / 4: one half is at the negative frequency, and the window halves the rest.
     out.amplitude.push_back(static_cast<float>(std::sqrt(power[k] / static_cast<double>(windows)) * 4 / static_cast<double>(n)));
   }
   return out;

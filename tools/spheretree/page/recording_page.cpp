@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::size_t, 3> kTriangles{2000, 800, 200};  // of a mesh in a page; fewer until the page is small enough
+constexpr std::array<std::size_t, 3> kTriangles{2000, 800, 200};  // of a mesh in a page; decreases until the page is small enough
 
 std::string numberOrDash(const Json& value) { return value.is_number() ? shortNumber(value.get<double>()) : "\u2013"; }
 
@@ -28,7 +28,7 @@ std::string verdictCell(const std::string& verdict) {
          escaped(verdict) + "</span>";
 }
 
-/// A value and whether it holds; `verdict` as in stability.json.
+/// A value and whether it passes; `verdict` as in stability.json.
 std::string judged(const Json& value, const std::string& verdict) {
   const std::string mark = verdict == "holds" ? " \u2713" : verdict == "reported" ? "" : " \u2717";
   return (verdict == "holds"      ? "<span class=\"good\">"
@@ -37,7 +37,7 @@ std::string judged(const Json& value, const std::string& verdict) {
          numberOrDash(value) + mark + "</span>";
 }
 
-/// Words that may take several lines of a cell.
+/// Text that may take several lines of a cell.
 std::string wrapped(const std::string& words) { return "<span class=\"wrap\">" + escaped(words) + "</span>"; }
 
 std::vector<std::string> figureCells(const Json& f) {
@@ -56,7 +56,7 @@ std::string scenarioTable(const Json& scenario) {
   return table.html();
 }
 
-/// Force, energy, penetration and spectrum, both modes in one chart each.
+/// Force, energy, penetration and spectrum, with both modes in one chart each.
 std::string modeCharts(const std::vector<std::pair<std::string, Recording>>& runs) {
   std::string out = "<div class=\"charts wide\">";
   if (runs.empty()) return "";
@@ -95,7 +95,7 @@ std::vector<std::pair<std::string, Recording>> runsOf(const Json& scenario, cons
   return runs;
 }
 
-/// Names in a stability.json are file names in its folder, nothing else.
+/// Names in a stability.json are file names in its folder; anything else is refused.
 fs::path inFolder(const fs::path& folder, const Json& name) {
   const fs::path file = name.get<std::string>();
   if (file.has_parent_path() || file.empty())
@@ -185,7 +185,7 @@ std::string runVerdict(const Json& figures) {
   return out + "</p>";
 }
 
-/// Nothing where the recording does not say.
+/// Empty if the recording has no such data.
 std::string touchedTable(const Json& figures) {
   HtmlTable table{
       "What was touched, in the order of the first touch: how long it was the object that was pressed most", {"Object", "Time [s]"}, {}};

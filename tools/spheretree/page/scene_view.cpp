@@ -52,7 +52,7 @@ ShownMeshes meshesOf(const std::filesystem::path& source_scene, builder::Progres
           shown = std::make_shared<const ShownMesh>(ShownMesh{std::move(repaired.mesh), std::move(repaired.to_cover)});
         }
         out[item.name] = shown;
-      } catch (const formats::FileError&) {  // gone since: shown without it
+      } catch (const formats::FileError&) {  // removed since: shown without it
       } catch (const formats::FormatError&) {
       } catch (const builder::BuildError&) {
       }

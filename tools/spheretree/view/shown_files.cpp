@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::vector<std::unique_ptr<ShownFile>>;
 
-/// A mesh with what it takes to say how far a ball reaches out of it.
+/// A mesh with the distance field for the overhang of balls.
 struct KnownMesh {
   fs::path path;
   TriangleMesh mesh;
@@ -36,9 +36,9 @@ std::string number(const char* format, double value) {
   return text;
 }
 
-constexpr int kMostTriangles = 200'000;  // of the balls of a level in the colours of their overhang
+constexpr int kMostTriangles = 200'000;  // for the balls of a level, coloured by their overhang
 
-/// The ball that reaches farthest out of the mesh, and where.
+/// The ball with the largest overhang over the mesh, and its place.
 std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const builder::DistanceField& field) {
   std::optional<view::Spot> worst;
   for (const view::Ball& ball : balls) {
@@ -53,7 +53,7 @@ std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const bu
   return worst;
 }
 
-/// The balls of each level in colours: how far each place of them is out of the mesh.
+/// Adds the balls of each level, coloured by their local overhang over the mesh.
 void addOverhangs(view::Body& body, const builder::DistanceField& field, builder::Progress& progress) {
   for (const std::vector<view::Ball>& level : body.levels) {
     int rounds = 1;
@@ -168,14 +168,14 @@ void addComparison(Files& out, const fs::path& path, const std::string& wanted, 
 
 bool isComparison(const fs::path& path) { return path.filename() == "compare.json"; }
 
-/// A scene names its schema; a tree as JSON has another one.
+/// A scene names its schema; a tree as JSON has a different one.
 bool isScene(const fs::path& path) {
   if (endingOf(path) != ".json") return false;
   try {
     (void)formats::readScene(path);
     return true;
   } catch (const formats::FormatError&) {
-    return path.string().ends_with("scene.json");  // meant as one: what is wrong with it is worth saying
+    return path.string().ends_with("scene.json");  // intended as a scene: its error is reported
   }
 }
 
