@@ -8,7 +8,7 @@ out=${1:+$(realpath -m "$1")}  # of the caller's folder
 cd "$(dirname "$0")/.."
 out=${out:-out/demo}
 
-tools/setup.sh
+tools/setup.sh --build
 echo "== Building the program (build/release; a few minutes the first time)"
 cmake --preset release -DSPHERETREE_TESTS=OFF >/dev/null
 cmake --build --preset release --target spheretree make_samples

@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# tools/setup.sh [--ci|--lanes]: installs the Debian packages that building and testing need; with --ci those of .ci/run
-# as well, with --lanes those of .ci/lane.
-# Only what is missing is installed, so that it needs neither network nor rights where all is there.
+# tools/setup.sh [--build|--ci|--lanes]: installs the Debian packages that building and testing need; with --build only
+# those of the programs, with --ci those of .ci/run as well, with --lanes those of .ci/lane.
+# Only missing packages are installed, so if all are there, it needs neither network nor rights.
 set -euo pipefail
 
 packages=(
@@ -17,19 +17,25 @@ packages=(
   libmeshoptimizer-dev libdraco-dev # formats: compressed glTF
   libcli11-dev libpng-dev # program: command line, pictures
   zlib1g-dev libjs-three  # program: pages
-  libtinyxml2-dev libyaml-cpp-dev libassimp-dev # program: robots
+  libtinyxml2-dev libyaml-cpp-dev # program: robots
   libglfw3-dev libimgui-dev # view: window, panels
   libegl-dev              # view: pictures without a display
   fonts-dejavu-core       # view: text
-  libassimp-dev           # spheretree-import: other mesh formats
-  libgtest-dev            # tests
-  pybind11-dev python3-dev python3-numpy # Python package
-  python3-pytest mypy python3-yaml python3-pip # tests: of the Python package
-  liburdfdom-dev libmujoco-dev # tests: files of robots as others read them
+  libassimp-dev           # program: meshes of robots, spheretree-import: other mesh formats
   libtet1.5-dev           # soft tissue, tests: TetGen, in programs of their own
+  pybind11-dev python3-dev python3-numpy # Python package
 )
+if [[ "${1:-}" != --build ]]; then
+  packages+=(
+    libgtest-dev
+    python3-pytest mypy python3-yaml python3-pip # tests of the Python package
+    liburdfdom-dev libmujoco-dev # files of robots as other programs read them
+  )
+fi
 if [[ "${1:-}" == --lanes ]]; then packages+=(clang-tidy gcovr); fi
-if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy); fi
+if [[ "${1:-}" == --ci || "${1:-}" == --lanes ]]; then
+  packages+=(clang clang-format git chromium chromium-driver xvfb xdotool parallel slurmctld slurmd slurm-client munge python3-scipy)
+fi
 
 missing=()
 for package in "${packages[@]}"; do
