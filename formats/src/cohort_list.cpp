@@ -53,7 +53,7 @@ std::vector<CohortPatient> parseCohortList(std::string_view text, const std::str
     const auto [entry, is_new] = line_of.emplace(lowerCase(patients.back().name), line);
     if (!is_new)
       throw FormatError(source.name + ": the patient " + inQuotes(patients.back().name) + " is in line " + std::to_string(entry->second) +
-                        " already. Give each another name: it is that of the folder of the results.");
+                        " already. Give each its own name: it names the folder of the results.");
   }
   if (patients.empty()) throw FormatError(name + R"(: names no patient. A line is {"patient": "P001", "scene": "P001/mouth.scene.json"}.)");
   return patients;

@@ -118,11 +118,11 @@ class DracoReader {
     };
     draco::DecoderBuffer buffer = start();
     draco::DracoHeader header;
-    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) refuse("has Draco data that do not begin as such");
+    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) refuse("has Draco data with a wrong header");
     if (header.version_major != 2 || header.version_minor != 2)
       refuse("has Draco data of version " + std::to_string(header.version_major) + "." + std::to_string(header.version_minor) +
              "; glTF has 2.2");
-    if (header.encoder_type != draco::TRIANGULAR_MESH) refuse("has Draco data that are no mesh");
+    if (header.encoder_type != draco::TRIANGULAR_MESH) refuse("has Draco data that are not a mesh");
     Limits limits{.triangles = std::min(max_triangles_, std::max(kFewTriangles, bytes_.size() * kTrianglesPerByte))};
     buffer = start();
     bool is_ok = false;
@@ -138,7 +138,7 @@ class DracoReader {
     if (limits.exceeded)
       assembly_.refuse(where_ + " has Draco data that announce more than the " + std::to_string(limits.triangles) + " triangles that " +
                        std::to_string(bytes_.size()) + " bytes may hold here, or more attributes than glTF has. Export it without Draco.");
-    if (!is_ok) refuse("has Draco data that do not unpack");
+    if (!is_ok) refuse("has Draco data that cannot be unpacked");
   }
 
   DracoAttribute attribute(std::uint64_t id) const {
@@ -149,7 +149,7 @@ class DracoReader {
     const std::optional<std::uint64_t> component = componentOf(from->data_type());
     const std::size_t components = from->num_components(),
                       size = components * static_cast<std::size_t>(draco::DataTypeLength(from->data_type()));
-    if (!component || components < 1 || components > 4) refuse("has Draco data in which " + name + " is of a type that glTF has not");
+    if (!component || components < 1 || components > 4) refuse("has Draco data in which " + name + " is of a type that glTF does not have");
     if (from->size() == 0 || from->buffer() == nullptr || from->byte_stride() < static_cast<std::int64_t>(size) || from->byte_offset() < 0)
       refuse("has Draco data in which " + name + " is empty");
     const std::uint64_t vertices = mesh_.num_points();

@@ -27,7 +27,7 @@ bool isDash(const std::filesystem::path& path) { return path.native() == "-"; }
 
 [[noreturn]] void failRead(const std::filesystem::path& path, int error) {
   const std::string advice =
-      error == EISDIR ? "Name files in it, as " + (path / "*").string() + " does." : "Check the name and the permissions.";
+      error == EISDIR ? "Name files in it, such as " + (path / "*").string() + " does." : "Check the name and the permissions.";
   throw FileError(shownName(path) + ": cannot be read: " + reason(error) + ". " + advice);
 }
 
@@ -135,7 +135,7 @@ std::vector<std::byte> readFile(const std::filesystem::path& path, std::uint64_t
   FileObserver* const told = observer.load();
   if (told && role == FileRole::User && S_ISREG(status.st_mode)) told->onRead(path, idOf(status));
   const auto refuseSize = [&] {
-    throw FileError(shownName(path) + ": has more than " + std::to_string(max_bytes) + " bytes, the most that is read of such a file.");
+    throw FileError(shownName(path) + ": has more than " + std::to_string(max_bytes) + " bytes, the limit for such a file.");
   };
   if (S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) > max_bytes) refuseSize();
 

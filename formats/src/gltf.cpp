@@ -86,7 +86,7 @@ class GltfReader {
     if (primitive.indices) indices = accessors_.indices(*primitive.indices);
     const std::uint64_t corners = indices ? indices->count : points.count;
     if (mode == 4 ? corners % 3 != 0 : corners < 3)
-      refuse(where, "has " + std::to_string(corners) + " corners, which make no whole number of triangles");
+      refuse(where, "has " + std::to_string(corners) + " corners, which is not a multiple of 3");
     const std::uint64_t triangles = mode == 4 ? corners / 3 : corners - 2;
     work_.spend(triangles * (skin.size() + 1));
 

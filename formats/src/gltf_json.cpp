@@ -26,7 +26,7 @@ void refuseElement(const MeshAssembly& assembly, const std::string& where, const
 GltfJson::GltfJson(std::span<const char> bytes, const MeshAssembly& assembly) : assembly_(assembly) {
   if (!isGlb(bytes) && std::find(bytes.begin(), bytes.end(), '\0') != bytes.end())
     assembly.refuse(
-        "does not begin with \"glTF\", as a GLB does, and is no text, as a .gltf is. The file is damaged, of another kind, or in "
+        "does not begin with \"glTF\", as a GLB does, and is not text, as a .gltf is. The file is damaged, of another kind, or in "
         "UTF-16.");
   parse(isGlb(bytes) ? openContainer(bytes) : asText(bytes, assembly.name()));
 }
@@ -81,7 +81,7 @@ void GltfJson::parse(std::span<const char> text) {
   } catch (const nlohmann::json::exception& error) {
     assembly_.refuse("its JSON is damaged: " + std::string(error.what()) + ". Export it again.");
   }
-  if (!root_.is_object()) assembly_.refuse("its JSON is no object. Export it again.");
+  if (!root_.is_object()) assembly_.refuse("its JSON is not an object. Export it again.");
 }
 
 const nlohmann::json* GltfJson::find(const nlohmann::json& object, const char* key) {

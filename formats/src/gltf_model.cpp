@@ -92,7 +92,7 @@ class GltfDocument : private GltfJson {
       if (std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown)) continue;
       if (std::any_of(std::begin(kHarmlessKinds), std::end(kHarmlessKinds), is_kind)) continue;
       assembly_.refuse("requires the extension " + inQuotes(name) +
-                       ", which is not read here. Export the mesh without it, or convert it to OBJ, STL or PLY.");
+                       ", which is not supported. Export the mesh without it, or convert it to OBJ, STL or PLY.");
     }
   }
 
@@ -263,7 +263,7 @@ class GltfDocument : private GltfJson {
     const Json& object = element("accessors", index, from);
     const std::string where = place("accessors", index);
     if (findText(object, "type") != "SCALAR") refuse(where, "holds indices, but is not of type SCALAR");
-    if (find(object, "sparse")) refuse(where, "holds indices in sparse form, which is not read here");
+    if (find(object, "sparse")) refuse(where, "holds indices in sparse form, which is not supported");
     getUnsigned(object, "bufferView", where);
     model_.accessors[index] = accessor(object, kIndexTypes, where);
   }

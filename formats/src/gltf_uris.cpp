@@ -69,7 +69,7 @@ std::filesystem::path GltfUris::resolve(const std::string& uri, const std::strin
     assembly_.refuse(where + " lies in " + inQuotes(uri) + ", which " + why +
                      ". Put the buffer into the folder of the glTF file, or export a GLB.");
   };
-  if (folder_.empty()) refuseUri("is another file, and none is read here");
+  if (folder_.empty()) refuseUri("is another file, which is not read here");
   if (uri.find("://") != std::string::npos) refuseUri("is not a file on this machine");
   const std::filesystem::path relative(uri);
   if (relative.empty() || relative.is_absolute() || std::find(relative.begin(), relative.end(), "..") != relative.end())
@@ -78,7 +78,7 @@ std::filesystem::path GltfUris::resolve(const std::string& uri, const std::strin
   const std::filesystem::path path = std::filesystem::canonical(folder_ / relative, error);
   if (error)
     throw FileError((folder_ / relative).string() + ": cannot be read: " + error.message() + ". " + assembly_.name() +
-                    " needs this buffer: put it beside, or export a GLB.");
+                    " needs this buffer: put it next to the file, or export a GLB.");
   const std::filesystem::path base = std::filesystem::canonical(folder_, error);
   if (error || std::mismatch(base.begin(), base.end(), path.begin(), path.end()).first != base.end())
     refuseUri("leads out of the folder of the glTF file through a link");

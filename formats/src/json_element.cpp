@@ -20,9 +20,9 @@ std::string placeAt(std::string_view text, std::size_t at) {
 std::string adviceAt(std::string_view text, std::size_t at) {
   const std::string_view rest = text.substr(std::min(at, text.size()));
   if (rest.empty()) return "it ends too early; a bracket or a quotation mark is not closed";
-  if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with("#")) return "JSON has no comments; leave them out";
+  if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with("#")) return "JSON has no comments; remove them";
   if (rest.starts_with("NaN") || rest.starts_with("nan") || rest.starts_with("Inf") || rest.starts_with("-Inf"))
-    return "JSON has no NaN and no infinity; give a number";
+    return "JSON has no NaN or infinity; give a number";
   if (rest.starts_with("'")) return "texts stand in double quotation marks";
   if (rest[0] == ']' || rest[0] == '}') return "a comma before a closing bracket, or a value is missing";
   return "something else is expected at " + inQuotes(rest.substr(0, std::min<std::size_t>(20, rest.find('\n'))));

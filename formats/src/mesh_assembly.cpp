@@ -84,11 +84,11 @@ double MeshAssembly::number(std::string_view word, std::size_t line) const {
       if (std::isfinite(value)) return value;
       refuseLine(line, inQuotes(word) + " is not a finite coordinate. Export the mesh again, or delete the vertex and the faces at it.");
     case NumberFault::OutOfRange:
-      refuseLine(line, inQuotes(word) + " is out of the range of double precision. Write the mesh in a fitting unit.");
+      refuseLine(line, inQuotes(word) + " is out of the range of double precision. Write the mesh in a suitable unit.");
     case NumberFault::Malformed:
       break;
   }
-  refuseLine(line, inQuotes(word) + " is not a number. Numbers are written with a decimal point, as in -1.5 or 2e-3.");
+  refuseLine(line, inQuotes(word) + " is not a number. Numbers are written with a decimal point, such as -1.5 or 2e-3.");
 }
 
 void MeshAssembly::takeVertex(std::string_view& text, std::size_t line) {
@@ -106,7 +106,7 @@ bool MeshAssembly::addVertex(double x, double y, double z) {
   // Adding zero turns -0 into 0: both are the same position, and must have the same bits.
   const Eigen::Vector3d p(x * unit_mm_ + 0.0, y * unit_mm_ + 0.0, z * unit_mm_ + 0.0);
   if (!p.allFinite()) return false;
-  if (positions_.size() == kNone) refuse("has more than 4294967295 vertices, the most that a mesh can have here.");
+  if (positions_.size() == kNone) refuse("has more than 4294967295 vertices, the limit for a mesh.");
   positions_.push_back(p);
   return true;
 }

@@ -52,7 +52,7 @@ MeshFile readMesh(const std::filesystem::path& path, double unit_mm, double gltf
   if (!by_extension && !by_content && hasSizeOfBinaryStl(bytes)) by_content = Kind::Stl;
   if (!by_extension && !by_content) {
     const std::string kind = describedContent({bytes.data(), bytes.size()});
-    throw FormatError(name + ": is " + (kind.empty() ? "of no format that is read here" : kind + ", not a mesh") +
+    throw FormatError(name + ": is " + (kind.empty() ? "of no supported format" : kind + ", not a mesh") +
                       ": .obj, .stl, .ply, .off, .gltf or .glb. Convert it to one of these; spheretree-import does so for 3DS, 3MF, "
                       "DAE, FBX and others.");
   }

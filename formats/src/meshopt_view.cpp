@@ -73,8 +73,7 @@ class View {
     const bool triangles = view_.mode == "TRIANGLES";
     if (view_.stride != 2 && view_.stride != 4) refuse("has a byteStride of " + std::to_string(view_.stride) + ", not 2 or 4");
     if (view_.filter != "NONE") refuse("has a filter, which only attributes may have");
-    if (triangles && view_.count % 3 != 0)
-      refuse("has " + std::to_string(view_.count) + " indices, which make no whole number of triangles");
+    if (triangles && view_.count % 3 != 0) refuse("has " + std::to_string(view_.count) + " indices, which is not a multiple of 3");
     checkVersion(triangles ? 0xe0 : 0xd0);
     // At least a byte for each triangle, or index.
     std::vector<unsigned char> data = room(view_.bytes.size() * (triangles ? 3 : 1));

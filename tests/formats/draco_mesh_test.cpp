@@ -119,8 +119,8 @@ TEST(DracoMesh, WhatItAnnouncesIsRefusedBeforeMemoryIsTaken) {
     EXPECT_TRUE(has(dracoRefusal(old), "version 2.1; glTF has 2.2"));
     old = whole;
     old[7] = 0;
-    EXPECT_TRUE(has(dracoRefusal(old), "no mesh"));
-    EXPECT_TRUE(has(dracoRefusal("GLACO" + whole.substr(5)), "do not begin"));
+    EXPECT_TRUE(has(dracoRefusal(old), "not a mesh"));
+    EXPECT_TRUE(has(dracoRefusal("GLACO" + whole.substr(5)), "wrong header"));
     EXPECT_TRUE(has(dracoRefusal(whole, {1}), "the attribute with id 1"));
     EXPECT_TRUE(has(dracoRefusal(whole, {~std::uint64_t{0}}), "which its Draco data lack"));
   }

@@ -204,7 +204,7 @@ TEST(FileIo, SaysHowToNameTheFilesOfAFolder) {
     (void)readFile(folder.path());
     ADD_FAILURE() << "a folder was read";
   } catch (const FileError& e) {
-    EXPECT_NE(std::string(e.what()).find("Name files in it, as " + (folder.path() / "*").string()), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("Name files in it, such as " + (folder.path() / "*").string()), std::string::npos) << e.what();
   }
 }
 

@@ -50,7 +50,7 @@ TEST(GltfUris, FilesLieInTheFolderOrBelow) {
   EXPECT_TRUE(has(uriRefusal("data", folder), "plain file"));
   EXPECT_TRUE(has(uriRefusal(std::string("a\0b", 3), folder), "zero character"));
   EXPECT_THROW(open("missing.bin", folder), FileError);
-  EXPECT_TRUE(has(uriRefusal("data/a b.bin"), "none is read here")) << "no folder, no files";
+  EXPECT_TRUE(has(uriRefusal("data/a b.bin"), "which is not read here")) << "no folder, no files";
 }
 
 }  // namespace

@@ -314,7 +314,7 @@ def test_options_that_do_not_fit_are_refused(robots, program, tmp_path):
     urdf = robots / "sample_arm6/sample_arm6.urdf"
     for words, says in [(["--budget", "3"], "less than one"), (["--links", "none=3"], "names no link"), (["--links", "a"], "PATTERN"),
                         (["--clip", "none", "z", "0"], "no link"), (["--clip", "base_link", "w", "0"], "axis"), (["--budget", "9", "--tolerance", "3"], "tolerance"),
-                        (["--clip", "base_link", "z", "100000"], "no sphere")]:
+                        (["--clip", "base_link", "z", "100000"], "every sphere")]:
         refused = run(program, "robot", urdf, "-o", tmp_path / "out", "--quality", "quick", "-q", *words)
         assert refused.returncode == 2 and says in refused.stderr, (words, refused.stderr)
     refused = run(program, "robot", urdf, "-o", urdf.parent, "-q", "--budget", "20", "--quality", "quick")

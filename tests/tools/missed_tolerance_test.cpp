@@ -6,19 +6,19 @@
 namespace spheretree::pipeline {
 namespace {
 
-TEST(MissedTolerance, SaysWhatItWouldTake) {
+TEST(MissedTolerance, StatesTheNeededLeaves) {
   EXPECT_EQ(missedTolerance(0.2, 4.0962, 512),
-            "the tolerance of 0.2 mm is not met; the best result was written, whose 512 leaves keep 4.1 mm. The tolerance takes about "
-            "11000 leaves: 6 levels with 8 children a node.");
+            "the tolerance of 0.2 mm is not met; the best result was written: 512 leaves with an overhang of 4.1 mm. The tolerance needs "
+            "about 11000 leaves: 6 levels with 8 children for each node.");
   EXPECT_EQ(missedTolerance(0.5, 1, 4),
-            "the tolerance of 0.5 mm is not met; the best result was written, whose 4 leaves keep 1 mm. The tolerance takes about 8 "
-            "leaves: 2 levels with 8 children a node.");
+            "the tolerance of 0.5 mm is not met; the best result was written: 4 leaves with an overhang of 1 mm. The tolerance needs "
+            "about 8 leaves: 2 levels with 8 children for each node.");
 }
 
-TEST(MissedTolerance, SaysThatNoTreeHasSoManyLeaves) {
+TEST(MissedTolerance, StatesTheReachOfTheLargestTree) {
   EXPECT_EQ(missedTolerance(1e-6, 2, 512),
-            "the tolerance of 1e-06 mm is not met; the best result was written, whose 512 leaves keep 2 mm. The most leaves of a tree, "
-            "32768 on 6 levels, keep about 0.031 mm.");
+            "the tolerance of 1e-06 mm is not met; the best result was written: 512 leaves with an overhang of 2 mm. The largest "
+            "tree, 32768 leaves on 6 levels, reaches about 0.031 mm.");
 }
 
 }  // namespace

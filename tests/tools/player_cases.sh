@@ -67,7 +67,7 @@ case_player_usage() {
   cp path.csv before
   expect 2 scene.json --trajectory path.csv --clock stepped --record path.csv
   expect 2 scene.json --trajectory path.csv --clock stepped --passivity-control
-  says "nobody feels the wrench" err
+  says "no hand takes up" err
   cmp before path.csv || fail "the trajectory was written over"
 }
 

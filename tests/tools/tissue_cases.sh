@@ -27,7 +27,7 @@ case_soften_refuses() {
   says "MPa" err
   expect 2 soften torus.obj torus.stree -o work/a.soft --young 15 --poisson 0.5 $fix
   expect 2 soften torus.obj torus.stree -o work/a.soft --young 15
-  says "nothing holds" err
+  says "is not held" err
   expect 2 soften torus.obj torus.stree -o work/a.soft --young 15 --fix box:1,2
   expect 2 soften torus.obj torus.stree -o work/a.stree --young 15 $fix
   expect 4 soften other.obj torus.stree -o work/a.soft --young 15 $fix

@@ -143,10 +143,10 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   play_settings.device = device == "replay" ? DeviceKind::Replay : device == "phantom" ? DeviceKind::Phantom : DeviceKind::Simulated;
   refuseStrayOptions(cli, device);
   if (device == "replay" && play_settings.passivity_control)
-    throw UsageError("--passivity-control is not for --device replay: nobody feels the wrench");
+    throw UsageError("--passivity-control is not for --device replay: no hand takes up its energy");
   if (device == "replay" && play_settings.trajectory.empty()) throw UsageError("--device replay needs --trajectory IN.csv");
   if (device == "phantom" && !play_settings.trajectory.empty())
-    throw UsageError("--trajectory is not for --device phantom: there the hand moves");
+    throw UsageError("--trajectory is not for --device phantom: the hand moves the arm");
   if (device == "phantom" && options.clock == "stepped")
     throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
@@ -179,32 +179,32 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
 
 void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
   cli.add_option("--out", o.out, "With --scenario: folder for stability.json, recordings and models")->needs(scenario);
-  cli.add_option(
-         "--modes", o.modes,
-         "With --scenario: who renders, by commas, of paper, constrained and the published methods points, volume, continuous; default "
-         "paper,constrained")
+  cli.add_option("--modes", o.modes,
+                 "With --scenario: renderers, separated by commas, of paper, constrained and the published methods points, volume, "
+                 "continuous; default "
+                 "paper,constrained")
       ->needs(scenario);
   cli.add_option("--chart", o.chart,
-                 "With --scenario: also compares the --modes on four bodies and three sizes, and writes one page (.html)")
+                 "With --scenario: also compare the --modes on four bodies and three sizes, and write one page (.html); default: none")
       ->needs(scenario);
   cli.add_option("--cache", o.cache, "With --scenario: folder that keeps the trees for the next run; default: none")->needs(scenario);
   cli.add_option("--quality", o.quality, "With --scenario: quality of the trees, quick or standard; default standard")
       ->check(CLI::IsMember({"quick", "standard"}))
       ->needs(scenario);
-  cli.add_option("--share", o.share, "With --scenario: share of the repetitions that the table asks for, 0.001 to 1; default 1")
+  cli.add_option("--share", o.share, "With --scenario: share of the repetitions of the table of scenarios, 0.001 to 1; default 1")
       ->check(numberIn(0.001, 1))
       ->needs(scenario);
-  cli.add_option(
-         "--turned", o.turned,
-         "With --scenario: so often again, with a fifth of the repetitions, on bodies that are turned, scaled and of other seeds, 0 "
-         "to 20; default 1")
+  cli.add_option("--turned", o.turned,
+                 "With --scenario: number of additional runs, each with a fifth of the repetitions, on bodies that are rotated, scaled and "
+                 "of other seeds, 0 to 20; default 1")
       ->check(CLI::Range(0, 20))
       ->needs(scenario);
 }
 
 void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
-  cli.add_option("--tissue", o.tissue,
-                 "How soft tissue moves, in constrained mode: large, by a solver in a thread of its own; small, by its compliance at rest")
+  cli.add_option(
+         "--tissue", o.tissue,
+         "Motion of soft tissue in constrained mode: large, computed by a solver in its own thread; small, from its compliance at rest")
       ->check(CLI::IsMember({"large", "small"}))
       ->capture_default_str()
       ->excludes(scenario);
@@ -225,7 +225,7 @@ void addOptions(CLI::App& cli, Options& o) {
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file or device cannot be used, 4 input refused,\n"
       "  5 a scenario falls short of its figure, 130 interrupted.");
   CLI::Option* scenario = cli.add_option(
-      "--scenario", o.scenario, "Runs stability scenarios, in both modes, instead of a scene: all, or ids and names divided by commas");
+      "--scenario", o.scenario, "Run stability scenarios, in both modes, instead of a scene: all, or ids and names separated by commas");
   cli.add_option(
          "SCENE", o.play.scene,
          "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
@@ -234,26 +234,27 @@ void addOptions(CLI::App& cli, Options& o) {
                  "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios simulate theirs")
       ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
   cli.add_option("--trajectory", o.play.trajectory,
-                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated: where the hand means to be")
+                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated the poses that the hand intends")
       ->excludes(scenario);
   cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios run in both")
       ->check(CLI::IsMember({"constrained", "paper"}));
-  cli.add_option("--contact", o.contact, "What the tool rests on in constrained mode: the skin of objects that have one, or their leaves")
+  cli.add_option("--contact", o.contact, "Contact surface in constrained mode: skin, for objects that have one, or leaves")
       ->check(CLI::IsMember({"skin", "leaves"}))
       ->capture_default_str();
   addTissueOption(cli, o, scenario);
   cli.add_option("--clock", o.clock,
-                 "real: 1 kHz; stepped: as fast as it can, the same bytes every time; default real. Scenarios are stepped")
+                 "real: 1 kHz; stepped: as fast as possible, with the same bytes every time; default real. Scenarios are stepped")
       ->check(CLI::IsMember({"real", "stepped"}));
   cli.add_option("--seconds", o.seconds,
-                 "How long; 0.001 to 86400, default: the whole trajectory, 10 s of a simulated hand, or until Ctrl-C. Scenarios have "
-                 "lengths of their own")
+                 "Length of the run in s, 0.001 to 86400; default: the whole trajectory, 10 s for a simulated hand, or until Ctrl-C. "
+                 "Scenarios have their own lengths")
       ->check(numberIn(0.001, 86400));
   std::vector<std::string> hands;
   for (const device::Hand& hand : device::hands()) hands.emplace_back(hand.name);
   cli.add_option("--hand", o.play.hand, "Hand on the simulated device; default fine")->check(CLI::IsMember(hands))->excludes(scenario);
   cli.add_flag("--passivity-control", o.play.passivity_control,
-               "Damping takes back the energy that sampling and delay give to the hand; else as the scene's device says. Not with "
+               "Add damping that removes the energy which sampling and delay give to the hand; default: the setting of the scene. "
+               "Not with "
                "--device replay")
       ->excludes(scenario);
   cli.add_option("--hd-library", o.play.phantom.library,
@@ -263,19 +264,21 @@ void addOptions(CLI::App& cli, Options& o) {
                  "With --device phantom: name in the vendor's configuration; default: the first device")
       ->excludes(scenario);
   cli.add_flag("--hd-calibrate", o.play.phantom.calibrate,
-               "With --device phantom: the arm stands in its reset pose, take it as such (once after power-up)")
+               "With --device phantom: calibrate with the arm in its reset pose (once after power-up)")
       ->excludes(scenario);
-  cli.add_flag("--hd-gimbal-torque", o.gimbal_torque,
-               "With --device phantom: send torques about the gimbal's joints, not as a vector; docs/device.md says how to find out")
+  cli.add_flag(
+         "--hd-gimbal-torque", o.gimbal_torque,
+         "With --device phantom: send torques about the axes of the gimbal's joints, not as a vector; docs/device.md says how to find out")
       ->excludes(scenario);
   addViewOptions(cli, o.view);
-  cli.add_option("--record", o.play.record, "Writes one row of CSV for each step")->excludes(scenario);
-  cli.add_flag("--json", o.json, "Prints the summary, or the figures of the scenarios, as JSON");
-  cli.add_flag("--list", o.list, "Lists the scenarios");
+  cli.add_option("--record", o.play.record, "Write one row of CSV for each step; default: none")->excludes(scenario);
+  cli.add_flag("--json", o.json, "Print the summary, or the figures of the scenarios, as JSON");
+  cli.add_flag("--list", o.list, "List the scenarios");
   addScenarioOptions(cli, o, scenario);
-  cli.add_option("--progress", o.progress, "auto, bar, plain, json or none; default auto: a bar on a terminal")
+  cli.add_option("--progress", o.progress,
+                 "Form of the progress on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}));
-  cli.add_flag("-q,--quiet", o.quiet, "Say nothing on stderr but errors");
+  cli.add_flag("-q,--quiet", o.quiet, "Write only errors to stderr");
 }
 
 int run(const CLI::App& cli, Options& options) {

@@ -15,16 +15,16 @@ std::string missedTolerance(double tolerance_mm, double kept_mm, std::size_t lea
   double full = 1;
   for (; levels < kMaxLevels && full < needed; ++levels) full *= kMaxBranching;
   char text[400];
-  int length =
-      std::snprintf(text, sizeof text, "the tolerance of %.3g mm is not met; the best result was written, whose %zu leaves keep %.3g mm. ",
-                    tolerance_mm, leaves, kept_mm);
+  int length = std::snprintf(text, sizeof text,
+                             "the tolerance of %.3g mm is not met; the best result was written: %zu leaves with an overhang of %.3g mm. ",
+                             tolerance_mm, leaves, kept_mm);
   const std::size_t left = sizeof text - static_cast<std::size_t>(length);
   if (needed <= full) {
     const double digits = std::pow(10, std::max(0.0, std::floor(std::log10(needed)) - 1));
-    std::snprintf(text + length, left, "The tolerance takes about %.0f leaves: %d levels with %d children a node.",
+    std::snprintf(text + length, left, "The tolerance needs about %.0f leaves: %d levels with %d children for each node.",
                   std::ceil(needed / digits) * digits, levels, kMaxBranching);
   } else {
-    std::snprintf(text + length, left, "The most leaves of a tree, %.0f on %d levels, keep about %.2g mm.", full, kMaxLevels,
+    std::snprintf(text + length, left, "The largest tree, %.0f leaves on %d levels, reaches about %.2g mm.", full, kMaxLevels,
                   kept_mm * static_cast<double>(leaves) / full);
   }
   return text;

@@ -131,7 +131,8 @@ class PartsOfFile {
     }
     if (left_out > 0)
       notes.push_back(path_.string() + ": " + std::to_string(left_out) +
-                      " triangles without a name hang on named parts and are in no object." + " Give them a group in the file.");
+                      " triangles without a name are connected to named parts and belong to no object." +
+                      " Put them into a group of the file.");
   }
 
   const MeshStore::File& file_;
@@ -152,7 +153,7 @@ class Drafting {
     nameAll(candidates_, files_, draft_.notes);
     checkSizes();
     takeTool();
-    if (candidates_.empty()) throw UsageError("the files hold the tool and no object. Name a file with what the tool is to touch.");
+    if (candidates_.empty()) throw UsageError("the files hold the tool and no object. Name a file with the objects that the tool touches.");
     if (candidates_.size() > formats::kMaxSceneObjects)
       throw UsageError("the files hold " + std::to_string(candidates_.size()) + " objects; a scene has at most " +
                        std::to_string(formats::kMaxSceneObjects) + ". Name fewer files, or give one scene for each group of them.");
@@ -302,13 +303,13 @@ class Drafting {
       for (Candidate& c : candidates_) set(c.item);
       set(draft_.scene.tool);
       if (!found)
-        throw UsageError("--match: no object is called like " + match.pattern + "; the first of " + std::to_string(candidates_.size()) +
+        throw UsageError("--match: no object has a name like " + match.pattern + "; the first of " + std::to_string(candidates_.size()) +
                          " is " + candidates_[0].item.name + ".");
     }
     if (!settings_.reach_mm) return;
     double largest = settings_.tolerance_mm.value_or(0);
     for (const Candidate& c : candidates_) largest = std::max(largest, c.item.settings.tolerance_mm.value_or(0));
-    if (!(largest > 0)) throw UsageError("--reach says where less accuracy will do, which needs a tolerance. Add --tolerance or --match.");
+    if (!(largest > 0)) throw UsageError("--reach enlarges the tolerance of surfaces, and there is none. Add --tolerance or --match.");
     draft_.scene.reach = formats::Reach{*settings_.reach_mm, std::min(kUnreachedTolerance * largest, formats::kMaxSceneLength)};
   }
 
@@ -339,7 +340,7 @@ ToleranceMatch parseToleranceMatch(const std::string& text) {
         match.tolerance_mm <= formats::kMaxSceneLength)
       return match;
   }
-  throw UsageError(text + " is not PATTERN=MM, as tooth_*=0.1, with a length above 0 and at most 10^6");
+  throw UsageError(text + " is not PATTERN=MM, such as tooth_*=0.1, with a length above 0 and at most 10^6");
 }
 
 }  // namespace spheretree::pipeline

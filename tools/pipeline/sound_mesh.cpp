@@ -37,7 +37,8 @@ builder::RepairedMesh soundMesh(const TriangleMesh& mesh, const std::string& nam
   if (!repaired.isSound()) {
     std::string message = name + ": the mesh is refused: " + repaired.result.summary();
     std::replace(message.begin(), message.end(), '\n', ' ');
-    message += kind == builder::RepairKind::Off ? "--repair auto may mend it; `spheretree check` says how." : "No repair helps here.";
+    message += kind == builder::RepairKind::Off ? "--repair auto may repair it; `spheretree check` tells whether."
+                                                : "No repair makes this mesh sound.";
     throw builder::BuildError(message);
   }
   for (const builder::RepairStep& step : repaired.steps) notes.push_back(step.text);

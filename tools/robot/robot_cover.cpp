@@ -316,8 +316,8 @@ class RobotCoverer {
       if (!is_gone) out.push_back(metreSphere(ball));
     }
     if (out.empty())
-      throw tool::UsageError("--clip leaves no sphere of the link " + robot_.links[link.link].name +
-                             ". Give another VALUE or turn AXIS round (as -z).");
+      throw tool::UsageError("--clip removes every sphere of the link " + robot_.links[link.link].name +
+                             ". Give another VALUE, or the opposite AXIS (such as -z).");
     return out;
   }
 

@@ -58,7 +58,8 @@ fs::path meshPath(const fs::path& urdf, const XmlElement& element, const std::st
   const fs::path plain = name.starts_with("file://") ? fs::path(name.substr(7)) : fs::path(name);
   const fs::path path = plain.is_absolute() ? plain : urdf.parent_path() / plain;
   if (!fs::is_regular_file(path, none))
-    throw formats::FileError(urdf.string() + ":" + std::to_string(element.GetLineNum()) + ": the mesh " + path.string() + " is not there.");
+    throw formats::FileError(urdf.string() + ":" + std::to_string(element.GetLineNum()) + ": the mesh " + path.string() +
+                             " does not exist.");
   return path;
 }
 
@@ -108,7 +109,7 @@ class Reader {
     }
     if (kind == "cylinder") return Cylinder{positive(path_, *e, "radius"), positive(path_, *e, "length")};
     if (kind == "sphere") return Ball{positive(path_, *e, "radius")};
-    if (kind != "mesh") refuse(path_, *e, "is no shape that is known here: box, cylinder, sphere or mesh.");
+    if (kind != "mesh") refuse(path_, *e, "is not a supported shape: box, cylinder, sphere or mesh.");
     MeshFile mesh;
     mesh.name = requiredText(path_, *e, "filename");
     mesh.path = meshPath(path_, *e, mesh.name, packages_);
@@ -225,7 +226,7 @@ class Reader {
       const auto of =
           std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const Joint& j) { return j.name == joint.mimic->joint; });
       if (of == robot_.joints.end()) refuse(path_, root, joint.name + " mimics " + joint.mimic->joint + ", and there is no such joint.");
-      if (of->mimic) refuse(path_, root, joint.name + " mimics " + of->name + ", which mimics another joint itself.");
+      if (of->mimic) refuse(path_, root, joint.name + " mimics " + of->name + ", which itself mimics another joint.");
       // The factor in a URDF is in metres and radians.
       if (joint.kind == JointKind::Prismatic && of->kind != JointKind::Prismatic) joint.mimic->factor *= kMmPerMetre;
       if (joint.kind != JointKind::Prismatic && of->kind == JointKind::Prismatic) joint.mimic->factor /= kMmPerMetre;

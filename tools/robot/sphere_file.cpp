@@ -28,7 +28,7 @@ class SphereFileReader {
       readData(readYaml(path_), false);
     std::erase_if(out_.sets, [](const SphereSet& set) { return set.balls.empty(); });
     if (out_.sets.empty())
-      throw formats::FormatError(path_.string() + ": holds no sphere in a form that is known here (docs/robots.md lists them).");
+      throw formats::FormatError(path_.string() + ": holds no sphere in a supported format (docs/robots.md lists them).");
     return std::move(out_);
   }
 

@@ -139,7 +139,7 @@ std::string srdf(const CoveredRobot& c) {
     document.InsertFirstChild(document.NewDeclaration());
     set(add(document, "robot"), "name", c.robot.name);
   } else if (std::string(readXml(c.srdf, document).Name()) != "robot") {
-    throw formats::FormatError(c.srdf.string() + ": is no SRDF: its root element should be <robot>.");
+    throw formats::FormatError(c.srdf.string() + ": is not an SRDF: its root element should be <robot>.");
   }
   XmlElement& root = *document.RootElement();
   std::set<std::pair<std::string, std::string>> known;

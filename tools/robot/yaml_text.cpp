@@ -122,8 +122,8 @@ YAML::Node readYaml(const std::filesystem::path& path) {
   try {
     return YAML::Load(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   } catch (const YAML::Exception& error) {
-    throw formats::FormatError(formats::shownName(path) + ":" + std::to_string(error.mark.line + 1) + ": is no YAML or JSON: " + error.msg +
-                               ".");
+    throw formats::FormatError(formats::shownName(path) + ":" + std::to_string(error.mark.line + 1) +
+                               ": is not YAML or JSON: " + error.msg + ".");
   }
 }
 

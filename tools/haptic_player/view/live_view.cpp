@@ -68,7 +68,7 @@ LiveView::LiveView(const Options& options, const PlaySettings& settings)
     if (!space_mouse_->isOpen()) throw view::ViewError(space_mouse_->fault());
   }
   if (options.hand == view::HandSource::Gamepad && !window_.gamepad())
-    throw view::ViewError("no gamepad: plug one in that the desktop knows, or choose another --hand-from");
+    throw view::ViewError("no gamepad was found. Connect one that the desktop supports, or choose another --hand-from");
   first_recording_ = !settings.record.empty();
   rated_ = Clock::now();
 }

@@ -36,12 +36,12 @@ PictureSteps pictureSteps(const std::string& text) {
   constexpr std::uint64_t kMost = 86'400'000;  // a day
   if (n.size() == 1 && n[0] <= kMost) return {n[0], n[0], 1};
   if (n.size() == 3 && n[0] <= n[1] && n[1] <= kMost && n[2] > 0) return {n[0], n[1], n[2]};
-  throw tool::UsageError("--at " + text + ": give a step, as 2000, or FROM:TO:EVERY, as 0:9900:100");
+  throw tool::UsageError("--at " + text + ": give a step, such as 2000, or FROM:TO:EVERY, such as 0:9900:100");
 }
 
 std::array<int, 2> pictureSize(const std::string& text) {
   if (const auto size = view::sizeOf(text)) return *size;
-  throw tool::UsageError("--size " + text + ": give WIDTHxHEIGHT, each from 64 to 8192, as 1280x800");
+  throw tool::UsageError("--size " + text + ": give WIDTHxHEIGHT, each from 64 to 8192, such as 1280x800");
 }
 
 std::filesystem::path pictureName(const std::filesystem::path& out, const PictureSteps& steps, std::uint64_t step) {

@@ -55,7 +55,7 @@ class RunReader {
       const std::size_t end = std::min(field.find(';'), field.size());
       const auto [stop, error] = std::from_chars(field.data(), field.data() + end, out[k]);
       if (error != std::errc() || stop != field.data() + end || !(std::abs(out[k]) <= 360))
-        table_.failField(*hinges_, "write angles within 360 degrees, with semicolons between");
+        table_.failField(*hinges_, "write angles within 360 degrees, separated by semicolons");
       field.remove_prefix(std::min(end + 1, field.size()));
     }
     return out;
@@ -80,7 +80,7 @@ class RunReader {
     if (hinges_) step.hinges = angles();
     if (tissue_) step.tissue_states = static_cast<std::uint32_t>(table_.count(*tissue_, 0xffffffffu));
     if (penetration_) step.penetration = table_.number(*penetration_);
-    if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time runs backwards");
+    if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time does not increase");
     if (out_.steps.empty()) {
       if (scene_) out_.identity.scene = formats::decodedField(table_.field(*scene_));
       if (settings_) out_.identity.settings = formats::decodedField(table_.field(*settings_));

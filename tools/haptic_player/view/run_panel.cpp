@@ -17,26 +17,25 @@ struct Meaning {
 };
 
 constexpr Meaning kFaults[] = {
-    {runtime::kPenetrating, "penetrating",
-     "The graphic tool is inside an object by more than 1 um: a pose that the step could not free it from."},
-    {runtime::kPairsFull, "pairs full", "More pairs of spheres were near than there is room for: upper levels of the trees stood in."},
-    {runtime::kWorkLimit, "work limit", "The step used up its budget; the graphic tool goes on in the next one."},
+    {runtime::kPenetrating, "penetrating", "The graphic tool is inside an object by more than 1 um: the step could not move it out."},
+    {runtime::kPairsFull, "pairs full", "More pairs of spheres were close than there is memory for: upper levels of the trees were used."},
+    {runtime::kWorkLimit, "work limit", "The step used up its budget; the graphic tool continues in the next one."},
     {runtime::kQpStopped, "solver stopped", "The solver of the step stopped early; its answer is safe but not the best."},
     {runtime::kRowsConflict, "conflict", "The contacts contradict each other: the answer has the smallest worst violation."},
-    {runtime::kBadInput, "bad input", "The pose of the hand was not finite or too far away: the tool rests, and the force decays."},
+    {runtime::kBadInput, "bad input", "The pose of the hand was not finite or too far away: the tool stops, and the force decays."},
     {runtime::kTissueFrozen, "tissue frozen",
-     "The solver of the soft tissue is at a loss: it gives way from its last good state, by its compliance at rest."}};
+     "The solver of the soft tissue failed: the tissue moves from its last valid state by its compliance at rest."}};
 
 constexpr Meaning kSafety[] = {
-    {device::kForceClamped, "force limit", "The force was cut to the largest that is allowed.", false},
-    {device::kTorqueClamped, "torque limit", "The torque was cut to the largest that is allowed.", false},
-    {device::kSlewLimited, "rise limit", "The force rose faster than is allowed, and was slowed.", false},
-    {device::kStartGuard, "start guard", "Forces are off until nearly nothing is asked for, so that no start kicks.", false},
-    {device::kRamp, "ramp", "Forces come back bit by bit after a start or a release.", false},
+    {device::kForceClamped, "force limit", "The force was limited to the largest allowed value.", false},
+    {device::kTorqueClamped, "torque limit", "The torque was limited to the largest allowed value.", false},
+    {device::kSlewLimited, "rise limit", "The force rose faster than allowed; its rate was limited.", false},
+    {device::kStartGuard, "start guard", "Forces are off until the requested force is nearly zero, so that a start does not jerk.", false},
+    {device::kRamp, "ramp", "Forces rise gradually after a start or a release.", false},
     {device::kStaleModel, "stale", "The contacts are old, or the servo loop was late: the force fades."},
     {device::kForcesOff, "forces off", "Forces were switched off and stay off until they are armed again."},
     {device::kReleased, "released", "The button is held, or no hand holds the handle: no force.", false},
-    {device::kTooFast, "too fast", "Fast and strong at once: the force fades."},
+    {device::kTooFast, "too fast", "The handle was fast under a large force: the force fades."},
     {device::kWarmMotors, "warm motors", "The motors are warm: the limits are lower for a while."},
     {device::kRendererFailed, "no answer", "A step gave no valid force: the last one was held, then faded."},
     {device::kBadPose, "bad pose", "The device reported a pose that jumped or is not finite."},

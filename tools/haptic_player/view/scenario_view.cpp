@@ -67,7 +67,7 @@ int viewScenario(const ViewOptions& options, const Scenario& scenario, ScenarioC
   for (const auto& [mode, name] : {std::pair(Mode::Paper, "published method"), std::pair(Mode::Constrained, "constrained mode")}) {
     const Outcome outcome = scenario.run(context, mode);
     if (outcome.recording.empty() || !outcome.tool)
-      throw tool::UsageError("--scenario " + scenario.id + ": it keeps no steps that could be shown. Run it without --view");
+      throw tool::UsageError("--scenario " + scenario.id + ": it has no steps to show. Run it without --view");
     runs.push_back(runOf(outcome, mode, name));
   }
   Replay replay(std::move(runs));

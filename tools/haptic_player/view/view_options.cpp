@@ -16,34 +16,37 @@ namespace spheretree::player {
 using tool::UsageError;
 
 void addViewOptions(CLI::App& cli, ViewOptions& o) {
-  cli.add_flag("--view", o.view, "Opens a window that shows what happens, and in which a hand can be moved");
+  cli.add_flag("--view", o.view, "Open a window that shows the run, and in which the mouse moves the hand");
   cli.add_option("--hand-from", o.hand_from,
-                 "With --view: what moves the simulated hand: mouse, keyboard, gamepad, spacemouse or file; default mouse. It begins where "
-                 "--trajectory begins")
+                 "With --view: input that moves the simulated hand: mouse, keyboard, gamepad, spacemouse or file; default mouse. The hand "
+                 "begins where --trajectory begins")
       ->check(CLI::IsMember({"mouse", "keyboard", "gamepad", "spacemouse", "file"}));
-  CLI::Option* replay = cli.add_option("--replay", o.replay, "Shows a recording (CSV) again, with a scrubber; nothing is computed anew");
-  cli.add_option("--compare", o.compare, "With --replay: another recording beside it")->needs(replay);
+  CLI::Option* replay = cli.add_option("--replay", o.replay, "Show a recording (CSV) with a time slider, without computing steps again");
+  cli.add_option("--compare", o.compare, "With --replay: another recording, shown beside it")->needs(replay);
   CLI::Option* picture =
-      cli.add_option("--picture", o.picture, "Draws a picture (PNG) of a stepped run or of a recording, and needs no display");
-  cli.add_option("--at", o.at, "With --picture: at which step, or FROM:TO:EVERY for numbered pictures; default 2000")->needs(picture);
+      cli.add_option("--picture", o.picture, "Draw a picture (PNG) of a stepped run or of a recording, without a display");
+  cli.add_option("--at", o.at, "With --picture: step to draw, or FROM:TO:EVERY for numbered pictures; default 2000")->needs(picture);
   cli.add_option("--size", o.size, "With --view or --picture: pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800");
   cli.add_option("--theme", o.theme, "With --view or --picture: dark or light; default dark")->check(CLI::IsMember({"dark", "light"}));
   cli.add_option("--show", o.show,
-                 "With --view or --picture: meshes, spheres, bounds (bounding spheres) or contact (what contact is computed with); default "
+                 "With --view or --picture: meshes, spheres, bounds (bounding spheres) or contact (the surface used for contact); default "
                  "meshes")
       ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
   cli.add_option("--from", o.from,
-                 "With --view or --picture: direction from the tool to the eye, three numbers; default: where least hides it")
+                 "With --view or --picture: direction from the tool to the eye, three numbers; default: a direction in which the tool is "
+                 "well visible")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
       ->check(CLI::Range(-1e6, 1e6));
-  cli.add_option("--within", o.within, "With --view or --picture: what is seen about the tool, 0.1 to 10000 mm; default: chosen")
+  cli.add_option("--within", o.within,
+                 "With --view or --picture: size of the region shown around the tool, 0.1 to 10000 mm; default: from the scene")
       ->check(CLI::Range(0.1, 10000.0));
   cli.add_flag("--follow", o.follow, "With --view or --picture: the view moves with the tool");
   cli.add_option("--panels", o.panels, "With --view or --picture: panels and plots, on or off; default on")
       ->check(CLI::IsMember({"on", "off"}));
-  cli.add_option("--scale", o.scale, "With --view or --picture: of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
+  cli.add_option("--scale", o.scale,
+                 "With --view or --picture: scale of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
       ->check(CLI::Range(0.5, 4.0));
 }
 
@@ -62,7 +65,7 @@ view::Look lookOf(const ViewOptions& o) {
 view::CameraWish wishOf(const ViewOptions& o) {
   view::CameraWish wish;
   if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
-  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is no direction. Give a point to look from, such as 1,-2,1");
+  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is the zero vector. Give a direction to look from, such as 1,-2,1");
   wish.within = o.within;
   return wish;
 }

@@ -45,7 +45,7 @@ const std::array<int, 6>& SpaceMouse::poll() {
     if (got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
       ::close(socket_);
       socket_ = -1;
-      fault_ = "the 3D mouse has gone: spacenavd has ended";
+      fault_ = "the connection to the 3D mouse was lost: spacenavd has ended";
       motion_ = {};
       break;
     }

@@ -29,7 +29,8 @@ constexpr double kReadShare = 0.02,
 
 void check(const BatchSettings& settings) {
   using tool::UsageError;
-  if (settings.shard.count > 1 && settings.budget) throw UsageError("--budget needs all objects at once. Leave --shard out.");
+  if (settings.shard.count > 1 && settings.budget)
+    throw UsageError("--budget shares leaves among all objects, so it cannot be sharded. Leave --shard out.");
   if (settings.shard.count > 1 && settings.speed)
     throw UsageError("--chart belongs to the run that writes the results. Leave out --shard or --chart.");
   if (!settings.paths.empty() && !settings.speed && !(settings.budget && settings.budget->is_time))

@@ -51,7 +51,7 @@ class BudgetSearch {
     if (!budget.is_time && budget.amount < static_cast<double>(fixed_ + waiting_.size()))
       throw tool::UsageError("a budget of " + std::to_string(static_cast<std::size_t>(budget.amount)) +
                              " leaves is less than one for each of " + std::to_string(waiting_.size()) + " trees to build" +
-                             (fixed_ > 0 ? " and " + std::to_string(fixed_) + " in trees that the scene names" : "") + ". Allow more.");
+                             (fixed_ > 0 ? " and " + std::to_string(fixed_) + " in trees given by the scene" : "") + ". Allow more.");
     curves_.resize(waiting_.size());
     aim_ = budget.is_time ? kFirstLeaves * waiting_.size() + fixed_ : static_cast<std::size_t>(budget.amount);
   }

@@ -74,7 +74,7 @@ PatientResult fromJson(const Json& json) {
   if (json.at("schema").get<std::string>() != kCohortSchema) throw std::invalid_argument("the schema is not " + std::string(kCohortSchema));
   out.name = json.at("patient").get<std::string>();
   const auto state = std::find(kStateNames.begin(), kStateNames.end(), json.at("state").get<std::string>());
-  if (state == kStateNames.end()) throw std::invalid_argument("the state is none of ok, missed, failed, refused");
+  if (state == kStateNames.end()) throw std::invalid_argument("the state is not ok, missed, failed or refused");
   out.state = static_cast<PatientState>(state - kStateNames.begin());
   if (!json.at("error").is_null()) out.error = json.at("error").get<std::string>();
   out.built = json.at("built").get<std::size_t>();
@@ -102,7 +102,7 @@ void readLog(const fs::path& path, std::map<std::string, PatientResult>& patient
       PatientResult patient = fromJson(Json::parse(words));
       patients.insert_or_assign(patient.name, patient);
     } catch (const std::exception& error) {
-      throw formats::FormatError(path.string() + ": line " + std::to_string(line) + " is none of the log of a cohort: " + error.what() +
+      throw formats::FormatError(path.string() + ": line " + std::to_string(line) + " is not an entry of a cohort log: " + error.what() +
                                  ". Delete the file and run its shard again.");
     }
   }
@@ -118,7 +118,7 @@ void refuseOtherFiles(const fs::path& log) {
   std::getline(file, line);
   const Json first = Json::parse(line, nullptr, false);
   if (!first.is_object() || first.value("schema", Json()) != kCohortSchema)
-    throw tool::UsageError(log.string() + ": is no log of a cohort, and would be replaced by one. Move it away, or give another -o.");
+    throw tool::UsageError(log.string() + ": is not a cohort log, and would be replaced by one. Move it away, or give another -o.");
 }
 
 }  // namespace
@@ -217,7 +217,7 @@ std::vector<PatientResult> readCohortLogs(const fs::path& folder) {
     if (name.starts_with("cohort.") && name.ends_with(".jsonl")) logs.emplace_back(fs::last_write_time(entry.path(), none), entry.path());
   }
   if (logs.empty())
-    throw formats::FileError(folder.string() + ": holds no log of a cohort (cohort.I-of-N.jsonl). Name the folder of batch --cohort.");
+    throw formats::FileError(folder.string() + ": holds no cohort log (cohort.I-of-N.jsonl). Name the folder of batch --cohort.");
   std::sort(logs.begin(), logs.end());
   std::map<std::string, PatientResult> patients;
   for (const auto& [time, path] : logs) readLog(path, patients);

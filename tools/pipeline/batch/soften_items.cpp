@@ -63,7 +63,7 @@ class Fixed {
   void addLeavesOf(const std::string& name, const std::vector<BatchItem>& items) {
     const auto other = std::find_if(items.begin(), items.end(), [&](const BatchItem& i) { return i.source->name == name && !i.is_tool; });
     if (other == items.end() || !other->hasTree())
-      throw builder::BuildError("soft: there is no tree of \"" + name + "\", which is to hold it");
+      throw builder::BuildError("soft: the scene has no tree of \"" + name + "\", in which the body is fixed");
     FixedRegions leaves;
     addLeaves(other->result.tree, leaves);
     const Configuration& pose = other->source->pose;

@@ -36,7 +36,7 @@ Labels toVertices(const MeshFile& file, const Labels& of_file, ScanInput& out) {
     clashes += labels[v] != of_file[i];
   }
   if (clashes > 0)
-    out.notes.push_back(std::to_string(clashes) + " vertices lie where another vertex with a different label is; the first one counts.");
+    out.notes.push_back(std::to_string(clashes) + " vertices lie where another vertex with a different label is; the first label is used.");
   return labels;
 }
 
@@ -60,14 +60,14 @@ Labels fromTriangles(const TriangleMesh& mesh, const Labels& of_triangle) {
 
 std::string sizesDiffer(std::size_t labels, std::size_t elements, const std::string& what) {
   return std::to_string(labels) + " labels for " + std::to_string(elements) + " " + what +
-         ". Labels go with the file that they were made for, in its order: give that one.";
+         ". Give the file for which the labels were made, with its order of vertices.";
 }
 
 Labels ofColours(const std::vector<double>& values, const std::string& name) {
   std::map<double, std::size_t> count;
   for (const double v : values) ++count[v];
   if (count.size() > kMostColours)
-    throw FormatError(name + ": has " + std::to_string(count.size()) + " different colours, which are no labels. Name a scalar property.");
+    throw FormatError(name + ": has " + std::to_string(count.size()) + " different colours, too many for labels. Name a scalar property.");
   const auto gum = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
   std::map<double, std::int32_t> label_of;
   for (const auto& [colour, unused] : count)
@@ -97,11 +97,12 @@ Labels fromProperty(const std::filesystem::path& scan, const MeshFile& file, con
   const std::vector<std::byte> bytes = formats::readFile(scan);
   const formats::PlyColumn column = formats::readPlyColumn({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, property);
   const bool is_colour = property == "colour" || property == "color";
-  if (is_colour) out.notes.push_back("colours are no numbers: the most frequent one is taken for gum, the others are numbered from 101.");
+  if (is_colour)
+    out.notes.push_back("colours do not number teeth: the most frequent one is taken as gum, the others are numbered from 101.");
   const Labels labels = is_colour ? ofColours(column.values, name) : ofNumbers(column.values, name, property, column.is_of_faces);
   if (!column.is_of_faces) return toVertices(file, labels, out);
   if (labels.size() != file.mesh.triangles.size())
-    throw FormatError(name + ": has faces that are no triangles, whose labels cannot be told. Export it as triangles.");
+    throw FormatError(name + ": has faces other than triangles, whose labels cannot be assigned. Export it as triangles.");
   return fromTriangles(file.mesh, labels);
 }
 
@@ -109,7 +110,7 @@ Labels fromParts(const std::filesystem::path& scan, const MeshFile& file, const 
   const TriangleMesh& mesh = file.mesh;
   if (mesh.part_names.size() < 2)
     throw FormatError(formats::shownName(scan) +
-                      ": has one part only, so that its parts are no labels. Give --labels or --label-property.");
+                      ": has only one part, so that its parts cannot be labels. Give --labels or --label-property.");
   Labels of_part;
   std::int32_t unnumbered = kFirstUnnumbered;
   for (const std::string& name : mesh.part_names) {
@@ -138,7 +139,7 @@ void judgeLabels(ScanInput& out) {
     else
       odd += (odd.empty() ? "" : ", ") + std::to_string(label);
   }
-  if (!odd.empty()) out.notes.push_back("no FDI numbers of teeth: " + odd + "; they become parts called label_N.");
+  if (!odd.empty()) out.notes.push_back("labels that are not FDI numbers of teeth: " + odd + "; they become parts called label_N.");
   if (out.jaw.empty() && upper + lower > 0) out.jaw = upper >= lower ? "upper" : "lower";
   std::string strangers;
   for (const std::int32_t label : found)

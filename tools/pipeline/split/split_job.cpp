@@ -60,12 +60,12 @@ std::string millimetres(double value) {
 void check(const SplitJobSettings& s) {
   if (s.scans.empty() || s.scans.size() > 2) throw UsageError("a mouth has one or two scans, not " + std::to_string(s.scans.size()) + ".");
   const int sources = !s.labels.empty() + !s.source.property.empty() + s.source.parts;
-  if (sources != 1) throw UsageError("say where the labels are: by one of --labels, --label-property and --parts.");
+  if (sources != 1) throw UsageError("no labels are given. Add one of --labels, --label-property and --parts.");
   if (!s.labels.empty() && s.labels.size() != s.scans.size())
     throw UsageError("--labels needs one file for each scan: " + std::to_string(s.scans.size()) + ", not " +
                      std::to_string(s.labels.size()) + ".");
-  if (s.opening_deg && s.scans.size() != 2) throw UsageError("--opening turns the lower jaw against the upper one. Give both scans.");
-  if (s.jaw != "auto" && s.scans.size() == 2) throw UsageError("--jaw is for one scan; of two, the labels say which is which.");
+  if (s.opening_deg && s.scans.size() != 2) throw UsageError("--opening rotates the lower jaw relative to the upper one. Give both scans.");
+  if (s.jaw != "auto" && s.scans.size() == 2) throw UsageError("--jaw is for one scan; with two scans the labels tell the jaws apart.");
 }
 
 void nameParts(Jaw& jaw, std::set<std::string>& taken) {
@@ -77,7 +77,7 @@ void nameParts(Jaw& jaw, std::set<std::string>& taken) {
     taken.insert(name);
     if (part.piece == 2)
       jaw.notes.push_back("label " + std::to_string(part.label) +
-                          " is in several pieces, each a part of its own: a supernumerary tooth, or a mistake in the labels.");
+                          " is in several pieces, and each becomes a part: a supernumerary tooth, or a mistake in the labels.");
     jaw.part_names.push_back(std::move(name));
   }
 }
@@ -190,7 +190,7 @@ Configuration openedBy(double degrees, const Jaw& lower) {
     if (place >= 4) back += centreOf(part.mesh), ++backs;
   }
   if (fronts == 0 || backs == 0)
-    throw UsageError("--opening needs incisors and molars with FDI numbers in the lower jaw, to know where its hinge is. Leave it out.");
+    throw UsageError("--opening needs incisors and molars with FDI numbers in the lower jaw, to find its hinge. Leave it out.");
   front /= fronts, back /= backs;
   const Vector3d up = lower.split.up;
   Vector3d forward = front - back;
@@ -264,15 +264,15 @@ class Writing {
       ++result_.crossing;
       result_.notes.push_back("finding: " + jaw.part_names[i] + " crosses its neighbours in " + std::to_string(part.crossing_pairs) +
                               " pairs of triangles, one at " + placeText(part.crossing) +
-                              " mm: they overlap there by a hair or more. Look at the labels and holes of the scan there.");
+                              " mm: they overlap there. Check the labels and holes of the scan at this point.");
     }
     if (part.is_sound) {
       ++(part.label == builder::kGumLabel ? result_.gums : result_.teeth);
       return;
     }
     ++result_.refused;
-    result_.notes.push_back(jaw.part_names[i] + ": is not written, since it stays open or crosses itself at " + placeText(part.fault) +
-                            " mm. Look there in the scan, or make --smooth or --min-area larger.");
+    result_.notes.push_back(jaw.part_names[i] + ": is not written, because it is open or crosses itself at " + placeText(part.fault) +
+                            " mm. Check the scan at this point, or increase --smooth or --min-area.");
   }
 
   void writeScene(const SceneDraftSettings& draft, const fs::path& path) {
@@ -309,7 +309,7 @@ SplitJobResult runSplit(const SplitJobSettings& settings, builder::Progress& pro
     jaws.push_back(splitJaw(settings, i, progress));
     if (i == 1 && jaws[0].name == jaws[1].name)
       throw formats::FormatError(settings.scans[1].string() + ": both scans are of the " + jaws[0].name +
-                                 " jaw, as their labels say. Give one of each.");
+                                 " jaw according to their labels. Give one of each.");
     nameParts(jaws.back(), taken);
   }
   return Writing(settings, jaws).run(files);

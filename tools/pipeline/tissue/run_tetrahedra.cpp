@@ -175,7 +175,7 @@ TetrahedronList runTetrahedra(const TriangleMesh& surface, double max_volume, do
   }
   if (WIFSIGNALED(child.status()))
     throw BuildError("tetrahedra: TetGen crashed (signal " + std::to_string(WTERMSIG(child.status())) +
-                     "), as it does on surfaces that nearly touch");
+                     "), a known fault for surfaces that nearly touch");
   if (WEXITSTATUS(child.status()) != 0) throw BuildError("tetrahedra: " + firstLine(messages));
   const std::vector<std::byte> bytes = formats::readFile(out, kMaxBytes, formats::FileRole::Working);
   return tetrahedraOf({reinterpret_cast<const char*>(bytes.data()), bytes.size()});

@@ -27,7 +27,7 @@ std::optional<pipeline::Budget> budgetFrom(const py::object& budget) {
     out.is_time = true;
     out.amount = py::float_(budget.attr("removesuffix")("us")).cast<double>();
   } else {
-    throw py::type_error("budget must be a number of leaves or a time as '20us'.");
+    throw py::type_error("budget must be a number of leaves or a time such as '20us'.");
   }
   if (!(out.amount > 0 && out.amount <= 1e9)) throw py::value_error("budget must be above 0 and at most 10^9.");
   return out;
@@ -81,12 +81,12 @@ void bindBatch(py::module_& module) {
   module.def("batch", &batch, py::arg("scene"), py::arg("output"), py::kw_only(), py::arg("budget") = py::none(),
              py::arg("cache") = py::none(), py::arg("quality") = py::none(), py::arg("tolerance") = py::none(), py::arg("speed") = false,
              py::arg("dry_run") = false, py::arg("threads") = 0, py::arg("progress") = py::none(),
-             R"(Builds the trees of every object of a scene; what has not changed is taken from a cache.
+             R"(Builds the trees of every object of a scene; unchanged trees are taken from a cache.
 
-scene: path of a *.scene.json. output: folder for NAME.stree, scene.json and report.json; made if it is missing.
-budget: leaves of all trees together, or the time of a haptic step as "20us". cache: folder of finished trees.
-quality, tolerance [mm]: in place of what the scene says. speed: also measure speed against accuracy. dry_run: only say
-what would be built. threads, progress: as of build().
+scene: path of a *.scene.json. output: folder for NAME.stree, scene.json and report.json; created if it is missing.
+budget: leaves of all trees together, or the time of a haptic step, such as "20us". cache: folder of finished trees.
+quality, tolerance [mm]: replace the settings of the scene. speed: also measure speed against accuracy. dry_run: only list
+the trees that would be built. threads, progress: as for build().
 Returns report.json as a dict (docs/batch.md); an object that failed has "status" "failed" and "error".
 Raises FileError, FormatError, UsageError, KeyboardInterrupt: finished trees are then in the cache.)");
 }

@@ -37,7 +37,7 @@ void setSkin(BuildSettings& settings, const py::object& skin) {
   if (!py::isinstance<py::float_>(skin) && !py::isinstance<py::int_>(skin))
     throw py::type_error("skin must be 'auto', None or a length in mm.");
   settings.skin_tolerance_mm = skin.cast<double>();
-  if (!(settings.skin_tolerance_mm > 0)) throw py::value_error("skin must be above 0 mm; None is no skin.");
+  if (!(settings.skin_tolerance_mm > 0)) throw py::value_error("skin must be above 0 mm; None builds no skin.");
 }
 
 double positive(std::optional<double> value, const char* name) {
@@ -83,7 +83,8 @@ std::shared_ptr<PythonTree> buildTree(const PythonMesh& given, const BuildSettin
   });
   const py::dict statistics = statisticsOf(settings, *result, repaired);
   if (settings.tolerance_mm > 0 && !result->statistics.tolerance_met)
-    notes.push_back("the tolerance is not met; this is the best tree of its levels. Allow more levels or leaves, or a larger tolerance.");
+    notes.push_back(
+        "the tolerance is not met; this is the best tree with these levels. Allow more levels or leaves, or a larger tolerance.");
   warn(given.name, notes);
   return std::make_shared<PythonTree>(std::move(result->tree), statistics);
 }
@@ -124,13 +125,13 @@ void bindBuild(py::module_& module) {
              R"(Builds the sphere-tree of a mesh: every level provably covers the surface.
 
 mesh: a Mesh, or vertices (n, 3) [mm] with triangles (m, 3), counter-clockwise seen from outside.
-tolerance: above 0, the fewest spheres whose leaves reach out no farther [mm]; None (default): as many leaves as allowed.
-levels: 2 to 6 with the root (4). branching: 2 to 8 (8). leaves: at most so many (branching ** (levels - 1)).
-quality: "quick", "standard" (default) or "best". builder: "cover" (default) or a published one; combine: members of
+tolerance: largest overhang of the leaves, > 0 [mm], met with the fewest spheres; None (default): as many leaves as allowed.
+levels: 2 to 6 with the root (4). branching: 2 to 8 (8). leaves: their largest number (branching ** (levels - 1)).
+quality: "quick", "standard" (default) or "best". builder: "cover" (default) or a published one; combine: reducers of
 "combined". skin: "auto" (default), its tolerance [mm], or None. crease_angle: 1 to 180 (50) [degrees].
-repair: "auto" (default), "off" or "wrap"; what it changes is a MeshWarning, and so is a tolerance that is not met.
-seed: 0 to 2**64 - 1 (1). threads: 0, all, to 1024; the tree is the same for any.
-progress: called as progress(stage, fraction) from the calling thread; what it raises ends the build.
+repair: "auto" (default), "off" or "wrap"; a change, and a tolerance that is not met, is reported as a MeshWarning.
+seed: 0 to 2**64 - 1 (1). threads: 0 (all) to 1024; the tree does not depend on it.
+progress: called as progress(stage, fraction) from the calling thread; an exception that it raises ends the build.
 
 The same mesh and settings give the same bytes as `spheretree build`. The GIL is released; Ctrl-C cancels.
 Raises BuildError for a mesh that is refused, ValueError and TypeError for settings, KeyboardInterrupt.)");

@@ -41,32 +41,32 @@ void bindReport(py::module_& module) {
           "point", [](const Place& place) { return arrayOf(place.point); }, "Shape (3,) [mm].");
   py::class_<Defect>(module, "Defect", "One kind of fault of a mesh.")
       .def_property_readonly(
-          "kind", [](const Defect& defect) { return std::string(builder::name(defect.kind)); }, "As 'non-manifold edge'.")
-      .def_readonly("count", &Defect::count, "Of triangles, edges, vertices, components or pairs.")
-      .def_readonly("is_lower_bound", &Defect::is_lower_bound, "There may be more: the search was stopped.")
+          "kind", [](const Defect& defect) { return std::string(builder::name(defect.kind)); }, "Such as 'non-manifold edge'.")
+      .def_readonly("count", &Defect::count, "Number of triangles, edges, vertices, components or pairs.")
+      .def_readonly("is_lower_bound", &Defect::is_lower_bound, "True if there may be more, because the search was stopped.")
       .def_readonly("first", &Defect::first, "The first places, in the order of the mesh.")
       .def("__repr__", [](const Defect& d) {
         return "<spheretree.Defect: " + std::to_string(d.count) + " x " + std::string(builder::name(d.kind)) + ">";
       });
-  py::class_<Component>(module, "Component", "Triangles that hang together by edges.")
+  py::class_<Component>(module, "Component", "Triangles that are connected by edges.")
       .def_readonly("triangles", &Component::triangles, "How many.")
       .def_readonly("volume", &Component::volume, "Signed, as wound; 0 if it is not closed [mm^3].")
-      .def_readonly("inside_out", &Component::inside_out, "A repair turns it.")
-      .def_readonly("buried", &Component::buried, "Lies wholly within solid matter.")
-      .def_readonly("cavity", &Component::cavity, "Wound inward within solid matter: a hollow, as it should be.");
-  py::class_<MeshReport>(module, "MeshReport", "What is wrong with a mesh, and where. True if nothing is.")
+      .def_readonly("inside_out", &Component::inside_out, "True if a repair reverses its winding.")
+      .def_readonly("buried", &Component::buried, "True if it lies wholly within solid matter.")
+      .def_readonly("cavity", &Component::cavity, "True if it is wound inward within solid matter, and so bounds a cavity.");
+  py::class_<MeshReport>(module, "MeshReport", "The defects of a mesh and their places. True if there are none.")
       .def_readonly("triangles", &MeshReport::triangles, "How many.")
       .def_readonly("vertices", &MeshReport::vertices, "How many.")
-      .def_readonly("volume", &MeshReport::volume, "Of a closed mesh [mm^3].")
+      .def_readonly("volume", &MeshReport::volume, "Volume of a closed mesh [mm^3].")
       .def_readonly("area", &MeshReport::area, "[mm^2].")
       .def_property_readonly(
           "low", [](const MeshReport& r) { return arrayOf(r.low); }, "Shape (3,): corner of the bounding box [mm].")
       .def_property_readonly(
           "high", [](const MeshReport& r) { return arrayOf(r.high); }, "Shape (3,): the opposite corner [mm].")
-      .def_readonly("defects", &MeshReport::defects, "Empty for a mesh that a build takes as it is.")
-      .def_readonly("components", &MeshReport::components, "By first triangle.")
+      .def_readonly("defects", &MeshReport::defects, "Empty for a mesh that a build uses unchanged.")
+      .def_readonly("components", &MeshReport::components, "Ordered by first triangle.")
       .def_property_readonly("clean", &MeshReport::clean, "No defects.")
-      .def("summary", &MeshReport::summary, "One line for each defect: kind, count, first place, what to do.")
+      .def("summary", &MeshReport::summary, "One line for each defect: kind, count, first place, advice.")
       .def("__bool__", &MeshReport::clean)
       .def("__repr__", [](const MeshReport& r) {
         return "<spheretree.MeshReport: " + (r.clean() ? std::string("clean") : std::to_string(r.defects.size()) + " kinds of defects") +
@@ -77,10 +77,11 @@ void bindReport(py::module_& module) {
 void bindRepaired(py::module_& module) {
   py::class_<RepairStep>(module, "RepairStep", "One step of a repair.")
       .def_property_readonly(
-          "kind", [](const RepairStep& s) { return std::string(builder::name(s.kind)); }, "As 'stitch cracks'.")
-      .def_readonly("text", &RepairStep::text, "What was done, as a sentence.")
-      .def_readonly("count", &RepairStep::count, "Of what the step is about.")
-      .def_readonly("change_mm", &RepairStep::change_mm, "Nothing that it moved, added or removed lies farther from the surface [mm].");
+          "kind", [](const RepairStep& s) { return std::string(builder::name(s.kind)); }, "Such as 'stitch cracks'.")
+      .def_readonly("text", &RepairStep::text, "The change, as a sentence.")
+      .def_readonly("count", &RepairStep::count, "Number of elements that the step changed.")
+      .def_readonly("change_mm", &RepairStep::change_mm,
+                    "Largest distance from the surface of anything that it moved, added or removed [mm].");
   py::class_<RepairedMesh>(module, "RepairedMesh", "A mesh after a repair.")
       .def_property_readonly(
           "mesh",
@@ -88,9 +89,9 @@ void bindRepaired(py::module_& module) {
             return std::make_shared<PythonMesh>(PythonMesh{r.mesh, 1, "mesh", {}});
           },
           "A copy of the mesh.")
-      .def_property_readonly("is_sound", &RepairedMesh::isSound, "A build takes it.")
-      .def_readonly("bound_mm", &RepairedMesh::bound_mm, "No point of the surface lies farther from the input, filled holes aside [mm].")
-      .def_readonly("steps", &RepairedMesh::steps, "What was done; empty for a sound mesh.")
+      .def_property_readonly("is_sound", &RepairedMesh::isSound, "True if a build accepts it.")
+      .def_readonly("bound_mm", &RepairedMesh::bound_mm, "Largest distance of the surface from the input, except in filled holes [mm].")
+      .def_readonly("steps", &RepairedMesh::steps, "The steps of the repair; empty for a sound mesh.")
       .def_readonly("result", &RepairedMesh::result, "The check of the repaired mesh.");
 }
 
@@ -100,15 +101,15 @@ void bindCheck(py::module_& module) {
   bindReport(module);
   bindRepaired(module);
   module.def("check", &check, py::arg("mesh"), py::arg("triangles") = py::none(), py::kw_only(), py::arg("places") = builder::kPlacesListed,
-             R"(What is wrong with a mesh, and where.
+             R"(Finds the defects of a mesh and their places.
 
-mesh: a Mesh, or vertices (n, 3) [mm] with triangles (m, 3). places: how many to list of each defect.
+mesh: a Mesh, or vertices (n, 3) [mm] with triangles (m, 3). places: number of places to list for each defect.
 Cost: about 0.5 s for 100,000 triangles.)");
   module.def("repair", &repair, py::arg("mesh"), py::arg("triangles") = py::none(), py::kw_only(), py::arg("repair") = "auto",
              py::arg("progress") = py::none(),
-             R"(The mesh as a build takes it: closed, wound outward, without crossings.
+             R"(The mesh that a build would use: closed, wound outward, without crossings.
 
-repair: "auto", the least that works; "off", nothing; "wrap", a wrap around it, whatever it is. progress: as of build().
+repair: "auto": the smallest change that makes it sound; "off": none; "wrap": a closed surface around it. progress: as for build().
 Never raises for a defect: look at `is_sound` of the result. Raises KeyboardInterrupt.)");
 }
 

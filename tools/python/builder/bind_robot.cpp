@@ -111,7 +111,7 @@ void bindRobot(py::module_& module) {
           "Shape (n,), float32 [m]; a view.")
       .def_property_readonly(
           "overhang_bound", [](const PythonLink& link) { return link.cover().overhangBound() / 1000; },
-          "Proven: no sphere reaches farther out of its collision element [m].")
+          "Proven upper bound on how far a sphere reaches out of its collision element [m].")
       .def_property_readonly(
           "notes", [](const PythonLink& link) { return link.cover().notes; }, "Repairs and missed tolerances, in sentences.");
   py::class_<PythonRobot>(module, "RobotSpheres", "Spheres that cover every collision shape of a robot, proven.")
@@ -141,9 +141,9 @@ void bindRobot(py::module_& module) {
           },
           "Pairs of links that need no check against each other: (link, link, \"adjacent\", \"always\" or \"never\"), proven.")
       .def("write", &write, py::arg("folder"), py::kw_only(), py::arg("srdf") = py::none(), py::arg("merge") = py::none(),
-           R"(Writes the spheres in the formats of planners and simulators (docs/robots.md) into a folder, made if it is missing.
+           R"(Writes the spheres in the formats of planners and simulators (docs/robots.md) into a folder, created if missing.
 
-srdf: an SRDF whose groups, states and pairs are kept. merge: an XRDF or a configuration of cuRobo whose other keys are kept.
+srdf: an SRDF whose groups, states and pairs are copied. merge: an XRDF or configuration of cuRobo whose other keys are copied.
 Returns the names of the files, relative to the folder. Raises FileError, FormatError, UsageError.)");
   module.def("robot", &coveredRobot, py::arg("urdf"), py::kw_only(), py::arg("tolerance") = py::none(), py::arg("budget") = py::none(),
              py::arg("links") = std::map<std::string, std::size_t>(), py::arg("packages") = std::vector<fs::path>(),
@@ -151,10 +151,10 @@ Returns the names of the files, relative to the folder. Raises FileError, Format
              py::arg("progress") = py::none(),
              R"(Covers the collision shapes of a URDF with spheres; the same as `spheretree robot`.
 
-urdf: path of a URDF with xacro expanded. tolerance [mm]: fewest spheres that reach out no farther; or budget: spheres
-of all links together; by default 8 for each collision element. links: {"hand": 1, "arm*": 5}, for links of their own.
-packages: folders in which package:// is looked for. quality: quick, standard or best. repair: auto, off or wrap.
-seed, threads, progress: as of build(). Returns RobotSpheres.
+urdf: path of a URDF with xacro expanded. tolerance [mm]: largest overhang, met with the fewest spheres; or budget: spheres
+of all links together; by default 8 for each collision element. links: {"hand": 1, "arm*": 5}, numbers for single links.
+packages: folders to search for package://. quality: quick, standard or best. repair: auto, off or wrap.
+seed, threads, progress: as for build(). Returns RobotSpheres.
 Raises FileError, FormatError, UsageError, BuildError, KeyboardInterrupt.)");
 }
 

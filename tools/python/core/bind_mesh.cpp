@@ -71,10 +71,10 @@ Raises ValueError for other shapes, TypeError for other kinds of numbers, IndexE
       .def_property_readonly("vertices", &verticesOf, "Shape (n, 3), float64 [mm]. Read-only; no copy.")
       .def_property_readonly("triangles", &trianglesOf, "Shape (m, 3), uint32: rows of `vertices`. Read-only; no copy.")
       .def_readonly("unit_mm", &PythonMesh::unit_mm, "One unit of the file that the mesh was read from [mm]; 1 for arrays.")
-      .def_readonly("notes", &PythonMesh::notes, "What the reader ignored, cut or found doubtful: plain sentences.")
+      .def_readonly("notes", &PythonMesh::notes, "Sentences about what the reader ignored, cut or found doubtful.")
       .def_property_readonly(
           "part_names", [](const PythonMesh& mesh) { return mesh.mesh.part_names; }, "Names of the parts of the file.")
-      .def("part", &partOf, py::arg("name"), "The part of this name as a mesh. Raises FormatError with the names there are.")
+      .def("part", &partOf, py::arg("name"), "The part of this name as a mesh. Raises FormatError that lists the existing names.")
       .def("save", &saveMesh, py::arg("path"),
            "Writes .ply (binary, float64) or .obj (shortest decimals), both without loss. Raises FileError, ValueError.")
       .def("__repr__", [](const PythonMesh& mesh) {

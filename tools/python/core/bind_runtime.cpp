@@ -103,7 +103,7 @@ void bindScene(py::module_& module) {
   const runtime::SceneDescription defaults;
   const auto torque =
       py::make_tuple(defaults.wrench_limits.torque.x(), defaults.wrench_limits.torque.y(), defaults.wrench_limits.torque.z());
-  py::class_<runtime::Scene, ScenePointer>(module, "Scene", "A tool and objects in their places, ready for steps. It does not change.")
+  py::class_<runtime::Scene, ScenePointer>(module, "Scene", "A tool and objects at their poses, compiled for steps. It is immutable.")
       .def(py::init([](const PythonTree& tool, const py::sequence& objects, const py::object& reference_point, double stiffness,
                        double rotational_stiffness, double force_limit, const py::object& torque_limit, const std::string& contact) {
              return makeScene(tool, objects,
@@ -132,10 +132,10 @@ Raises ValueError that names the part which is wrong.)")
 
 void bindStep(py::module_& module) {
   using runtime::Contact;
-  py::class_<Contact>(module, "Contact", "Where the graphic tool is held, and how.")
+  py::class_<Contact>(module, "Contact", "A contact of the graphic tool.")
       .def_readonly("object", &Contact::object, "Index of the object in the scene.")
       .def_readonly("tool_leaf", &Contact::tool_leaf, "Node of the tool's tree.")
-      .def_readonly("on_skin", &Contact::on_skin, "On the skin of the object; else on one of its leaves.")
+      .def_readonly("on_skin", &Contact::on_skin, "True if it is on the skin of the object, false if on one of its leaves.")
       .def_readonly("element", &Contact::element, "Triangle of the object's skin, or node of its tree.")
       .def_property_readonly(
           "point", [](const Contact& c) { return arrayOf(c.point); }, "Shape (3,): world [mm].")
@@ -147,10 +147,10 @@ void bindStep(py::module_& module) {
       .def_property_readonly(
           "slip", [](const Contact& c) { return arrayOf(c.slip); },
           "Shape (3,): velocity of the tool's point across the object, world axes [mm/s].");
-  py::class_<PythonStep>(module, "Step", "What one servo step found.")
+  py::class_<PythonStep>(module, "Step", "The result of one servo step.")
       .def_property_readonly(
           "graphic_tool", [](const PythonStep& s) { return arrayOf(s.result.graphic); },
-          "Shape (7,): x y z qw qx qy qz of the reference point of the tool that stays outside [mm].")
+          "Shape (7,): x y z qw qx qy qz of the reference point of the graphic tool, which stays outside [mm].")
       .def_property_readonly(
           "force", [](const PythonStep& s) { return arrayOf(s.result.limited_wrench.force); },
           "Shape (3,): to render to the hand, within force_limit, world axes [N].")
@@ -163,9 +163,9 @@ void bindStep(py::module_& module) {
           "spring_torque", [](const PythonStep& s) { return arrayOf(s.result.wrench.torque); }, "Shape (3,): without the limit [N mm].")
       .def_property_readonly(
           "penetration", [](const PythonStep& s) { return s.result.penetration; },
-          "Of the graphic tool into what is guaranteed; constrained mode [mm].")
+          "Penetration of the graphic tool into the guaranteed surface; constrained mode [mm].")
       .def_property_readonly(
-          "faults", [](const PythonStep& s) { return s.result.faults; }, "Bits of spheretree.Fault; 0 is fine.")
+          "faults", [](const PythonStep& s) { return s.result.faults; }, "Bits of spheretree.Fault; 0: no fault.")
       .def_property_readonly(
           "pairs", [](const PythonStep& s) { return s.result.pairs; }, "Pairs of leaves of the last search.")
       .def_readonly("contacts", &PythonStep::contacts, "Contacts that hold the graphic tool, at most 16; their forces balance the spring.");
@@ -177,7 +177,7 @@ void bindRuntime(py::module_& module) {
   bindScene(module);
   bindStep(module);
   py::class_<Renderer>(module, "Renderer",
-                       "Steps through a scene: the pose of the hand in, wrench and contacts out. It keeps its state from step to step.")
+                       "Computes wrench and contacts of a scene from the pose of the hand, step by step. It keeps its state between steps.")
       .def(py::init([](ScenePointer scene, const std::string& mode) {
              if (mode != "constrained" && mode != "paper") throw py::value_error("mode must be constrained or paper, not " + mode + ".");
              return std::make_unique<Renderer>(std::move(scene), mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained);
@@ -191,12 +191,12 @@ The first step, and the first after reset(), puts the graphic tool at the pose. 
 the tool rests, the wrench decays, and `faults` says so.
 Raises ValueError for another shape.)")
       .def("move_object", &Renderer::moveObject, py::arg("object"), py::arg("pose"),
-           "Puts an object elsewhere for the steps to come; the tool is not taken along. Raises ValueError.")
+           "Moves an object to another pose for the following steps, without the tool. Raises ValueError.")
       .def("move_body", &Renderer::moveBody, py::arg("body"), py::arg("pose"),
-           R"(Takes a body, such as a jaw, to a place during the next step: it pushes the tool ahead and never passes through.
+           R"(Moves a body, such as a jaw, to a pose during the next step: it pushes the tool ahead and never passes through it.
 
-body: 1 for the first of the scene file. pose: displacement of its objects from where the scene has them at the start,
-shapes as of step() [mm]. Raises ValueError.)")
+body: 1 for the first of the scene file. pose: displacement of its objects from their poses in the scene,
+shapes as for step() [mm]. Raises ValueError.)")
       .def("reset", &Renderer::reset, py::arg("pose") = py::none(),
            "Forgets the last step. The graphic tool starts at `pose`, which should be free, or at the next pose of the hand.");
   py::object int_flag = py::module_::import("enum").attr("IntFlag");

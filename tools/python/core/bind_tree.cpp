@@ -121,14 +121,14 @@ void bindNodes(py::class_<PythonTree, TreePointer>& tree) {
 void bindTree(py::module_& module) {
   py::class_<PythonTree, TreePointer> tree(module, "SphereTree", R"(A sphere-tree: every level covers the whole surface of the object.
 
-It does not change. Its arrays are read-only views of its own memory and keep it alive. Lengths in millimetres, in the
+It is immutable. Its arrays are read-only views of its own memory and keep it alive. Lengths in millimetres, in the
 frame of the mesh moved by -origin; origin is zero unless the mesh lies far from its frame's origin.)");
   bindNodes(tree);
   tree.def("level", &levelOf, py::arg("level"), R"(The spheres of one level: (centres, radii).
 
 level: 0 (the root) to level_count - 1, or from the end if negative.
 centres: shape (n, 3), float32 [mm]; radii: shape (n,), float32 [mm], > 0. Both are read-only and no copies: rows of
-`cover`, or, on levels below which some branches ended early, rows gathered once.
+`cover`, or, on levels above which some branches ended, copied rows.
 Raises IndexError.)")
       .def_property_readonly(
           "level_count", [](const PythonTree& self) { return self->levelCount(); }, "Levels with the root, 1 to 6.")
@@ -137,20 +137,21 @@ Raises IndexError.)")
       .def_property_readonly(
           "leaf_count", [](const PythonTree& self) { return self->nodeCount() - self->bound.size(); }, "Nodes without children.")
       .def_property_readonly(
-          "branching", [](const PythonTree& self) { return static_cast<int>(self->branching); }, "Most children of a node, 2 to 8.")
+          "branching", [](const PythonTree& self) { return static_cast<int>(self->branching); },
+          "Largest number of children of a node, 2 to 8.")
       .def_property_readonly(
           "origin",
           [](const PythonTree& self) { return arrayOf(Eigen::Vector3d(self->origin_mm[0], self->origin_mm[1], self->origin_mm[2])); },
           "Shape (3,), float64 [mm]: add it to a centre to get the frame of the mesh.")
       .def_property_readonly(
           "overhang_bound", [](const PythonTree& self) { return boundOf(self->statistics.back()); },
-          "Proven: no leaf reaches farther out of the object than this [mm]; nan where nothing is proven.")
+          "Proven upper bound on how far a leaf reaches out of the object [mm]; nan without a proof.")
       .def_property_readonly("overhang_bounds", &overhangBounds, "Shape (levels,), float64: the same for every level [mm].")
       .def_property_readonly("provenance", &provenanceOf, "Builder, quality, hashes, and size of the mesh, as the file states them.")
       .def_readonly("statistics", &PythonTree::statistics,
-                    "What the build found out, as a dict (docs/python.md); None for a tree that was loaded.")
+                    "Results of the build as a dict (docs/python.md); None for a tree that was loaded.")
       .def("to_bytes", &bytesOf, "The content of a .stree file.")
-      .def_static("from_bytes", &treeFromBytes, py::arg("content"), "The tree of such bytes. Raises FormatError for anything else.")
+      .def_static("from_bytes", &treeFromBytes, py::arg("content"), "The tree of these bytes. Raises FormatError for other content.")
       .def_static("load", &loadTree, py::arg("path"), "Reads a .stree file. Raises FileError, FormatError.")
       .def(
           "save",
@@ -158,7 +159,7 @@ Raises IndexError.)")
             const py::gil_scoped_release release;
             formats::writeSphereTree(path, *self);
           },
-          py::arg("path"), "Writes a .stree file, which appears under its name only when it is whole. Raises FileError.")
+          py::arg("path"), "Writes a .stree file, which appears under its name only when it is complete. Raises FileError.")
       .def(py::pickle(&bytesOf, &treeFromBytes))
       .def("__repr__", [](const PythonTree& self) {
         return "<spheretree.SphereTree: " + std::to_string(self->levelCount()) + " levels, " + std::to_string(self->nodeCount()) +

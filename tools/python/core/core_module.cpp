@@ -14,7 +14,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception<spheretree::formats::FileError>(module, "FileError", PyExc_OSError).attr("__doc__") =
       "A file cannot be read or written: it is missing, not permitted, or the disk is full.";
   py::register_exception<spheretree::formats::FormatError>(module, "FormatError", PyExc_ValueError).attr("__doc__") =
-      "A file was read, but what it says is refused; the message names the place and what to do.";
+      "A file was read, but its content is refused; the message names the place and the remedy.";
   spheretree::python::bindMesh(module);
   spheretree::python::bindTree(module);
   spheretree::python::bindRuntime(module);

@@ -33,7 +33,7 @@ using pipeline::Shard;
 void printBudget(const BudgetResult& result) {
   printResult("budget: %.6g of %.6g %s", result.spent, result.budget.amount,
               result.budget.is_time ? "us a step (99th percentile, by the model)" : "leaves");
-  if (result.worst_ratio) printResult("; largest error %.4g times its tolerance (or mm without one)", *result.worst_ratio);
+  if (result.worst_ratio) printResult("; largest error %.4g times its tolerance (in mm where there is no tolerance)", *result.worst_ratio);
   printResult("\n");
   if (!result.met) say("spheretree: the budget is not met; the cheapest trees found were written. Allow more.");
 }
@@ -145,12 +145,11 @@ BatchSettings settingsOf(const BatchOptions& options) {
   BatchSettings settings = options.settings;
   const auto isScene = [](const std::filesystem::path& path) { return isDash(path) || endingOf(path) == ".json"; };
   const auto scenes = std::count_if(options.inputs.begin(), options.inputs.end(), isScene);
-  if (scenes > 0 && options.inputs.size() > 1)
-    throw UsageError("a scene names all of its meshes itself. Give one scene alone, or mesh files only.");
+  if (scenes > 0 && options.inputs.size() > 1) throw UsageError("a scene names all its meshes. Give one scene, or mesh files only.");
   if (scenes == 1) {
     const pipeline::SceneDraftSettings& draft = options.draft;
     if (!draft.tool.empty() || !draft.matches.empty() || draft.reach_mm || !draft.unit.empty())
-      throw UsageError("--tool, --match, --reach and --unit are for mesh files; a scene says all that itself. Edit the scene.");
+      throw UsageError("--tool, --match, --reach and --unit are for mesh files; a scene holds these settings. Edit the scene.");
     settings.scene = options.inputs[0];
     return settings;
   }
@@ -163,11 +162,11 @@ BatchSettings settingsOf(const BatchOptions& options) {
 pipeline::CohortSettings cohortOf(const BatchOptions& options) {
   const BatchSettings& own = options.settings;
   const pipeline::SceneDraftSettings& draft = options.draft;
-  if (!options.inputs.empty()) throw UsageError("--cohort names its scenes itself. Leave out " + options.inputs[0].string() + ".");
+  if (!options.inputs.empty()) throw UsageError("--cohort names the scenes. Leave out " + options.inputs[0].string() + ".");
   if (own.budget || own.speed || own.dry_run || !own.paths.empty())
     throw UsageError("--budget, --chart, --trajectory and --dry-run are for one scene. Leave them out, or leave out --cohort.");
   if (!draft.tool.empty() || !draft.matches.empty() || draft.reach_mm || !draft.unit.empty())
-    throw UsageError("--tool, --match, --reach and --unit are for mesh files; the scenes of a cohort say all that themselves.");
+    throw UsageError("--tool, --match, --reach and --unit are for mesh files; the scenes of a cohort hold these settings.");
   return {.list = options.cohort,
           .folder = own.folder,
           .cache = own.cache,
@@ -196,7 +195,7 @@ int runCohortCommand(const BatchOptions& options, WorkProgress& progress) {
 
 int runBatchCommand(const BatchOptions& options, bool quiet, WorkProgress& progress) try {
   if (!options.cohort.empty()) return runCohortCommand(options, progress);
-  if (options.inputs.empty()) throw UsageError("what is to be built is missing. Name a scene, mesh files, or a --cohort.");
+  if (options.inputs.empty()) throw UsageError("there is no input. Name a scene, mesh files, or a --cohort.");
   const BatchSettings settings = settingsOf(options);
   const BatchResult result = pipeline::runBatch(settings, progress);
   if (!quiet)
@@ -213,7 +212,7 @@ std::string parseBudget(const std::string& text, std::optional<Budget>& budget) 
   parsed.is_time = std::string_view(unit, end) == "us";
   const bool is_number = error == std::errc() && std::isfinite(parsed.amount) && parsed.amount > 0;
   const bool is_count = unit == end && parsed.amount >= 1 && parsed.amount <= 1e9 && parsed.amount == std::floor(parsed.amount);
-  if (!is_number || !(parsed.is_time || is_count)) return text + " is neither a number of leaves, as 6000, nor a time, as 20us";
+  if (!is_number || !(parsed.is_time || is_count)) return text + " is neither a number of leaves, such as 6000, nor a time, such as 20us";
   budget = parsed;
   return "";
 }
@@ -230,14 +229,15 @@ std::string parseShard(const std::string& text, Shard& shard) {
 
 /// Options for a quick look; the scene itself does not change.
 void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
-  app.add_option("--quality", overrides.quality, "quick, standard or best for every object; default: as the scene says")
+  app.add_option("--quality", overrides.quality, "quick, standard or best for every object; default: the setting of the scene")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
-  app.add_option("--builder", overrides.builder, "Builder of every object, as of build; default: as the scene says")
+  app.add_option("--builder", overrides.builder,
+                 "Builder of every object, with the names of build --builder; default: the setting of the scene")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
   app.add_option("--tolerance", overrides.tolerance_mm,
-                 "Tolerance of every object in mm, above 0 and at most 10^6; default: as the scene says")
+                 "Tolerance of every object in mm, above 0 and at most 10^6; default: the setting of the scene")
       ->type_name("MM")
       ->check(numberIn(1e-9, formats::kMaxSceneLength));
 }
@@ -247,25 +247,26 @@ void addOverrides(CLI::App& app, formats::TreeSettings& overrides) {
 void addBatchCommand(Program& program) {
   const auto all = std::make_shared<BatchOptions>();
   const std::shared_ptr<BatchSettings> options(all, &all->settings);
-  CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; what has not changed is taken from a cache",
+  CLI::App* app = addVerb(program, "batch", "Build the trees of every object of a scene; unchanged trees are taken from a cache",
                           "spheretree batch mouth.scene.json -o mouth; or spheretree batch mouth.glb probe.stl -o mouth --tolerance 0.1",
                           [all, &program](WorkProgress& progress) { return runBatchCommand(*all, program.quiet, progress); });
   app->add_option("SCENE|MESH", all->inputs,
-                  "Scene to read (.scene.json); spheretree help scene says what it holds. Or mesh files, each of their parts an object, as "
-                  "spheretree scene would write them")
+                  "Scene to read (.scene.json); spheretree help scene lists its keys. Or mesh files: each of their parts becomes an "
+                  "object, as with spheretree scene")
       ->type_name("FILE");
   app->add_option("--cohort", all->cohort,
-                  "In place of SCENE|MESH: many patients, one JSON line each, as {\"patient\": \"P001\", \"scene\": "
+                  "In place of SCENE|MESH: many patients, one line of JSON each, such as {\"patient\": \"P001\", \"scene\": "
                   "\"P001/mouth.scene.json\"}; results go to DIR/P001 and so on; default: none")
       ->type_name("FILE");
-  app->add_option("-o,--output", options->folder, "Folder for NAME.stree, scene.json and report.json; made if it is missing")
+  app->add_option("-o,--output", options->folder, "Folder for NAME.stree, scene.json and report.json; created if it is missing")
       ->required()
       ->type_name("DIR");
-  app->add_option("--cache", options->cache, "Folder of finished trees, by content; default DIR/cache")->type_name("DIR");
+  app->add_option("--cache", options->cache, "Folder that keeps finished trees, named by a hash of mesh and settings; default DIR/cache")
+      ->type_name("DIR");
   app->add_option_function<std::string>(
          "--shard", [options](const std::string& text) { (void)parseShard(text, options->shard); },
-         "Build only the I-th of N shares, into the cache; of a cohort, whole patients with their results; default 1/1: all, and write "
-         "the results")
+         "Build only the I-th of N shares of the trees, into the cache; with --cohort, of the patients, with their results; default 1/1: "
+         "everything, with the results")
       ->type_name("I/N")
       ->check([](const std::string& text) {
         Shard ignored;
@@ -273,26 +274,25 @@ void addBatchCommand(Program& program) {
       });
   app->add_option_function<std::string>(
          "--budget", [options](const std::string& text) { (void)parseBudget(text, options->budget); },
-         "Share this number of LEAVES (1 to 10^9) among all trees so that the largest error is smallest; or (as 20us, above 0) find the "
-         "trees with the smallest error whose haptic step takes this many microseconds, by a model that is the same on every machine; "
-         "default: none, each object has its own levels and tolerance")
+         "LEAVES (1 to 10^9): share this number of leaves among all trees so that the largest error is as small as possible. TIMEus (such "
+         "as 20us, above 0): find the trees with the smallest error whose haptic step takes at most this many microseconds, by a model "
+         "that is the same on every machine; default: none, each object has its own levels and tolerance")
       ->type_name("LEAVES|US")
       ->check([](const std::string& text) {
         std::optional<Budget> ignored;
         return parseBudget(text, ignored);
       });
-  app->add_flag(
-      "--chart", options->speed,
-      "Also measure the scene and each object with 8 to 4,096 leaves and with each tolerance of the scene, for the chart of speed "
-      "against accuracy in the report; default: not");
+  app->add_flag("--chart", options->speed,
+                "Also measure the scene and each object with 8 to 4,096 leaves and with each tolerance of the scene, for the chart of "
+                "speed against accuracy in the report; default: off");
   app->add_option("--trajectory", options->paths,
-                  "Trajectory or recording (.csv) of the tool whose steps --chart and a --budget in us count; may be given again; default: "
-                  "contacts at random")
+                  "Trajectory or recording (.csv) of the tool, from which --chart and a --budget in us take their steps; may be given "
+                  "again; default: contacts at random")
       ->type_name("FILE")
       ->allow_extra_args(false);
   addOverrides(*app, options->overrides);
   addDraftOptions(*app, all->draft);
-  app->add_flag("--dry-run", options->dry_run, "Only say which trees would be built; nothing is written; default: not");
+  app->add_flag("--dry-run", options->dry_run, "Only list the trees that would be built, and write nothing; default: off");
   addThreads(*app, options->threads);
 }
 

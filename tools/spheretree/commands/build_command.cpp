@@ -53,7 +53,7 @@ void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (options.settings.soft_share > 0 && options.builder != "cover")
     throw UsageError("--soft is for --builder cover. Leave one of them out.");
   if (options.skin == "off" && options.crease_angle_is_given)
-    throw UsageError("--crease-angle is for a skin, and there is none with --skin off. Leave one of them out.");
+    throw UsageError("--crease-angle needs a skin, and --skin off builds none. Leave one of them out.");
   files.willRead(options.input);
   files.willWrite(options.output, {".stree"}, "the tree (for other forms, see spheretree convert)", false);
   files.willWrite(options.report, {".json"}, "the report");
@@ -160,7 +160,7 @@ std::vector<BuildOptions> treesOf(const BuildOptions& options) {
     trees.push_back(options);
     trees.back().input = input;
     if (!to_folder) continue;
-    if (isDash(input)) throw UsageError("the tree of standard input has no name in a folder. Name a file with -o.");
+    if (isDash(input)) throw UsageError("a mesh from standard input has no name for a file in a folder. Name a file with -o.");
     trees.back().output = options.output / input.stem().concat(".stree");
   }
   return trees;
@@ -232,62 +232,65 @@ void addBuildCommand(Program& program) {
                           "spheretree build tooth.obj -o tooth.stree --tolerance 0.1",
                           [options, &program](builder::Progress& progress) { return runBuild(*options, program.quiet, progress); });
   app->add_option("INPUT", options->inputs, "Meshes to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE...");
-  app->add_option("-o,--output", options->output, "Tree to write (.stree); of several meshes a folder for NAME.stree each")
+  app->add_option("-o,--output", options->output, "Tree to write (.stree); with several meshes a folder, with NAME.stree for each")
       ->required()
       ->type_name("FILE|DIR");
   app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
-  app->add_option("--combine", options->combine,
-                  "Members of --builder combined, by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
+  app->add_option(
+         "--combine", options->combine,
+         "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)  // otherwise it would take INPUT as a member
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kMembers)));
   addTreeSize(*app, options->settings.levels, options->settings.branching);
-  app->add_option("--quality", options->quality, "quick, standard or best: time against tightness; default standard")
+  app->add_option("--quality", options->quality, "quick, standard or best: a slower build gives a tighter tree; default standard")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
   app->add_option("--tolerance", options->settings.tolerance_mm,
-                  "Fewest spheres whose worst leaf overhang stays within this length in mm, above 0; default: none, all levels are filled")
+                  "Largest overhang of the leaves in mm, above 0; the tree with the fewest spheres that meets it is built; default: none, "
+                  "all levels are filled")
       ->type_name("MM")
       ->check([](const std::string& text) { return lengthIn(text) ? std::string() : text + " is not a length above 0"; });
   app->add_option("--skin", options->skin,
-                  "The surface that a tool is to rest on: within this length in mm of the mesh, above 0; auto, the tolerance, or 0.2 % of "
-                  "the diagonal without one; or off, for none; default auto")
+                  "Largest distance in mm between the skin (the surface that a tool rests on) and the mesh, above 0; auto: the tolerance, "
+                  "or 0.2 % of the diagonal without one; off: no skin; default auto")
       ->type_name("MM")
       ->check([](const std::string& text) {
         const bool fits = text == "auto" || text == "off" || lengthIn(text);
         return fits ? std::string() : text + " is neither a length above 0 nor auto nor off";
       });
   app->add_option("--crease-angle", options->settings.crease_angle_deg,
-                  "Edges of the mesh that bend more, in degrees, stay sharp on the skin; 1 to 180; default 50")
+                  "An edge of the mesh whose two triangles meet at a larger angle than this, in degrees, stays sharp on the skin; 1 to "
+                  "180; default 50")
       ->type_name("DEG")
       ->check(numberIn(1, 180))
       ->each([options](const std::string&) { options->crease_angle_is_given = true; });
   app->add_option("--leaves", options->settings.most_leaves,
-                  "At most so many leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
+                  "Largest number of leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));
   app->add_option("--soft", options->settings.soft_share,
-                  "Leaves for soft tissue, near the surface: their radii are at most this share of the thickness there, 0.05 to 0.5; "
-                  "builder cover only; see docs/tissue.md. They need more leaves: --levels 5")
+                  "Leaves for soft tissue, near the surface: their radii are at most this share of the local thickness, 0.05 to 0.5; "
+                  "builder cover only; see docs/tissue.md. Such a tree needs more leaves: add --levels 5")
       ->type_name("SHARE")
       ->check(numberIn(0.05, 0.5));
   addUnit(*app, options->unit);
   app->add_option("--repair", options->repair,
-                  "What happens to a defective mesh: auto repairs it, as little as works; off refuses it; wrap puts a closed surface round "
-                  "any mesh; default auto")
+                  "What to do with a defective mesh: auto: repair it with the smallest change that makes it sound; off: refuse it; wrap: "
+                  "replace it by a closed surface around it; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   addParts(*app, options->parts);
-  app->add_flag(
-      "!--no-simplify", options->settings.simplify,
-      "Search on every triangle. Default: where a mesh has more than 400 triangles for each leaf that the tree can have (and more than "
-      "40,000), the spheres are searched on a simplified one. They are proven against every triangle either way");
+  app->add_flag("!--no-simplify", options->settings.simplify,
+                "Search on every triangle. Default: off; for a mesh with more than 40,000 triangles and more than 400 for each possible "
+                "leaf, the search uses a simplified mesh. The result is always proven against every triangle");
   addSeed(*app, options->settings.seed, "all random choices");
   addThreads(*app, options->settings.threads);
-  app->add_option("--report", options->report, "Also write settings, hashes, figures of each level and seconds as JSON")->type_name("FILE");
+  app->add_option("--report", options->report, "Also write the settings, hashes, figures of each level and seconds as JSON; default: none")
+      ->type_name("FILE");
 }
 
 }  // namespace spheretree::tool

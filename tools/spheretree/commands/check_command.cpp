@@ -189,7 +189,7 @@ void printText(const std::filesystem::path& input, const formats::MeshFile& file
   printResult("%s%s", report.summary().c_str(), summaryOf(survey, report).c_str());
   if (survey.has_inside) {
     const builder::Thickness& t = survey.thickness;
-    printResult("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, least %.4g mm\nleaves for an overhang of", t.median,
+    printResult("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, smallest %.4g mm\nleaves for an overhang of", t.median,
                 t.fifth_percentile, t.least);
     const char* separator = " ";
     for (const builder::LeafEstimate& e : survey.leaf_estimates) {
@@ -201,7 +201,7 @@ void printText(const std::filesystem::path& input, const formats::MeshFile& file
   if (report.clean())
     printResult("no defects: a build takes this mesh.\n");
   else
-    printResult(repaired.isSound() ? "a build repairs this mesh, and says so:\n" : "a build refuses this mesh.\n");
+    printResult(repaired.isSound() ? "a build repairs this mesh and reports it:\n" : "a build refuses this mesh.\n");
   if (!report.clean())
     for (const builder::RepairStep& step : repaired.steps) printResult("  %s\n", step.text.c_str());
 }
@@ -310,18 +310,18 @@ int runCheck(const CheckOptions& options, builder::Progress& progress) {
 void addCheckCommand(Program& program) {
   const auto options = std::make_shared<CheckOptions>();
   CLI::App* app =
-      addVerb(program, "check", "Tell what is wrong with a mesh, where, and what a build would do about it; exit code 4 if anything is",
+      addVerb(program, "check", "List the defects of a mesh, their places, and what a build does about them; exit code 4 if there are any",
               "spheretree check tooth.obj --json", [options](builder::Progress& progress) { return runCheck(*options, progress); });
   app->add_option("INPUT", options->inputs, "Meshes: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE...");
-  app->add_option("--fail-on", options->fail_on,
-                  "When the exit code is 4: defects: if anything is wrong; unfixable: if no repair makes the mesh sound; nothing; default "
-                  "defects")
+  app->add_option(
+         "--fail-on", options->fail_on,
+         "Condition for exit code 4: defects: the mesh has any; unfixable: no repair makes it sound; nothing: never; default defects")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"defects", "unfixable", "nothing"}));
-  app->add_option("-o,--output", options->output, "Also write the mesh with the places coloured (.glb); default: none")->type_name("FILE");
+  app->add_option("-o,--output", options->output, "Also write the mesh with its defects coloured (.glb); default: none")->type_name("FILE");
   app->add_flag("--list-parts", options->list_parts,
-                "Also list the named parts and the connected components, each checked by itself; default off");
-  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1; of several meshes a list");
+                "Also list the named parts and the connected components, each checked alone; default off");
+  app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.check/1; for several meshes a list");
   addUnit(*app, options->unit);
   addParts(*app, options->parts);
 }

@@ -47,11 +47,11 @@ std::vector<std::string> wordsOf(int argc, char** argv) {
 
 void addTalkOptions(CLI::App& app, Program& program, const std::string& group) {
   app.add_option("--progress", program.progress,
-                 "How progress is shown on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
+                 "Form of the progress on stderr: auto, bar, plain, json or none; default auto: a bar on a terminal")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}))
       ->group(group);
-  app.add_flag("-q,--quiet", program.quiet, "Say nothing on stderr but errors")->group(group);
+  app.add_flag("-q,--quiet", program.quiet, "Write only errors to stderr")->group(group);
 }
 
 int runVerb(Program& program) {
@@ -81,7 +81,7 @@ int runProgram(Program& program, int argc, char** argv) {
   cli.footer(
       "Exit codes: 0 ok, 1 internal error, 2 usage, 3 file cannot be read or written, 4 input refused,\n"
       "  5 target missed and best result written, 6 batch partly failed, 130 interrupted.\n"
-      "Help of a verb: spheretree help VERB. What a scene file holds: spheretree help scene\n"
+      "Help of a verb: spheretree help VERB. Keys of a scene file: spheretree help scene\n"
       "Completion for a shell: spheretree --completion bash|zsh|fish. Manual page: spheretree --manual");
   try {
     if (wroteReference(cli, {argv + 1, argv + argc}, kGenerator)) return kExitOk;

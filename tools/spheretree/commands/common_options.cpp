@@ -15,16 +15,16 @@ void addUnit(CLI::App& app, std::string& unit) {
 
 void addParts(CLI::App& app, std::string& parts) {
   app.add_option("--parts", parts,
-                 "merge: all parts as one object; or the name of one part; or #N, the connected component N as `check --list-parts` counts "
-                 "them, from 0; default merge")
+                 "merge: all parts as one object; NAME: that part; #N: the connected component N, counted from 0 as by `check "
+                 "--list-parts`; default merge")
       ->type_name("NAME");
 }
 
 void addTreeSize(CLI::App& app, int& levels, int& branching) {
-  app.add_option("--levels", levels, "Levels of a tree with the root, 2 to 6; default 4")
+  app.add_option("--levels", levels, "Levels of a tree, the root included, 2 to 6; default 4")
       ->type_name("N")
       ->check(CLI::Range(kMinLevels, kMaxLevels));
-  app.add_option("--branching", branching, "Most children of a node, 2 to 8; default 8")
+  app.add_option("--branching", branching, "Largest number of children of a node, 2 to 8; default 8")
       ->type_name("N")
       ->check(CLI::Range(kMinBranching, kMaxBranching));
 }
@@ -41,7 +41,8 @@ void addSeed(CLI::App& app, std::uint64_t& seed, const std::string& of) {
 }
 
 void addThreads(CLI::App& app, int& threads) {
-  app.add_option("-j,--threads", threads, "Threads, 0 to 1024; 0: as many as the machine has; default 0. The result is the same for any")
+  app.add_option("-j,--threads", threads,
+                 "Number of threads, 0 to 1024; 0: one for each processor; default 0. The result does not depend on it")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
 }

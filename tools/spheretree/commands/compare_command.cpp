@@ -85,7 +85,7 @@ void addSpheres(const CompareOptions& options, std::vector<ComparedMesh>& meshes
     std::string links;
     for (const robot::SphereSet& set : read.sets) links += (links.empty() ? "" : ", ") + (set.link.empty() ? "(without a name)" : set.link);
     throw formats::FormatError(file.string() + ": has spheres for " + links +
-                               ", and no mesh is named so. Name the file of a mesh as its link.");
+                               ", and no mesh has this name. Give the file of a mesh the name of its link.");
   }
 }
 
@@ -150,37 +150,38 @@ int runCompare(const CompareOptions& options, bool quiet, builder::Progress& pro
 
 void addCompareCommand(Program& program) {
   const auto options = std::make_shared<CompareOptions>();
-  CLI::App* app =
-      addVerb(program, "compare", "Every builder and quality on every mesh: speed against accuracy, as a page, SVG, CSV and JSON",
-              "spheretree compare tooth.obj probe.obj -o comparison --qualities standard",
-              [options, &program](builder::Progress& progress) { return runCompare(*options, program.quiet, progress); });
+  CLI::App* app = addVerb(program, "compare",
+                          "Build every mesh with every builder and quality, and report speed against accuracy as HTML, SVG, CSV and JSON",
+                          "spheretree compare tooth.obj probe.obj -o comparison --qualities standard",
+                          [options, &program](builder::Progress& progress) { return runCompare(*options, program.quiet, progress); });
   app->add_option("MESH", options->meshes, "Meshes: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE...");
-  app->add_option("-o,--output", options->settings.folder, "Folder of the results. One of a run that was stopped goes on from there")
+  app->add_option("-o,--output", options->settings.folder, "Folder of the results; the folder of an interrupted run is continued")
       ->required()
       ->type_name("DIR");
   app->add_option("--builders", options->builders,
-                  "By commas, of cover, combined, merge, burst, expand, spawn, grid, hubbard and octree; default all")
+                  "Builders, separated by commas, of cover, combined, merge, burst, expand, spawn, grid, hubbard and octree; default all")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
-  app->add_option("--qualities", options->qualities,
-                  "By commas, of quick, standard and best; default all. The octree has none and runs once")
+  app->add_option(
+         "--qualities", options->qualities,
+         "Qualities, separated by commas, of quick, standard and best; default all. The octree does not depend on them and runs once")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
   app->add_option("--spheres", options->spheres,
-                  "Spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or MJCF; of several "
-                  "links those of the link that is named as the mesh's file")
+                  "Also show the spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or "
+                  "MJCF; of a file with several links, those of the link with the name of the mesh's file")
       ->type_name("FILE...");
   app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   addTreeSize(*app, options->settings.build.levels, options->settings.build.branching);
   app->add_option("--sensitivity,--stability", options->settings.rotations,
-                  "Adds a table of how much the trees change when the mesh is turned (N times), shifted a little, reordered, scaled or "
-                  "subdivided, 0 to 1000; default 0: none. 24 builds every tree 43 times")
+                  "Add a table of how much the trees change when the mesh is rotated (N times), shifted slightly, reordered, scaled or "
+                  "subdivided, 0 to 1000; default 0: no table. With 24 every tree is built 43 times")
       ->type_name("N")
       ->check(CLI::Range(0, 1000));
   addUnit(*app, options->unit);

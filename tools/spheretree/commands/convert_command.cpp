@@ -50,7 +50,7 @@ void refuseStrayOptions(const ConvertOptions& options, const std::string& to) {
     throw UsageError("--mesh, --view and --width are for pictures (.png). Leave them out.");
   const double length =
       std::accumulate(options.view.begin(), options.view.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
-  if (!options.view.empty() && !(length > 0)) throw UsageError("--view is no direction. Give a point to look from, such as 1,-2,1.");
+  if (!options.view.empty() && !(length > 0)) throw UsageError("--view is the zero vector. Give a direction to look from, such as 1,-2,1.");
   const bool is_list = to == ".csv" || to == ".yaml" || (to == ".json" && options.level >= 0);
   if (options.level >= 0 && !is_list && to != ".glb")
     throw UsageError("--level is for lists of spheres (.csv, .yaml, .json) and .glb; " + to + " holds the whole tree. Leave it out.");
@@ -87,7 +87,7 @@ int runConvert(const ConvertOptions& options, builder::Progress& progress) {
   const RunFiles files;
   const std::string to = options.to.empty() ? endingOf(options.output) : "." + options.to;
   if (to.empty() && isDash(options.output))
-    throw UsageError("say what standard output is to hold: --to stree, sph, json, csv, yaml, glb or png.");
+    throw UsageError("the kind of the output is needed for standard output. Add --to stree, sph, json, csv, yaml, glb or png.");
   if (!options.to.empty() && !isDash(options.output) && to != endingOf(options.output))
     throw UsageError(options.output.string() + ": the name does not end in " + to + ", as --to says. Leave --to out.");
   files.willRead(options.input);
@@ -112,11 +112,9 @@ void addConvertCommand(Program& program) {
                           "Convert a tree: .stree, .sph or .json to these, a list of spheres (.csv, .yaml), .glb or a picture (.png)",
                           "spheretree convert tooth.stree tooth.glb --spheres cover",
                           [options](builder::Progress& progress) { return runConvert(*options, progress); });
-  app->add_option("IN", options->input, "Tree to read; its kind is told from the ending .stree, .sph or .json")
-      ->required()
-      ->type_name("FILE");
+  app->add_option("IN", options->input, "Tree to read; its ending gives its kind: .stree, .sph or .json")->required()->type_name("FILE");
   app->add_option("OUT,-o,--output", options->output,
-                  "File to write; its kind is told from the ending .stree, .sph, .json, .csv, .yaml, .glb or .png")
+                  "File to write; its ending gives its kind: .stree, .sph, .json, .csv, .yaml, .glb or .png")
       ->required()
       ->type_name("FILE");
   app->add_option(
@@ -124,9 +122,9 @@ void addConvertCommand(Program& program) {
          "Kind of the output where OUT is - (standard output): stree, sph, json, csv, yaml, glb or png; default: by the ending of OUT")
       ->type_name("KIND")
       ->check(CLI::IsMember(kKinds));
-  app->add_option(
-         "--spheres", options->spheres,
-         "Spheres of inner nodes in .sph, lists, .glb and .png: cover (the approximation) or bound (what a traversal tests); default cover")
+  app->add_option("--spheres", options->spheres,
+                  "Spheres of inner nodes in .sph, lists, .glb and .png: cover (the approximation) or bound (the bounding sphere that a "
+                  "traversal tests); default cover")
       ->type_name("KIND")
       ->check(CLI::IsMember({"cover", "bound"}));
   app->add_option(
@@ -138,8 +136,7 @@ void addConvertCommand(Program& program) {
   app->add_option("--unit", options->unit, "Unit of a list of spheres: mm, cm, m or in; default mm")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
-  app->add_option("--mesh", options->mesh, "Mesh that the tree was built from, to be drawn beside it in .png; default: none")
-      ->type_name("FILE");
+  app->add_option("--mesh", options->mesh, "Mesh of the tree, drawn beside it in .png; default: none")->type_name("FILE");
   app->add_option("--view", options->view, "Direction from the object to the eye in .png, three numbers; default 1,-2,1")
       ->type_name("X,Y,Z")
       ->delimiter(',')

@@ -19,8 +19,8 @@ std::string faultOfMatch(const std::string& text) try {
 
 void addDraftOptions(CLI::App& app, pipeline::SceneDraftSettings& draft) {
   app.add_option("--tool", draft.tool,
-                 "What the hand holds: the name of an object, or a mesh file; default: the object whose name has a word such as probe or "
-                 "tool in it, else a ball of 1 mm")
+                 "Tool in the hand: the name of an object, or a mesh file; default: the object whose name contains a word such as probe or "
+                 "tool, else a ball of 1 mm")
       ->type_name("NAME|FILE");
   app.add_option_function<std::vector<std::string>>(
          "--match",
@@ -28,14 +28,15 @@ void addDraftOptions(CLI::App& app, pipeline::SceneDraftSettings& draft) {
            draft.matches.clear();
            for (const std::string& text : texts) draft.matches.push_back(pipeline::parseToleranceMatch(text));
          },
-         "Tolerance in mm of the objects whose name is like this, where * and ? stand for any letters, as 'tooth_*=0.1'; above 0 and at "
+         "Tolerance in mm of the objects whose name matches; * stands for any text and ? for any letter, such as 'tooth_*=0.1'; above 0 "
+         "and at "
          "most 10^6; may be given again, the last one counts; default: --tolerance")
       ->type_name("PATTERN=MM")
       ->allow_extra_args(false)
       ->check(faultOfMatch);
   app.add_option("--reach", draft.reach_mm,
-                 "What a ball of this radius in mm cannot touch, above 0 and at most 10^6, gets 5 times the largest tolerance; default: "
-                 "everything is as accurate as its tolerance")
+                 "Radius in mm of a ball, above 0 and at most 10^6: the tolerance of surfaces that this ball cannot touch is 5 times the "
+                 "largest one; default: none, all surfaces keep their tolerance")
       ->type_name("MM")
       ->check(numberIn(1e-9, formats::kMaxSceneLength));
   addUnit(app, draft.unit);

@@ -54,8 +54,8 @@ void printText(const EvaluateOptions& options, std::size_t triangles, const buil
                 level.coverage.max_gap, level.coverage.max_gap * percent, 100 * level.excess_volume_fraction,
                 100 * level.missing_volume_fraction);
   const builder::HierarchyEvaluation& hierarchy = evaluation.hierarchy;
-  printResult("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of one\n", hierarchy.leaves,
-              hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
+  printResult("\n%zu leaves; %zu reach out of the bounding sphere of an ancestor, %zu out of the cover sphere of an ancestor\n",
+              hierarchy.leaves, hierarchy.leaves_outside_ancestor, hierarchy.leaves_outside_ancestor_cover);
   if (evaluation.skin && evaluation.skin->from_mesh)
     printResult("skin: %zu triangles, at most %.3g mm from the mesh, the mesh %.3g mm from them; patches at most %.3g mm from them\n",
                 evaluation.skin->triangles, *evaluation.skin->from_mesh, *evaluation.skin->of_mesh, evaluation.skin->tolerance);
@@ -112,7 +112,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
   const Hash128& made_of = tree.provenance.mesh_hash;
   if (!program.quiet && made_of != Hash128{} && made_of != builder::meshHash(mesh))
     say("spheretree: warning: " + formats::shownName(options.tree) + " was built from another mesh than " +
-        formats::shownName(options.mesh) + " (or with another --unit, --parts or --repair). The figures compare the two as they are.");
+        formats::shownName(options.mesh) + " (or with another --unit, --parts or --repair). The figures compare the two files as given.");
   options.settings.limits = !options.no_limits;
   builder::Evaluation evaluation;
   try {
@@ -131,7 +131,7 @@ int runEvaluate(EvaluateOptions options, const Program& program, builder::Progre
 
 void addEvaluateCommand(Program& program) {
   const auto options = std::make_shared<EvaluateOptions>();
-  CLI::App* app = addVerb(program, "evaluate", "Measure how well every level of a tree stands for a mesh",
+  CLI::App* app = addVerb(program, "evaluate", "Measure how well every level of a tree approximates a mesh",
                           "spheretree evaluate tooth.obj tooth.stree --json",
                           [options, &program](builder::Progress& progress) { return runEvaluate(*options, program, progress); });
   app->add_option("MESH", options->mesh, "Mesh: .obj, .stl, .ply, .off, .gltf or .glb; or a robot (.urdf), link by link")
@@ -141,29 +141,30 @@ void addEvaluateCommand(Program& program) {
                   "Tree: .stree, .soft, .sph or .json; or spheres of a robot: .yml, .xrdf, .json, .urdf, .srdf or .xml")
       ->required()
       ->type_name("FILE");
-  app->add_option("--link", options->link, "Of spheres for several links: which; default: the only one, and of a robot all")
+  app->add_option("--link", options->link, "Link, where a file of spheres has several; default: the only link; for a robot all links")
       ->type_name("NAME");
   app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in a file of spheres: mm, cm, m or in; default m")
       ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   app->add_option("--package", options->packages,
-                  "Folder in which package:// of a robot is looked for, as in robot; may be given again; default: none")
+                  "Folder to search for package:// of a robot, as in robot; may be given again; default: none")
       ->type_name("DIR")
       ->allow_extra_args(false);
   app->add_flag("--json", options->json, "Print JSON on stdout, schema spheretree.evaluation/1");
-  app->add_flag("--no-limits", options->no_limits, "Leave out h_fin and h_low, which take about a third of the time");
+  app->add_flag("--no-limits", options->no_limits, "Do not compute h_fin and h_low, which take about a third of the time; default: off");
   addUnit(*app, options->unit);
   addParts(*app, options->parts);
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   app->add_option("--states", options->states.states,
-                  "Of a soft tree: N states (squeezed, poked, bent, noisy, inside out) or a file of states (.csv), in place of the levels")
+                  "For a soft tree, in place of the levels: N deformed states (squeezed, poked, bent, noisy, inverted), or a file of "
+                  "states (.csv); default: none")
       ->type_name("N|FILE");
   app->add_option("--samples", options->states.samples, "Surface points tested in each state, 100 to 1000000; default 10000")
       ->type_name("N")
       ->check(CLI::Range(100, kMaxStateSamples));
-  addSeed(*app, options->settings.seed, "the surface points, and of the states");
+  addSeed(*app, options->settings.seed, "the surface points and of the states");
   addThreads(*app, options->settings.threads);
 }
 

@@ -92,13 +92,13 @@ int reportStates(const std::string& name, const SphereTree& tree, const Tissue& 
     throw builder::BuildError(name + " belongs to another mesh, or to one with another --unit, --parts or --repair");
   const TriangleMesh surface = joined(mesh.mesh, mesh.to_cover);
   if (surface.positions.size() != tissue.surface.size())
-    throw builder::BuildError(name + " has another number of vertices than the mesh. Soften it again");
+    throw builder::BuildError(name + " has a number of vertices other than the mesh. Soften it again");
   std::size_t count = 0;
   std::vector<builder::TissueState> listed;
   const char* last = options.states.data() + options.states.size();
   const auto [end, error] = std::from_chars(options.states.data(), last, count);
   const bool is_number = error == std::errc() && end == last;
-  if (is_number && (count < 1 || count > pipeline::kMaxStates)) throw UsageError("--states: a number of states is 1 to 100000.");
+  if (is_number && (count < 1 || count > pipeline::kMaxStates)) throw UsageError("--states: the number of states must be 1 to 100000.");
   if (!is_number) listed = pipeline::readStates(options.states, tissue.nodes.size()), count = listed.size();
   const auto state = [&](std::size_t i) { return is_number ? builder::sampleState(tissue, i, count, options.seed) : listed[i]; };
   progress.stage("states");

@@ -197,10 +197,10 @@ int runInspect(const InspectOptions& options) {
 
 void addInspectCommand(Program& program) {
   const auto options = std::make_shared<InspectOptions>();
-  CLI::App* app = addVerb(program, "inspect", "Show what a .stree file holds and prove that it is sound",
+  CLI::App* app = addVerb(program, "inspect", "Show the content of a .stree file and prove that it is sound",
                           "spheretree inspect tooth.stree --json", [options](builder::Progress&) { return runInspect(*options); });
   app->add_option("TREE", options->trees, "Trees to inspect (.stree)")->required()->type_name("FILE...");
-  app->add_flag("--json", options->json, "Print JSON on stdout; a damaged file gives valid: false and the reason; of several trees a list");
+  app->add_flag("--json", options->json, "Print JSON on stdout; for a damaged file valid: false and the reason; for several trees a list");
 }
 
 }  // namespace spheretree::tool

@@ -62,13 +62,14 @@ int runRepair(const RepairOptions& options, builder::Progress& progress) {
 void addRepairCommand(Program& program) {
   const auto options = std::make_shared<RepairOptions>();
   CLI::App* app =
-      addVerb(program, "repair", "Write a mesh as a build takes it: closed, wound outward, without crossings",
+      addVerb(program, "repair", "Write the mesh that a build would use: closed, wound outward, without crossings",
               "spheretree repair scan.stl -o sound.ply", [options](builder::Progress& progress) { return runRepair(*options, progress); });
   app->add_option("INPUT", options->input, "Mesh to read: .obj, .stl, .ply, .off, .gltf or .glb")->required()->type_name("FILE");
   app->add_option("-o,--output", options->output, "Mesh to write, in mm: .ply, or .obj, which keeps the names of parts; - is PLY")
       ->required()
       ->type_name("FILE");
-  app->add_option("--repair", options->repair, "auto: as little as works; wrap: a closed surface round any mesh; default auto")
+  app->add_option("--repair", options->repair,
+                  "auto: the smallest change that makes the mesh sound; wrap: a closed surface around any mesh; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "wrap"}));
   app->add_flag("--json", options->json, "Print what was done as JSON on stdout, schema spheretree.repair/1");

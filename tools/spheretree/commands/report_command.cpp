@@ -40,7 +40,7 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
     if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
     return recordingReport(in, given(options.scene), kMostBytes, progress);
   }
-  if (!options.scene.empty()) throw UsageError("--scene is for a recording: a folder brings its own. Leave it out.");
+  if (!options.scene.empty()) throw UsageError("--scene is for a recording; a folder contains its scene. Leave it out.");
   if (fs::exists(in / "report.json", none)) return batchReport(in, given(options.recording), kMostBytes, progress);
   if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
   if (fs::exists(in / "compare.json", none)) {
@@ -86,9 +86,10 @@ std::string figureBoxes(const std::vector<std::pair<std::string, std::string>>& 
 
 void addReportCommand(Program& program) {
   const auto options = std::make_shared<ReportOptions>();
-  CLI::App* app = addVerb(program, "report", "One self-contained page from a batch, a comparison, a recording or the stability scenarios",
-                          "spheretree report mouth -o mouth.html --recording probing.csv",
-                          [options](builder::Progress& progress) { return runReport(*options, progress); });
+  CLI::App* app =
+      addVerb(program, "report", "Write one self-contained page from a batch, a comparison, a recording or the stability scenarios",
+              "spheretree report mouth -o mouth.html --recording probing.csv",
+              [options](builder::Progress& progress) { return runReport(*options, progress); });
   app->add_option("INPUT", options->input, "Folder of batch, compare or haptic-player --scenario; or a recording (.csv) of haptic-player")
       ->required()
       ->type_name("DIR|FILE");
@@ -99,7 +100,7 @@ void addReportCommand(Program& program) {
   app->add_option("--recording", options->recording, "A recording in the scene of a batch, to replay it there; default: none")
       ->type_name("FILE");
   app->add_flag("--cohort", options->cohort,
-                "INPUT is the folder of batch --cohort: a page of all patients, the worst first; default: not");
+                "Write a page of all patients, the worst first; INPUT is the folder of batch --cohort; default: off");
   app->add_flag("--json", options->json, "Print the figures of the page as JSON on stdout");
 }
 

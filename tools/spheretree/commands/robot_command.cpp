@@ -69,7 +69,7 @@ void printLinks(const RobotOptions& options, const robot::Robot& robot, const ro
   printResult("%-*s  spheres  overhang bound [mm]\n", width, "link");
   for (const robot::LinkCover& link : cover.links)
     printResult("%-*s  %7zu  %19.6g%s\n", width, plainText(robot.links[link.link].name).c_str(), link.spheres().size(),
-                link.overhangBound(), link.is_clipped ? "  clipped: bare at and beyond the plane" : "");
+                link.overhangBound(), link.is_clipped ? "  clipped: not covered at and beyond the plane" : "");
   std::size_t adjacent = 0, always = 0;
   for (const robot::IgnoredPair& pair : pairs) {
     adjacent += pair.reason == robot::PairReason::Adjacent;
@@ -77,7 +77,7 @@ void printLinks(const RobotOptions& options, const robot::Robot& robot, const ro
   }
   printResult("%s: %zu spheres on %s; every surface is covered; %.1f s\n", plainText(options.folder.string()).c_str(), cover.sphereCount(),
               counted(cover.links.size(), "link").c_str(), seconds);
-  printResult("pairs of links to ignore: %zu adjacent, %zu that always touch, %zu that never do, proven within the joint limits\n",
+  printResult("pairs of links to ignore: %zu adjacent, %zu that always touch, %zu proven never to touch within the joint limits\n",
               adjacent, always, pairs.size() - adjacent - always);
 }
 
@@ -117,7 +117,7 @@ int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progres
       for (const std::string& note : link.notes) say(note);
   }
   if (!quiet && options.merge.empty())
-    say("The limits of acceleration and jerk that XRDF and cuRobo want are not in a URDF. Take them from a file: --merge FILE.xrdf or "
+    say("XRDF and cuRobo need limits of acceleration and jerk, which a URDF does not hold. Take them from a file: --merge FILE.xrdf or "
         "FILE.yml.");
   printLinks(options, robot, cover, pairs, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   if (!is_met && settings.counts.empty())
@@ -137,50 +137,48 @@ void addRobotCommand(Program& program) {
       ->required()
       ->type_name("FILE");
   app->add_option("-o,--output", options->folder,
-                  "Folder for cuRobo, XRDF, URDF, SRDF, VAMP, foam, ballpark, MorphIt and MJCF; made if it is missing")
+                  "Folder for the files of cuRobo, XRDF, URDF, SRDF, VAMP, foam, ballpark, MorphIt and MJCF; created if it is missing")
       ->required()
       ->type_name("DIR");
-  CLI::Option* tolerance =
-      app->add_option("--tolerance", options->settings.tolerance_mm,
-                      "Fewest spheres that reach out of each shape by at most this, in mm, above 0; default: none, --budget counts")
-          ->type_name("MM")
-          ->check(numberIn(1e-9, 1e6));
-  app->add_option(
-         "--budget", options->budget,
-         "Spheres of all links together, 1 to 100000, shared so that the largest error is smallest; default 8 for each collision element")
+  CLI::Option* tolerance = app->add_option("--tolerance", options->settings.tolerance_mm,
+                                           "Largest overhang of the spheres of each shape in mm, above 0, with the fewest spheres that "
+                                           "meet it; default: none, --budget sets their number")
+                               ->type_name("MM")
+                               ->check(numberIn(1e-9, 1e6));
+  app->add_option("--budget", options->budget,
+                  "Number of spheres of all links together, 1 to 100000, shared so that the largest error is as small as possible; default "
+                  "8 for each collision element")
       ->type_name("N")
       ->check(CLI::Range(1, 100000))
       ->excludes(tolerance);
-  app->add_option(
-         "--links", options->links,
-         "PATTERN=N by commas: N spheres, 1 to 4096, for each link whose name matches (* any text, ? any letter), apart from --budget and "
-         "--tolerance; the first that matches counts; default: none")
+  app->add_option("--links", options->links,
+                  "PATTERN=N, several separated by commas: N spheres, 1 to 4096, for each link whose name matches (* any text, ? any "
+                  "letter), in addition to --budget and --tolerance; the first pattern that matches is used; default: none")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check([](const std::string& text) { return linkCount(text) ? std::string() : text + " is not PATTERN=N with N from 1 to 4096"; });
-  app->add_option(
-         "--clip", options->clip,
-         "LINK AXIS VALUE: no sphere of the link reaches below VALUE mm along AXIS (x, y, z, -x, -y or -z) of its frame, as at a base on a "
-         "table; may be given again; default: none")
+  app->add_option("--clip", options->clip,
+                  "LINK AXIS VALUE: no sphere of the link reaches below VALUE mm along AXIS (x, y, z, -x, -y or -z) of its frame, for "
+                  "example for a base on a table; may be given again; default: none")
       ->type_name("LINK AXIS VALUE")
       ->type_size(3)
       ->allow_extra_args(false);
-  app->add_option("--srdf", options->srdf, "SRDF whose groups, states and pairs are kept in the one that is written; default: none")
+  app->add_option("--srdf", options->srdf, "SRDF whose groups, states and pairs are copied into the written SRDF; default: none")
       ->type_name("FILE");
-  app->add_option("--merge", options->merge,
-                  "XRDF or configuration of cuRobo (.yml) whose limits, tool frames and other keys are kept in the ones that are written; "
-                  "default: none")
+  app->add_option(
+         "--merge", options->merge,
+         "XRDF or configuration of cuRobo (.yml) whose limits, tool frames and other keys are copied into the written files; default: none")
       ->type_name("FILE");
   app->add_option(
          "--package", options->packages,
-         "Folder in which package:// is looked for, before those above the URDF and ROS_PACKAGE_PATH; may be given again; default: none")
+         "Folder to search for package://, before the folders above the URDF and ROS_PACKAGE_PATH; may be given again; default: none")
       ->type_name("DIR")
       ->allow_extra_args(false);
   app->add_option("--quality", options->quality, "quick, standard or best; default standard")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
-  app->add_option("--repair", options->repair, "Mends meshes first, as in build: auto, off or wrap; default auto")
+  app->add_option("--repair", options->repair, "Repair of the meshes, as in build: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
   addSeed(*app, options->settings.seed, "all random choices");

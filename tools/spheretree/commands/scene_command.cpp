@@ -25,7 +25,7 @@ int runScene(const SceneOptions& options, bool quiet, builder::Progress& progres
     files.willRead(input);
   }
   files.willWrite(options.output, {".json"}, "the scene");
-  if (isDash(options.output)) throw UsageError("a scene refers to its mesh files from where it stands. Give -o the name of a file.");
+  if (isDash(options.output)) throw UsageError("a scene names its mesh files relative to its own folder. Give -o the name of a file.");
   progress.stage("read");
   pipeline::MeshStore meshes;
   const pipeline::SceneDraft draft = draftScene(options.draft, options.output, meshes);
@@ -45,18 +45,18 @@ int runScene(const SceneOptions& options, bool quiet, builder::Progress& progres
 
 void addSceneCommand(Program& program) {
   const auto options = std::make_shared<SceneOptions>();
-  CLI::App* app = addVerb(program, "scene", "Write a scene from mesh files, each of their parts an object: what batch builds",
+  CLI::App* app = addVerb(program, "scene", "Write a scene for batch from mesh files; each of their parts becomes an object",
                           "spheretree scene mouth.glb probe.stl -o mouth.scene.json --tolerance 0.2 --match 'tooth_*=0.1'",
                           [options, &program](builder::Progress& progress) { return runScene(*options, program.quiet, progress); });
   app->add_option("MESH", options->draft.files, "Mesh files (OBJ, STL, PLY, OFF, glTF, GLB) or trees (.stree); several may be given")
       ->required()
       ->type_name("FILE");
-  app->add_option("-o,--output", options->output, "Scene to write (.scene.json); spheretree help scene says what it holds")
+  app->add_option("-o,--output", options->output, "Scene to write (.scene.json); spheretree help scene lists its keys")
       ->required()
       ->type_name("FILE");
-  app->add_option(
-         "--tolerance", options->draft.tolerance_mm,
-         "Tolerance of every object and of the tool in mm, above 0 and at most 10^6; default: none, each has its full number of leaves")
+  app->add_option("--tolerance", options->draft.tolerance_mm,
+                  "Tolerance of every object and of the tool in mm, above 0 and at most 10^6; default: none, each tree has its full number "
+                  "of leaves")
       ->type_name("MM")
       ->check(numberIn(1e-9, formats::kMaxSceneLength));
   addDraftOptions(*app, options->draft);

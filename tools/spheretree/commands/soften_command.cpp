@@ -42,7 +42,7 @@ pipeline::FixedRegions fixedRegions(const SoftenOptions& options) {
     if (!pipeline::addFixedRegion(text, regions))
       throw UsageError("--fix " + text + ": a region is sphere:X,Y,Z,RADIUS or box:X0,Y0,Z0,X1,Y1,Z1 in mm, the lower corner first.");
   for (const std::filesystem::path& path : options.fixed_inside) addLeaves(readTree(path), regions);
-  if (regions.empty()) throw UsageError("nothing holds the body. Say what does, by --fix or --fix-inside.");
+  if (regions.empty()) throw UsageError("the body is not held. Name a fixed region with --fix or --fix-inside.");
   return regions;
 }
 
@@ -67,8 +67,7 @@ void report(const SoftenOptions& options, const Tissue& tissue, const pipeline::
   printResult("%s: %zu tetrahedra, %zu nodes, %zu of them fixed; %zu bytes\n", plainText(options.output.string()).c_str(),
               tissue.tetrahedra.size(), tissue.nodes.size(), tissue.fixed.size(), bytes);
   if (tissue.response.empty())
-    printResult(
-        "  too many nodes for their compliance matrix: players refuse this file; --tets of half as many makes one that they take\n");
+    printResult("  too many nodes for their compliance matrix: players refuse this file. Give half of this number with --tets\n");
   if (body.boundary_distance_mm > 0)
     printResult("  they fill a simplified surface of %zu triangles; no point of the mesh is farther from it than %.3g mm\n",
                 body.boundary.triangles.size(), body.boundary_distance_mm);
@@ -108,23 +107,25 @@ int runSoften(const SoftenOptions& options, builder::Progress& progress) {
 
 void addSoftenCommand(Program& program) {
   const auto options = std::make_shared<SoftenOptions>();
-  CLI::App* app = addVerb(program, "soften", "Fill an object with tetrahedra, so that its tree moves with soft tissue",
+  CLI::App* app = addVerb(program, "soften", "Fill an object with tetrahedra, so that its tree deforms as soft tissue",
                           "spheretree soften tongue.obj tongue.stree -o tongue.soft --young 15 --fix box:-40,-40,-20,40,40,-5",
                           [options](builder::Progress& progress) { return runSoften(*options, progress); });
   app->add_option("MESH", options->mesh, "Mesh that the tree was built from")->required()->type_name("FILE");
-  app->add_option("TREE", options->tree, "Tree of it: .stree")->required()->type_name("FILE");
+  app->add_option("TREE", options->tree, "Tree of this mesh (.stree)")->required()->type_name("FILE");
   app->add_option("-o,--output", options->output, "Soft tree to write (.soft)")->required()->type_name("FILE");
   app->add_option("--young", options->material.young_kpa, "Young's modulus [kPa], 0.1 to 100000; tongue 15, cheek 30, gum 3000")
       ->required()
       ->type_name("KPA");
   app->add_option("--poisson", options->material.poisson, "Poisson's ratio, 0 to 0.495; default 0.45")->type_name("RATIO");
   app->add_option("--density", options->material.density_kg_m3, "Density [kg/m^3], 100 to 5000; default 1040")->type_name("KG/M3");
-  app->add_option("--tets", options->tetrahedra, "About how many tetrahedra, 100 to 50000; default 3000")
+  app->add_option("--tets", options->tetrahedra, "Approximate number of tetrahedra, 100 to 50000; default 3000")
       ->type_name("N")
       ->check(CLI::Range(pipeline::kMinTetrahedra, pipeline::kMaxTetrahedra));
-  app->add_option("--fix", options->fixed, "What stays in place: sphere:X,Y,Z,RADIUS or box:X0,Y0,Z0,X1,Y1,Z1 [mm]; may be given again")
+  app->add_option("--fix", options->fixed,
+                  "Region that stays in place: sphere:X,Y,Z,RADIUS or box:X0,Y0,Z0,X1,Y1,Z1 [mm]; may be given again")
       ->type_name("REGION");
-  app->add_option("--fix-inside", options->fixed_inside, "What lies in a leaf of this tree stays in place; may be given again")
+  app->add_option("--fix-inside", options->fixed_inside,
+                  "Tree that holds the body: the tissue inside its leaves stays in place; may be given again")
       ->type_name("TREE");
   app->add_option("--time-limit", options->seconds, "Seconds for each run of TetGen, 1 to 3600; default 60")
       ->type_name("S")
@@ -132,7 +133,7 @@ void addSoftenCommand(Program& program) {
   app->add_option("--repair", options->repair, "As for the build of the tree: auto, off or wrap; default auto")
       ->type_name("KIND")
       ->check(CLI::IsMember({"auto", "off", "wrap"}));
-  app->add_flag("--json", options->json, "Print what was made as JSON on stdout, schema spheretree.softening/1");
+  app->add_flag("--json", options->json, "Print the figures of the result as JSON on stdout, schema spheretree.softening/1");
   addUnit(*app, options->unit);
   addParts(*app, options->parts);
 }

@@ -43,11 +43,12 @@ void addSources(CLI::App& app, pipeline::SplitJobSettings& job) {
   app.add_option("--label-property", job.source.property,
                  "Scalar property of the vertices or faces of a PLY file, or colour, that holds the labels; default: none")
       ->type_name("NAME");
-  app.add_flag("--parts", job.source.parts, "The parts of the file are the labels, with numbers of teeth in their names; default: not");
+  app.add_flag("--parts", job.source.parts,
+               "Take the parts of the file as labels; their names contain the numbers of the teeth; default: off");
   app.add_option("--numbering", job.source.numbering, "Numbers in the labels: fdi, universal or palmer; default fdi")
       ->type_name("NAME")
       ->check(CLI::IsMember({"fdi", "universal", "palmer"}));
-  app.add_option("--jaw", job.jaw, "Jaw of a single scan: upper, lower or auto; default auto: as the labels say")
+  app.add_option("--jaw", job.jaw, "Jaw of a single scan: upper, lower or auto; default auto: from the labels")
       ->type_name("NAME")
       ->check(CLI::IsMember({"upper", "lower", "auto"}));
   addUnit(app, job.unit);
@@ -62,27 +63,30 @@ void addSplitCommand(Program& program) {
                           [options](builder::Progress& progress) { return runSplitCommand(*options, progress); });
   addSources(*app, options->job);
   builder::SplitSettings& split = options->job.split;
-  app->add_option("-o,--output", options->job.folder, "Folder for NAME.ply, mouth.scene.json and split.json; made if it is missing")
+  app->add_option("-o,--output", options->job.folder, "Folder for NAME.ply, mouth.scene.json and split.json; created if it is missing")
       ->required()
       ->type_name("DIR");
-  app->add_option("--base", split.base_mm, "From the lowest point of a scan to the base of its gum in mm, above 0 to 100; default 4")
+  app->add_option("--base", split.base_mm,
+                  "Distance from the lowest point of a scan to the base of its gum in mm, above 0 to 100; default 4")
       ->type_name("MM")
       ->check(numberIn(1e-3, 100));
   app->add_option("--root", split.root_mm, "Length of a conical stub under each crown in mm, 0 to 30; default 0: a cap")
       ->type_name("MM")
       ->check(numberIn(0, 30));
-  app->add_option("--smooth", split.smooth_mm, "How far the border of a label may move to become smooth, in mm, 0 to 10; default 0.15")
+  app->add_option("--smooth", split.smooth_mm,
+                  "Largest distance in mm by which smoothing may move the border of a label, 0 to 10; default 0.15")
       ->type_name("MM")
       ->check(numberIn(0, 10));
-  app->add_option("--min-area", split.min_area_mm2, "Smaller pieces of a label join their neighbour, in mm2, 0 to 1000; default 4")
+  app->add_option("--min-area", split.min_area_mm2, "Area in mm2 below which a piece of a label joins its neighbour, 0 to 1000; default 4")
       ->type_name("MM2")
       ->check(numberIn(0, 1000));
   app->add_option("--opening", options->job.opening_deg,
-                  "With two jaws: opens the mouth by turning the lower one in the scene, in degrees, 0 to 60; default: as scanned")
+                  "Angle in degrees by which the lower of two jaws is rotated in the scene to open the mouth, 0 to 60; default: as scanned")
       ->type_name("DEG")
       ->check(numberIn(0, 60));
-  app->add_flag("--json", options->json, "Print split.json in place of a summary; default: not");
-  app->add_option("--marked", options->job.marked, "GLB of all parts with what was invented marked; default: none")->type_name("FILE");
+  app->add_flag("--json", options->json, "Print split.json in place of a summary; default: off");
+  app->add_option("--marked", options->job.marked, "GLB of all parts that marks the surfaces added to the scan; default: none")
+      ->type_name("FILE");
 }
 
 }  // namespace spheretree::tool

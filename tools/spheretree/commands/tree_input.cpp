@@ -45,7 +45,8 @@ SphereTree readSoftTree(const std::filesystem::path& path, Tissue& tissue) {
   if (!isDash(path) && endingOf(path) != ".soft")
     throw UsageError(path.string() + ": this needs a soft tree (.soft), as `spheretree soften` writes it.");
   SphereTree tree = formats::readSoftTree(path, tissue);
-  if (tissue.empty()) throw formats::FormatError(formats::shownName(path) + ": there is no tissue in it. Make it by `spheretree soften`.");
+  if (tissue.empty())
+    throw formats::FormatError(formats::shownName(path) + ": it contains no tissue. Make a soft tree with `spheretree soften`.");
   return tree;
 }
 

@@ -47,7 +47,7 @@ void setLook(view::ViewerState& state, const ViewCommand& o) {
 void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewport& pane) {
   view::CameraWish wish;
   if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
-  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is no direction. Give a point to look from, such as 1,-2,1.");
+  if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is the zero vector. Give a direction to look from, such as 1,-2,1.");
   state.camera = view::wishedCamera(*state.panes[0].stage, std::nullopt, wish, pane);
 }
 
@@ -58,7 +58,7 @@ int runView(const ViewCommand& o, builder::Progress& progress) try {
   std::array<int, 2> size{1280, 800};
   if (!o.size.empty()) {
     const auto given = view::sizeOf(o.size);
-    if (!given) throw UsageError("--size " + o.size + ": give WIDTHxHEIGHT, each from 64 to 8192, as 1280x800");
+    if (!given) throw UsageError("--size " + o.size + ": give WIDTHxHEIGHT, each from 64 to 8192, such as 1280x800");
     size = *given;
   }
   const auto shown = shownFiles(o.files, o.mesh, formats::unitInMm(o.unit), progress);
@@ -110,30 +110,30 @@ void addViewCommand(Program& program) {
   CLI::App* app =
       addVerb(program, "view", "Show meshes, trees, a scene or a comparison in a window or a picture",
               "spheretree view tooth.obj tooth.stree --overhang", [o](builder::Progress& progress) { return runView(*o, progress); });
-  app->add_option(
-         "FILE", o->files,
-         "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare and batch. Trees "
-         "after a mesh are measured against it; several things stand side by side")
+  app->add_option("FILE", o->files,
+                  "Meshes (.obj .stl .ply .off .gltf .glb), trees (.stree .sph .json), scenes (.json) or folders of compare and batch. A "
+                  "tree is measured against the mesh before it; several inputs are shown side by side")
       ->required()
       ->type_name("FILE");
-  app->add_option("--picture", o->picture, "Draws a picture (.png) and needs no display; default: opens a window")->type_name("OUT.png");
+  app->add_option("--picture", o->picture, "Draw a picture (.png) without a display; default: open a window")->type_name("OUT.png");
   app->add_option("--show", o->show,
-                  "meshes, spheres, bounds (bounding spheres) or contact (what contact is computed with); default meshes, or spheres with "
+                  "meshes, spheres, bounds (bounding spheres) or contact (the surface used for contact); default meshes, or spheres with "
                   "--level or --overhang")
       ->check(CLI::IsMember({"meshes", "spheres", "bounds", "contact"}));
   app->add_option("--level", o->level, "Level of the spheres, 0 to 5; default: the leaves")->check(CLI::Range(0, 5));
-  app->add_flag("--overhang", o->overhang, "Colours spheres by how far they reach out of the mesh before them, and points at the worst");
-  app->add_option("--mesh", o->mesh, "Of a comparison: which mesh; default: its first")->type_name("NAME");
-  app->add_option("--from", o->from, "Direction from the object to the eye, three numbers; default 1,-2,1 or so")
+  app->add_flag("--overhang", o->overhang, "Colour the spheres by their overhang out of the mesh before them, and mark the largest");
+  app->add_option("--mesh", o->mesh, "Mesh of a comparison to show; default: its first")->type_name("NAME");
+  app->add_option("--from", o->from, "Direction from the object to the eye, three numbers; default: about 1,-2,1")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
       ->check(CLI::Range(-1e6, 1e6));
-  app->add_option("--unit", o->unit, "Of a mesh without one: mm, cm, m, in; default mm")->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+  app->add_option("--unit", o->unit, "Unit of a mesh whose file has none: mm, cm, m, in; default mm")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in"}));
   app->add_option("--size", o->size, "Pixels as WIDTHxHEIGHT, each 64 to 8192; default 1280x800")->type_name("WxH");
   app->add_option("--theme", o->theme, "dark or light; default dark")->check(CLI::IsMember({"dark", "light"}));
   app->add_option("--panels", o->panels, "on or off; default on")->check(CLI::IsMember({"on", "off"}));
-  app->add_option("--scale", o->scale, "Of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
+  app->add_option("--scale", o->scale, "Scale of text and marks, 0.5 to 4; default: that of the display, 1 for pictures")
       ->check(CLI::Range(0.5, 4.0));
 }
 

@@ -53,7 +53,7 @@ std::string leadOf(const BatchResult& result) {
            (large > 0 ? ", but <span class=\"warn\">" + count(large, "mesh", "meshes") +
                             " had to be changed by more than the tolerance or a hundredth of the object</span>"
                       : "");
-  out += ": " + std::to_string(totals.leaves) + " leaves stand for " + std::to_string(totals.triangles) +
+  out += ": " + std::to_string(totals.leaves) + " leaves represent " + std::to_string(totals.triangles) +
          " triangles, and none reaches farther than <b>" + shortNumber(totals.overhang_bound_mm) + " mm</b> out of its object.</p>\n";
   if (missing > 0) out += "<p class=\"bad\">" + count(missing, "object") + " missed the tolerance asked for.</p>\n";
   out += "<p class=\"note\">" + std::to_string(totals.built) + " built and " + std::to_string(totals.cached) + " unchanged, in " +
@@ -100,7 +100,7 @@ std::string repairTable(const BatchResult& result) {
   if (repaired.empty()) return "";
   std::stable_sort(repaired.begin(), repaired.end(),
                    [](const ObjectResult* a, const ObjectResult* b) { return a->figures.repairChange() > b->figures.repairChange(); });
-  HtmlTable table{"Meshes that were not sound; the largest change first",
+  HtmlTable table{"Defective meshes; the largest change first",
                   {"Object", "Largest change [mm]", "Of its diagonal [%]", "Triangles left out", "What was done"},
                   {}};
   for (const ObjectResult* o : repaired) {
@@ -117,9 +117,8 @@ std::string repairTable(const BatchResult& result) {
                           std::to_string(removed) + " of " + std::to_string(f.input_triangles),
                           "<span class=\"wrap words\">" + steps + "</span>"});
   }
-  return "<p>The trees cover what was given and what was added. A change in colour is larger than the tolerance of the object or a "
-         "hundredth "
-         "of its diagonal: look at it.</p>" +
+  return "<p>The trees cover the input and the added surfaces. A change in colour is larger than the tolerance of the object or a "
+         "hundredth of its diagonal: check it.</p>" +
          table.html();
 }
 
@@ -141,7 +140,7 @@ std::string speedCharts(const std::vector<SpeedRow>& rows) {
     p.title = shortNumber(p.x) + " us, " + shortNumber(p.y) + " mm";
     step.points.push_back(p);
   }
-  return "<p>Lower left is better; the ring marks what was chosen.</p><div class=\"charts\">" + scatterSvg(leaves) +
+  return "<p>Lower left is better; the ring marks the chosen trees.</p><div class=\"charts\">" + scatterSvg(leaves) +
          (step.points.empty() ? "" : scatterSvg(step)) + "</div>\n";
 }
 

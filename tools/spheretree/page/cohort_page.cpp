@@ -22,9 +22,9 @@ std::string verdict(const std::vector<PatientResult>& patients) {
     return static_cast<std::size_t>(std::count_if(patients.begin(), patients.end(), [&](const auto& p) { return p.state == state; }));
   };
   const std::size_t ok = with(PatientState::Ok);
-  if (ok == patients.size()) return "<p><span class=\"good\">All " + std::to_string(ok) + " patients are built</span> as asked for.</p>\n";
+  if (ok == patients.size()) return "<p><span class=\"good\">All " + std::to_string(ok) + " patients are built</span> as requested.</p>\n";
   std::string out = "<p><span class=\"bad\">" + std::to_string(patients.size() - ok) + " of " + std::to_string(patients.size()) +
-                    (patients.size() - ok == 1 ? " patients is" : " patients are") + " not as asked for</span>: ";
+                    (patients.size() - ok == 1 ? " patients is" : " patients are") + " not as requested</span>: ";
   for (const PatientState state : {PatientState::Refused, PatientState::Failed, PatientState::Missed})
     out += std::to_string(with(state)) + " " + nameOf(state) + (state == PatientState::Missed ? ".</p>\n" : ", ");
   return out;
@@ -61,8 +61,8 @@ Report cohortReport(const std::filesystem::path& folder) {
   page.addSection("patients", "Patients",
                   figureBoxes({{"patients", std::to_string(patients.size())}, {"leaves", std::to_string(leaves)}, workBox(seconds)}) +
                       table.html() +
-                      "<p class=\"note\">refused: the scene cannot be read; failed: some object has no tree; missed: some tolerance is not "
-                      "met. One patient: spheretree report FOLDER/PATIENT.</p>\n");
+                      "<p class=\"note\">refused: the scene cannot be read; failed: an object has no tree; missed: a tolerance is not met. "
+                      "One patient: spheretree report FOLDER/PATIENT.</p>\n");
   report.html = page.html({});
   report.figures = {{"schema", "spheretree.cohort_report/1"}, {"patients", std::move(rows)}};
   return report;

@@ -100,7 +100,7 @@ std::vector<std::string> meshCharts(const Comparison& comparison, const MeshFigu
     for (const Run& run : comparison.runs)
       if (run.mesh == mesh.name && run.isBuilt()) chart.points.push_back(pointOf(run.method, leafFigures(comparison, run), measure));
     if (&measure == kMeasures.data() && mesh.limits.h_low_in_range)
-      chart.limit = {mesh.limits.h_low / mesh.diagonal_mm * 100, "h_low: about the least possible"};
+      chart.limit = {mesh.limits.h_low / mesh.diagonal_mm * 100, "h_low: about the smallest possible"};
     charts.push_back(scatterSvg(chart));
   }
   if (!mesh.others.empty()) charts.push_back(countChart(comparison, mesh));
@@ -124,7 +124,7 @@ std::string leadOf(const Comparison& comparison) {
   const auto figures = [&](const MeanFigures& m) {
     return shortNumber(worst(m)) + " % of the diagonal in " + shortNumber(m.figures.processor_seconds) + " s";
   };
-  std::string out = "<p><b>" + escaped(label(best->method)) + "</b> has the least worst overhang: " + figures(*best);
+  std::string out = "<p><b>" + escaped(label(best->method)) + "</b> has the smallest worst overhang: " + figures(*best);
   const MeanFigures* rival = nullptr;
   for (const MeanFigures& mean : means)
     if (mean.method.builder != best->method.builder && (!rival || worst(mean) < worst(*rival))) rival = &mean;
@@ -139,7 +139,7 @@ std::string leadOf(const Comparison& comparison) {
          " threads. Overhang: how far the spheres reach out of the object; every tree covers its object.";
   const auto isTriedOn = [](const MeshFigures& mesh) { return !mesh.others.empty(); };
   if (std::any_of(comparison.meshes.begin(), comparison.meshes.end(), isTriedOn))
-    out += " Spheres of other programs stand with their meshes, where how much of the surface they leave bare is said, too.";
+    out += " Spheres of other programs are listed with their meshes, with the share of the surface that they leave uncovered.";
   out += "</p>";
   return out;
 }
@@ -213,7 +213,7 @@ std::string sensitivityTable(const std::vector<Sensitivity>& entries, std::strin
 std::string sensitivitySection(const Comparison& comparison) {
   const std::vector<Sensitivity>& entries = *comparison.sensitivity;
   std::string out =
-      "<p>How much the bound on the worst overhang of the leaves changes when the mesh is turned, its vertices shifted by up to 0.05 % of "
+      "<p>How much the bound on the worst overhang of the leaves changes when the mesh is rotated, its vertices shifted by up to 0.05 % of "
       "the diagonal, vertices or triangles listed in another order, the object scaled, each triangle cut into four. Largest of all "
       "cases.</p>" +
       sensitivityTable(entries, "Largest change over all meshes [%]", [](const Sensitivity&) { return true; });

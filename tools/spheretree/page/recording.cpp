@@ -85,7 +85,7 @@ Recording readRecording(const std::filesystem::path& path) {
   while (table.next()) {
     std::array<float, kColumns.size()> v{};
     for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = static_cast<float>(table.number(at[c]));
-    if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time runs backwards");
+    if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time does not increase");
     if (depth) out.penetration.push_back(static_cast<float>(table.number(*depth)));
     if (scene && out.scene.empty()) out.scene = formats::decodedField(table.field(*scene));  // it is in the first row
     if (touched && !table.field(*touched).empty()) countTouch(out, formats::decodedField(table.field(*touched)));
@@ -108,7 +108,7 @@ std::string remarkOnScene(const Recording& recording, const std::filesystem::pat
   const fs::path made_in = fs::absolute(file).parent_path() / recording.scene;
   if (fs::equivalent(made_in, scene_file, none)) return "";
   if (recording.scene != "sample" && !fs::exists(made_in, none))
-    return "It names the scene " + recording.scene + ", which is not there to compare with this one.";
+    return "It names the scene " + recording.scene + ", which was not found to be compared with this one.";
   if (recording.scene != "sample" && formats::readFile(made_in) == formats::readFile(scene_file)) return "";
   throw formats::FormatError(file.string() + ": was recorded in the scene " +
                              (recording.scene == "sample" ? "that is built into haptic-player" : made_in.lexically_normal().string()) +

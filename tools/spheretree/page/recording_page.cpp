@@ -131,7 +131,7 @@ Page stabilityPage(const Json& stability, const fs::path& folder, std::size_t tr
   const std::string of = std::to_string(stability.at("scenarios").size());
   Page page("Stability of the haptic step", "<p><b>" + std::to_string(hold) + " of " + of + "</b> scenarios hold in constrained mode, " +
                                                 std::to_string(paper) + " of " + of + " with the published algorithm.</p>");
-  HtmlTable table{"Scenarios; of each the figure that decides. \u2713 holds, \u2717 falls short.",
+  HtmlTable table{"Scenarios; for each the deciding figure. \u2713 holds, \u2717 falls short.",
                   {"Scenario", "Quantity", "Unit", "Pass", "Paper", "Constrained"},
                   {}};
   std::string details;
@@ -180,7 +180,7 @@ std::string runVerdict(const Json& figures) {
   std::string out = "<p>" + shortNumber(figures.at("seconds").get<double>()) + " s" + in_touch + ", with forces up to <b>" +
                     shortNumber(figures.at("largest_force_n").get<double>()) + " N</b>. ";
   out += given > 1e-6 ? "The renderer gave up to <b>" + shortNumber(given) + " mJ</b> to the hand: it was not passive at every moment. "
-                      : "The renderer never gave energy: it was passive. ";
+                      : "The renderer never gave energy to the hand: it was passive. ";
   out += faults == 0 ? "No step had a fault." : "<span class=\"bad\">" + std::to_string(faults) + " steps had a fault.</span>";
   return out + "</p>";
 }
@@ -188,7 +188,7 @@ std::string runVerdict(const Json& figures) {
 /// Empty if the recording has no such data.
 std::string touchedTable(const Json& figures) {
   HtmlTable table{
-      "What was touched, in the order of the first touch: how long it was the object that was pressed most", {"Object", "Time [s]"}, {}};
+      "Touched objects, in the order of the first touch, with the time for which each was pressed most", {"Object", "Time [s]"}, {}};
   for (const Json& row : figures.at("touched"))
     table.rows.push_back({escaped(row.at("name").get<std::string>()), shortNumber(row.at("seconds").get<double>())});
   return table.rows.empty() ? "" : table.html();
