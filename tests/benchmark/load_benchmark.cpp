@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long 33 .stree files take to check, decode and compile to a scene: each with 512 leaves, a skin of about 4,000
-// triangles and both search trees; or those that are named, from reading their bytes on.
+// Time to check, decode and compile 33 .stree files to a scene: each with 512 leaves, a skin of about 4,000 triangles
+// and both search trees; or the named files, including the reading of their bytes.
 //   load_benchmark [ROUNDS [FILE.stree...]]
 #include <algorithm>
 #include <cstdio>
@@ -40,7 +40,7 @@ std::vector<Bytes> builtIn() {
   return files;
 }
 
-double now() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }  // of the processor, whatever else runs [ms]
+double now() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }  // processor time, independent of other programs [ms]
 
 struct Times {
   std::vector<double> read, checksum, decode, compile, all;

@@ -104,13 +104,13 @@ class Traversal {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> open_;
 };
 
-// A turn at random, and along a line at random through the middle of the object the last place that touches.
+// Rotates at random, and finds the last touching place along a random line through the middle of the object.
 Configuration touchingPose(Traversal& traversal, const SphereTree& tool, const SphereTree& object, test::Random& random) {
   Configuration pose;
   pose.orientation = rotationOf(M_PI * std::cbrt(random.unit()) * random.direction());
   const Node a = nodeOf(tool.bound[0], 0, 0), b = nodeOf(object.bound[0], 0, 0);
   const Vector3d direction = random.direction();
-  // A leaf of the tool, so that the tool's thin parts meet the object too, not always its middle.
+  // Through a leaf of the tool, so that the tool's thin parts also meet the object, not always its middle.
   const std::vector<std::uint32_t> leaves = levelSet(tool, tool.levelCount() - 1);
   const Vector3d aimed = b.centre - pose.orientation * nodeOf(tool.cover[leaves[random.below(leaves.size())]], 0, 0).centre;
   double near = 0, far = 2 * (a.radius + b.radius);
@@ -123,7 +123,7 @@ Configuration touchingPose(Traversal& traversal, const SphereTree& tool, const S
   return pose;
 }
 
-// Prints what the poses cost; returns the pairs tested a pose.
+// Prints the cost of the poses; returns the pairs tested for each pose.
 double report(const char* with, Traversal traversal, const std::vector<Configuration>& poses, double reference) {
   Query sum;
   for (const Configuration& pose : poses) {

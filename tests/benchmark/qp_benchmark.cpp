@@ -71,7 +71,7 @@ Configuration hapticPose(bool slot, int n) {
           rotationOf({0.5 * M_PI + 0.04 * std::sin(1.7 * t), 0.05 * std::sin(2.1 * t), 0.4 * t})};
 }
 
-/// The `wanted` rows with the smallest gaps about the tool, cycle by cycle.
+/// The `wanted` rows with the smallest gaps about the tool, for each cycle.
 std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int count) {
   const bool slot = family.starts_with("slot"), redundant = family == "redundant";
   const std::size_t base = redundant ? wanted / 4 : wanted;
@@ -86,7 +86,7 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
   for (int n = -100; n < count; ++n) {
     const Configuration haptic = hapticPose(slot, n);
     const StepResult moved = step(compiled, haptic, Mode::Constrained, mover);
-    // The walls come closer, at times by more than there is room.
+    // The walls approach each other, at times closer than the tool is thick.
     const float closing = slot ? 0.15f * static_cast<float>(std::sin(0.01 * n)) : 0.0f;
     if (n >= 0) {
       double margin = 0.2;
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
   for (const char* family : {"slide", "slot", "slot-raw", "redundant"})
     for (const std::size_t wanted : {20u, 150u, 500u, 2000u}) {
       const std::vector<Cycle> cycles = cyclesOf(family, wanted, count);
-      // The answers first: each is the warm start of the next.
+      // First the answers: each is the warm start of the next cycle.
       std::vector<QpAnswer> start(cycles.size()), answers(cycles.size());
       double active = 0;
       int infeasible = 0;

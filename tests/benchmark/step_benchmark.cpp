@@ -85,7 +85,8 @@ SceneDescription mouth(const std::string& folder) {
   return d;
 }
 
-// Haptic poses with about `wanted` pairs each: down into one lower tooth after the other, the depth found by search.
+// Haptic poses with about `wanted` pairs each: down into one lower tooth after the other, with the depth found by
+// search.
 std::vector<Configuration> posesWith(const Scene& scene, std::uint32_t wanted, int count) {
   Workspace scratch(scene);
   std::vector<Configuration> poses;
@@ -114,7 +115,7 @@ std::vector<Configuration> posesWith(const Scene& scene, std::uint32_t wanted, i
   return poses;
 }
 
-// How often this thread had to give way to another.
+// Number of times that the system took the processor away from this thread.
 long interruptions() {
   rusage usage;
   getrusage(RUSAGE_THREAD, &usage);

@@ -32,7 +32,7 @@ using Cells = std::array<std::uint32_t, 3>;
 const Vector3d kBlock(40, 40, 20);  // 15 kPa, Poisson's ratio 0.45, held below [mm]
 constexpr double kBall = 8, kDepth = 5;
 
-/// Of the processor, for this thread [us].
+/// Processor time of this thread [us].
 double now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -53,7 +53,7 @@ Tissue blockOf(const Cells& cells) {
     tissue.nodes.push_back({p.x(), p.y(), p.z()});
   }
   tissue.tetrahedra = solid.corners;
-  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue has some
+  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue must have a surface
   return tissue;
 }
 
@@ -86,7 +86,7 @@ Pressed pressNodes(const Cells& cells) {
     if (p.z() > kBlock.z() - 1e-9 && (p - Vector3d(20, 20, 20)).norm() < 1.6 * kBall) top.push_back(i);
   }
   std::vector<double> press(top.size(), 0);
-  // Half of what a single node resists with: rough patterns of forces need no more, and smooth ones come in time.
+  // Half of the resistance of a single node: rough patterns of forces need no more, and smooth ones converge with time.
   const double spacing = kBlock.x() / cells[0], step = 0.5 * 0.015 * spacing;
   Pressed out;
   constexpr int kRamp = 30, kRounds = 200;
@@ -131,8 +131,8 @@ std::vector<FacePoint> pointsOfTop(const Tissue& tissue, std::vector<std::array<
   return points;
 }
 
-/// As pressNodes(), but between the nodes the ball presses, too: on four points of each face, which bulges as the
-/// normals at its corners say.
+/// Like pressNodes(), but the ball also presses between the nodes: on four points of each face, which bulges according
+/// to the normals at its corners.
 Pressed pressFaces(const Cells& cells) {
   const Tissue tissue = blockOf(cells);
   std::string fault;
@@ -177,7 +177,7 @@ Pressed pressFaces(const Cells& cells) {
   return out;
 }
 
-/// The same as a player feels it.
+/// The same with the runtime, as in a player.
 struct FeltBlock {
   runtime::SharedTree shared;
   std::shared_ptr<const Tissue> tissue;
@@ -220,7 +220,7 @@ struct FeltBlock {
     }
     return step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace);
   }
-  /// Down until the tool is kDepth below the top, and until the force is settled.
+  /// Down until the tool is kDepth below the top, and until the force is constant.
   runtime::StepResult press() {
     const double wanted = kBlock.z() + kBall - kDepth;
     Vector3d hand(20.3, 19.8, kBlock.z() + kBall + 1);
@@ -282,7 +282,7 @@ void leafTimes(FeltBlock& felt) {
                moveSurface(tissue, state.displacements, positions);
                moveLeaves(tissue, state.displacements, positions, leaves);
              }));
-  // Far away from the tool: what a step spends on a surface that rests, and on one that is on its way.
+  // Far away from the tool: the cost in a step of a surface at rest, and of a moving one.
   reset(*felt.workspace);
   const Vector3d away(20, 20, 60);
   printTimes("step_free_at_rest", timesOf(2000, [&](int) {
@@ -303,7 +303,7 @@ void stepTimes(FeltBlock& felt) {
   std::vector<double> times;
   for (int i = 0; i < 4000; ++i) {  // pressed by 1 to 4 mm, and dragged
     const Vector3d p(20 + 8 * std::sin(0.004 * i), 20, kBlock.z() + kBall - 2 + 2 * std::cos(0.003 * i));
-    if (felt.steps % 10 == 0) felt.to(p);  // with the state; it is no part of the step
+    if (felt.steps % 10 == 0) felt.to(p);  // with the state; not part of the step
     const double start = now();
     felt.to(p);
     times.push_back(now() - start);

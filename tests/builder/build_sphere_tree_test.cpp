@@ -46,7 +46,8 @@ TriangleMesh tetrahedron() {
   return mesh;
 }
 
-// Sound, every level covers every dense point, and no point of a sphere reaches farther out than the level's bound.
+// The tree is sound, every level covers every dense point, and no point of a sphere is farther out than the level's
+// bound.
 void expectCertified(const TriangleMesh& mesh, const BuildResult& result, const BuildSettings& settings) {
   const SphereTree& tree = result.tree;
   EXPECT_EQ(findFault(tree), "");
@@ -163,9 +164,9 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
   EXPECT_EQ(tight.statistics.levels.back().spheres, build(mesh, settings).statistics.levels.back().spheres) << "the whole budget";
 }
 
-// The fewest spheres for a tolerance that a single one keeps is that one: --levels is the most that may be used, not
-// the least. A cell that ended early is no child of another: none may lose its last child on its account, and stand for
-// its part as a leaf.
+// If one sphere keeps the tolerance, the tree is that sphere: --levels is the largest number of levels, not the number
+// to use. A cell that ended early is not the child of another cell: no cell may lose its last child because of it and
+// so become a leaf of its part.
 TEST(BuildSphereTree, AnOctreeKeepsAToleranceThatAllOfItsCellsKeep) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
   BuildSettings settings = quick(4, 8);

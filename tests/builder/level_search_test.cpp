@@ -12,8 +12,7 @@
 namespace spheretree::builder {
 namespace {
 
-// Stands in for a builder: n leaves reach out by about `size / n`, and certification adds a share that is never the
-// same.
+// A model of a builder: n leaves reach out by about `size / n`, and certification adds a random share.
 struct Model {
   double size = 10, most_added = 0.04;
   std::uint64_t seed = 1;
@@ -101,8 +100,8 @@ TEST(LevelSearch, OneSphereIsEnoughWhereOneSphereKeepsIt) {
   EXPECT_EQ(out.count(), 1u);
 }
 
-// The exhaustive part: no full tree of at most 21 nodes that keeps the tolerance has fewer nodes than what is found. By
-// construction, so that this tests the enumeration, not the quality of any builder.
+// The exhaustive part: no full tree of at most 21 nodes that keeps the tolerance has fewer nodes than the result. It
+// tests the enumeration, not the quality of any builder.
 TEST(LevelSearch, NoSmallFullTreeIsPassedOver) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Model model;

@@ -75,7 +75,7 @@ TEST(SettingsHash, ChangesWithWhatChangesTheTreeAndWithNothingElse) {
     change(settings);
     hashes.insert(settingsHash(settings));
   }
-  EXPECT_EQ(hashes.size(), changes.size());  // the default as well, less the pair of one double
+  EXPECT_EQ(hashes.size(), changes.size());  // including the default, without the pair that is one double
   BuildSettings threads;
   threads.threads = 7;
   EXPECT_EQ(settingsHash(threads), settingsHash({}));

@@ -29,7 +29,7 @@ TEST(SimplifiedInput, WhatIsFoundOnItComesBackToTheMesh) {
   EXPECT_DOUBLE_EQ(there.balls[1][0].radius, 0.5 * search.pose.scale);
 }
 
-// What a graded tree may reach out by more at a triangle stays with the triangle.
+// The additional overhang that a graded tree may have at a triangle stays with the triangle.
 TEST(SimplifiedInput, SlackFollowsItsTriangle) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 4, 2});
   BuildSettings settings;
@@ -47,8 +47,8 @@ TEST(SimplifiedInput, SlackFollowsItsTriangle) {
     EXPECT_NEAR(search.pose.scale * search.field.signedDistance(p), graded.signedDistance(search.pose.toMesh(p)), 1e-6);
 }
 
-// Rounding to the grid of the pose would turn a plate a billionth as thick as wide inside out: outside must stay
-// outside.
+// Rounding to the grid of the pose would invert a plate whose thickness is a billionth of its width: the outside must
+// stay outside.
 TEST(SimplifiedInput, WhatThePoseWouldFoldIsSearchedAsItIs) {
   const auto searched = [](double thickness) {
     Progress progress;
@@ -77,7 +77,7 @@ TEST(SimplifiedInput, AMeshFinerThanItsLeavesIsSimplified) {
               search.distance_bound_mm);
 }
 
-// All of it is searched, but distances are to the solid and to what is outside.
+// The search covers all of it, but distances are to the solid and to the sheets outside.
 TEST(SimplifiedInput, HoldsWhatIsToBeCoveredToo) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 2, 3});
   TriangleMesh within, beside;

@@ -13,7 +13,7 @@
 namespace spheretree {
 namespace {
 
-/// Nodes 0 .. n - 1 with these counts of children; spheres are of no account here.
+/// Nodes 0 .. n - 1 with these counts of children; the spheres are not used.
 SearchTree counts(std::vector<std::uint8_t> inner_children, std::vector<std::uint8_t> item_children) {
   SearchTree tree;
   tree.inner.assign(inner_children.size(), Sphere{0, 0, 0, 1});
@@ -22,11 +22,11 @@ SearchTree counts(std::vector<std::uint8_t> inner_children, std::vector<std::uin
   return tree;
 }
 
-/// Whether the counts make one tree over `items` items, by walking it with a queue.
+/// Returns true if the counts make one tree over `items` items, by a breadth-first walk with a queue.
 bool isOneTree(const SearchTree& tree, std::size_t items) {
   std::size_t queued = 1, taken = 0;
   for (std::size_t i = 0; i < tree.inner.size(); ++i) {
-    if (i >= queued) return false;  // nothing leads to this node
+    if (i >= queued) return false;  // no node leads to this one
     const int children = tree.inner_children[i] + tree.item_children[i];
     if (children < 1 || children > 8) return false;
     queued += tree.inner_children[i];

@@ -51,7 +51,7 @@ TEST(PackedNormal, ErrsByLessThanItsBound) {
   for (int i = 0; i < 200000; ++i) directions.push_back(random.direction());
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
-      for (int z = -1; z <= 1; ++z)  // axes, diagonals, and beside them, where the octahedron is folded
+      for (int z = -1; z <= 1; ++z)  // axes, diagonals, and points next to them, where the octahedron is folded
         for (const double aside : {0.0, 1e-9, 1e-5, 3e-5})
           if (x != 0 || y != 0 || z != 0) directions.push_back((Vector3d(x, y, z) + aside * random.direction()).normalized());
   double worst = 0;
@@ -239,7 +239,7 @@ TEST(Enclose, IsTheSmallestCircleOfAFlatTriangle) {
   EXPECT_GT(set({3, 4, 5}, {3, 4, 5}, {3, 4, 5}), 0) << "one point";
 }
 
-/// The bounds of the search tree as findFault() is to check them, one item at a time.
+/// The expected result of findFault() for the bounds of the search tree, item by item.
 bool enclosesEachPatch(const Skin& skin) {
   const SearchTree& tree = skin.search;
   std::vector<std::size_t> parent(tree.inner.size(), 0);

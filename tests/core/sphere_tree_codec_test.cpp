@@ -118,7 +118,7 @@ TEST(SphereTreeCodec, RejectsTrailingBytes) {
   EXPECT_EQ(statusOf(resealed(bytes)), LoadStatus::BadHeader);
 }
 
-/// A root with two leaves, with a search tree and a skin of one triangle: 905 bytes, set down by hand after
+/// A root with two leaves, with a search tree and a skin of one triangle: 905 bytes, written by hand from
 /// docs/file_format.md, with the checksum by another program. All other bytes are zero.
 Bytes goldenFile() {
   struct Run {

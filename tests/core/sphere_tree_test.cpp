@@ -79,8 +79,8 @@ TEST(EncloseDescendants, KeepsABallThatHoldsAllOthers) {
   EXPECT_LE(tree.bound[0].radius, std::nextafter(10.0f, 11.0f));
 }
 
-/// A lower bound of the radius of any ball that encloses `balls`, and an upper one: Badoiu and Clarkson's steps towards
-/// the farthest ball give a centre; the convex combination of the balls that it went to gives the dual bound.
+/// A lower and an upper bound of the radius of any ball that encloses `balls`: Badoiu and Clarkson's steps towards the
+/// farthest ball give a centre; the convex combination of the balls visited gives the dual bound.
 struct Optimum {
   double low, high;
 };
@@ -210,7 +210,7 @@ TEST(FindFault, FindsEachBrokenRule) {
   }
 }
 
-/// What findFault() is to find out about a search tree, one leaf at a time.
+/// The expected result of findFault() for a search tree, leaf by leaf.
 bool enclosesEachLeaf(const SphereTree& tree) {
   const SearchTree& search = tree.search;
   const std::vector<Sphere> leaves = test::leavesOf(tree);
@@ -250,8 +250,8 @@ TEST(FindFault, FindsASphereOfTheSearchTreeThatMissesALeafExactlyIfThereIsOne) {
 }
 
 TEST(FindFault, AcceptsTheDeepestSearchTree) {
-  // A chain of nodes above a tree over the most leaves, none of whose spheres encloses the next: as many checks as the
-  // limit of levels allows.
+  // A chain of nodes above a tree over the largest number of leaves, none of whose spheres encloses the next: as many
+  // checks as the limit of levels allows.
   std::vector<std::uint8_t> counts(4681, 8);
   counts.resize(37449, 0);
   SphereTree tree;

@@ -60,7 +60,7 @@ TEST(TissueCodec, RejectsEveryTruncation) {
         << "first " << size << " bytes";
 }
 
-TEST(TissueCodec, EveryChangedByteOfTheTissueIsRefusedOrGivesSoundTissue) {  // with the checksum set right
+TEST(TissueCodec, EveryChangedByteOfTheTissueIsRefusedOrGivesSoundTissue) {  // with a correct checksum
   std::vector<test::FileSection> sections = test::takeApart(encodeSoftTree(test::softTree(), sample()));
   test::Random random(1);
   for (const char* name : {"TISS", "TLEA"}) {

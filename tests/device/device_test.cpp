@@ -54,7 +54,7 @@ TEST(Device, RealClockKeepsAThousandStepsASecond) {
   EXPECT_EQ(status.phase, Phase::Stopped);
   EXPECT_EQ(status.ticks, renderer.seen.size());
   EXPECT_GE(status.ticks, 1u);
-  // Never in a burst: the steps and the time they claim agree, however busy the machine is.
+  // Never in a burst: the steps and their time agree, even on a busy machine.
   EXPECT_LE(static_cast<double>(status.ticks - 1) * kServoPeriod, renderer.seen.back().time + 2 * kServoPeriod);
   const std::size_t after = renderer.seen.size();
   std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -12,7 +12,7 @@ struct ErrorInfo {
   std::uint32_t device;
 };
 
-/// The fake itself: each rule that it is to check is broken once.
+/// Tests of the fake: each rule that it checks is broken once.
 struct FakeLibHd : testing::Test {
   FakeSettings settings;
   FakeLibHd() { fake().reset(&settings); }

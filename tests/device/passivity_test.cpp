@@ -15,7 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A motion that is given, and what a renderer means at each place: the energy that the hand puts into what is sent.
+/// A given motion, and the force that a renderer intends at each place: the energy that the hand puts into the sent
+/// wrench.
 struct Driven {
   double energy = 0, lowest = 0, leak = 0, stored = 0;  // [mJ]; the last two of a spring of 1 N/mm, 1000 N mm/rad
   int actions = 0;
@@ -65,28 +66,28 @@ TEST(PassivityControl, TakesBackWhatARendererGives) {
 
 TEST(PassivityControl, LeavesWhatGivesNothingToTheBit) {
   PassivityControl control(1, 0.01);
-  for (int n = 0; n < 1000; ++n) {  // a weight, which the hand lifts and lowers
+  for (int n = 0; n < 1000; ++n) {  // a weight that the hand lifts and lowers
     const Wrench weight{{0, 0.1, -0.7}, {3, 0, 0}};
     const Wrench sent = control.control({{0, 0, 0.25 * (n % 100)}, {1, 0, 0, 0}}, weight);
     control.sent(sent);
-    if (n < 101) continue;  // it was not there before
+    if (n < 101) continue;  // it is absent before
     ASSERT_EQ(sent.force, weight.force);
     ASSERT_EQ(sent.torque, weight.torque);
   }
-  // Nothing is sent in free space, whatever is owed.
+  // In free space nothing is sent, even with a debt.
   for (int n = 0; n < 100; ++n) {
     ASSERT_TRUE(control.control({{0, 0.1 * n, 0}, {1, 0, 0, 0}}, {}).force.isZero(0));
     control.sent({});
   }
 }
 
-// Motors that cannot do what they are asked to leave the rest of the debt.
+// Motors that cannot produce the requested force leave the rest of the debt.
 TEST(PassivityControl, CountsWhatTheMotorsGet) {
   double debt[2];
   for (const bool is_limited : {false, true}) {
     PassivityControl control(0, 1);
     double given = 0;               // to the hand [mJ]
-    for (int n = 0; n < 40; ++n) {  // pushed along its way, then hardly
+    for (int n = 0; n < 40; ++n) {  // pushed along its way, then hardly at all
       const Wrench meant{{0, 0, n < 20 ? 1 : 1e-9}, {0, 0, 0}};
       Wrench out = control.control({{0, 0, 0.1 * n}, {1, 0, 0, 0}}, meant);
       ASSERT_NEAR(control.debt(), given, 1e-12);
@@ -146,7 +147,7 @@ Ring tap(const char* hand, int delay, double stiffness, bool is_controlled) {
   return ring;
 }
 
-// Without Coulomb friction no wall of 2 N/mm is quiet by itself one step late.
+// Without Coulomb friction, no wall of 2 N/mm is quiet one step late unless it is controlled.
 TEST(PassivityControl, QuietensAWallThatIsTooStiffForItsDelay) {
   for (const char* hand : {"light", "fine", "arm", "firm"}) {
     const Ring quiet = tap(hand, 1, 2, true);

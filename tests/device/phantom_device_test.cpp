@@ -92,7 +92,7 @@ TEST_F(PhantomDevice_, ReadsThePoseOfAMatrixThatIsSlightlyOff) {
   Constant renderer;
   renderer.wrench = {};
   device.start(renderer, safety, Clock::Real);
-  fake().step(1);  // the hand starts where its path does
+  fake().step(1);  // the hand starts at the beginning of its path
   EXPECT_LT((renderer.last.handle.position - Eigen::Vector3d(10, -5, 3)).norm(), 1e-12);
   EXPECT_LT(rotationVector(renderer.last.handle.orientation * rotationOf({0.3, -0.5, 0.4}).conjugate()).norm(), 1e-9);
   EXPECT_NEAR(renderer.last.handle.orientation.norm(), 1, 1e-15);
@@ -114,7 +114,7 @@ TEST_F(PhantomDevice_, SendsWhatWasRendered) {
   EXPECT_TRUE(last.framed);
 }
 
-/// The fake solves for the torque that has these parts along its joint axes: the same vector must come out at the
+/// The fake solves for the torque with these components along its joint axes: the same vector must arrive at the
 /// motors.
 TEST_F(PhantomDevice_, GimbalTorqueIsTheSameTorqueAboutTheJoints) {
   settings.path = [](double time, double* p, double* q) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hand that taps on a sampled wall, presses and holds still: what it feels.
+// A hand that taps on a sampled wall, presses and holds still, and the force on it.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace spheretree::test {
 
-/// Wall at z = 0, or angular spring stop about x at 0: pushes back in proportion to depth.
+/// Wall at z = 0, or angular spring stop about x at 0: its force is proportional to depth.
 struct Wall final : device::Renderer {
   bool angular = false;
   double stiffness = 1;        // [N/mm, N mm/rad]
@@ -23,7 +23,7 @@ struct Wall final : device::Renderer {
   }
 };
 
-/// Rules off, so that the device meets the bare renderer.
+/// Without safety rules, so that the device meets the renderer directly.
 inline device::SafetySettings noSafety() {
   device::SafetySettings s;
   s.start_guard = false;
@@ -32,7 +32,8 @@ inline device::SafetySettings noSafety() {
   return s;
 }
 
-/// Root mean square above 30 Hz: second-order Butterworth high-pass at 1 kHz over all, judged from `first` on.
+/// Root mean square above 30 Hz: second-order Butterworth high-pass at 1 kHz over all samples, evaluated from `first`
+/// on.
 inline double roughness(const std::vector<double>& signal, std::size_t first) {
   const double w = std::tan(M_PI * 30 / 1000), c = 1 / (1 + std::sqrt(2.0) * w + w * w);
   const double a1 = 2 * c * (w * w - 1), a2 = c * (1 - std::sqrt(2.0) * w + w * w);
@@ -50,8 +51,8 @@ struct Press {
   double rough;  // rms above 30 Hz
 };
 
-/// The hand comes from 1 mm (1 degree) before the wall at `speed` [mm/s, rad/s], means to go as deep as pushes it with
-/// `push` [N, N mm], and holds. Judged from `settle` [s] after it meant to stop, for 0.9 s.
+/// The hand comes from 1 mm (1 degree) before the wall at `speed` [mm/s, rad/s], intends a depth whose force is `push`
+/// [N, N mm], and holds. Evaluated from `settle` [s] after the end of its intended motion, for 0.9 s.
 inline Press press(device::SimulatedSettings settings, double stiffness, bool angular, double push, double speed, double settle) {
   const double hand = angular ? settings.hand.angular_stiffness * 1000 : settings.hand.stiffness / 1000;  // [N mm/rad, N/mm]
   const double before = angular ? 0.0175 : 1, depth = push / hand;

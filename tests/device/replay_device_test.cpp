@@ -48,7 +48,7 @@ TEST(ReplayDevice, NeedsAPose) {
   }
 }
 
-/// What a recording holds is replayed, be it as bad as it may; the safety rules look after the wrench.
+/// The content of a recording is replayed, even if it is invalid; the safety rules check the wrench.
 TEST(ReplayDevice, PassesOnWhatIsNoPose) {
   std::vector<Configuration> poses = somePoses(4);
   poses[1].position.x() = std::numeric_limits<double>::quiet_NaN();

@@ -16,7 +16,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-/// A servo loop of its own, 1 ms a step.
+/// An own servo loop, 1 ms for each step.
 struct Rig {
   SafetySettings settings;
   Safety safety;
@@ -33,7 +33,7 @@ struct Rig {
   double force() const { return sent.force.norm(); }
   bool on(SafetyEvent event) const { return safety.events() & event; }
   void ask(double force, double torque = 0) { rendered = {{{force, 0, 0}, {torque, 0, 0}}, 0, false}; }
-  /// Steps until the wrench asked for arrives whole.
+  /// Steps until the requested wrench arrives undiminished.
   Rig& settle(double force = 2, double torque = 0) {
     ask(0);
     for (int n = 0; n < 20; ++n) step();
@@ -58,7 +58,7 @@ TEST(Safety, ForceIsShortenedAndKeepsItsDirection) {
 TEST(Safety, TorqueIsLimitedAboutEachAxisOfTheHandle) {
   Rig rig;
   rig.settle(1);
-  rig.rendered.wrench.torque = {0, 0, 480};  // ten times the roll limit: about the handle's z, as long as it is upright
+  rig.rendered.wrench.torque = {0, 0, 480};  // ten times the roll limit: about the handle's z axis, while it is upright
   for (int n = 0; n < 100; ++n) rig.step();
   EXPECT_NEAR(rig.sent.torque.z(), 48, 1e-9);
   EXPECT_TRUE(rig.on(kTorqueClamped));
@@ -76,7 +76,7 @@ TEST(Safety, RisesSlowlyAndFallsAtOnce) {
   EXPECT_NEAR(rig.force() - before, 0.5, 1e-12);
   EXPECT_TRUE(rig.on(kSlewLimited));
   for (int n = 0; n < 20; ++n) rig.step();
-  rig.ask(-5);  // a reversal: down to zero at once, up again at the slew
+  rig.ask(-5);  // a reversal: down to zero at once, up again at the slew rate
   rig.step();
   EXPECT_NEAR(rig.sent.force.x(), -0.5, 1e-12);
   rig.ask(0);
@@ -192,7 +192,7 @@ TEST(Safety, APausedServoIsAsStaleAsOldContacts) {
   for (const double pause : {0.1, 0.5}) {
     Rig rig;
     rig.settle(6);
-    rig.step(pause);  // a debugger, or a machine that swaps
+    rig.step(pause);  // a debugger, or a machine that swaps memory
     EXPECT_TRUE(rig.on(kStaleModel));
     EXPECT_LT(rig.force(), 6 * 0.21);
     EXPECT_EQ(rig.on(kForcesOff), pause > 0.2);
@@ -262,7 +262,7 @@ TEST(Safety, WarmMotorsBringTheLimitDownToTheContinuousOneAndCoolOnesBack) {
   rig.step();
   EXPECT_NEAR(rig.force(), 8 * 0.999, 1e-9);
   EXPECT_TRUE(rig.on(kWarmMotors));
-  rig.state.temperature = 0.6;  // between: keeps going down
+  rig.state.temperature = 0.6;  // between the limits: continues to fall
   for (int n = 0; n < 3000; ++n) rig.step();
   EXPECT_NEAR(rig.force(), 3, 1e-9) << "the continuous force, not less";
   rig.state.temperature = 0.49;
@@ -277,7 +277,7 @@ TEST(Safety, AFailedAnswerIsHeldForFiveMillisecondsAndThenFades) {
     if (kind == 0) rig.rendered.failed = true;
     if (kind == 1) rig.rendered.wrench.force.y() = kNan;
     if (kind == 2) rig.rendered.wrench.torque.z() = kInf;
-    if (kind == 3) rig.rendered = {{{5, 5, 5}, {9, 9, 9}}, 0, true};  // a failed answer is not used even if it looks sound
+    if (kind == 3) rig.rendered = {{{5, 5, 5}, {9, 9, 9}}, 0, true};  // a failed answer is not used, even if it looks valid
     for (int n = 1; n <= 104; ++n) {
       rig.step();
       ASSERT_TRUE(rig.on(kRendererFailed));
@@ -326,7 +326,7 @@ TEST(Safety, ACalibrationJumpBeginsAnew) {
   EXPECT_TRUE(rig.isZero());
 }
 
-/// Whatever arrives: bit patterns, pauses, jumps, faults. 10^6 steps, of them 2 * 10^5 with settings of their own.
+/// For any input: bit patterns, pauses, jumps, faults. 10^6 steps, of them 2 * 10^5 with other settings.
 /// SPHERETREE_LONG=1: 10^7.
 TEST(Safety, NoInputSendsMoreThanTheLimits) {
   spheretree::test::Random random(7);
@@ -364,7 +364,7 @@ TEST(Safety, NoInputSendsMoreThanTheLimits) {
       ASSERT_EQ(findFault(s), "");
       rig = Rig(s);
     }
-    const bool wild = n / 1000 % 2 == 1;  // half of the time sane enough to render
+    const bool wild = n / 1000 % 2 == 1;  // half of the steps are sane enough to render
     const auto number = [&](double scale) { return wild ? hostile(scale) : mostly(scale); };
     rig.rendered.wrench.force = {number(30), number(30), number(30)};
     rig.rendered.wrench.torque = {number(900), number(900), number(900)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A renderer that answers as a test says and keeps what it was asked; some poses.
+// A renderer that gives the answers of a test and keeps its calls; some poses.
 #pragma once
 
 #include <functional>

@@ -18,7 +18,7 @@ namespace {
 
 constexpr Hand kNoHand{"none", 0, 0, 0, 0, 0, 0};
 
-/// No friction, no encoder steps, no hand: what is left has closed forms.
+/// No friction, no encoder steps, no hand: the remaining model has closed forms.
 SimulatedSettings bare() {
   SimulatedSettings s;
   s.viscous = s.viscous_rotation = s.coulomb = s.coulomb_rotation = s.position_step = 0;
@@ -72,7 +72,7 @@ TEST(SimulatedDevice, CoulombFrictionSticksBelowAndStopsWhatMoves) {
   Law law;
   law.wrench = [](const DeviceState& state) { return Wrench{{state.tick < 50 ? 1.0 : 0.0, 0, 0}, {0, 0, 0}}; };
   run(device, law, 1000);
-  // 50 ms at (1 - 0.2) N, then 0.2 N brakes: the way is v^2/2a and v^2/2b.
+  // 50 ms at (1 - 0.2) N, then 0.2 N brakes: the distances are v^2/2a and v^2/2b.
   const double speed = 0.8 / s.mass * 0.05 * 1000,
                way = speed * speed / 2 / (0.8 / s.mass * 1000) + speed * speed / 2 / (0.2 / s.mass * 1000);
   EXPECT_NEAR(device.truePose().position.x(), way, 0.002 * way);
@@ -90,7 +90,7 @@ TEST(SimulatedDevice, EveryHandRingsAtItsOwnFrequency) {
     const double mass = s.mass + hand.mass, omega = std::sqrt(hand.stiffness / mass),
                  zeta = hand.damping / 2 / std::sqrt(hand.stiffness * mass);
     ASSERT_LT(zeta, 1) << hand.name;
-    device.step();  // in its first millisecond the path jumps: by 5 mm in the end, with the damper pulling
+    device.step();  // in its first millisecond the path jumps: by 5 mm at the end, with the damper pulling
     const double x0 = device.truePose().position.x() - 5, v0 = device.trueVelocity().x();
     const double damped = omega * std::sqrt(1 - zeta * zeta);
     for (int n = 1; n <= 500; ++n) {
@@ -224,7 +224,7 @@ TEST(SimulatedDevice, LetsGoWhenTold) {
   Law law = constantly({{0, 3, 0}, {0, 0, 0}});
   run(device, law, 100);
   const double held = device.truePose().position.y();
-  EXPECT_LT(held, 5);  // 1 N/mm, and it swings
+  EXPECT_LT(held, 5);  // 1 N/mm, with oscillation
   for (int n = 0; n < 100; ++n) device.step();
   EXPECT_GT(device.truePose().position.y(), held + 20);
 }
@@ -285,7 +285,7 @@ TEST(SimulatedDevice, TheSampledSpringBecomesUnstableAtItsLimit) {
         SimulatedSettings s = bare();
         s.viscous = damping;
         s.max_force = 1000;
-        s.mass = 1;  // slow against a millisecond, as the formula supposes
+        s.mass = 1;  // slow compared with a millisecond, as the formula assumes
         s.delay = delay;
         SimulatedDevice device(s);
         Law law;

@@ -75,7 +75,7 @@ TEST(CsvTable, FieldsComeBackAsTheyWere) {
   EXPECT_EQ(decodedField("%zz"), "%zz");
 }
 
-/// Whatever the bytes: rows of the right size, or a refusal.
+/// For any bytes: rows of the right size, or a refusal.
 TEST(CsvTable, TakesOrRefusesAnything) {
   test::Random random(3);
   for (int round = 0; round < 3000; ++round) {

@@ -39,7 +39,7 @@ TriangleMesh placed(const TriangleMesh& mesh, std::uint64_t seed) {
   return result;
 }
 
-/// The places of each triangle's corners, in an order of their own: Draco may renumber vertices and turn triangles.
+/// The positions of each triangle's corners, in a canonical order: Draco may renumber vertices and rotate triangles.
 std::vector<std::array<std::array<double, 3>, 3>> trianglesOf(const TriangleMesh& mesh) {
   std::vector<std::array<std::array<double, 3>, 3>> all;
   for (const Triangle& t : mesh.triangles) {
@@ -108,7 +108,7 @@ TEST(DracoMesh, WhatItAnnouncesIsRefusedBeforeMemoryIsTaken) {
     const std::string whole = test::dracoBytes(ball, method);
     EXPECT_EQ(dracoRefusal(whole), "");
     EXPECT_TRUE(has(dracoRefusal(whole, {7}, ball.triangles.size() - 1), "more than the " + std::to_string(ball.triangles.size() - 1)));
-    // Behind 11 bytes of header (and one of the edgebreaker) stand the counts; 4,000,000,000 as a varint.
+    // After 11 bytes of header (and one of the edgebreaker) follow the counts; 4,000,000,000 as a varint.
     for (std::size_t at = 11; at < 14; ++at) {
       std::string bytes = whole;
       bytes.replace(at, 1, "\x80\xd0\xac\xf3\x0e");
@@ -126,7 +126,7 @@ TEST(DracoMesh, WhatItAnnouncesIsRefusedBeforeMemoryIsTaken) {
   }
 }
 
-// Any damage gives a mesh that is whole, or a refusal.
+// Any damage gives a complete mesh or a refusal.
 TEST(DracoMesh, DamageIsRefusedOrHarmless) {
   const TriangleMesh ball = placed(test::sphereMesh(10, 2), 1);
   test::Random random(5);
@@ -137,7 +137,7 @@ TEST(DracoMesh, DamageIsRefusedOrHarmless) {
       for (std::size_t size = 0; size < whole.size(); size += 3) EXPECT_NE(dracoRefusal(whole.substr(0, size)), "") << size;
       for (int k = 0; k < 3000; ++k) {
         std::string bytes = whole;
-        // The counts and tables stand in front.
+        // The counts and tables come first.
         const std::size_t reach = random.below(2) ? bytes.size() : std::min<std::size_t>(bytes.size(), 60);
         for (std::uint64_t n = 0; n <= random.below(3); ++n) bytes[random.below(reach)] = static_cast<char>(random.next());
         try {
@@ -163,7 +163,7 @@ TEST(DracoMesh, AGlbMustNameWhatItsDataHave) {
   };
   using Json = nlohmann::json;
   EXPECT_EQ(refusal([](Json&, Json&) {}), "");
-  EXPECT_EQ(refusal([](Json& json, Json&) {  // the same data twice are unpacked once
+  EXPECT_EQ(refusal([](Json& json, Json&) {  // the same data, referred to twice, are unpacked once
               json["meshes"][0]["primitives"].push_back(json["meshes"][0]["primitives"][0]);
             }),
             "");

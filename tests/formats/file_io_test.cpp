@@ -140,7 +140,7 @@ struct Told : FileObserver {
   }
 };
 
-/// Sets an observer for as long as it lives.
+/// Sets an observer during its own lifetime.
 struct Observing {
   explicit Observing(FileObserver& observer) : before(setFileObserver(&observer)) {}
   ~Observing() { setFileObserver(before); }
@@ -187,7 +187,7 @@ TEST(FileObserver, EndsWaitingForAPipeWhenASignalComes) {
   std::thread other([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     told.interrupted = true;
-    for (int i = 0; i < 100 && told.interrupted; ++i) {  // again, should it have come before the wait
+    for (int i = 0; i < 100 && told.interrupted; ++i) {  // again, if it came before the wait
       ::pthread_kill(waiting, SIGUSR1);
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
@@ -272,7 +272,7 @@ TEST(MakeFolder, MakesWhatIsMissingAndRefusesFiles) {
   const test::ScratchFolder folder;
   makeFolder(folder.path() / "a" / "b");
   EXPECT_TRUE(fs::is_directory(folder.path() / "a" / "b"));
-  makeFolder(folder.path() / "a");  // there already
+  makeFolder(folder.path() / "a");  // exists already
   writeWhole(folder.path() / "file", "x");
   EXPECT_NE(fileError([&] { makeFolder(folder.path() / "file"); }).find("cannot be made"), std::string::npos);
   EXPECT_NE(fileError([&] { makeFolder(folder.path() / "file" / "c"); }).find("cannot be made"), std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the model of any document holds, whatever its bytes; what the reader makes of it is in gltf_test.cpp.
+// The model of a document, for any bytes; gltf_test.cpp tests the mesh that the reader makes of it.
 #include "gltf_model.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ GltfModel load(const std::string& bytes) {
   return loadGltfModel(test::charsOf(bytes), {}, assembly);
 }
 
-/// Of every index, size and array, what the header promises.
+/// Checks every index, size and array against the promises of the header.
 void expectWhole(const GltfModel& model) {
   const auto within = [](std::size_t index, const auto& array) { return index < array.size(); };
   for (const GltfModel::Node& node : model.nodes) {
@@ -63,7 +63,7 @@ TEST(GltfModel, HoldsTheBytesOfItsBuffers) {
 
 TEST(GltfModel, LeavesOutWhatNoMeshNeedsAndKeepsEveryIndex) {
   Json json = tetrahedronJson();
-  json["meshes"].insert(json["meshes"].begin(), Json{{"primitives", "none"}});  // no node names it: never looked at
+  json["meshes"].insert(json["meshes"].begin(), Json{{"primitives", "none"}});  // no node refers to it: it is never read
   json["nodes"][0]["mesh"] = 1;
   json["buffers"].push_back({{"byteLength", 1'000'000'000}, {"uri", "../nowhere.bin"}});
   json["images"] = {{{"uri", "missing.png"}}};
@@ -87,8 +87,8 @@ void forEachValue(Json& json, Visit visit) {
   }
 }
 
-// Every value of the document in turn becomes something of another type, or a number out of range: refused by name, or
-// of no matter.
+// Every value of the document in turn is replaced by one of another type or by a number out of range: it is refused by
+// name, or has no effect.
 TEST(GltfModel, AnyValueMayBeWrong) {
   const Json wrong[] = {nullptr,       true,           -1,          0.5, 1e300, 4294967296u, 18446744073709551615u, "x",
                         Json::array(), Json::object(), {{{"a", 1}}}};

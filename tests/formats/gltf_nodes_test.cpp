@@ -69,7 +69,7 @@ TEST(GltfNodes, EachInstanceIsAPartWhereItStands) {
   attributes["TRANSLATION"] = document.add(translations, "VEC3", 3);
   attributes["ROTATION"] = document.add(rotations, "VEC4", 4);
   attributes["SCALE"] = document.add(scales, "VEC3", 3);
-  attributes["_ID"] = 999;  // of no matter
+  attributes["_ID"] = 999;  // has no effect
   document.json["extensionsRequired"] = {kInstancing};
   const MeshFile file = document.read();
   EXPECT_EQ(file.mesh.part_names, (std::vector<std::string>{"tooth_0", "tooth_1", "tooth_2", "tooth_3", "tooth_4"}));
@@ -109,7 +109,7 @@ TEST(GltfNodes, InstancesMayBeQuantisedAndMustAgree) {
   EXPECT_TRUE(has(wrong.refusal(), "4000000 triangles")) << "a million instances of four triangles";
 }
 
-/// A bent rod: every vertex by its own joints, computed here by the formula of the specification alone.
+/// A bent rod: every vertex is moved by its joints, computed here by the formula of the specification alone.
 struct Bent {
   TriangleMesh rod = test::boxMesh({0, 0, 0}, {1000, 100, 100});
   std::vector<Eigen::Vector3d> expected;
@@ -145,7 +145,7 @@ struct Bent {
     const Eigen::Quaterniond first(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
     const Eigen::Quaterniond second(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()));
     const auto turn = [](const Eigen::Quaterniond& q) { return Json{q.x(), q.y(), q.z(), q.w()}; };
-    document.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {50, 60, 70}}},  // of no matter: joints place the mesh
+    document.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {50, 60, 70}}},  // has no effect: joints place the mesh
                               {{"children", {2}}, {"translation", {0.2, 0, 1}}, {"rotation", turn(first)}},
                               {{"translation", {0.5, 0, 0}}, {"rotation", turn(second)}}};
     document.json["scenes"] = {{{"nodes", {0, 1}}}};

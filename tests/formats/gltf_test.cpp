@@ -130,7 +130,7 @@ TEST(Gltf, QuantisedIntegersOfEveryType) {
   struct Case {
     int component;
     bool is_normalised;
-    double largest;  // what the largest number stands for [m]
+    double largest;  // value of the largest number [m]
     std::string positions;
   };
   const Case cases[] = {
@@ -151,7 +151,7 @@ TEST(Gltf, QuantisedIntegersOfEveryType) {
     const MeshFile file = readGltfText(json, c.positions + tetrahedronBuffer().substr(48));
     EXPECT_NEAR(volumeOf(file.mesh), kVolume * std::pow(c.largest, 3), 1e-9 * kVolume * std::pow(c.largest, 3)) << c.component;
   }
-  // -128 and -127 of a signed byte both stand for -1.
+  // -128 and -127 of a signed byte both mean -1.
   Json json = tetrahedronJson();
   json["accessors"][0]["componentType"] = 5120;
   json["accessors"][0]["normalized"] = true;
@@ -170,7 +170,7 @@ TEST(Gltf, SparseAccessorsReplaceElements) {
       {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5123}}}, {"values", {{"bufferView", 3}}}};
   EXPECT_DOUBLE_EQ(volumeOf(readGltfText(json, buffer).mesh), 4 * kVolume);
   const Json whole = json;
-  json["accessors"][0].erase("bufferView");  // the others are zero: 0 and 2 fall together
+  json["accessors"][0].erase("bufferView");  // the others are zero: 0 and 2 coincide
   EXPECT_EQ(readGltfText(json, buffer).mesh.positions.size(), 3u);
   json = whole;
   json["accessors"][0]["sparse"]["count"] = 5;
@@ -261,7 +261,7 @@ TEST(Gltf, WhatNoMeshNeedsDoesNoHarm) {
   json["accessors"].push_back({{"type", "VEC17"}, {"count", -1}});
   json["bufferViews"].push_back({{"buffer", "none"}});
   json["buffers"].push_back({{"byteLength", 9}, {"uri", "missing.bin"}});
-  json["meshes"].push_back({{"primitives", {{{"mode", 99}}}}});  // that no node names
+  json["meshes"].push_back({{"primitives", {{{"mode", 99}}}}});  // no node refers to it
   json["nodes"][0]["weights"] = "none";
   json["nodes"][0]["camera"] = -4;
   json["nodes"][0]["extensions"] = 1;
@@ -320,7 +320,7 @@ TEST(Gltf, EveryTruncationOfAGlbIsRefused) {
     const std::vector<char> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_THROW(readGltf(cut, "test.glb"), FormatError) << size;
   }
-  // A header that fits the cut: the chunks no longer do. Its last eight bytes count, too.
+  // The header fits the cut, the chunks do not. Its last eight bytes matter, too.
   for (std::size_t size = 12; size < whole.size(); ++size) {
     std::vector<char> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
     const auto length = static_cast<std::uint32_t>(size);

@@ -50,7 +50,7 @@ TEST(MeshFile, ReadsByContentWhereTheExtensionIsWrong) {
   }
   EXPECT_TRUE(has(readMesh(scratch.path() / "c.stl").notes.back(), "holds OBJ"));
   EXPECT_TRUE(readMesh(scratch.path() / "a.obj").notes.empty());
-  // glTF says metres, and only a unit of its own changes that.
+  // glTF is in metres unless the caller gives another unit.
   const double in_metres = readMesh(scratch.path() / "i.gltf", 10).mesh.positions[1].norm();
   EXPECT_EQ(readMesh(scratch.path() / "i.gltf", 10).unit_mm, 1000);
   EXPECT_DOUBLE_EQ(readMesh(scratch.path() / "i.gltf", 1, 10).mesh.positions[1].norm() * 100, in_metres);
@@ -153,7 +153,7 @@ TEST(MeshFile, DamagedTeethHaveTheirKnownVolume) {
                                                  {"hostile_deep_nodes.glb", 1}};
   for (const auto& [name, factor] : volumes) {
     const TriangleMesh mesh = readMesh(kMeshes / "failure" / "tooth" / name).mesh;
-    // 16-bit coordinates round the tooth itself.
+    // 16-bit coordinates round the vertices of the tooth.
     const double tolerance = name == "tooth_quantised_int16.glb" ? 1e-5 : 1e-6;
     EXPECT_NEAR(volumeOf(mesh) / (kTooth * factor), 1, tolerance) << name;
     if (std::abs(factor) == 1 && name != "tooth_degenerate_faces.obj" && name != "tooth_t_junctions.obj") {
@@ -166,7 +166,7 @@ TEST(MeshFile, DamagedTeethHaveTheirKnownVolume) {
   EXPECT_LT(cavity, kTooth - 20);
 }
 
-/// Words that the message must contain; none: the file is read.
+/// Words that the message must contain; empty: the file is read.
 struct Outcome {
   const char* name;
   std::vector<const char*> words;

@@ -49,7 +49,7 @@ TEST(MeshoptView, UnpacksWhatTheLibraryPacked) {
       const std::vector<unsigned char> vertices = randomVertices(count, stride), packed = encoded(vertices, count, stride);
       EXPECT_EQ(decode({.bytes = packed, .count = count, .stride = stride, .mode = "ATTRIBUTES", .filter = "NONE"}), vertices);
     }
-  // The smallest that there is: nothing but zeros, 64 bytes of which take one.
+  // The smallest possible data: only zeros, 64 bytes of which take one.
   const std::vector<unsigned char> zeros(256 * 256 * 16), packed = encoded(zeros, 256 * 16 * 4, 64);
   EXPECT_EQ(decode({.bytes = packed, .count = 256 * 16 * 4, .stride = 64, .mode = "ATTRIBUTES", .filter = "NONE"}), zeros);
 }
@@ -89,11 +89,11 @@ TEST(MeshoptView, FiltersGiveUnitVectorsQuaternionsAndFloats) {
       }
       same += short_at(turns, 4 * i + axis) * quaternions[4 * i + axis];
     }
-    EXPECT_NEAR(std::abs(same), 1, 1e-3);  // q and -q are one turn
+    EXPECT_NEAR(std::abs(same), 1, 1e-3);  // q and -q are the same rotation
     for (std::size_t axis = 0; axis < 2; ++axis) {
       float value;
       std::memcpy(&value, floats.data() + 8 * i + 4 * axis, 4);
-      EXPECT_NEAR(value, numbers[2 * i + axis], 1.0);  // one exponent for both: that of the larger, below 2^20
+      EXPECT_NEAR(value, numbers[2 * i + axis], 1.0);  // both share one exponent: that of the larger, below 2^20
     }
   }
 }
@@ -127,7 +127,8 @@ TEST(MeshoptView, RefusesWhatItsBytesCannotHold) {
   EXPECT_TRUE(has(with([&](MeshoptView& v) { v.bytes = newer; }), "gltfpack -ce ext"));
 }
 
-// Any damage gives as many bytes as announced, or a refusal; with a sanitizer: and never reads beyond its own.
+// Any damage gives the announced number of bytes or a refusal; a sanitizer also proves that it reads only its own
+// bytes.
 TEST(MeshoptView, DamageIsRefusedOrHarmless) {
   const TriangleMesh ball = test::sphereMesh(10, 3);
   const std::vector<std::uint32_t> indices = test::indicesOf(ball);

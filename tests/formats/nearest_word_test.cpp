@@ -14,7 +14,7 @@ TEST(EditDistance, CountsLettersInsertedDroppedAndChanged) {
   EXPECT_EQ(editDistance("abc", ""), 3u);
   EXPECT_EQ(editDistance("level", "levels"), 1u);
   EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
-  EXPECT_EQ(editDistance("bulid", "build"), 1u);  // letters in each other's place are one change
+  EXPECT_EQ(editDistance("bulid", "build"), 1u);  // two exchanged letters are one change
 }
 
 TEST(EditDistance, IsAMetric) {

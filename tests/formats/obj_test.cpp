@@ -70,7 +70,7 @@ TEST(Obj, WaysOfWritingTheSameMeshGiveTheSameMesh) {
       "\xef\xbb\xbf" + kTetrahedron,
       kTetrahedron.substr(0, kTetrahedron.size() - 1),
       replaced(kTetrahedron, "v 1 0 0", "v +1.0 0e0 -0. 0.5 0.5 nan"),              // weights and colours follow
-      "# C:\\models\\\n" + replaced(kTetrahedron, "f 1 3 2", "f 1 \\\n3 \\\r\n2"),  // continued lines; not that of a comment
+      "# C:\\models\\\n" + replaced(kTetrahedron, "f 1 3 2", "f 1 \\\n3 \\\r\n2"),  // continued lines, except in a comment
       replaced(replaced(kTetrahedron, "f 1 3 2", "f 1/1 3/7/2 2//9"), "f 2 3 4", "fo 2// 3 4"),
       "vn 0 0 1\nvt 0 0\nmtllib a.mtl\nusemtl x\ns off\n" + kTetrahedron + "l 1 2\np 1\n",
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -1 -2\nv 0 0 1\nf 1 2 -1\nf 1 4 3\nf 2 3 4",  // negative: counted backwards

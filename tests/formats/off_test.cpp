@@ -42,7 +42,7 @@ TEST(Off, VariantsOfOneMeshGiveTheSameMesh) {
 
 TEST(Off, EveryTruncationIsRefused) {
   const std::string whole = "OFF\n" + kBody;
-  for (std::size_t size = 0; size + 2 < whole.size(); ++size)  // without "3\n" the last index is gone
+  for (std::size_t size = 0; size + 2 < whole.size(); ++size)  // without "3\n" the last index is missing
     EXPECT_THROW(readOffText(whole.substr(0, size)), FormatError) << size;
 }
 

@@ -47,11 +47,11 @@ class Writer {
       put<std::uint8_t>(7);  // colour, before x
       put<Coordinate>(p[2]);
       put<Coordinate>(p[1]);
-      put<std::uint16_t>(2);  // a list amid the coordinates
+      put<std::uint16_t>(2);  // a list between the coordinates
       put<float>(1), put<float>(2);
       put<Coordinate>(p[0]);
     }
-    put<std::int32_t>(5), put<std::int8_t>(-1);  // an element of its own
+    put<std::int32_t>(5), put<std::int8_t>(-1);  // another element
     for (const auto& f : faces) {
       put<std::uint8_t>(1), put<double>(0.5);
       put<Count>(3);

@@ -127,7 +127,7 @@ TEST(SceneFile, SurvivesARoundTrip) {
   for (const char* key : {"unit", "defaults", "coupling", "limits", "tool", "work", "reach"}) EXPECT_EQ(before[key], after[key]) << key;
   EXPECT_EQ(before["objects"][0], after["objects"][0]);
   EXPECT_EQ(before["objects"][2]["soft"], after["objects"][2]["soft"]);
-  // Rotations of any kind, as they were normalised once, come back bit for bit.
+  // Rotations of any kind, once normalised, come back bit for bit.
   test::Random random(5);
   SceneFile scene = parseScene(kFull, "a");
   for (int i = 0; i < 200; ++i) {
@@ -218,7 +218,7 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
   EXPECT_NE(sceneRefusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
 }
 
-// A cut or a changed byte gives a scene that can be written and read again, or a refusal: never anything else.
+// A cut or a changed byte gives a scene that can be written and read again, or a refusal, and nothing else.
 TEST(SceneFile, ATreeMayNameTheMeshToBeShown) {
   const SceneFile scene = parseScene(replaced(kFull, "\"tree\": \"trees/tongue.stree\"",
                                               "\"tree\": \"trees/tongue.stree\", \"mesh\": \"../mouth.obj\", \"part\": \"tongue\""),
@@ -258,7 +258,7 @@ TEST(SceneFile, SurvivesMutation) {
     }
     accepted += tryIt(text);
   }
-  EXPECT_GT(accepted, 100);  // else only the JSON reader was tested
+  EXPECT_GT(accepted, 100);  // otherwise only the JSON reader was tested
 }
 
 TEST(SceneFile, TakesPathsFromItsOwnFolder) {

@@ -59,7 +59,7 @@ TEST(SphereTreeFile, IsReadByTheDocumentAlone) {
     writeWhole(base + ".patches.json", patchesOf(tree.skin));
     ASSERT_EQ(read(), 0) << std::ifstream(base + ".log").rdbuf();
   }
-  // That the comparison is one: an edge that turns by a step of its packed normal is seen.
+  // Shows that the comparison can fail: a change of an edge by one step of its packed normal is detected.
   SphereTree other = trees.back();
   other.skin.edges[0].normal[0] ^= 1;
   writeWhole(base + ".json", writeTreeJson(other));

@@ -106,7 +106,7 @@ TEST(Stl, EveryCutWithinAFacetIsRefused) {
 
 TEST(Stl, EveryCutOfAnAsciiFileIsRefusedOrNoted) {
   const std::string whole = ascii();
-  for (std::size_t size = 0; size + 18 < whole.size(); ++size) {  // the endsolid line is all that is missing later
+  for (std::size_t size = 0; size + 18 < whole.size(); ++size) {  // from there on only the endsolid line is missing
     const std::string cut = whole.substr(0, size);
     MeshFile file;
     try {

@@ -89,7 +89,7 @@ TEST(Trajectory, RefusesWithLineAndColumn) {
     EXPECT_NE(messageOf(text).find(expected), std::string::npos) << text << "gave: " << messageOf(text);
 }
 
-/// A circle turned by its angle: straight lines between its rows are off by at most r (1 - cos(step / 2)).
+/// A circle, rotated with its angle: straight lines between its rows are off by at most r (1 - cos(step / 2)).
 TEST(Trajectory, OtherRatesAreInterpolated) {
   for (const double rate : {20., 60., 100., 143., 2000.}) {
     std::string text = kHeader;

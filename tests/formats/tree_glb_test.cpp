@@ -118,7 +118,7 @@ TEST(TreeGlb, ShowsTheSpheresOfEachLevelSetInMetres) {
         }
       }
     }
-    // A scene for each level, the leaves first: the root's sphere would hide all others.
+    // One scene for each level, the leaves first: the root's sphere would hide all others.
     ASSERT_EQ(scenes.size(), 3u);
     const std::array<int, 3> level_of_scene{2, 0, 1};
     for (std::size_t scene = 0; scene < 3; ++scene) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fuzz target offers: the entry of libFuzzer, and sound inputs to start from.
+// The interface of a fuzz target: the entry of libFuzzer, and valid inputs to start from.
 #pragma once
 
 #include <cstddef>

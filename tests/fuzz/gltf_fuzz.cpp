@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the reader of glTF and GLB files.
+// Feeds any bytes to the reader of glTF and GLB files.
 #include "spheretree/formats/gltf.h"
 
 #include "fuzz/mesh_fuzz.h"

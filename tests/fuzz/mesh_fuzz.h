@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every mesh reader must keep to, whatever the bytes: a message that names the file, or a mesh that is whole.
+// The promise of every mesh reader for any bytes: a message that names the file, or a complete mesh.
 #pragma once
 
 #include <algorithm>

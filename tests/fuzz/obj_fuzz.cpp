@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the reader of OBJ files.
+// Feeds any bytes to the reader of OBJ files.
 #include "spheretree/formats/obj.h"
 
 #include "fuzz/mesh_fuzz.h"

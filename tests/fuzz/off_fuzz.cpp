@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the reader of OFF files.
+// Feeds any bytes to the reader of OFF files.
 #include "spheretree/formats/off.h"
 
 #include "fuzz/mesh_fuzz.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the reader of PLY files.
+// Feeds any bytes to the reader of PLY files.
 #include "spheretree/formats/ply.h"
 
 #include "fuzz/mesh_fuzz.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of scenes: refused with a message that names the file, or a scene that reads the same again
-// as it is written.
+// Feeds any text to the reader of scenes: it is refused with a message that names the file, or gives a scene that is
+// equal after writing and reading.
 #include "fuzz/fuzz_target.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/scene_file.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of .sph: refused with a reason, or a sound tree that survives writing and reading again.
+// Feeds any text to the reader of .sph: it is refused with a reason, or gives a sound tree that survives writing and
+// reading.
 #include "fuzz/fuzz_target.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/sph_text.h"

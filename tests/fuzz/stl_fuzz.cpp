@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the reader of STL files.
+// Feeds any bytes to the reader of STL files.
 #include "spheretree/formats/stl.h"
 
 #include "fuzz/mesh_fuzz.h"

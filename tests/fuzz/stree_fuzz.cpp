@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes into the decoder of .stree files: refused, or a sound tree that is stored as the same bytes again.
+// Feeds any bytes to the decoder of .stree files: they are refused, or give a sound tree that is stored as the same
+// bytes.
 #include "fuzz/fuzz_target.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "support/sample_skins.h"
@@ -17,7 +18,7 @@ void feed(test::Bytes bytes) {
   }
   require(findFault(tree).empty(), "an accepted tree is sound");
   const test::Bytes again = encodeSphereTree(tree);
-  if (test::takeApart(again).size() != test::takeApart(bytes).size()) return;  // an optional section that is not known was skipped
+  if (test::takeApart(again).size() != test::takeApart(bytes).size()) return;  // an unknown optional section was skipped
   test::put(bytes, 10, kFormatMinor);
   require(again == test::resealed(bytes), "one tree, one file");
 }
@@ -51,7 +52,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   test::Bytes bytes(first, first + size);
   fuzz::feed(bytes);
   if (bytes.size() < 32) return 0;
-  // Sealed anew, since no mutation would ever get past the size and the checksum.
+  // With a new checksum, since otherwise no mutation would pass the size and the checksum.
   test::put(bytes, 16, std::uint64_t{size});
   fuzz::feed(test::resealed(bytes));
   return 0;

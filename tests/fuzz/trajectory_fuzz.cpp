@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of trajectories: refused with a reason that names the text, or poses that a servo step may
-// be given.
+// Feeds any text to the reader of trajectories: it is refused with a reason that names the text, or gives poses that a
+// servo step accepts.
 #include <cmath>
 
 #include "fuzz/fuzz_target.h"

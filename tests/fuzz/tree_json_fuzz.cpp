@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any text into the reader of trees in JSON: refused with a reason, or a sound tree that survives a round trip bit for
-// bit.
+// Feeds any text to the reader of trees in JSON: it is refused with a reason, or gives a sound tree that survives a
+// round trip bit for bit.
 #include "fuzz/fuzz_target.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/formats/errors.h"

@@ -30,8 +30,8 @@ TEST(CompressedGltf, GivesTheTreeOfTheUncompressedFile) {
   EXPECT_EQ(encodeSphereTree(treeOf(test::meshoptGlb(bumpy, "TRIANGLES"))), expected);
   EXPECT_EQ(encodeSphereTree(treeOf(test::meshoptGlb(bumpy, "INDICES"))), expected);
   EXPECT_EQ(encodeSphereTree(treeOf(test::dracoGlb(bumpy, draco::MESH_SEQUENTIAL_ENCODING))), expected);
-  // The edgebreaker stores the triangles in an order of its own. The tree says by a hash which mesh it is of, in its
-  // order; all else is the same.
+  // The edgebreaker stores the triangles in another order. The tree contains a hash of its mesh, which depends on the
+  // order; everything else is equal.
   SphereTree reordered = treeOf(test::dracoGlb(bumpy, draco::MESH_EDGEBREAKER_ENCODING));
   EXPECT_NE(reordered.provenance.mesh_hash, plain.provenance.mesh_hash);
   reordered.provenance.mesh_hash = plain.provenance.mesh_hash;

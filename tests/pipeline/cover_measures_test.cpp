@@ -30,14 +30,14 @@ void expectGoodMeasures(const TriangleMesh& mesh) {
     EXPECT_EQ(level.coverage.uncovered_fraction, 0);
     EXPECT_LE(level.coverage.max_gap, 1e-5 * evaluation.diagonal);
     EXPECT_GE(level.overhang.bound, level.overhang.max);
-    // What the tree states was proven in another way, from the centres.
+    // The bound of the tree was proven in another way, from the centres.
     EXPECT_GE(static_cast<double>(built.tree.statistics[static_cast<std::size_t>(level.level)].overhang_bound), level.overhang.max);
   }
   EXPECT_LE(evaluation.hierarchy.leaves, 512u);
   EXPECT_EQ(evaluation.hierarchy.leaves_outside_ancestor, 0u);
 }
 
-/// The mesh of the collection or, where that is missing, one of ours of the same kind.
+/// The mesh of the collection or, if it is missing, one of ours of the same kind.
 void expectGoodMeasuresOf(const std::string& name, const TriangleMesh& ours) {
   const std::filesystem::path path = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes/bench" / name;
   expectGoodMeasures(std::filesystem::exists(path) ? formats::readMesh(path).mesh : ours);

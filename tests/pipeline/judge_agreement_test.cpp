@@ -25,8 +25,8 @@ using Eigen::Vector3d;
 
 constexpr int kLevels = 4, kBranching = 8;
 
-/// A tree as the published builders leave them: nodes by octants of the surface points, radii that miss some, nodes
-/// that end early.
+/// A tree like those of the published builders: nodes by octants of the surface points, radii that miss some points,
+/// branches that end early.
 std::string rawTree(const TriangleMesh& mesh, std::uint64_t seed) {
   test::Random random(seed);
   std::size_t slots = 0;
@@ -130,10 +130,10 @@ void expectAgreement(const std::string& name, const TriangleMesh& mesh, std::uin
   EXPECT_EQ(ours.hierarchy.leaves_outside_ancestor_cover, judged["hierarchy"]["leaves_outside_ancestor"].get<std::size_t>());
   const nlohmann::json& reference = judged["level"].back()["reference"];
   ASSERT_TRUE(ours.limits.has_value());
-  // Theirs takes 8,000 medial balls for h_fin where ours takes 30,000; its own error is up to 4 % on a smooth organic
+  // The other program uses 8,000 medial balls for h_fin, ours 30,000; its own error is up to 4 % on a smooth organic
   // mesh.
   EXPECT_NEAR(ours.limits->h_fin, reference["h_fin"].get<double>(), 0.04 * ours.limits->h_fin);
-  // Both come down with more candidates; on a tube, where many balls are alike, by 10 %.
+  // Both values fall with more candidates; on a tube, where many balls are similar, by 10 %.
   EXPECT_NEAR(ours.limits->h_low, reference["h_low"].get<double>(), 0.1 * ours.limits->h_low);
 }
 

@@ -136,7 +136,7 @@ TEST(MeshChecksOnFiles, EveryFileThatIsReadIsChecked) {
     ++checked;
     EXPECT_EQ(report.clean(), report.defects.empty());
     if (report.clean()) {
-      EXPECT_GT(report.volume, 0) << entry.path();  // what a build accepts is wound outward
+      EXPECT_GT(report.volume, 0) << entry.path();  // a mesh that a build accepts is wound outward
       EXPECT_TRUE(report.not_checked.empty());
     } else {
       EXPECT_FALSE(report.summary().empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The QP of the haptic step against an independent solver that computes with exact numbers: CGAL's, after K. Fischer,
-// B. Gaertner, S. Schoenherr, F. Wessendorp. Apart from the tests of the runtime, which stay free of the GPL.
+// The QP of the haptic step against an independent solver with exact numbers: CGAL's, after K. Fischer, B. Gaertner, S.
+// Schoenherr, F. Wessendorp. Separate from the tests of the runtime, which stay free of the GPL.
 #include <CGAL/Gmpzf.h>
 #include <CGAL/QP_functions.h>
 #include <CGAL/QP_models.h>
@@ -22,7 +22,7 @@ struct Row {
   float bound;
 };
 
-// Rows of unit length. With `side`, they turn towards one side and leave room; rows of every direction often do not.
+// Rows of unit length. With `side`, they point towards one side and leave space; rows of every direction often do not.
 std::vector<Row> randomRows(test::Random& random, std::size_t count, double side) {
   std::vector<Row> rows(count);
   for (Row& row : rows) {
@@ -89,15 +89,15 @@ TEST(Qp6, AgreesWithAnExactSolver) {
       size = std::max(size, std::abs(y[k]));
       distance += (y[k] - answer.y[static_cast<int>(k)]) * (y[k] - answer.y[static_cast<int>(k)]);
     }
-    if (answer.status == QpStatus::Infeasible) {  // within the tolerance of a row both may be right, if the minimum is far away
+    if (answer.status == QpStatus::Infeasible) {  // within the tolerance of a row both answers may be right, if the minimum is far away
       EXPECT_TRUE(!solved || size > 1e3) << n;
       ++infeasible;
       continue;
     }
     ASSERT_TRUE(solved) << n;
     ++optimal;
-    // A row may be violated by the tolerance: then the objective differs by that times the multipliers, and the point
-    // by the root of it.
+    // A row may be violated by the tolerance: the objective then differs by the tolerance times the multipliers, and
+    // the point by the square root of that.
     for (std::size_t k = 0; k < answer.active_count; ++k) weights += answer.multiplier[k];
     const double tolerance = 2 * (kQpTolerance + 1e-6 * size);
     EXPECT_LT(std::sqrt(distance), std::sqrt(2 * tolerance * weights) + 1e-9) << n;

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// While one lives, a shell script stands for the child.
+/// During its lifetime, a shell script replaces the child process.
 class StandIn {
  public:
   explicit StandIn(const std::string& script) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Trees of the same object in other clothes. The limits on the change of the worst leaf overhang hold for turned and
-// scaled copies at any quality, for the others where the search is deep enough; the short run uses small trees of quick
-// quality and only asks for what holds there. SPHERETREE_LONG=1: cover and merge at standard quality on the probe,
-// tooth and box with 24 rotations and the full limits (about an hour of one core).
+// Trees of the same object in other representations. The limits on the change of the worst leaf overhang hold for
+// rotated and scaled copies at any quality, for the others where the search is deep enough; the short run uses small
+// trees of quick quality and only tests what holds there. SPHERETREE_LONG=1: cover and merge at standard quality on the
+// probe, tooth and box with 24 rotations and the full limits (about an hour of one core).
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `--tolerance`: the bound is kept, with hardly more nodes than the best tree that a full search over all shapes of
-// tree finds, and no leaf is there for nothing. SPHERETREE_LONG=1: the full search for all builders on all meshes
-// (three minutes of one core in place of seconds).
+// `--tolerance`: the bound is kept, with hardly more nodes than the best tree of a full search over all shapes of tree,
+// and no leaf is superfluous. SPHERETREE_LONG=1: the full search for all builders on all meshes (three minutes of one
+// core in place of seconds).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -115,13 +115,13 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
     for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
       const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
       const std::size_t fewest = fewestNodes(shapes, tolerance);
-      // One node more where 1.2 times a handful is less than one.
+      // One node more where 1.2 times a small number is less than one more.
       expectFew(named, kind, tolerance, fewest, std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1));
     }
   });
 }
 
-// The hardest tolerances: each is exactly what a small tree keeps. A leaf more is already a fifth of its nodes.
+// The hardest tolerances: each is exactly the bound of a small tree. One more leaf is already a fifth of its nodes.
 TEST(Tolerance, TheBoundOfASmallTreeNeedsHardlyMoreNodesThanThatTree) {
   forCases({BuilderKind::Merge, BuilderKind::Spawn, BuilderKind::Grid}, [](const NamedMesh& named, BuilderKind kind) {
     std::vector<Shape> shapes = buildFull(named.mesh, kind, 2, 8, 1);
@@ -143,7 +143,7 @@ std::vector<builder::Ball> leavesOf(const SphereTree& tree) {
   return leaves;
 }
 
-// Marks the balls that hold a point of the surface which no other ball holds: they are needed.
+// Marks the balls that contain a point of the surface which no other ball contains: they are needed.
 std::vector<char> withAPointOfTheirOwn(const TriangleMesh& mesh, const std::vector<builder::Ball>& balls, std::size_t points) {
   std::vector<char> needed(balls.size(), 0);
   for (const builder::SurfacePoint& sample : builder::spreadOverSurface(mesh, points, 1)) {
@@ -155,9 +155,9 @@ std::vector<char> withAPointOfTheirOwn(const TriangleMesh& mesh, const std::vect
   return needed;
 }
 
-// True if the other balls hold all of the surface that one holds.
+// True if the other balls cover all of the surface that one ball covers.
 bool isRedundant(const TriangleMesh& mesh, const std::vector<builder::Ball>& balls, std::size_t one, double resolution) {
-  TriangleMesh near;  // the triangles that come near the ball; the others stay covered without it
+  TriangleMesh near;  // the triangles near the ball; the others stay covered without it
   near.positions = mesh.positions;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     Eigen::AlignedBox3d box;
@@ -170,7 +170,7 @@ bool isRedundant(const TriangleMesh& mesh, const std::vector<builder::Ball>& bal
   return builder::certifyCover(near, others, Eigen::Vector3d::Zero(), resolution, progress).largest_growth == 0;
 }
 
-// By leaf: the levels above need it, as the only child of its parent or because it stands on one of them too.
+// Leaf by leaf: the levels above need it if it is the only child of its parent or belongs to one of them.
 std::vector<char> neededAbove(const SphereTree& tree) {
   std::vector<char> keeps(tree.nodeCount(), 0);
   for (std::size_t node = 0; node < tree.nodeCount(); ++node)

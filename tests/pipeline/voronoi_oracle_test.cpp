@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Our Voronoi balls (CGAL) against TetGen's Voronoi vertices of the same points. TetGen runs as a program of its own.
+// Our Voronoi balls (CGAL) against TetGen's Voronoi vertices of the same points. TetGen runs as a separate program.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,10 +40,10 @@ double nearest(const Vector3d& p, const std::vector<Vector3d>& all) {
 }
 
 TEST(VoronoiOracle, TheSameVerticesAsTetGen) {
-  constexpr double kSame = 1e-7;  // of solids about 10 wide: what the rounding of nearly flat tetrahedra leaves
+  constexpr double kSame = 1e-7;  // for solids about 10 wide: the rounding error of nearly flat tetrahedra
   for (const TriangleMesh& mesh : {test::torusMesh(5, 2, 48, 24), test::sphereMesh(5, 3), test::boxMesh({0, 0, 0}, {7, 5, 3})}) {
     const DistanceField field(mesh);
-    // Moved off the surface by a little, or cospherical points would leave the choice of tetrahedra open.
+    // Moved slightly off the surface, because cospherical points would leave the choice of tetrahedra open.
     test::Random random(17);
     std::vector<Vector3d> points;
     for (const SurfaceSample& s : sampleSurface(mesh, {1500, 0.5235987756, 1})) points.push_back(s.point + 0.02 * random.direction());

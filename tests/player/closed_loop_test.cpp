@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The measures of the closed loop against closed forms, and faults planted in the loop: each must show.
+// The measures of the closed loop against closed forms, and faults inserted into the loop: each must be detected.
 #include "scenarios/closed_loop.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(Roughness, OfSinesAndNoiseIsTheClosedForm) {
   EXPECT_NEAR(roughness(sine(0, 100, 60'000, 1)).rms, std::sqrt(0.94 / 3), 0.01);
 }
 
-/// A ball on a ball, pressed at the pole: as good as a plane, and quick.
+/// A ball on a ball, pressed at the pole: equivalent to a plane, and fast.
 struct Loop {
   Body ball, ground;
   builder::Progress progress;
@@ -76,7 +76,8 @@ TEST(ClosedLoop, AWallThatIsTooStiffOrTooLateShowsAsARing) {
 TEST(ClosedLoop, EnergyThatARendererAddsShows) {
   Loop loop;
   ClosedLoop honest = loop.run(1, 0, Friction::Off);
-  // The leak of a loop that is 2 ms late is five times as large: told as if it were not late, it must not pass.
+  // The leak of a loop that is 2 ms late is five times as large: with the leak of a loop without delay, it must not
+  // pass.
   ClosedLoop late = loop.run(1, 2, Friction::Off);
   late.leak /= 5;
   EXPECT_LT(honest.energyBeyond(1.15), 0.02);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The measures of the stability bench against closed forms, and against faults planted on purpose: a measure that
-// misses them is a defect.
+// The measures of the stability bench against closed forms, and against inserted faults: a measure that misses them is
+// defective.
 #include "scenarios/measures.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,8 @@ Body bodyOf(TriangleMesh mesh, SphereTree tree) {
   return {"body", std::move(mesh), std::move(tree), std::move(field)};
 }
 
-/// Nearest point of {signed distance to the solid >= r} by search: rings of shrinking size round the best so far.
+/// Nearest point of {signed distance to the solid >= r} by search: rings of shrinking size around the best point so
+/// far.
 template <class Distance>
 Eigen::Vector3d nearestFree(const Eigen::Vector3d& haptic, double r, const Distance& distance) {
   Eigen::Vector3d best(0, 0, 0);
@@ -66,7 +67,7 @@ TEST(Measures, OffsetAnswersAreTheNearestFreePoints) {
   }
 }
 
-/// A ball on an exact plane: the rows that a perfect renderer gives.
+/// A ball on an exact plane: the rows of a perfect renderer.
 std::vector<RecordedStep> ballOnPlane() {
   std::vector<RecordedStep> rows;
   for (int n = 0; n < 400; ++n) {
@@ -104,7 +105,7 @@ TEST(Measures, PlantedFaultsShow) {
 }
 
 TEST(Measures, ADroppedPairShowsAsPenetrationOfLeaves) {
-  // Two balls of an object; the tool stands as one who knows only of the first would put it.
+  // Two balls of an object; the tool is placed as by a renderer that knows only the first.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::treeOfBalls({test::ball(0, 0, 0, 3), test::ball(4, 0, 0, 3)}));
   LeafPenetration measure(tool.tree, {0, 0, 0}, std::vector<PlacedBody>{{&object, {}}}, runtime::ContactSurface::Leaves);
@@ -114,8 +115,8 @@ TEST(Measures, ADroppedPairShowsAsPenetrationOfLeaves) {
 }
 
 TEST(Measures, PenetrationOfLeavesIsTheSameWhereverTheToolComesFrom) {
-  // One measure follows a rod that slides, turns and rests by turns, in and out of a bed of balls that moves while it
-  // rests; another starts afresh at each pose.
+  // One measure follows a rod that slides, rotates and rests in turn, in and out of a bed of balls that moves while the
+  // rod rests; another measure starts anew at each pose.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::rodTree(40, 30, 1));
   const Body object = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::boxTree({20, 20, 0}, {20, 20, 1}, 1.5));
   const std::vector<PlacedBody> objects{{&object, {}}};
@@ -143,7 +144,7 @@ TEST(Measures, PenetrationOfLeavesIsTheSameWhereverTheToolComesFrom) {
 }
 
 TEST(Measures, PenetrationOfASkinIsThatOfTheMeshBeyondItsTolerances) {
-  // A leaf about the box reaches far out of it, which counts only where leaves are felt.
+  // A leaf about the box reaches far out of it, which matters only where leaves are the contact surface.
   const Body tool = bodyOf(box({-1, -1, -1}, {1, 1, 1}), test::oneBallTree(2));
   SphereTree tree = test::withSkin(test::oneBallTree(18), test::boxSkin({10, 10, 10}));
   tree.skin.tolerance = 0.03f;
@@ -175,14 +176,14 @@ TEST(Measures, EnergyOfAnIdealSpringComesBack) {
   for (int n = 0; n <= 2000; ++n) {
     const double x = 1 - std::cos(2 * std::numbers::pi * n / 2000), before = 1 - std::cos(2 * std::numbers::pi * (n - 1) / 2000);
     Wrench spring, late;
-    spring.force = {-0.5 * (x + 1 - std::cos(2 * std::numbers::pi * (n + 1) / 2000)), 0, 0};  // the mean of the step to come: no leak
+    spring.force = {-0.5 * (x + 1 - std::cos(2 * std::numbers::pi * (n + 1) / 2000)), 0, 0};  // the mean over the next step: no leak
     late.force = {-before, 0, 0};
     calm.add({{x, 0, 0}, kUpright}, spring);
     leaky.add({{x, 0, 0}, kUpright}, late);
   }
   EXPECT_NEAR(calm.energy(), 0, 1e-9);
   EXPECT_NEAR(calm.largest(), 2, 1e-5);  // k x^2 / 2 at x = 2
-  // A force that is one step late gives (1/2 + 1) T k v^2 away: sum of 1.5 dx^2.
+  // A force that is one step late gives (1/2 + 1) T k v^2 away: the sum of 1.5 dx^2.
   double expected = 0;
   for (int n = 1; n <= 2000; ++n) {
     const double dx = std::cos(2 * std::numbers::pi * (n - 1) / 2000) - std::cos(2 * std::numbers::pi * n / 2000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The player: no allocation in the loop, whole recordings, replays to the byte; scenarios that must come out one way in
+// The player: no allocation in the loop, complete recordings, replays to the byte; scenarios with a known result in
 // each mode.
 #include <gtest/gtest.h>
 
@@ -73,7 +73,7 @@ std::string withoutTimes(const std::string& csv) {
 }
 
 std::string recordReplay(const runtime::Scene& scene, const std::vector<Configuration>& poses, const std::filesystem::path& path) {
-  RecordingWriter recording(path, {}, 64);  // a small ring: the loop waits for the writer and loses nothing
+  RecordingWriter recording(path, {}, 64);  // a small ring: the loop waits for the writer and loses no step
   ServoLoop::Options options;
   options.wait = true;
   ServoLoop loop(scene, &recording, options);
@@ -113,7 +113,7 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
   EXPECT_EQ(paths.hinged()[0].name, "jaw");
   EXPECT_EQ(paths.hinged()[0].highest, 90);
   EXPECT_NEAR(rotationVector(paths.posesAt(0, {30})[0].orientation).x(), std::numbers::pi / 6, 1e-12) << "steered";
-  // In the loop: the plate comes up with the hand's file and pushes the ball.
+  // In the loop: the plate rises according to the hand's file and pushes the ball.
   runtime::SceneDescription d;
   d.tool = test::oneBallTree(5);
   d.objects.push_back({test::boxTree({20, 20, 0}, {16, 16, 1}, 2), {}, 1});
@@ -133,7 +133,7 @@ TEST(BodyPaths, MoveWhatTheSceneSays) {
               for (int n = 0; n < 501; ++n) force = loop.render(state).wrench.force.z();
             }),
             0);
-  // The ball stands on a leaf, or, since nothing holds it sideways, in a pit between leaves.
+  // The ball rests on a leaf or, without lateral support, in a pit between leaves.
   const double on_a_leaf = 1000 * std::tan(0.5 * std::numbers::pi / 180) + 7 - 8;
   EXPECT_LE(force, on_a_leaf + 0.01);
   EXPECT_GE(force, on_a_leaf - 0.5);
@@ -199,7 +199,8 @@ TEST(ServoLoop, AllocatesNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.csv"));
 }
 
-/// SPHERETREE_MOUTH=FOLDER, with FOLDER/scene.json and FOLDER/pocket.csv: the same along a recording in a whole scene.
+/// SPHERETREE_MOUTH=FOLDER, with FOLDER/scene.json and FOLDER/pocket.csv: the same along a recording in a complete
+/// scene.
 TEST(ServoLoop, AllocatesNothingInTheMouth) {
   const char* folder = std::getenv("SPHERETREE_MOUTH");
   if (!folder) GTEST_SKIP() << "SPHERETREE_MOUTH names no folder";
@@ -212,7 +213,7 @@ TEST(ServoLoop, AllocatesNothingInTheMouth) {
   EXPECT_GT(force, 0.1);
 }
 
-/// What a view sees is what was rendered, step by step, and it costs the loop no memory.
+/// A view receives every rendered step, and the loop allocates no memory for it.
 TEST(ServoLoop, ShowsEveryStep) {
   const runtime::Scene scene = ballOnPlate();
   view::LiveStreams live;
@@ -239,8 +240,8 @@ TEST(ServoLoop, ShowsEveryStep) {
   EXPECT_EQ(live.steps.lost(), 0u);
 }
 
-/// A recording that begins and ends while the loop runs holds the steps between, each once, and the next one goes on
-/// from there.
+/// A recording that begins and ends while the loop runs contains the steps between, each once, and the next recording
+/// continues.
 TEST(ServoLoop, RecordsFromAnyStepOn) {
   const test::ScratchFolder folder;
   const runtime::Scene scene = ballOnPlate();
@@ -265,7 +266,7 @@ TEST(ServoLoop, RecordsFromAnyStepOn) {
   replay.stop();
   const std::vector<Configuration> poses = pathOverPlate(3000);
   for (const std::filesystem::path& file : files) {
-    const std::vector<Configuration> recorded = formats::readTrajectory(file).poses;  // refuses a row that is left out or stands twice
+    const std::vector<Configuration> recorded = formats::readTrajectory(file).poses;  // refuses a missing or repeated row
     ASSERT_GE(recorded.size(), 100u);
     const auto first = std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.position == recorded[0].position; });
     ASSERT_NE(first, poses.end());
@@ -294,7 +295,7 @@ TEST(Recording, IsNotThereUntilItIsWhole) {
     RecordingWriter recording(folder.path() / "run.csv");
     recording.push({});
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));  // no finish(): nothing is left behind
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));  // without finish() no file remains
   EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such.csv"), formats::FileError);
 }
 
@@ -378,7 +379,7 @@ TEST(Play, PassivityControlIsRecorded) {
   EXPECT_GT(summary["passivity_control"]["steps"].get<std::uint64_t>(), 0u);
   EXPECT_GT(summary["passivity_control"]["largest_debt_mj"].get<double>(), 0);
   EXPECT_TRUE(summary["safety_events"].get<std::uint32_t>() & device::kPassivityControl);
-  // The rows say so as often as the summary: those in which one of the last three columns but one is above 0.
+  // The rows agree with the summary: those in which one of the last three columns but one is above 0.
   std::uint64_t acted = 0;
   std::istringstream lines(text);
   std::string line;
@@ -433,7 +434,7 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
   }
 }
 
-// But for the energy of tissue that has become stiffer, whose states are late (docs/stability.md).
+// Except for the energy of tissue that has become stiffer, whose states are late (docs/stability.md).
 TEST(Stability, SoftTissueWhoseSolverFailsIsNoHarm) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
@@ -448,8 +449,8 @@ TEST(Stability, SoftTissueWhoseSolverFailsIsNoHarm) {
   }
 }
 
-// On bodies that are turned, scaled and of another seed the runtime has other numbers throughout, but the scenario is
-// the same.
+// On bodies that are rotated, scaled and of another seed, all numbers of the runtime differ, but the scenario is the
+// same.
 TEST(Stability, TurnedBodiesFeelAsTheyWereWritten) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
@@ -500,7 +501,7 @@ TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
   }
   EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Paper)));  // pops through
   EXPECT_TRUE(holds(results[1].outcomes.at(Mode::Paper)));
-  EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Paper)));  // turns into the plane
+  EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Paper)));  // rotates into the plane
   EXPECT_FALSE(holds(results[4].outcomes.at(Mode::Paper)));  // overshoots from inside
   writeStability(folder.path(), results, builder::Quality::Quick);
   const auto document = nlohmann::json::parse(slurp(folder.path() / "stability.json"));

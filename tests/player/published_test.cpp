@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The published renderers and what they are made of, against closed forms. Subject: tools/haptic_player/published
+// The published renderers and their parts, against closed forms. Subject: tools/haptic_player/published
 #include <gtest/gtest.h>
 
 #include <array>
@@ -77,7 +77,8 @@ TEST(DistanceGrid, IsTheDistanceUpToItsCells) {
     EXPECT_LE(grid.byteCount(), bytes);
     double worst = 0, slope = 0;
     for (int n = 0; n < 3000; ++n) {
-      const Vector3d p = randomIn(random, 1).normalized() * random.between(4, 5.2);  // far from the middle, where the field has a tip
+      const Vector3d p =
+          randomIn(random, 1).normalized() * random.between(4, 5.2);  // far from the middle, where the field has a singular point
       const DistanceGrid::Sample sample = grid.at(p);
       worst = std::max(worst, std::abs(sample.distance - field.signedDistance(p)));
       slope = std::max(slope, (sample.gradient - p.normalized()).norm());
@@ -85,7 +86,7 @@ TEST(DistanceGrid, IsTheDistanceUpToItsCells) {
     EXPECT_LT(worst, last) << bytes;
     EXPECT_LT(slope, 0.2);
     last = worst;
-    for (int n = 0; n < 1000; ++n) {  // outside of the grid it never says more than there is
+    for (int n = 0; n < 1000; ++n) {  // outside of the grid its value never exceeds the true distance
       const Vector3d p = randomIn(random, 1).normalized() * random.between(12, 40);
       EXPECT_LE(grid.at(p).distance, field.distance(p) + 1e-9);
     }
@@ -130,7 +131,8 @@ TEST(InnerSpheres, FillTheBodyWithoutOverlap) {
 }
 
 TEST(StaticCoupling, ASpringOnASpringRestsBetweenThem) {
-  // A wall of stiffness K at z = 0 under the reference point, a hand d below it: the tool rests d k / (k + K) below.
+  // A wall of stiffness K at z = 0 under the reference point, a hand d below it: at rest the tool is d k / (k + K)
+  // below.
   const runtime::Coupling coupling;
   const double stiffness = 9, depth = 0.5;
   Configuration graphic{{0, 0, 0}, {1, 0, 0, 0}};
@@ -189,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(All, PublishedRenderers, testing::Values(Mode::Points, 
                          [](const auto& tested) { return std::string(name(tested.param)); });
 
 TEST(ContinuousRenderer, DoesNotPassWhatPenaltiesPass) {
-  // In one step of 20 mm through a plate of 2 mm: the time of impact stops it, a penalty does not see it.
+  // In one step of 20 mm through a plate of 2 mm: the time of impact stops it, a penalty does not detect it.
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
   const Body &ball = bodyOf(bodies, "fine_ball", test::sphereMesh(2, 4)),

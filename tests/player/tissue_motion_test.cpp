@@ -24,7 +24,7 @@ struct BallOnBlock {
     runtime::SceneDescription d;
     d.tool = test::oneBallTree(3);
     d.objects.resize(2);
-    d.objects[0].tree = test::oneBallTree(2);  // rigid, and far away
+    d.objects[0].tree = test::oneBallTree(2);  // rigid and far away
     d.objects[0].pose.position = {100, 0, 0};
     d.objects[1].tree = test::fineBlock().shared;
     d.objects[1].tissue = test::fineBlock().model;
@@ -71,7 +71,7 @@ TEST(TissueMotion, AThreadOfItsOwnComesToTheSameForce) {
     a = stepped.to(pathAt(std::min<std::uint64_t>(tick, 600)));
   }
   std::uint32_t states = 0;
-  for (std::uint64_t tick = 0; states < 150; ++tick) {  // as slow as the solver is here
+  for (std::uint64_t tick = 0; states < 150; ++tick) {  // as slow as the solver is on this machine
     states = real.tissue->take(tick, *real.workspace);
     b = real.to(pathAt(std::min<std::uint64_t>(tick, 600)));
     std::this_thread::sleep_for(std::chrono::microseconds(300));

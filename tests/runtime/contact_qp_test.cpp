@@ -20,7 +20,7 @@ Vector6 randomVector(Random& random, double half) {
   return v;
 }
 
-// Rows that all allow `free`; soft ones, in groups and alone, among them. Every tenth problem has dependent rows.
+// Rows that all allow `free`, some of them soft, in groups and alone. Every tenth problem has dependent rows.
 ContactQp randomProblem(Random& random, int run) {
   ContactQp qp;
   const Vector6 free = randomVector(random, 0.5);
@@ -43,7 +43,7 @@ ContactQp randomProblem(Random& random, int run) {
   qp.tissue_count = run % 5 == 1 ? 4 : 0;
   Random own(static_cast<std::uint64_t>(run));
   for (int k = 0; k < qp.row_count; ++k)
-    for (int m = 0; m < qp.tissue_count; ++m)  // the first rows give way under each other's forces
+    for (int m = 0; m < qp.tissue_count; ++m)  // the first rows are displaced by each other's forces
       qp.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] = k < 4 && m <= k ? own.between(-1, 1) : 0;
   qp.disc_count = static_cast<int>(random.between(0, 6));
   for (int k = 0; k < qp.disc_count; ++k) {
@@ -52,7 +52,7 @@ ContactQp randomProblem(Random& random, int run) {
     disc.radius = random.between(0, 1) * random.between(0, 1.5);
     if (run % 4 == 0) disc.origin = {random.between(-0.1, 0.1), random.between(-0.1, 0.1)};
     if (run % 2 == 0 || k >= qp.row_count) continue;
-    disc.friction = random.between(0.05, 2);  // a cone, which `free` obeys
+    disc.friction = random.between(0.05, 2);  // a cone that contains `free`
     disc.row = k;
     const double slip = std::hypot(disc.across[0].dot(free) - disc.origin[0], disc.across[1].dot(free) - disc.origin[1]);
     disc.slip = slip + (k % 3 == 0 ? random.between(0, 0.5) : 0);
@@ -73,9 +73,9 @@ double lacks(const ContactQp& qp, int k) {
   return row.b - row.a.dot(qp.y) - givenPart(qp, k);
 }
 
-// No answer is farther from the right one than this: the gap between a value that the answer reaches and one that
-// nothing can get below, by forces that the laws of friction and contact allow (weak duality); the problem is strongly
-// convex. A bound on its own, whatever the method.
+// A bound on the distance of an answer from the solution: the gap between a value that the answer reaches and one that
+// no feasible point can undercut, by forces that the laws of friction and contact allow (weak duality); the problem is
+// strongly convex. The bound holds for any method.
 double distanceFromRight(const ContactQp& qp) {
   double primal = 0.5 * (qp.y - qp.target).squaredNorm(), dual = 0;
   Vector6 pull = Vector6::Zero();
@@ -122,7 +122,7 @@ double distanceFromRight(const ContactQp& qp) {
       dual += disc.force[i] * disc.origin[i];
     }
   }
-  // The least of |y - t|^2 / 2 - pull . y over all y.
+  // The minimum of |y - t|^2 / 2 - pull . y over all y.
   dual += -0.5 * pull.squaredNorm() - pull.dot(qp.target);
   for (const double p : tissue_pull) dual -= 0.5 * p * p;
   for (int g = 0; g < qp.group_count; ++g) {
@@ -142,7 +142,7 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
     ASSERT_TRUE(qp.converged) << run;
     most = std::max(most, qp.iterations);
     total += qp.iterations;
-    // The proof says by how much the value may be off, and the distance is its root: rows that lack 1e-8 are 1e-4.
+    // The proof bounds the error of the value, and the distance is its square root: rows that lack 1e-8 give 1e-4.
     const Vector6 first = qp.y;
     for (int n = 0; n < 8; ++n) solveContactQp(qp);
     ASSERT_LT((qp.y - first).norm(), 1e-6) << run;
@@ -152,8 +152,8 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
   EXPECT_LT(most, 150);
 }
 
-// By force of patience: one multiplier or force after the other is made the best that it can be, the others as they
-// are; of a cone, it goes down the slope and back to the nearest point of the cone.
+// A slow independent solver: each multiplier or force in turn is optimised with the others fixed; for a cone, by a
+// gradient step and projection onto the cone.
 class Patience {
  public:
   explicit Patience(const ContactQp& qp) : qp_(qp), y_(qp.target), given_(qp.rest) {}
@@ -248,7 +248,7 @@ TEST(ContactQp, TheAnswerAsAGuessIsFound) {
     solveContactQp(qp);
     ASSERT_LE(qp.iterations, 3) << run;
     ASSERT_LT((qp.y - y).norm(), 1e-7);
-    // Nor does it depend on the order of rows and discs.
+    // The answer does not depend on the order of rows and discs.
     ContactQp other = qp;
     std::reverse(other.rows.begin(), other.rows.begin() + other.row_count);
     std::reverse(other.tissue.begin(), other.tissue.begin() + other.row_count);
@@ -267,8 +267,8 @@ TEST(ContactQp, TheAnswerAsAGuessIsFound) {
 }
 
 TEST(ContactQp, StickingIsExact) {
-  // A block that is pulled by less than friction holds does not move by the last bit that counts; by more, it slides by
-  // the difference.
+  // A block that is pulled by less than friction holds does not move at all; if pulled by more, it slides by the
+  // difference.
   for (const double pull : {0.1, 0.199, 0.201, 1.0}) {
     ContactQp qp;
     qp.target << pull, 0, -1, 0, 0, 0;
@@ -284,8 +284,8 @@ TEST(ContactQp, StickingIsExact) {
   }
 }
 
-// Contacts of a random tool, pressed and dragged: where the law itself is asked for and found, the forces obey it, and
-// a problem of cones with the slip of the answer, which the same forces solve, has the same answer.
+// Contacts of a random tool, pressed and dragged: where the exact law is requested and found, the forces obey it, and a
+// problem of cones with the slip of the answer, which the same forces solve, has the same answer.
 TEST(ContactQp, CoulombsLawIsThatOfConesWithTheSlipOfTheAnswer) {
   Random random(5);
   int found = 0, slipping = 0, sticking = 0;
@@ -325,7 +325,7 @@ TEST(ContactQp, CoulombsLawIsThatOfConesWithTheSlipOfTheAnswer) {
       cone.friction = disc.law;
       cone.law = 0;
       cone.slip = slip;
-      cones.rows[at].multiplier = 0;  // the cone presses in its place
+      cones.rows[at].multiplier = 0;  // the cone presses instead of it
     }
     solveContactQp(cones);
     ASSERT_TRUE(cones.converged);
@@ -337,7 +337,7 @@ TEST(ContactQp, CoulombsLawIsThatOfConesWithTheSlipOfTheAnswer) {
 }
 
 TEST(ContactQp, SpringsInSeries) {
-  // One row that gives way by itself, and one group of three rows: both like a spring behind the tool's own.
+  // One soft row alone, and one group of three soft rows: both act like a spring behind the tool's spring.
   ContactQp qp;
   qp.target << 0, 0, -1, 0, 0, 0;
   qp.row_count = 1;

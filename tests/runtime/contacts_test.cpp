@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step says of its contacts. Subject: contacts() of step.h
+// The contacts that a step reports. Subject: contacts() of step.h
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ TEST(Contacts, BalanceTheSpring) {
     Random random(1);
     int held = 0, many = 0, on_second = 0;
     for (int n = 0; n < 150; ++n) {
-      // Down upon either object, or into the valley between them, and a rest there.
+      // Down onto either object, or into the valley between them, and at rest there.
       Vector3d way = random.direction(), target = 5 * way;
       if (n % 3 == 1) target += Vector3d(13.5, 1, 0);
       if (n % 3 == 2) {
@@ -117,7 +117,7 @@ TEST(Contacts, LieOnTheSkinAndNameIt) {
       nearest = std::min(nearest, (patch.position[k].cast<double>() - local).norm());
       longest = std::max(longest, static_cast<double>((patch.position[(k + 1) % 3] - patch.position[k]).norm()));
     }
-    EXPECT_LT(nearest, longest);  // the triangle is the one below, or next to it
+    EXPECT_LT(nearest, longest);  // the triangle is the one below, or adjacent to it
   }
 }
 
@@ -151,7 +151,7 @@ TEST(Contacts, AreNoneWhereThereIsNothing) {
   EXPECT_EQ(contacts(workspace).size(), 1u);
   to(5.5, Mode::Paper);
   EXPECT_TRUE(contacts(workspace).empty());                 // the published algorithm has no forces of contacts
-  for (int n = 0; n < 10; ++n) to(5.5, Mode::Constrained);  // down from the leaf, as fast as the force may change
+  for (int n = 0; n < 10; ++n) to(5.5, Mode::Constrained);  // down from the leaf, at the largest rate of the force
   EXPECT_FALSE(contacts(workspace).empty());
   to(8, Mode::Constrained);
   EXPECT_TRUE(contacts(workspace).empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing is passed through: plates and a wire of leaves, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1: 10^4
-// (about 3 minutes). Plates with a skin as thin as one likes, from both sides and with tools that turn, 10^4 runs;
+// The tool never passes through: plates and a wire of leaves, at many speeds and angles, 10^3 runs; SPHERETREE_LONG=1:
+// 10^4 (about 3 minutes). Plates with a very thin skin, from both sides and with rotating tools, 10^4 runs;
 // SPHERETREE_LONG=1: 10^5.
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ struct Way {
   double before, after, step;  // [mm] along the way; a step above 40: one jump
 };
 
-/// True if the reference point of the graphic tool stays above z = 0 and its leaves out of those of the object.
+/// True if the reference point of the graphic tool stays above z = 0 and its leaves outside those of the object.
 bool staysAbove(Rig& rig, const Way& way, Mode mode = Mode::Constrained) {
   reset(*rig.workspace);
   for (double s = -way.before; s <= way.after; s += way.step) {
@@ -110,7 +110,7 @@ SphereTree thinPlate(double thickness) {
   return test::withSkin(test::boxTree({30, 30, 0}, {40, 40, 1}, 1.2), test::boxSkin({30, 30, thickness / 2}));
 }
 
-// Least distance of a leaf's surface from the plane in the middle of the plate, on `side` (1: above).
+// Smallest distance of a leaf's surface from the middle plane of the plate, on `side` (1: above).
 double clearance(const SphereTree& tool, const Configuration& pose, double side) {
   double least = 1e9;
   for (const Sphere& leaf : test::leavesOf(tool)) {
@@ -121,7 +121,7 @@ double clearance(const SphereTree& tool, const Configuration& pose, double side)
 }
 
 TEST(Crossing, NoneOfPlatesWithASkin) {
-  // The hand comes from one side in a straight line, turning all the while, and ends on the other.
+  // The hand comes from one side in a straight line, rotating all the time, and ends on the other side.
   const int runs = std::getenv("SPHERETREE_LONG") ? 11112 : 1112;
   for (const double thickness : {0.2, 0.02, 0.0002}) {
     const std::array tools{test::oneBallTree(3), test::rodTree(10, 12, 0.6), test::boxTree({2, 2, 2}, {3, 3, 3}, 0.9)};
@@ -141,7 +141,7 @@ TEST(Crossing, NoneOfPlatesWithASkin) {
         const double before = 14 / std::cos(tilt), after = std::min(10.0, 10 / std::max(std::sin(tilt), 1e-3));
         reset(*rig.workspace);
         int n = 0;
-        for (double s = -before; s <= after; s += std::max(speed, 0.2 * (s < -9 / std::cos(tilt)))) {  // the way through the air is short
+        for (double s = -before; s <= after; s += std::max(speed, 0.2 * (s < -9 / std::cos(tilt)))) {  // large steps through the air
           const Configuration haptic{target + way * s, (rotationOf(n++ * turn) * from).normalized()};
           const StepResult r = step(rig.scene, haptic, Mode::Constrained, *rig.workspace);
           const double clear = clearance(tools[t], r.graphic, side);
@@ -157,13 +157,14 @@ TEST(Crossing, NoneOfPlatesWithASkin) {
       EXPECT_EQ(crossings, 0) << thickness << " mm, tool " << t;
       EXPECT_EQ(penetrations, 0) << thickness << " mm, tool " << t;
       EXPECT_GT(contacts, 2 * runs);
-      // A skin of flat triangles has no tolerance: no leaf is deeper than that of gaps, and the rounding of positions.
+      // A skin of flat triangles has no tolerance: no leaf is deeper than the tolerance of gaps plus the rounding of
+      // positions.
       EXPECT_GT(least, thickness / 2 - kGapTolerance - 1e-3) << thickness << " mm, tool " << t;
     }
   }
 }
 
-TEST(Crossing, ThePaperPassesThrough) {  // the runs would show it
+TEST(Crossing, ThePaperPassesThrough) {  // shows that these runs can detect it
   Rig rig(test::oneBallTree(5), test::boxTree({20, 20, 0}, {64, 64, 1}, 0.1));
   Random random(1);
   int crossings = 0;

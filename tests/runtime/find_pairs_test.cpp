@@ -38,7 +38,7 @@ std::uint32_t objectNode(const Scene& scene, std::size_t object, std::uint32_t s
   return body.nodes.at(body.leaves.item.at(slot));
 }
 
-// The pairs as node numbers of the trees; also proves that no pair is named twice.
+// The pairs as node numbers of the trees; also checks that no pair is reported twice.
 std::set<Triple> triplesOf(const Scene& scene, const PairSet& set) {
   std::set<Triple> out;
   for (const PairRun& run : set.runs)
@@ -107,11 +107,11 @@ TEST(FindPairs, FindsExactlyThePairsOfBruteForce) {
       pairs += expected.size();
     }
   }
-  EXPECT_GT(pairs, 10000u);  // the poses do meet something
+  EXPECT_GT(pairs, 10000u);  // the poses do touch
 }
 
-// Leaves of one tree in the world, by x: every leaf against those whose x is near enough. In double, and without the
-// tree.
+// Leaves of one tree in the world, sorted by x: every leaf is tested against those with a close x. In double, without
+// the tree.
 struct LeafList {
   struct Leaf {
     double x, y, z, r;
@@ -152,7 +152,7 @@ std::vector<std::uint64_t> touching(const LeafList& tool, const LeafList& object
 }
 
 TEST(FindPairs, TwentyPairsOfObjectsAtRandomPoses) {
-  // F10. 100 poses a pair; SPHERETREE_LONG=1: 10^5 (about 2 minutes of a core of its own).
+  // F10. 100 poses for each pair; SPHERETREE_LONG=1: 10^5 (about 2 minutes of one core).
   const int poses = std::getenv("SPHERETREE_LONG") ? 100000 : 100;
   const std::array tools{test::rodTree(35, 512, 0.5), test::boxTree({5, 5, 5}, {8, 8, 8}, 0.9), test::ellipsoidTree({3, 4, 9}, 512, 0.7),
                          test::randomTree(11, 4, 8), test::rodTree(60, 100, 1.5)};
@@ -185,7 +185,7 @@ TEST(FindPairs, TwentyPairsOfObjectsAtRandomPoses) {
         std::sort(pairs.begin(), pairs.end());
         const std::vector<std::uint64_t> expected = touching(LeafList(d.tool, pose, d.reference_point), object);
         if (n < 2) {
-          ASSERT_EQ(expected.size(), bruteForce(d, pose, 0).size());  // the short cut by x loses none
+          ASSERT_EQ(expected.size(), bruteForce(d, pose, 0).size());  // the preselection by x loses no pair
         }
         std::vector<std::uint64_t> odd;
         std::set_difference(expected.begin(), expected.end(), pairs.begin(), pairs.end(), std::back_inserter(odd));
@@ -208,7 +208,7 @@ TEST(FindPairs, TwentyPairsOfObjectsAtRandomPoses) {
 }
 
 TEST(FindPairs, DecidesTouchingPairsAsDoubleDoes) {
-  // Balls that touch exactly or miss by one part in 1e12: float cannot tell, the pair set must.
+  // Balls that touch exactly or miss by one part in 1e12: float cannot tell, the pair set must be right.
   SceneDescription d;
   d.tool = test::boxTree({8, 8, 8}, {5, 5, 5}, 1);
   d.objects.push_back({test::boxTree({8, 8, 8}, {5, 5, 5}, 1), {}});
@@ -279,8 +279,8 @@ TEST(FindPairs, ASearchTreeFindsThePairsThatTheTreeItselfFinds) {
       }
     }
   }
-  EXPECT_GT(pairs, 1000u);        // how many there are depends on the order in which a compiler evaluates arguments
-  EXPECT_LT(work, work_without);  // random trees enclose badly
+  EXPECT_GT(pairs, 1000u);        // the number depends on the order in which a compiler evaluates arguments
+  EXPECT_LT(work, work_without);  // random trees enclose loosely
 }
 
 TEST(FindPairs, FindsEveryTriangleThatIsNear) {
@@ -333,7 +333,7 @@ TEST(FindPairs, AFullListStillStandsForEveryPair) {
     EXPECT_TRUE(set.coarse);
     EXPECT_LE(set.pairs.size(), max_pairs);
     EXPECT_LE(set.work, max_work + 200);
-    // Every leaf pair of brute force has itself or a pair of ancestors in the set.
+    // For every leaf pair of brute force, the set contains it or a pair of ancestors.
     std::set<Triple> found;  // by slots
     for (const PairRun& run : set.runs)
       for (std::uint32_t k = run.begin; k < run.begin + run.count; ++k)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far the force may change in a step (F5): on a convex shape no more than the hand moves, elsewhere by little more.
+// Largest change of the force in one step (F5): on a convex shape no more than the hand's motion, elsewhere slightly
+// more.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,9 +36,9 @@ double ratio(const Coupling& k, const StepResult& before, const StepResult& afte
 }
 
 TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
-  // A dome of radius 10, felt with balls of radius 1, hand at most 1.5 below: as leaves of radius 2, of which touching
-  // radii are 3, and as a skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast steps are
-  // spread; on the skin it slides.
+  // A dome of radius 10, touched with balls of radius 1, the hand at most 1.5 below: as leaves of radius 2, which touch
+  // at a distance of 3, and as a skin. 5 to 100 mm/s. A rod rattles over leaves, which are not convex, so that fast
+  // force changes are spread; on the skin it slides.
   constexpr double kDeepest = 1.5;
   const SphereTree leaves = test::ellipsoidTree({10, 10, 10}, 600, 2), skin = test::withSkin(leaves, test::roundSkin(4, 10));
   for (const bool is_rod : {false, true}) {
@@ -67,9 +68,9 @@ TEST(ForceStep, IsNoLargerThanTheHandsMotionOnAConvexShape) {
   }
 }
 
-// The hand is 3 mm below a plate and moves out past its edge: the graphic tool, above, has to come round it. A hand
-// that turns meanwhile changes neither what is near nor what is felt; held at `arm` from the ball, the jump is one of
-// the torque, too. Changes beyond the hand's motion, over what may pass.
+// The hand is 3 mm below a plate and moves out past its edge: the graphic tool, above, has to come around it. A hand
+// that also rotates changes neither the nearby contacts nor the force; held at `arm` from the ball, the jump also is
+// one of the torque. Returns the changes beyond the hand's motion, over the allowed change.
 struct Jumps {
   double force = 0, torque = 0;
 };
@@ -104,20 +105,20 @@ TEST(ForceStep, IsSpreadWhereTheNearestPoseJumps) {
       for (const bool has_skin : {false, true}) {
         const SphereTree plate = has_skin ? test::withSkin(leaves, test::boxSkin({10.4, 10.4, 0.4})) : leaves;
         const Jumps jumps = jumpsPastAnEdge(compiled(test::oneBallTree(1), plate, {0, 0, -arm}), Mode::Constrained, arm, turn);
-        // A turn may move the nearest pose, so more is let pass, within what is not felt: twice that.
+        // A rotation may move the nearest pose, so a larger change is allowed, up to twice the perceptible one.
         EXPECT_LE(jumps.force, turn > 0 ? 2 : 1.02) << arm << ' ' << turn << ' ' << has_skin;
         EXPECT_LE(jumps.torque, turn > 0 ? 2 : 1.02) << arm << ' ' << turn << ' ' << has_skin;
       }
       const Jumps paper = jumpsPastAnEdge(compiled(test::oneBallTree(1), leaves, {0, 0, -arm}), Mode::Paper, arm, turn);
-      EXPECT_GT(paper.force, 6);  // there is something to spread
+      EXPECT_GT(paper.force, 6);  // the jump is large enough to be spread
     }
   }
 }
 
 TEST(ForceStep, FollowsAHandThatOnlyTurns) {
-  // A ball at the end of a lever is pressed on a large ball by turning the lever, 20 rad/s. The force changes by half
-  // of what the hand moves in the metric of the springs, the most that it can where free poses are a convex set; yet
-  // the graphic tool is where it would come to rest.
+  // A ball at the end of a lever is pressed on a large ball by rotating the lever, 20 rad/s. The force changes by half
+  // of the hand's motion in the metric of the springs, which is the maximum where free poses are a convex set; yet the
+  // graphic tool is where it would come to rest.
   constexpr double kLever = 30;
   const Scene scene = compiled(test::oneBallTree(1), test::oneBallTree(1000), {-kLever, 0, 0});
   Workspace workspace(scene), at_rest(scene);
@@ -134,12 +135,12 @@ TEST(ForceStep, FollowsAHandThatOnlyTurns) {
     last = now;
   }
   EXPECT_GT(largest, 0.2);  // N in a step, of a hand whose position rests
-  EXPECT_LT(behind, 0.05);  // of 6 mm that the springs are stretched by: a turn bends the space of poses a little
+  EXPECT_LT(behind, 0.05);  // of 6 mm by which the springs are stretched: a rotation bends the space of poses slightly
 }
 
 TEST(ForceStep, GivesNoEnergyBeyondWhatSamplingLeaks) {
-  // Held for a step while the hand moves by d, a spring that only ever relaxes gives at most what it has stored and
-  // |d|^2 / 2 each step.
+  // A spring whose force is held for a step while the hand moves by d gives, if it only relaxes, at most its stored
+  // energy and |d|^2 / 2 in each step.
   const Scene scene = compiled(test::oneBallTree(1), test::boxTree({10, 10, 0}, {12, 12, 1}, 1.5));
   for (const double speed : {0.02, 0.2, 1.0}) {
     Workspace workspace(scene);

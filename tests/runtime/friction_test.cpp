@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Friction, objects that give way, damping, mass of the tool. Subject: mode constrained of step.h
+// Friction, flexible objects, damping, mass of the tool. Subject: mode constrained of step.h
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -95,7 +95,7 @@ TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
       for (int n = 0; n < 60000; ++n) r = rig.to(touch - Vector3d(0, 0, 1), turn);
       if (degree < 6) {
         EXPECT_LT((r.graphic.position - held.position).norm(), 1e-6);
-        EXPECT_LT((held.position - touch).norm(), 1e-3);  // nor did it slide while it was pressed
+        EXPECT_LT((held.position - touch).norm(), 1e-3);  // and it did not slide while it was pressed
       } else {
         EXPECT_GT((held.position - touch).norm(), 5e-3);
       }
@@ -105,7 +105,7 @@ TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
 
 TEST(Friction, ACircleCostsWhatItRubs) {
   Rig rig(onPlate(test::oneBallTree(1), 0.25));
-  const double radius = 5, speed = 0.03;  // mm a step
+  const double radius = 5, speed = 0.03;  // mm in each step
   rig.to({radius, 0, 1.5});
   Configuration last;
   const auto at = [&](double turn) { return Vector3d(radius * std::cos(turn), radius * std::sin(turn), 0); };
@@ -125,8 +125,7 @@ TEST(Friction, ACircleCostsWhatItRubs) {
 }
 
 TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
-  // Two plates at a right angle; the hand is in both of them. Where friction cannot hold, the place is that of the
-  // corner.
+  // Two plates at a right angle; the hand is inside both. Where friction cannot hold, the pose is that of the corner.
   SceneDescription d = onPlate(test::oneBallTree(1), 0.2);
   const Quaternion wall = rotationOf({0, M_PI / 2, 0});
   d.objects.push_back({d.objects[0].tree, {Vector3d(-1, 0, 0), wall}, 0, 0.2});
@@ -147,8 +146,8 @@ TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
   }
 }
 
-// A rod of rough leaves that is wedged between a hollow of cusps and an ellipsoid, at random. Friction is never more
-// than the law says, and takes nearly all that it says.
+// A rod of rough leaves, wedged between a hollow of cusps and an ellipsoid at random. Friction never exceeds the law,
+// and dissipates nearly all that the law requires.
 TEST(Friction, RoughLeavesStayInTheConeAndOut) {
   SceneDescription d;
   d.tool = test::rodTree(40, 60, 0.6);
@@ -236,11 +235,11 @@ TEST(Damping, OfTheStretchAndNoneInFreeSpace) {
   for (int n = 0; n < 100; ++n) r = rig.to({0.1 * n, 0, 3});
   EXPECT_EQ(r.wrench.force.norm(), 0);
   rig.to({0, 0, 1});
-  for (int n = 1; n <= 50; ++n) r = rig.to({0, 0, 1 - 0.02 * n});  // 20 mm/s
+  for (int n = 1; n <= 50; ++n) r = rig.to({0, 0, 1 - 0.02 * n});  // at 20 mm/s
   EXPECT_NEAR(r.wrench.force.z(), 1 + 0.001 * 20, 0.002);
   for (int n = 0; n < 50; ++n) r = rig.to({0, 0, 0});
   EXPECT_NEAR(r.wrench.force.z(), 1, 1e-3);
-  // Out again: the wall never pulls.
+  // On the way out the wall never pulls.
   double least = 0;
   for (int n = 1; n <= 100; ++n) least = std::min(least, rig.to({0, 0, 0.05 * n}).wrench.force.z());
   EXPECT_GE(least, -1e-6);
@@ -265,7 +264,7 @@ TEST(Mass, SwingsOnTheSpringAsTheImplicitRuleSays) {
         const Vector3d x = is_turn ? Vector3d(10 * rotationVector(result.graphic.orientation)) : Vector3d(result.graphic.position - home);
         ASSERT_LT((x - first * (std::pow(r, n) * std::cos(n * angle))).norm(), 1e-9) << is_turn << ' ' << n;
         const Vector3d on_hand = is_turn ? Vector3d(result.wrench.torque / 100) : result.wrench.force;
-        ASSERT_LT((on_hand - x).norm(), 1e-8);  // the hand feels the spring alone
+        ASSERT_LT((on_hand - x).norm(), 1e-8);  // the hand feels only the spring
       }
     }
 }
@@ -285,8 +284,9 @@ TEST(Mass, ChangesNothingOfTheForceAtRest) {
   EXPECT_NEAR(contacts(*rig.workspace)[0].force, r.wrench.force.z(), 1e-3);
 }
 
-// The energy that the hand has put in, less what spring and mass hold, is lost for ever, whatever the hand does. A
-// wrench that is held for a step gives (k + c / T) d^2 for a way d of the hand at most: the leak of sampling.
+// The energy that the hand has put in, minus that stored in spring and mass, has been dissipated for any motion of the
+// hand. A wrench that is held for a step gives at most (k + c / T) d^2 for a motion d of the hand: the leak of
+// sampling.
 TEST(Mass, GivesNoEnergyBeyondTheLeakOfSampling) {
   for (const double damping : {0.0, 0.002})
     for (const double friction : {0.0, 0.4}) {
@@ -325,7 +325,7 @@ TEST(Mass, GivesNoEnergyBeyondTheLeakOfSampling) {
     }
 }
 
-// A tool that a body pushes goes on by its mass; one that is pushed out of an object does not.
+// A tool that a body pushes continues by its inertia; one that is pushed out of an object does not.
 TEST(Mass, IsNotThrownOutOfAnObject) {
   SceneDescription d = onPlate(test::oneBallTree(1), 0);
   d.coupling.mass = 0.05;

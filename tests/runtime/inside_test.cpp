@@ -57,13 +57,13 @@ TEST(Inside, ALeafIsWhatPushesOut) {
   Workspace workspace(scene);
   EXPECT_TRUE(workspace.memory().feelsSkin(0));
   const StepResult r = step(scene, {{3, 0, 0}, kUpright}, Mode::Constrained, workspace);
-  // Out at once, and from then on on the skin.
+  // Out at once, and from then on it touches the skin.
   EXPECT_NEAR(r.graphic.position.x(), 6.2, 0.01);
   EXPECT_TRUE(workspace.memory().feelsSkin(0));
 }
 
 TEST(Inside, WhoStartsBetweenSkinAndLeavesIsNotPushed) {
-  // Outside the skin by 0.05, inside the leaf by 0.15: that is free.
+  // Outside the skin by 0.05, inside the leaf by 0.15: this is free.
   const Scene scene = ballOnSphere();
   Workspace workspace(scene);
   const Vector3d at(0, 6.05 / std::sqrt(2), 6.05 / std::sqrt(2));
@@ -100,7 +100,7 @@ TEST(Inside, OnlyTheObjectThatHoldsTheToolIsFeltByItsLeaves) {
   std::string fault;
   ASSERT_TRUE(compileScene(d, scene, fault)) << fault;
   Workspace workspace(scene);
-  // Inside the first one; the second one is beyond the way out along -x.
+  // Inside the first object; the second one lies beyond the way out along -x.
   StepResult r;
   for (int k = 0; k < 50; ++k) r = step(scene, {{-3, 0, 0}, kUpright}, Mode::Constrained, workspace);
   EXPECT_NEAR(r.graphic.position.x(), -6, 5e-3);
@@ -108,7 +108,7 @@ TEST(Inside, OnlyTheObjectThatHoldsTheToolIsFeltByItsLeaves) {
 }
 
 TEST(Inside, AnOpenSheetHoldsFromBothSides) {
-  // A sheet has no inside: whoever starts on either side stays there.
+  // A sheet has no inside: a tool stays on the side on which it starts.
   SceneDescription d;
   d.tool = test::oneBallTree(1);
   d.objects.push_back({test::withSkin(test::boxTree({4, 4, 0}, {8, 8, 1}, 0.9), test::gridSkin(6)), {{-4, -4, -1}, kUpright}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects that are put elsewhere between steps. Subject: moveObject() of step.h
+// Objects that are moved between steps. Subject: moveObject() of step.h
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -113,7 +113,7 @@ TEST(MoveObject, RefusesWhatIsNoPose) {
 }
 
 TEST(MoveObject, TheWayBackIsTheSame) {
-  // To and fro, within the reach of a touch and far away: the state of the workspace is none the worse.
+  // Back and forth, within reach of a touch and far away: the workspace stays valid.
   const Scene scene = compiled(ballOnSphere());
   Workspace workspace(scene);
   StepResult r = step(scene, {{0, 0, 7}, kUpright}, Mode::Constrained, workspace);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that move while the scene is rendered. Subject: moveBody() of step.h
+// Bodies that move during rendering. Subject: moveBody() of step.h
 #include <gtest/gtest.h>
 
 #include <array>
@@ -39,7 +39,7 @@ SceneDescription toolAndPlate(SphereTree tool, SphereTree plate) {
   return d;
 }
 
-// Least distance of a leaf's surface from the plate's middle, on the side of its z.
+// Smallest distance of a leaf's surface from the plate's middle plane, on the side of its z.
 double clearance(const SphereTree& tool, const Configuration& pose, const Configuration& plate) {
   double least = 1e9;
   for (const Sphere& leaf : test::leavesOf(tool)) {
@@ -66,7 +66,8 @@ TEST(MovingBodies, ABodyThatStaysCostsNoByte) {
 }
 
 TEST(MovingBodies, NothingIsPassedThrough) {
-  // The hand rests, or moves against the plate; the plate comes from afar at 0.05 to 50 mm a step, and turns.
+  // The hand rests, or moves against the plate; the plate comes from far away at 0.05 to 50 mm in each step, and
+  // rotates.
   const int runs = std::getenv("SPHERETREE_LONG") ? 1112 : 112;
   constexpr std::array kSpeeds{0.05, 0.5, 1.0, 2.0, 50.0};
   for (const bool has_skin : {true, false})
@@ -109,7 +110,7 @@ TEST(MovingBodies, NothingIsPassedThrough) {
 }
 
 TEST(MovingBodies, AHandThatIsCarriedAlongFeelsTheSame) {
-  // Plate and hand move together through the world: the wrench is that of a plate and a hand at rest, in turned axes.
+  // Plate and hand move together through the world: the wrench is that of a plate and a hand at rest, in rotated axes.
   const Scene scene = compiled(toolAndPlate(test::boxTree({2, 2, 2}, {3, 3, 3}, 0.9), thinPlate(0.5)));
   Workspace still(scene), moving(scene);
   const Configuration above{{1, 2, 6}, rotationOf({0.1, 0.2, 0})};
@@ -161,7 +162,7 @@ TEST(MovingBodies, ACrushedToolIsHeldAndComesFree) {
     close(1.6);
     EXPECT_TRUE(told);
     close(6);
-    is_shallow = false;  // deeper than half the ball, where it is looked at anew on which side of the skins it is
+    is_shallow = false;  // deeper than half the ball, where the side of the skin is determined again
     close(0.8);
     EXPECT_TRUE(r.faults & kPenetrating);
     close(6);

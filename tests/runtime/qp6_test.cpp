@@ -54,7 +54,7 @@ QpAnswer solve(const Problem& p, const QpAnswer& warm = {}) {
 
 double tolerance(const QpAnswer& a) { return 2 * (kQpTolerance + 1e-6 * a.y.cwiseAbs().maxCoeff()); }
 
-// Optimality or infeasibility, shown from the rows alone.
+// Proves optimality or infeasibility from the rows alone.
 void certify(const Problem& p, const QpAnswer& answer) {
   if (answer.status == QpStatus::Infeasible) {
     ASSERT_GT(answer.certificate_count, 0);
@@ -66,7 +66,7 @@ void certify(const Problem& p, const QpAnswer& answer) {
       bound += answer.certificate_weight[k] * static_cast<double>(p.rows.b[answer.certificate[k]]);
       weight += answer.certificate_weight[k];
     }
-    // A feasible y would need |y| >= bound / |sum|: nowhere near.
+    // A feasible y would need |y| >= bound / |sum|, which is far away.
     EXPECT_GT(bound, 0);
     EXPECT_LT(sum.norm(), 1e-4 * weight);
     EXPECT_GT(bound / std::max(sum.norm(), 1e-300), 0.5);
@@ -84,7 +84,8 @@ void certify(const Problem& p, const QpAnswer& answer) {
   EXPECT_LT(gradient.norm(), 1e-8 * (1 + (y - Vec(p.target)).norm()));
 }
 
-// The oracle: tries every set of up to 6 rows as the active one, by a general least-squares solver; empty if none fits.
+// The oracle: tries every set of up to 6 rows as the active one, with a general least-squares solver; empty if none
+// fits.
 std::optional<Vec> byEnumeration(const Problem& p) {
   const std::uint32_t n = p.rows.count;
   for (std::uint32_t mask = 0; mask < 1u << n; ++mask) {
@@ -146,7 +147,7 @@ TEST(Qp6, AgreesWithAnEnumerationOfAllActiveSets) {
   EXPECT_GT(bound, 100);
 }
 
-// Rows as a tool makes them: unit force directions with lever arms, gaps from a feasible pose.
+// Rows like those of a tool: unit force directions with lever arms, gaps from a feasible pose.
 void contactRows(Random& random, std::size_t n, double least_gap, std::vector<Vec>& normals, std::vector<double>& bounds) {
   for (std::size_t i = 0; i < n; ++i) {
     Eigen::Vector3d normal(random.between(-1, 1), random.between(-0.3, 0.3), random.between(0.2, 1));

@@ -129,7 +129,7 @@ TEST(Runtime, TellsTheContacts) {
   on.press(0, 0, 7);
   EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 0u);
   const st_step out = on.press(0, 0, 5.5);
-  EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 1u);  // how many there are, though there is room for none
+  EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 1u);  // the number of contacts, although there is space for none
   st_contact contacts[ST_MOST_CONTACTS] = {ST_CONTACT_INIT};
   ASSERT_EQ(st_renderer_contacts(on.renderer, contacts, ST_MOST_CONTACTS), 1u);
   const st_contact& c = contacts[0];
@@ -167,9 +167,9 @@ TEST(Runtime, BodiesFrictionStiffnessDampingAndMass) {
   EXPECT_NEAR(on.press(0, 0, 5.5).wrench.force_n[2], 0.9, 0.01);
   EXPECT_EQ(st_renderer_move_body(on.renderer, 1, &up, &aside), 0);
   st_contact contact = ST_CONTACT_INIT;
-  on.press(0, 0, 5.5, 6);  // 0.1 mm aside in five steps, the sixth has the pose
+  on.press(0, 0, 5.5, 6);  // 0.1 mm sideways in five steps; the sixth has the pose
   ASSERT_EQ(st_renderer_contacts(on.renderer, &contact, 1), 1u);
-  EXPECT_GT(contact.friction_n[0], 0.02);  // it takes the tool along
+  EXPECT_GT(contact.friction_n[0], 0.02);  // friction holds the tool
   EXPECT_LE(contact.friction_n[0], 0.4 * contact.force_n * 1.01);
   EXPECT_EQ(st_renderer_move_body(on.renderer, 0, &up, nullptr), -1);
   EXPECT_EQ(st_renderer_move_body(on.renderer, 2, &up, nullptr), -1);
@@ -184,7 +184,7 @@ TEST(Runtime, WritesNoByteBeyondTheSizeThatTheCallerKnows) {
   on.press(0, 0, 7);
   const st_step whole = on.press(0, 0, 5.5);
   const st_pose pose{{0, 0, 5.5}, {1, 0, 0, 0}};
-  // A caller that was compiled when a struct ended earlier, at each member's end, or knows only its size.
+  // A caller that was compiled when a struct ended at an earlier member, for each member, or that knows only its size.
   for (const std::size_t size : {sizeof(size_t), offsetof(st_step, wrench), offsetof(st_step, limited_wrench), offsetof(st_step, faults),
                                  offsetof(st_step, pairs), offsetof(st_step, work), sizeof(st_step)}) {
     st_step out;
@@ -210,11 +210,11 @@ TEST(Runtime, WritesNoByteBeyondTheSizeThatTheCallerKnows) {
   for (const unsigned char byte : longer.added) EXPECT_EQ(byte, 0x5a);
   EXPECT_EQ(longer.known.active, 1u);
 
-  // Contacts, of which the caller knows the point alone.
+  // Contacts for a caller that knows only the point.
   constexpr std::size_t kShort = offsetof(st_contact, normal);
   alignas(st_contact) unsigned char few[2 * kShort];
   std::memset(few, 0x5a, sizeof few);
-  reinterpret_cast<st_contact*>(few)->struct_size = kShort;  // NOLINT: what an old caller has
+  reinterpret_cast<st_contact*>(few)->struct_size = kShort;  // NOLINT: the struct of an old caller
   EXPECT_EQ(st_renderer_contacts(on.renderer, reinterpret_cast<st_contact*>(few), 1), 1u);
   double point[3];
   std::memcpy(point, few + offsetof(st_contact, point_mm), sizeof point);

@@ -141,7 +141,7 @@ TEST(Scene, CopiesAreCompiledOnce) {
   const std::size_t one = bytesOf(1), thousand = bytesOf(1000);
   EXPECT_GT(one, 2048 * sizeof(CompiledPatch));
   EXPECT_LT(thousand - one, 999u * 200u);
-  // Two trees that only look the same are two.
+  // Two trees with equal content are two trees.
   d.objects = {{*shared, {}}, {*shared, {}}, {shared, {}}, {shared, {}}};
   Scene scene;
   std::string fault;

@@ -93,7 +93,7 @@ Vector3d nearestOnTriangle(const Vector3d& c, const std::array<Vector3d, 3>& p) 
   return best;
 }
 
-// Triangles that share nothing; some of them needles, segments and points.
+// Triangles without common vertices; some are needles, segments and points.
 Skin randomSoup(std::uint64_t seed) {
   Random random(seed);
   test::SmoothMesh mesh;
@@ -129,9 +129,9 @@ TEST(FlatRows, AreTheNearestPointsOfTriangles) {
         const double distance = (c - q).norm();
         ASSERT_NEAR(rig.gap(k), distance - 1, 1e-5);
         ASSERT_NEAR(normal.norm(), 1, 1e-5);
-        // The plane through the nearest point has the whole triangle behind it: the row never asks for less than the
-        // triangle does. In float a point may pass for the nearest that is farther by 1e-7 of the distance, and that is
-        // off by some 1e-4 of it.
+        // The plane through the nearest point has the whole triangle behind it: the row never requires less than the
+        // triangle does. In float, a point may be taken for the nearest that is farther by 1e-7 of the distance and
+        // displaced by about 1e-4 of it.
         for (const Vector3d& corner : p) ASSERT_LE(normal.dot(corner - c), -distance + 5e-3) << c.transpose();
         if (distance > 0.05) {
           ASSERT_LT((normal - (c - q) / distance).norm(), 1e-3);
@@ -166,7 +166,7 @@ TEST(FlatRows, GiveWayByTheAllowance) {
     }
   }
   EXPECT_GT(rows, 500);
-  // A ball that is smaller than what gives way keeps half of itself.
+  // A ball that is smaller than the allowance keeps half of itself.
   Rig small(test::oneBallTree(0.1), skin);
   small.make({{5, 0, 0}, {1, 0, 0, 0}}, 0.5, false);
   ASSERT_GT(small.rows.rows.count, 0u);
@@ -192,7 +192,7 @@ TEST(FlatRows, AreTheDerivativeOfTheDistance) {
     const auto along = [&](double t) { return moved(pose, {t * step.translation, t * step.rotation}); };
     for (std::uint32_t k = 0; k < rig.rows.rows.count; ++k) {
       const std::uint32_t pair = rig.pairs.pairs[k];
-      if (distance(pair, pose) < 0.1) continue;  // there the normal turns within the difference
+      if (distance(pair, pose) < 0.1) continue;  // closer than this, the normal rotates within the difference quotient
       EXPECT_NEAR(rowDot(rig.rows, k, y), (distance(pair, along(1e-5)) - distance(pair, along(-1e-5))) / 2e-5, 5e-4);
       ++checked;
     }
@@ -208,12 +208,12 @@ Vector3d valueAt(const std::array<Eigen::Vector3f, 6>& nodes, double u, double v
 }
 
 struct Foot {
-  double u, v, gap;  // of a point: to the patch along its normal
+  double u, v, gap;  // of a point: distance to the patch along its normal
   Vector3d normal;   // of unit length
 };
 
-// Where the patch's normal points at `c`: the best of a grid, then Newton's steps with differences. Nothing if that is
-// not within.
+// The point whose normal points at `c`: the best of a grid, then Newton's steps with difference quotients. Empty if it
+// is outside the patch.
 std::optional<Foot> footOf(const SkinPatch& patch, const Vector3d& c) {
   const auto rest = [&](double u, double v) -> Vector3d {
     const Vector3d n = valueAt(patch.normal, u, v).normalized(), way = c - valueAt(patch.position, u, v);
@@ -265,8 +265,7 @@ TEST(FeltRows, AreTheFeetOnThePatches) {
 }
 
 TEST(FeltRows, HoldABallOnTheSmoothSphere) {
-  // At every direction some row holds a ball that touches, and none pushes it further off than the fineness of the
-  // skin.
+  // For every direction, some row touches the ball, and none pushes it away by more than the fineness of the skin.
   for (const int times : {2, 3, 4}) {
     Rig rig(test::oneBallTree(1), test::roundSkin(times));
     const double off = times == 2 ? 0.03 : times == 3 ? 2e-3 : 3e-4;
@@ -293,7 +292,7 @@ TEST(FeltRows, MeetSharpSidesAsSegments) {
   Random random(5);
   int held = 0;
   for (int n = 0; n < 300; ++n) {
-    // In the wedge above the ridge that the normals of neither strip reach.
+    // In the wedge above the ridge, which contains no normal of either strip.
     const double angle = random.between(-0.4, 0.4), distance = random.between(0.4, 0.9);
     const Vector3d c(distance * std::sin(angle), random.between(-1.5, 1.5), distance * std::cos(angle));
     rig.make({c, {1, 0, 0, 0}}, 0.6, true);
@@ -333,8 +332,9 @@ Skin hillySkin(int n) {
   return skinOf(mesh);
 }
 
-// The shortest way of a ball of radius `r` about `c` on which it comes to touch the patch at one of a grid of points,
-// where its centre is above the point by `r` along the normal; a patch with a sharp side can be touched from anywhere.
+// The shortest motion of a ball of radius `r` about `c` after which it touches the patch at one of a grid of points,
+// with its centre at distance `r` above the point along the normal; a patch with a sharp side can be touched from
+// anywhere.
 double wayToTouch(const SkinPatch& patch, const Vector3d& c, double r) {
   const bool is_sharp = patch.is_sharp[0] || patch.is_sharp[1] || patch.is_sharp[2];
   double least = std::numeric_limits<double>::infinity();
@@ -393,7 +393,7 @@ TEST(SkinRows, AreTheSameWhereverTheObjectStands) {
     const Configuration pose{5.5 * random.direction(), test::randomRotation(random)};
     here.make(pose, 0.5, true);
     moved_there.make({there.position + there.orientation * pose.position, there.orientation * pose.orientation}, 0.5, true);
-    // Rounding may let in a pair at the margin here and not there: compare by name.
+    // Rounding may include a pair at the margin in one case only: compare by name.
     for (std::uint32_t k = 0; k < here.pairs.pairs.size(); ++k) {
       const auto other = std::find(moved_there.pairs.pairs.begin(), moved_there.pairs.pairs.end(), here.pairs.pairs[k]);
       if (other == moved_there.pairs.pairs.end()) {
@@ -436,7 +436,7 @@ TEST(SkinRows, KernelsGiveTheSameBits) {
 }
 
 TEST(SkinRows, KeepNearLosesNothingThatIsFelt) {
-  // A ball upon the patches, whose flat triangles are deeper by their swing and give way by the tolerance.
+  // A ball on the patches; their flat triangles are deeper by the swing and allow the tolerance.
   for (const int times : {1, 2, 3}) {
     Rig rig(test::oneBallTree(1), test::roundSkin(times));
     Random random(static_cast<std::uint64_t>(times));

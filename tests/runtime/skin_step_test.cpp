@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of a tool on skins: where it rests, how smoothly it is led, and how deep it ever gets. Subject: step.h
+// Steps of a tool on skins: its pose at rest, the smoothness of its path, and its largest depth. Subject: step.h
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Rig {
   Scene scene;
   std::unique_ptr<Workspace> workspace;
 
-  /// `leaves` of the object: what covers it.
+  /// `leaves`: balls that cover the object.
   Rig(SphereTree tool, SphereTree leaves, Skin skin, const Configuration& at = {}) {
     description.tool = std::move(tool);
     description.objects.push_back({test::withSkin(std::move(leaves), std::move(skin)), at});
@@ -42,7 +42,7 @@ struct Rig {
 double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI; }
 
 TEST(SkinStep, ABallRestsOnTheSmoothSphere) {
-  // The finest skin there is of this kind: positions are stored in steps of 1.5e-4 mm.
+  // The finest possible skin of this kind: positions are stored in steps of 1.5e-4 mm.
   Rig rig(test::oneBallTree(1), test::oneBallTree(5.2), test::roundSkin(5));
   Random random(1);
   for (int n = 0; n < 300; ++n) {
@@ -58,7 +58,8 @@ TEST(SkinStep, ABallRestsOnTheSmoothSphere) {
   }
 }
 
-/// The largest second difference of the force and the largest angle to the true normal along a great circle, `depth`
+/// The largest second difference of the force and the largest angle to the true normal along a great circle, at this
+/// `depth`.
 /// below.
 std::pair<double, double> ripple(Rig& rig, double touch, double depth, const Vector3d& from, const Vector3d& towards) {
   Vector3d last = Vector3d::Zero(), before = Vector3d::Zero();
@@ -87,7 +88,7 @@ TEST(SkinStep, ASphereIsFeltAsOne) {
     EXPECT_LT(jump, 2e-3) << n;
     EXPECT_LT(angle, 0.15) << n;
   }
-  // The leaves of the same tree ripple: the measure shows it.
+  // The leaves of the same tree ripple, which shows that the measure detects it.
   skin.description.contact = ContactSurface::Leaves;
   std::string fault;
   ASSERT_TRUE(compileScene(skin.description, skin.scene, fault));
@@ -115,7 +116,7 @@ TEST(SkinStep, TrianglesInAPlaneMakeNoRipple) {
 }
 
 TEST(SkinStep, SharpEdgesStaySharp) {
-  // A ball round the edge of a box: the exact offset is a quarter of a cylinder.
+  // A ball around the edge of a box: the exact offset is a quarter of a cylinder.
   Rig rig(test::oneBallTree(1), test::boxTree({2.5, 2.5, 2.5}, {6, 6, 6}, 0.8), test::boxSkin({3, 3, 3}));
   resetTo({{5, 0.3, 5}, kUpright}, *rig.workspace);
   rig.to(Vector3d(3.5, 0.3, 3.5));
@@ -129,7 +130,7 @@ TEST(SkinStep, SharpEdgesStaySharp) {
 }
 
 TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
-  // Over the ridge the ball goes round an edge, though the patches on either side are curved.
+  // Over the ridge the ball moves around an edge, although the patches on either side are curved.
   Rig rig(test::oneBallTree(0.5), test::boxTree({2, 2, 1}, {8, 8, 3}, 1), test::ridgeSkin());
   for (const double depth : {0.1, 0.3}) {
     resetTo({{-0.2, 0, 2}, kUpright}, *rig.workspace);
@@ -137,7 +138,7 @@ TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
     for (int n = -100; n <= 100; ++n) {
       const Vector3d hand(0.002 * n, 0.3, 0.5 - depth);
       const StepResult r = rig.to(hand);
-      if (std::abs(hand.x()) > 0.45 * hand.z()) continue;  // there the strips hold it
+      if (std::abs(hand.x()) > 0.45 * hand.z()) continue;  // closer than this, the strips hold it
       const Vector3d edge(0, 0.3, 0), expected = edge + 0.5 * (hand - edge).normalized();
       EXPECT_LT((r.graphic.position - expected).norm(), 3e-3) << depth << " at " << hand.x();
       EXPECT_EQ(r.faults, 0u);
@@ -145,8 +146,8 @@ TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
   }
 }
 
-// Deepest a leaf of the tool is in what is guaranteed, every leaf against every triangle in double; and how far the
-// centre that is nearest to the origin is beyond the surface of cusps.
+// Largest depth of a leaf of the tool in the guaranteed surface, every leaf against every triangle in double; and the
+// distance by which the centre nearest to the origin is beyond the surface of cusps.
 struct Depth {
   double triangles, outside;
 };
@@ -265,7 +266,7 @@ TEST(SkinStep, LeavesAreFeltAsIfThereWereNoSkin) {
     ASSERT_EQ(x.pairs, y.pairs);
     for (const Contact& c : contacts(wa)) ASSERT_FALSE(c.on_skin);
   }
-  // The published algorithm meets leaves, whatever the contact surface is.
+  // The published algorithm touches leaves with any contact surface.
   with.contact = ContactSurface::Skin;
   ASSERT_TRUE(compileScene(with, a, fault));
   Workspace wc(a), wd(b);

@@ -20,7 +20,7 @@ namespace {
 using test::Random;
 const Quaternion kUpright(1, 0, 0, 0);
 
-// Deepest leaf overlap, every leaf against every leaf in double.
+// Largest overlap of leaves, every leaf against every leaf in double.
 double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
   const auto leavesOf = [](const SphereTree& tree, const Configuration& at, const Eigen::Vector3d& reference) {
     std::vector<Eigen::Vector4d> leaves;
@@ -88,7 +88,8 @@ TEST(Step, FreeSpaceIsForceFree) {
 }
 
 TEST(Step, ABallOnABallIsTheExactProjection) {
-  // R = 3 + 2; haptic at distance 4 along a direction: graphic at distance 5 along the same.
+  // R = 3 + 2; the haptic tool at distance 4 along a direction: the graphic tool at distance 5 along the same
+  // direction.
   Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
   Random random(1);
   for (int n = 0; n < 200; ++n) {
@@ -118,7 +119,7 @@ TEST(Step, NeverPenetratesInRandomMotion) {
     Configuration haptic{{0, 20, 0}, kUpright};
     Displacement velocity;
     for (int n = 0; n < 600; ++n) {
-      // Wanders round the objects at up to about 2 m/s and 20 rad/s.
+      // Moves around the objects at up to about 2 m/s and 20 rad/s.
       velocity.translation = 0.9 * velocity.translation + test::randomPoint(random, 0.4) - 0.01 * haptic.position;
       velocity.rotation = 0.9 * velocity.rotation + test::randomPoint(random, 0.004);
       haptic = moved(haptic, velocity);
@@ -186,7 +187,7 @@ TEST(Step, ComesBackAtOnce) {
 }
 
 TEST(Step, LargeTurnsArriveWithoutPenetration) {
-  // The tip rests on a floor; the hand turns at once.
+  // The tip rests on a floor; the hand rotates at once.
   for (const double degrees : {0.5, 5.0, 30.0, 90.0})
     for (int axis = 0; axis < 2; ++axis) {
       SceneDescription d = scene(test::rodTree(100, 128, 1), test::boxTree({60, 60, 0}, {32, 32, 1}, 3));
@@ -206,7 +207,7 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
 
 TEST(Step, NoAngleIsSpecial) {
   // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same
-  // scene turned elsewhere.
+  // scene in another rotation.
   const Quaternion elsewhere = rotationOf({0.7, -0.4, 1.1});
   SceneDescription d = scene(test::rodTree(60, 64, 1), test::boxTree({40, 0, 40}, {24, 1, 24}, 3));
   SceneDescription turned = d;
@@ -235,7 +236,7 @@ TEST(Step, StartingInsideComesOut) {
 }
 
 TEST(Step, ANarrowSlotHasTheSmallestWorstViolation) {
-  // Two walls of balls, too close for the ball between them: midway is the least.
+  // Two walls of balls, too close for the ball between them: the middle has the smallest violation.
   SceneDescription d = scene(test::oneBallTree(5), test::boxTree({0, 10, 10}, {1, 24, 24}, 1));
   d.objects[0].pose.position = {-5.9, 0, 0};
   d.objects.push_back({test::boxTree({0, 10, 10}, {1, 24, 24}, 1), {{5.9, 0, 0}, kUpright}});
@@ -253,7 +254,7 @@ TEST(Step, ANarrowSlotHasTheSmallestWorstViolation) {
 }
 
 TEST(Step, ForceStepsOnAConvexShapeAreNoLargerThanTheHandsMotion) {
-  // F5: |dF| in the inverse stiffness metric over |dq| in the stiffness metric, at most half the radius deep.
+  // F5: |dF| in the inverse stiffness metric over |dq| in the stiffness metric, at a depth of at most half the radius.
   Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
   Random random(9);
   Configuration haptic{{5.2, 0, 0}, kUpright}, before = haptic;
@@ -320,7 +321,7 @@ TEST(Step, AllocatesNothing) {
               }),
               0);
   }
-  EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1);  // the counter does count
+  EXPECT_EQ(test::allocationsIn([] { ::operator delete(::operator new(4)); }), 1);  // shows that the counter counts
 }
 
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {
@@ -364,8 +365,8 @@ TEST(Step, SmallBudgetsStaySafe) {
 }
 
 TEST(Step, AlwaysAnswers) {
-  // Random trees that overlap each other, jumps, large turns, starts inside, small budgets: finite, limited, within the
-  // budget.
+  // Random trees that overlap each other, jumps, large rotations, starts inside, small budgets: finite, limited, within
+  // the budget.
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Random random(seed);
     SceneDescription d;
@@ -386,7 +387,8 @@ TEST(Step, AlwaysAnswers) {
       ASSERT_TRUE(r.limited_wrench.force.allFinite() && r.limited_wrench.torque.allFinite());
       ASSERT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
       ASSERT_FALSE(r.faults & kBadInput);
-      // What one search, one set of rows and one QP with all its relaxations can add after the last look at the budget.
+      // The cost of one search, one set of rows and one QP with all its relaxations, which may follow the last check of
+      // the budget.
       ASSERT_LT(r.work, rig.scene.stepLimits().max_work + 40 * 101 * (rig.scene.stepLimits().max_pairs / 8 + 1) / 10) << seed << ' ' << n;
     }
   }
@@ -427,7 +429,8 @@ TEST(Step, PaperModeFollowsThePrintedFormulas) {
 }
 
 TEST(Step, PaperModeMissesWhatItIsKnownToMiss) {
-  // Once the haptic tool has left the far side, no pair holds the graphic tool: it follows. The constrained mode stays.
+  // Once the haptic tool has left the far side, no pair holds the graphic tool: it follows. In constrained mode it
+  // stays.
   for (const Mode mode : {Mode::Paper, Mode::Constrained}) {
     Rig rig(scene(test::oneBallTree(1), plate(0.2)));
     rig.mode = mode;

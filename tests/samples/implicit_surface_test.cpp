@@ -27,7 +27,7 @@ TEST(ImplicitSurface, ABallComesOutClosedWithItsVolumeAndVerticesOnTheSphere) {
   const builder::MeshReport report = builder::checkMesh(mesh);
   EXPECT_TRUE(report.clean()) << report.summary();
   for (const Vector3d& p : mesh.positions) EXPECT_NEAR(p.norm(), 3, 1e-9);
-  // Chords of length l cut off about l^2 / (4 r) of the radius at most.
+  // Chords of length l cut off at most about l^2 / (4 r) of the radius.
   const double volume = 4.0 / 3 * std::numbers::pi * 27;
   EXPECT_LT(report.volume, volume);
   EXPECT_GT(report.volume, volume * (1 - 3 * 0.3 * 0.3 / (4 * 9)));

@@ -38,8 +38,8 @@ TEST(Mouth, HasPartsOfTheRightSizeThatABuildTakes) {
 }
 
 TEST(Mouth, HasFormsThatDiffer) {
-  // A biting edge is thin; a canine ends in one point; a premolar has two cusps, a molar more: the highest points, 2 mm
-  // apart or more.
+  // An incisor has a thin edge; a canine ends in one point; a premolar has two cusps, a molar more: the highest points,
+  // at least 2 mm apart.
   const auto peaks = [](const MouthTooth& tooth) {
     int count = 0;
     for (int i = -12; i <= 12; ++i) {
@@ -62,7 +62,7 @@ TEST(Mouth, HasFormsThatDiffer) {
   EXPECT_EQ(crownHeight(incisor, 0, 6), 0);  // beside it
 }
 
-// The probe's tip, 0.1 mm in radius, stands free in the sulcus of every tooth, on the cheek's and the tongue's side.
+// The probe's tip, 0.1 mm in radius, has free space in the sulcus of every tooth, on the cheek's and the tongue's side.
 TEST(Mouth, HasASulcusThatTheTipEnters) {
   const builder::DistanceField upper(mouth().upper_jaw), lower(mouth().lower_jaw);
   for (std::size_t i = 0; i < mouth().teeth.size(); ++i) {
@@ -72,7 +72,7 @@ TEST(Mouth, HasASulcusThatTheTipEnters) {
       const Eigen::Vector3d tip = sulcusFloor(tooth, {0, side}) + 0.15 * tooth.occlusal;
       EXPECT_GT(field.signedDistance(tip), 0.12) << tooth.name;
       EXPECT_GT((i < 14 ? upper : lower).signedDistance(tip), 0.12) << tooth.name;
-      // It is a sulcus: 2 mm deep, with gum beside it.
+      // The sulcus is 2 mm deep, with gum beside it.
       const Eigen::Vector3d beside = tip + side * 0.9 * tooth.buccal;
       EXPECT_LT((i < 14 ? upper : lower).signedDistance(beside), 0) << tooth.name;
     }
@@ -102,7 +102,7 @@ TEST(Mouth, IsTheSameInEveryFile) {
   EXPECT_EQ(lower, 16);
   ASSERT_TRUE(scene.bodies.at(0).hinge);
   EXPECT_EQ(formats::hingeAngle(*scene.bodies[0].hinge, 2.5), 0);  // it rests
-  // Where it opens, the lower incisors go down and back.
+  // While it opens, the lower incisors move down and back.
   const formats::SceneFile opening = formats::parseScene(mouthSceneText(mouth(), MouthMotion::Opening), "opening.scene.json");
   const Configuration open = formats::hingePose(*opening.bodies.at(0).hinge, formats::hingeAngle(*opening.bodies[0].hinge, 2.5));
   const Eigen::Vector3d incisor = mouth().teeth[14].centre, way = open.orientation * incisor + open.position - incisor;
@@ -138,15 +138,15 @@ TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
   }
   EXPECT_EQ(visits, 9);
   EXPECT_GT(nearest, -0.05);
-  // The tip is inside every tooth at some time, and never deeper than the 0.4 mm it is pressed in, for the height that
-  // it crosses.
+  // The tip is inside every tooth at some time, at most 0.4 mm deep, its intended depth, for the height that it
+  // crosses.
   for (const MouthTooth& touched : mouth().teeth) {
     const builder::DistanceField field(touched.mesh);
     double deepest = 0;
     for (std::size_t i = 0; i < inspection.size(); i += 5)
       if ((inspection[i].position - touched.centre).norm() < 14) deepest = std::min(deepest, field.signedDistance(inspection[i].position));
     EXPECT_LT(deepest, -0.15) << touched.name;
-    for (const Eigen::Vector3d& p : makeProbe().positions)  // a path that begins inside a tooth says nothing
+    for (const Eigen::Vector3d& p : makeProbe().positions)  // a path that begins inside a tooth is no evidence
       ASSERT_GT(field.signedDistance(inspection[0].orientation * p + inspection[0].position), 1) << touched.name;
     EXPECT_GT(deepest, -1.5) << touched.name;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces the allocation functions of the whole test program by ones that count. To be included in one source of a
+// Replaces the allocation functions of the whole test program by ones that count. Include it in one source of a
 // program.
 #pragma once
 
@@ -10,7 +10,7 @@ namespace spheretree::test {
 
 inline thread_local long allocations = 0;  // of this thread so far
 
-/// How often this thread allocates in `work`.
+/// Number of allocations of this thread in `work`.
 template <class Work>
 long allocationsIn(const Work& work) {
   const long before = allocations;
@@ -27,7 +27,7 @@ long allocationsIn(const Work& work) {
 
 }  // namespace spheretree::test
 
-// All forms go through these.
+// All forms use these two functions.
 void* operator new(std::size_t size) { return spheretree::test::countedAllocation(size, 16); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   return spheretree::test::countedAllocation(size, static_cast<std::size_t>(alignment));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Brute force against which the builders' coverage is tested: many points of a surface, every sphere for each.
+// Brute force for tests of the builders' coverage: many points of a surface, every sphere for each.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ inline std::vector<Eigen::Vector3d> densePoints(const TriangleMesh& mesh, int in
   return points;
 }
 
-/// Signed distance from a point to the union of balls: the least |p - c| - r.
+/// Signed distance from a point to the union of balls: the smallest |p - c| - r.
 inline double gapAt(const Eigen::Vector3d& p, std::span<const builder::Ball> balls) {
   double least = std::numeric_limits<double>::infinity();
   for (const builder::Ball& b : balls) least = std::min(least, (p - b.centre).norm() - b.radius);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The whole search for a cover of so many balls, as the builder `cover` makes it.
+// The whole search for a cover of a given number of balls, as in the builder `cover`.
 #pragma once
 
 #include "cover/choose_balls.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Volume and area of a mesh by the plainest formula, and where the shared test meshes are.
+// Volume and area of a mesh by the simplest formula, and the place of the shared test meshes.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -19,7 +19,7 @@ class QuadprogPeer {
   }
   bool isThere() const { return solve_ != nullptr; }
 
-  /// Room for problems of `rows` rows, so that solve() allocates nothing.
+  /// Space for problems of `rows` rows, so that solve() allocates nothing.
   void reserve(std::size_t rows) {
     multiplier_.resize(rows + 6);
     active_.resize(rows + 6);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Spheres of levels without any builder, for tests of what comes after one.
+// Spheres of levels made without a builder, for tests of the stages after it.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ inline Sphere sphere(const Eigen::Vector3d& c, double radius) {
   return {static_cast<float>(c.x()), static_cast<float>(c.y()), static_cast<float>(c.z()), static_cast<float>(radius)};
 }
 
-// Spheres scattered over a flat box, smaller the deeper.
+// Spheres scattered over a flat box; deeper levels have smaller ones.
 inline Levels randomLevels(const std::vector<std::size_t>& sizes, std::uint64_t seed) {
   Random random(seed);
   Levels levels;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Regions of a mesh for the tests of the reducers, and what every reducer must hold to.
+// Regions of a mesh for the tests of the reducers, and the promises of every reducer.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ inline double openShare(const builder::Region& region, const std::vector<builder
   return static_cast<double>(open) / static_cast<double>(region.points.size());
 }
 
-/// Properties of every reducer: few balls, true clearances, pure, fewer balls where fewer are enough. `open`: share of
-/// the points that the method may leave to the frame (it looks at a choice of them).
+/// Properties of every reducer: few balls, correct clearances, no side effects, fewer balls where fewer suffice.
+/// `open`: share of the points that the method may leave to the caller (it examines a selection of them).
 inline void expectReduces(builder::Reducer reduce, double open = 0) {
   for (const TriangleMesh& mesh : {boxMesh({-1, -2, -3}, {1, 2, 3}), torusMesh(5, 1, 40, 16), sphereMesh(2, 3)}) {
     const WholeRegion whole(mesh, 600);
@@ -80,7 +80,7 @@ inline void expectReduces(builder::Reducer reduce, double open = 0) {
       easy.target_overhang = 2 * whole.field.diagonal();
       EXPECT_EQ(reduce(easy).size(), 1u);
     }
-    // Eight balls must do better than the ball round everything, unless the object is a ball.
+    // Eight balls must be better than one ball around everything, unless the object is a ball.
     if (mesh.positions.size() != sphereMesh(2, 3).positions.size()) {
       EXPECT_LT(before, 0.8 * worstOverhang(reduce(whole.region(1))));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tetrahedron of 1 m legs as glTF, to be changed by tests.
+// A tetrahedron with legs of 1 m as glTF, to be changed by tests.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sound skins and search trees to test with, made without the builder: spheres, boxes and flat grids; search trees by
+// Sound skins and search trees for tests, made without the builder: spheres, boxes and flat grids; search trees by
 // halving.
 #pragma once
 
@@ -22,7 +22,7 @@
 
 namespace spheretree::test {
 
-/// A sphere about all of `spheres`: not the smallest one, but rounded outward.
+/// A sphere around all of `spheres`: not the smallest one, but rounded outward.
 inline Sphere sphereAbout(std::span<const Sphere> spheres) {
   Eigen::AlignedBox3f box;
   for (const Sphere& s : spheres) box.extend(Eigen::Vector3f(s.x, s.y, s.z));
@@ -86,14 +86,14 @@ inline SearchTree searchTreeOf(std::span<const Sphere> items, std::size_t branch
   return tree;
 }
 
-/// The leaves of a tree in the order that its search tree names them by.
+/// The leaves of a tree in the order of its search tree.
 inline std::vector<Sphere> leavesOf(const SphereTree& tree) {
   std::vector<Sphere> leaves;
   for (const std::uint32_t node : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[node]);
   return leaves;
 }
 
-/// Makes the search tree over the triangles anew and puts the triangles into its order.
+/// Builds a new search tree over the triangles and puts the triangles into its order.
 inline void sortForSearch(Skin& skin, std::size_t branching = kSearchBranching) {
   std::vector<Sphere> about;
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) about.push_back(enclose(patchOf(skin, t)));
@@ -104,7 +104,7 @@ inline void sortForSearch(Skin& skin, std::size_t branching = kSearchBranching) 
   skin.search.item.clear();
 }
 
-/// The surface that a sample skin stands for.
+/// The surface that a sample skin approximates.
 struct SmoothMesh {
   std::vector<Eigen::Vector3d> positions, normals;
   std::vector<std::array<std::uint16_t, 3>> triangles;
@@ -112,10 +112,10 @@ struct SmoothMesh {
 };
 
 /// No patch is farther from its flat triangle than this: the sum of 4 w_i w_j offset_ij is at most 4/3 of the largest
-/// offset there can be.
+/// possible offset.
 inline float largestSwing(const Skin& skin) { return 1.3334f * std::sqrt(3.0f) * 127 * skin.offset_step; }
 
-/// Sides with a triangle on one side only are sharp and straight; the others bend to the surface.
+/// Sides with a triangle on one side only are sharp and straight; the others follow the surface.
 inline Skin skinOf(const SmoothMesh& mesh) {
   Skin skin;
   Eigen::AlignedBox3d box;
@@ -213,8 +213,8 @@ inline Skin ellipsoidSkin(const Eigen::Vector3d& half, int times) {
   return skinOf(mesh);
 }
 
-/// The crown of a tooth, roughly: how far a surface with cusps and pits is from the origin in this direction (of unit
-/// length), 4 to 6 mm.
+/// Approximately the crown of a tooth: distance of a surface with cusps and pits from the origin in this direction (of
+/// unit length), 4 to 6 mm.
 inline double cuspedRadius(const Eigen::Vector3d& u) {
   return 5 + 0.6 * std::sin(4 * u.x()) * std::sin(4 * u.y()) + 0.4 * std::cos(5 * u.z());
 }
@@ -277,7 +277,7 @@ inline Skin gridSkin(int n, double side = 8) {
   return skinOf(mesh);
 }
 
-/// A box with these half sizes about the origin: 12 triangles, and sharp edges with vertices and edges of their own on
+/// A box with these half sizes about the origin: 12 triangles, and sharp edges with separate vertices and edges on
 /// either side.
 inline Skin boxSkin(const Eigen::Vector3d& half) {
   SmoothMesh mesh;

@@ -8,10 +8,10 @@
 
 namespace spheretree::test {
 
-/// A tree with a skin, as that of tissue is.
+/// A tree with a skin, such as that of tissue.
 inline SphereTree softTree() { return withSkin(withSearch(threeLevelTree(), 2), boxSkin({1, 2, 3})); }
 
-/// With the leaves of `tree`, and the vertices of its skin; what they hold and go with is made up.
+/// With the leaves of `tree`, and the vertices of its skin; their pieces and bindings are invented.
 inline Tissue twoTetrahedra(const SphereTree& tree) {
   Tissue tissue;
   tissue.material = {15, 0.45, 1040};

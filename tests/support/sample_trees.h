@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small sound trees to test with.
+// Small sound trees for tests.
 #pragma once
 
 #include <cstdint>

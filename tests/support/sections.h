@@ -12,7 +12,7 @@ namespace spheretree::test {
 
 /// Number of closed outlines in which the plane z = `height` cuts the mesh; no vertex may lie in the plane.
 inline int outlinesAtHeight(const TriangleMesh& mesh, double height) {
-  // Triangles that the plane cuts hang together by the edges that it cuts; count the pieces.
+  // Triangles that the plane cuts are connected by the edges that it cuts; counts the pieces.
   std::vector<std::size_t> root(mesh.triangles.size());
   for (std::size_t t = 0; t < root.size(); ++t) root[t] = t;
   const auto find = [&root](std::size_t t) {

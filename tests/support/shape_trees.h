@@ -59,7 +59,7 @@ inline SphereTree treeOfBalls(std::vector<Sphere> balls, std::size_t branching =
       groups[largest] = {g.begin, middle};
       groups.insert(groups.begin() + static_cast<std::ptrdiff_t>(largest) + 1, {middle, g.end});
     }
-    // Inner siblings stand ahead of leaves.
+    // Inner siblings come before leaves.
     std::stable_sort(groups.begin(), groups.end(), [](Group a, Group b) { return (a.end - a.begin > 1) > (b.end - b.begin > 1); });
     return groups;
   };
@@ -111,8 +111,8 @@ inline SphereTree rodTree(double length, int count, double radius) {
   return treeOfBalls(std::move(balls));
 }
 
-/// Balls of radius about `grain` whose centres lie `grain` inside an ellipsoid with these half axes [mm], evenly by a
-/// golden spiral.
+/// Balls of radius about `grain` whose centres lie `grain` inside an ellipsoid with these half axes [mm], evenly
+/// distributed by a golden spiral.
 inline SphereTree ellipsoidTree(const Eigen::Vector3d& half, int count, double grain) {
   std::vector<Sphere> balls;
   for (int i = 0; i < count; ++i) {

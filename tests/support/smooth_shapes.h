@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes whose vertices lie on smooth surfaces with creases, and points of the patches of a skin, to compare with these
-// surfaces.
+// Meshes whose vertices lie on smooth surfaces with creases, and points of the patches of a skin, for comparison with
+// these surfaces.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@ namespace spheretree::test {
 inline constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 
 /// Cylinder about the z axis from z = 0 to `height`, `around` by `along` quads, with a flat cap at either end: a fan
-/// about its middle.
+/// around its middle.
 inline TriangleMesh cylinderMesh(double radius, double height, std::uint32_t around, std::uint32_t along) {
   TriangleMesh mesh;
   for (std::uint32_t j = 0; j <= along; ++j)
@@ -44,8 +44,8 @@ inline TriangleMesh cylinderMesh(double radius, double height, std::uint32_t aro
   return mesh;
 }
 
-/// A slab whose top runs into its sides by a quarter of a cylinder of `radius`, `across` strips wide: 0 <= x <= width,
-/// and the fillets beyond; 0 <= y <= length; from z = 0 up to `height`.
+/// A slab with fillets of `radius` between its top and two sides, `across` strips wide: 0 <= x <= width, and the
+/// fillets beyond; 0 <= y <= length; from z = 0 up to `height`.
 inline TriangleMesh filletedSlab(double width, double length, double height, double radius, std::uint32_t across) {
   std::vector<Eigen::Vector2d> outline{{-radius, 0}, {width + radius, 0}};  // x, z; counter-clockwise seen from -y
   for (std::uint32_t i = 0; i <= across; ++i) {
@@ -97,13 +97,13 @@ inline Eigen::Vector3d randomPlace(Random& random) {
   return {1 - u - v, u, v};
 }
 
-/// The largest errors of points of patches against a surface.
+/// The largest errors of points of patches relative to a surface.
 struct SkinErrors {
   double position = 0;  // [mm]
   double normal = 0;    // [rad]
 };
 
-/// Of `samples` points of each patch for which `counts` holds (all without). `project` gives the nearest point of the
+/// For `samples` points of each patch that satisfies `counts` (all if empty). `project` gives the nearest point of the
 /// surface and its normal.
 inline SkinErrors errorsAgainst(const Skin& skin, const std::function<std::array<Eigen::Vector3d, 2>(const Eigen::Vector3d&)>& project,
                                 const std::function<bool(const PatchPoint&)>& counts = {}, int samples = 20) {

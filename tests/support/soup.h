@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A mesh as repair steps take it.
+// A mesh in the form that repair steps use.
 #pragma once
 
 #include <numeric>

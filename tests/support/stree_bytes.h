@@ -24,7 +24,7 @@ T get(const Bytes& bytes, std::size_t offset) {
   return value;
 }
 
-/// Sets the checksum right, so that a test reaches what lies behind it.
+/// Corrects the checksum, so that a test reaches the checks after it.
 inline Bytes resealed(Bytes bytes) {
   put(bytes, 24, std::uint64_t{0});
   put(bytes, 24, crc64(bytes));

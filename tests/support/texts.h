@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts as readers take them, and what readers say of them.
+// Texts for readers, and the messages of readers.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace spheretree::test {
 
 inline std::span<const char> charsOf(std::string_view text) { return {text.data(), text.size()}; }
 
-/// What `read` throws of type Error says; empty if it does not.
+/// The message of the Error that `read` throws; empty if it throws none.
 template <class Error, class Read>
 std::string refusalOf(Read&& read) {
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance of a point from a triangle, the slow and plain way.
+// Distance of a point from a triangle, by a slow and simple method.
 #pragma once
 
 #include <Eigen/Core>

@@ -20,7 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Field = std::vector<Vector3d>;
 
-/// A box that is fixed where `is_fixed` says, its inner nodes moved at random by `disorder`.
+/// A box with the nodes fixed that satisfy `is_fixed`; its inner nodes are moved at random by `disorder`.
 Tissue softBox(const Vector3d& size, const std::array<std::uint32_t, 3>& cells, const TissueMaterial& material,
                const std::function<bool(const Vector3d&)>& is_fixed, double disorder = 0) {
   const TetrahedronList solid = test::boxTetrahedra(size, cells);
@@ -33,7 +33,7 @@ Tissue softBox(const Vector3d& size, const std::array<std::uint32_t, 3>& cells, 
     tissue.nodes.push_back({p.x(), p.y(), p.z()});
   }
   tissue.tetrahedra = solid.corners;
-  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue has some
+  tissue.surface.push_back({tissue.nodes[0], 0, {1, 0, 0}});  // tissue must have a surface
   return tissue;
 }
 
@@ -58,7 +58,7 @@ double volumeOf(const Tissue& tissue, std::span<const Vector3d> u) {
   return sum;
 }
 
-/// Faces of one tetrahedron alone, outward.
+/// Faces of a single tetrahedron, outward.
 std::vector<std::array<std::uint32_t, 3>> boundaryOf(const Tissue& tissue) {
   std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>>> faces;  // sorted; as it is
   for (const auto& c : tissue.tetrahedra)
@@ -83,7 +83,7 @@ Matrix3d rotationOf(const Matrix3d& f) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-// The patch test for large motion: under the boundary forces of an even deformation it takes that shape, whatever the
+// The patch test for large motion: under the boundary forces of a homogeneous deformation it takes that shape, for any
 // tetrahedra.
 TEST(TissueSolver, TakesEveryEvenShapeUnderItsBoundaryForces) {
   for (const double nu : {0.0, 0.3, 0.45}) {

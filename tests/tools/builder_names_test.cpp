@@ -15,7 +15,7 @@ formats::TreeSettings settingsOf(const std::string& key, const std::string& name
       .defaults;
 }
 
-// The reader of scenes has lists of its own, since formats do not know the builders.
+// The reader of scenes has its own lists, since formats do not know the builders.
 TEST(BuilderNames, CanStandInAScene) {
   for (const std::string& name : namesOf(kBuilders)) EXPECT_EQ(settingsOf("builder", name).builder, name);
   for (const std::string& name : namesOf(kQualities)) EXPECT_EQ(settingsOf("quality", name).quality, name);

@@ -90,7 +90,7 @@ TEST(Chart, ADotFarAboveAllOthersLeavesThemTheAxis) {
 TEST(Chart, NamesDoNotCoverEachOther) {
   ScatterChart chart{"t", "x", "y", {}, {}};
   for (int i = 0; i < 9; ++i) chart.points.push_back({1 + 0.01 * i, 2 - 0.01 * i, "builder" + std::to_string(i), "", 1, false});
-  chart.points.push_back({100, 200, "far", "", 1, false});  // drives the others together
+  chart.points.push_back({100, 200, "far", "", 1, false});  // compresses the others
   const std::string svg = scatterSvg(chart);
   std::vector<std::pair<double, double>> at;
   const std::regex name("<text class=\"cn[^\"]*\" x=\"([^\"]*)\" y=\"([^\"]*)\"[^>]*>builder");
@@ -101,7 +101,7 @@ TEST(Chart, NamesDoNotCoverEachOther) {
       EXPECT_TRUE(std::abs(at[i].first - at[j].first) > 40 || std::abs(at[i].second - at[j].second) > 8) << i << " and " << j;
 }
 
-/// What the first trace draws. Not by std::regex, which calls itself for every character of so long a match.
+/// The path of the first trace. Not by std::regex, which recurses for every character of such a long match.
 std::string tracePathOf(const std::string& svg) {
   const std::string_view head = "<path class=\"t0\" d=\"";
   const std::size_t at = svg.find(head);
@@ -117,8 +117,8 @@ TEST(Chart, ATraceKeepsEveryPeak) {
     chart.traces[0].y.push_back(i == 54321 ? 9.0f : 1.0f);
   }
   const std::string svg = traceSvg(chart);
-  // Drawn from near the top of the frame (34, and a twentieth of the range below it), where 9 stands, down to where 1
-  // does.
+  // Drawn from near the top of the frame (34, and a twentieth of the range below it), at the value 9, down to the value
+  // 1.
   EXPECT_NE(tracePathOf(svg).find(" 40V"), std::string::npos) << tracePathOf(svg).substr(0, 200);
   EXPECT_LT(svg.size(), 60000u) << "as many pieces as pixels, however many values";
 }

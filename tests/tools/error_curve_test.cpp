@@ -32,8 +32,8 @@ TEST(ErrorCurve, FallsWhateverWasMeasured) {
     EXPECT_LT(curve.errorAt(n), above);
     above = curve.errorAt(n);
   }
-  EXPECT_NEAR(curve.errorAt(50), 0.9, 1e-12);   // and not 64: more leaves, and a larger error
-  EXPECT_NEAR(curve.errorAt(201), 0.4, 1e-12);  // the latest of two that are as good as one
+  EXPECT_NEAR(curve.errorAt(50), 0.9, 1e-12);   // not 64: it has more leaves and a larger error
+  EXPECT_NEAR(curve.errorAt(201), 0.4, 1e-12);  // the last of two equal ones
 }
 
 TEST(ErrorCurve, MovesAlongWithAPointOfAnotherQuality) {
@@ -44,7 +44,7 @@ TEST(ErrorCurve, MovesAlongWithAPointOfAnotherQuality) {
 
 TEST(ShareLeaves, IsTheBestOfAllShares) {
   const std::vector<ErrorCurve> curves{powerLaw(10, 1), powerLaw(2, 0.7), powerLaw(30, 1.4)};
-  const std::vector<std::size_t> most{60, 60, 12};  // the third has less than it could use
+  const std::vector<std::size_t> most{60, 60, 12};  // the third has fewer than it could use
   for (const std::size_t total : {3u, 10u, 25u, 60u}) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t a = 1; a <= most[0]; ++a)

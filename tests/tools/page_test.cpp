@@ -37,7 +37,7 @@ std::string inflated(const std::string& text) {
   return out;
 }
 
-/// What page.js does.
+/// The same decoding as in page.js.
 struct Unpacked {
   Json root;
   std::string arrays;

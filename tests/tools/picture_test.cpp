@@ -67,14 +67,14 @@ TEST(Picture, ASphereFillsItsShareOfThePanel) {
   const int gap = 400 / 60;
   const double diameter = 400 - 2.0 * gap;
   EXPECT_NEAR(pixels.height, diameter + 2 * gap, 1.5);
-  // Pixels that the outline only touches count as painted: up to one ring.
+  // Pixels that the outline only touches count as painted: at most one ring.
   EXPECT_NEAR(pixels.painted(0, 400), std::numbers::pi / 4 * diameter * diameter, 4 * diameter);
   EXPECT_TRUE(pixels.isWhite(gap + 2, gap + 2));
   EXPECT_FALSE(pixels.isWhite(200, pixels.height / 2));
 }
 
 TEST(Picture, TheNearerSphereHidesTheFartherOne) {
-  // Seen along y, both project to the same circle; which one is seen depends on the side of the eye.
+  // Seen along y, both project to the same circle; the side of the eye decides which one is visible.
   const SphereTree tree = twoLevels({0, 0, 0, 3}, {{0, -2, 0, 1}, {0, 2, 0, 1}});
   PictureSettings settings;
   settings.width = 300;

@@ -125,7 +125,8 @@ std::filesystem::path written(const std::string& text) {
   return path;
 }
 
-/// Every key of every object, once removed: the reader may do without it or refuse the file, but throws nothing else.
+/// Every key of every object is removed once: the reader accepts its absence or refuses the file, and throws nothing
+/// else.
 template <class Read>
 void removeEachKey(Json& whole, Json& at, Read&& read, std::size_t& refused) {
   if (at.is_object()) {

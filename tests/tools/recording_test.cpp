@@ -130,8 +130,8 @@ TEST(Recording, ASampledSpringGivesEnergyAndADampedOneTakesIt) {
     spring.wrench[i][2] = static_cast<float>(-x);
     damped.wrench[i][2] = static_cast<float>(-x - 0.05 * v);
   }
-  // Holding the force for a step of T loses k T / 2 times the integral of the squared speed, 4 periods of 1 mm and 1
-  // N/mm here.
+  // Holding the force for a step of T loses k T / 2 times the integral of the squared speed, here 4 periods of 1 mm and
+  // 1 N/mm.
   const double leak = 0.5 * 0.001 * 0.5 * std::pow(2 * std::numbers::pi, 2) * 4;
   EXPECT_NEAR(energyTaken(spring).back(), -leak, 0.02 * leak);
   EXPECT_GT(energyTaken(damped).back(), 0);

@@ -64,7 +64,7 @@ TEST_F(SceneDraftTest, TrianglesWithoutAPartBecomeObjectsOfTheirComponents) {
   const SceneDraft drafted = draft({.files = {file}});
   EXPECT_EQ(namesOf(drafted), (std::vector<std::string>{"named", "a_0"}));
   EXPECT_EQ(drafted.scene.objects[1].part, "#0");
-  // A triangle that hangs on a named part cannot become an object, and that is said.
+  // A triangle that is connected to a named part cannot become an object, and a note reports it.
   const auto torn = write("b.obj", solid(0) + "g named\nf 1 2 3\n" + solid(20));
   ASSERT_EQ(draft({.files = {torn}}).notes.size(), 2u);
 }

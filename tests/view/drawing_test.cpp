@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pictures without a display: what is drawn stands where ray casting says that it should, in the colours that it should
-// have.
+// Pictures without a display: everything is drawn where ray casting predicts it, in the right colours.
 #include <gtest/gtest.h>
 #include <imgui.h>
 
@@ -76,7 +75,7 @@ TEST_F(Drawing, BallsStandWhereRaysMeetThem) {
         const Vector3d from = ray.origin - centre;
         const double along = from.dot(ray.direction), missed = (from - along * ray.direction).norm();
         const double pixel = camera.pixelAt(centre, kViewport), r = static_cast<double>(ball.radius);
-        if (std::abs(missed - r) < pixel) continue;  // the outline is right to a pixel
+        if (std::abs(missed - r) < pixel) continue;  // the outline is exact to a pixel
         const float depth = drawn.depth[static_cast<std::size_t>(y * kSize + x)];
         if (missed > r) {
           wrong += depth < 1;
@@ -85,8 +84,8 @@ TEST_F(Drawing, BallsStandWhereRaysMeetThem) {
         ++hits;
         const Vector3d hit = ray.origin + (-along - std::sqrt(r * r - missed * missed)) * ray.direction;
         const double expected = (camera.eye() - hit).dot(camera.towardsEye());
-        // Within a pixel, where the surface is not steeper than the distance from the outline allows, or the depth
-        // buffer's own step.
+        // To a pixel, where the surface is no steeper than the distance from the outline allows, or to the step of the
+        // depth buffer.
         const double slope = missed / std::sqrt(r * r - missed * missed);
         const double step = expected * expected / near / (1 << 22);
         const double off = std::abs(eyeDepth(depth, near, far) - expected) - step;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs to where the hand means to be: hand_input.h, hand_filter.h, space_mouse.h
+// From inputs to the intended pose of the hand: hand_input.h, hand_filter.h, space_mouse.h
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -76,7 +76,7 @@ TEST(HandInput, ADragMovesTheHandWithThePointer) {
   hand.drag(40, -25, camera, viewport);
   const Eigen::Vector2d after = *camera.pixelOf(hand.pose().position, viewport);
   EXPECT_LT((after - before - Eigen::Vector2d(40, -25)).norm(), 1e-9);
-  // By as many millimetres as the pixels are long there, and not towards the eye.
+  // By the length of the pixels there in millimetres, and not towards the eye.
   const Vector3d way = hand.pose().position - Vector3d(3, 8, -2);
   EXPECT_NEAR(way.norm(), std::hypot(40, 25) * camera.pixelAt({3, 8, -2}, viewport), 1e-9);
   EXPECT_NEAR(way.dot(camera.towardsEye()), 0, 1e-9);
@@ -121,7 +121,7 @@ TEST(HandInput, GamepadAtRestMovesNothing) {
   EXPECT_EQ(gamepadDeflection({0, 0, 1, 0, -1, -1}, true)[5], -1);
 }
 
-/// Stands in for spacenavd: a socket that takes one connection and sends events.
+/// Replaces spacenavd: a socket that accepts one connection and sends events.
 class FakeDaemon {
  public:
   explicit FakeDaemon(const std::string& path) : listener_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
@@ -161,7 +161,7 @@ TEST(SpaceMouse, TakesTheNewestMotionAndNoticesTheEnd) {
   SpaceMouse mouse;
   ASSERT_TRUE(mouse.isOpen()) << mouse.fault();
   daemon.accept();
-  EXPECT_EQ(mouse.poll(), (std::array<int, 6>{}));  // nothing yet, and no waiting
+  EXPECT_EQ(mouse.poll(), (std::array<int, 6>{}));  // no event yet, and no waiting
   daemon.send({0, 10, 20, 30, 1, 2, 3, 16});
   daemon.send({1, 0, 1, 0, 0, 0, 0, 0});  // a button
   daemon.send({0, 350, -20, 30, 1, 2, 3, 16});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the plots and the scrubber work with: playback.h, history.h
+// The basis of the plots and the time slider: playback.h, history.h
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace {
 TEST(Playback, PlaysAtItsSpeedAndWaitsAtTheEnd) {
   Playback playback(1001);
   playback.advance(0.1);
-  EXPECT_EQ(playback.step(), 0u);  // it waits at first
+  EXPECT_EQ(playback.step(), 0u);  // it is paused at first
   playback.play();
   playback.advance(0.25);
   EXPECT_EQ(playback.step(), 250u);
@@ -76,7 +76,7 @@ TEST(History, KeepsTheLastMinuteInOrder) {
 
 TEST(History, StepTimesAreQuantiles) {
   std::vector<PlotSample> samples(100);
-  for (std::size_t n = 0; n < samples.size(); ++n) samples[n].step_us = static_cast<float>((n * 37) % 100);  // 0 .. 99 in no order
+  for (std::size_t n = 0; n < samples.size(); ++n) samples[n].step_us = static_cast<float>((n * 37) % 100);  // 0 .. 99, unordered
   const StepTimes times = stepTimes(samples);
   EXPECT_EQ(times.median, 49);
   EXPECT_EQ(times.p99, 98);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is shown of trees and meshes: stage.h, surface.h
+// The visible form of trees and meshes: stage.h, surface.h
 #include "model/stage.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(Stage, EveryLevelHoldsItsLevelSet) {
       EXPECT_EQ(body.bounds[static_cast<std::size_t>(level)][k].radius, sphereOf(tree, nodes[k], SphereKind::Bound).radius);
     }
   }
-  // The box is that of the leaves, for want of a mesh.
+  // The box is that of the leaves, because there is no mesh.
   for (const Ball& ball : body.levels.back()) EXPECT_TRUE(body.box.contains(Eigen::Vector3d(ball.x, ball.y, ball.z)));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // streams_check COUNT: sends COUNT values through each stream between two threads, and reports values that were torn,
-// came out of order, or were lost without being counted. Exit code 1 if there is one. Built with ThreadSanitizer as
-// well, which ends it at the first race.
+// came out of order, or were lost without being counted. Exit code 1 if there is one. It is also built with
+// ThreadSanitizer, which ends it at the first race.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -17,7 +17,8 @@ namespace {
 using spheretree::view::StepRing;
 using spheretree::view::TripleBuffer;
 
-/// As long as a state with a few contacts. Every word depends on the number, so that a mixture of two values shows.
+/// The size of a state with a few contacts. Every word depends on the number, so that a mixture of two values is
+/// detected.
 struct Numbered {
   static constexpr std::size_t kWords = 40;
   std::uint64_t number = 0;
@@ -40,7 +41,7 @@ struct Tally {
   bool isClean() const { return torn == 0 && backwards == 0 && missing == 0 && seen > 0; }
 };
 
-/// Gives the processor up now and then: where there is only one, the other thread must have it.
+/// Yields the processor now and then: with a single processor, the other thread must get it.
 class Patience {
  public:
   void wait() {
@@ -52,7 +53,7 @@ class Patience {
 };
 
 Tally checkTripleBuffer(std::uint64_t count) {
-  constexpr std::uint64_t kLead = 8;  // values that the writer may be ahead: else a slow reader would see only a few
+  constexpr std::uint64_t kLead = 8;  // values by which the writer may be ahead: otherwise a slow reader would receive only a few
   TripleBuffer<Numbered> buffer;
   std::atomic<std::uint64_t> seen{0};
   std::thread writer([&] {
@@ -89,7 +90,7 @@ Tally checkRing(std::uint64_t count) {
     for (std::uint64_t n = 1; n <= count; ++n) {
       value.fill(n);
       ring.push(value);
-      if (ring.full()) patience.wait();  // sometimes the reader keeps up, sometimes not
+      if (ring.full()) patience.wait();  // at some times the reader keeps up, at others not
     }
   });
   Tally tally;

@@ -21,7 +21,7 @@ TEST(BuildSettings, EveryBuilderAndQualityHasANameOfItsOwn) {
   EXPECT_EQ(name(Quality::Standard), "standard");
 }
 
-// What is refused names the setting, so that a caller without this code can mend it.
+// A refusal names the setting, so that a caller of the library can correct it.
 template <class Change>
 std::string faultAfter(Change change) {
   BuildSettings settings;

@@ -37,7 +37,7 @@ double deepest(const std::vector<CoverGap>& gaps) {
   return most;
 }
 
-// Not closed, which certification does not ask for.
+// An open mesh: certification does not need a closed one.
 TriangleMesh rectangle(double half_x, double half_y) {
   TriangleMesh mesh;
   mesh.positions = {{-half_x, -half_y, 0}, {half_x, -half_y, 0}, {half_x, half_y, 0}, {-half_x, half_y, 0}};
@@ -60,7 +60,7 @@ std::vector<Ball> scattered(const TriangleMesh& mesh, std::size_t count, double 
 
 void expectCovered(const TriangleMesh& mesh, const CertifiedCover& cover, const Vector3d& origin = Vector3d::Zero()) {
   const std::vector<Ball> balls = test::toBalls(cover.spheres, origin);
-  // Far from the origin, the points to test with are themselves rounded.
+  // Far from the origin, the test points themselves are rounded.
   const double rounding = 4e-16 * origin.cwiseAbs().maxCoeff();
   EXPECT_LE(test::largestGap(test::densePoints(mesh, 20, 77), balls), rounding);
 }
@@ -97,7 +97,7 @@ TEST(CertifyCover, WhatIsCoveredDoesNotGrow) {
   const CertifiedCover cover = certify(mesh, one, 1e-3);
   EXPECT_EQ(cover.largest_growth, 0);
   EXPECT_EQ(cover.pieces, mesh.triangles.size()) << "no triangle needs a split";
-  // Two triangles that lie in two balls together and in none alone.
+  // Two triangles that lie in the union of two balls, but in neither ball alone.
   const std::vector<Ball> two{{{-1, 0, 0}, 1.5}, {{1, 0, 0}, 1.5}};
   const CertifiedCover split = certify(rectangle(2, 0.5), two, 1e-3);
   EXPECT_EQ(split.largest_growth, 0);
@@ -130,7 +130,7 @@ TEST(CertifyCover, WorksFarFromTheOrigin) {
   EXPECT_LT(there.largest_growth, here.largest_growth + 0.02);
 }
 
-// Few small balls far from large triangles: the work must not grow with the square of what is open.
+// Few small balls far from large triangles: the work must not grow with the square of the number of open pieces.
 TEST(CertifyCover, LargeHolesTakeFewPieces) {
   const TriangleMesh plane = rectangle(10, 10);
   std::vector<std::vector<Ball>> sets{
@@ -258,7 +258,7 @@ TEST(ProvenRedundant, WhatRemainsCoversAndNothingMoreCanGo) {
   Progress progress;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CertifiedCover cover = certify(mesh, scattered(mesh, 150, 1.6, seed), 0.05);
-    cover.spheres.push_back(cover.spheres[7]);  // twice the same: one of them can go
+    cover.spheres.push_back(cover.spheres[7]);  // the same ball twice: one of them is redundant
     std::vector<std::uint32_t> candidates(cover.spheres.size());
     std::iota(candidates.begin(), candidates.end(), 0u);
     const std::vector<char> redundant = provenRedundant(mesh, cover.spheres, Vector3d::Zero(), candidates, progress);
@@ -303,7 +303,7 @@ TEST(FindCoverGaps, LooksOnlyAtTheTrianglesAsked) {
   for (const CoverGap& g : gaps) EXPECT_EQ(g.triangle, 1u);
 }
 
-// What is known of earlier balls, of other numbers of them too, saves time and changes nothing.
+// Hints from earlier balls, even from a different number of balls, save time and change nothing.
 TEST(FindCoverGaps, KnowingWhatHeldATriangleChangesNothing) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   std::vector<std::uint32_t> all(mesh.triangles.size());

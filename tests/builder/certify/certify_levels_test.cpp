@@ -83,7 +83,7 @@ TEST(CertifyLevels, DropsRedundantLeavesButNoLastChild) {
   const Torus torus;
   LevelBalls levels;
   levels.balls = {{{{0, 0, 0}, 6.1}}, ring(4, 4.2), ring(24, 1.3)};
-  levels.balls[2].push_back({5 * Vector3d(std::cos(0.1), std::sin(0.1), 0), 1.25});  // its neighbours hold all of it
+  levels.balls[2].push_back({5 * Vector3d(std::cos(0.1), std::sin(0.1), 0), 1.25});  // its neighbours cover all of it
   const CertifiedLevels grouped_later = torus.certify(levels);
   EXPECT_LE(grouped_later.spheres[2].size(), 24u);
   EXPECT_LE(torus.gap(grouped_later.spheres[2]), 1e-12);

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 const TriangleMesh kCube = test::boxMesh({-5, -5, -5}, {5, 5, 5});
 
-/// One sphere about each eighth of the cube, which nothing else covers, and after them the same again, a little larger.
+/// One sphere about each eighth of the cube, which no other sphere covers, followed by the same spheres, slightly
+/// larger.
 std::vector<Sphere> twice() {
   std::vector<Sphere> spheres;
   for (const float radius : {4.4f, 4.5f})

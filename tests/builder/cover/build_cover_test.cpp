@@ -28,7 +28,7 @@ LevelBalls build(const TriangleMesh& mesh, const BuildSettings& settings) {
   return CoverBuilder(mesh, field).build(settings, progress);
 }
 
-// The stand-off that all balls of a level share.
+// The common stand-off of all balls of a level.
 double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   double least = 1e9, most = 0;
   for (const Ball& b : balls) {
@@ -40,8 +40,8 @@ double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
   return most;
 }
 
-// A sheet 1e-5 as thick as it is wide: its medial balls are smaller than any spacing of samples, and centres may as
-// well lie outside.
+// A sheet whose thickness is 1e-5 of its width: its medial balls are smaller than any spacing of samples, and centres
+// may also lie outside.
 TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
   const double width = 10, thickness = 1e-4;
   const LevelBalls levels = build(test::boxMesh({0, 0, 0}, {width, width, thickness}), quick(3, 8));
@@ -49,7 +49,7 @@ TEST(BuildCover, ASheetIsCoveredAboutAsWellAsDiscsCoverARectangle) {
   for (const Ball& b : levels.balls[2]) EXPECT_LT(b.radius, 1.6 * hexagonal);
 }
 
-// What a ball stands out over a polyhedron round it is the depth of its faces, which more balls hardly lower.
+// The stand-off of a ball over a polyhedron around it is the depth of the faces, which more balls hardly reduce.
 TEST(BuildCover, OfARoundObjectNoLevelIsWorseThanTheOneAbove) {
   const TriangleMesh mesh = test::sphereMesh(10, 4);
   const LevelBalls levels = build(mesh, quick(4, 8));
@@ -90,7 +90,8 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
   EXPECT_EQ(build(mesh, settings).balls.back().size(), 64u) << "out of reach: the whole budget";
 }
 
-// The ball of least stand-off of a polyhedron round a sphere lies in its middle, however loose the tolerance.
+// The ball with the smallest stand-off of a polyhedron around a sphere has its centre in the middle, however large the
+// tolerance.
 TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheOneThatStandsOffLeast) {
   const TriangleMesh mesh = test::sphereMesh(10, 3);
   const double least = 10 - test::bruteDistance(mesh, {0, 0, 0});
@@ -148,10 +149,10 @@ TEST(BuildCover, KeepsToANumberOfLeavesAndUsesIt) {
     EXPECT_LT(h, above);
     above = h;
   }
-  BuildSettings more = quick(3, 8);  // than the levels allow
+  BuildSettings more = quick(3, 8);  // more than the levels allow
   more.most_leaves = 100;
   EXPECT_EQ(build(mesh, more).balls.back().size(), 64u);
-  more.tolerance_mm = 1e-6;  // that cannot be met: all of them, and no more
+  more.tolerance_mm = 1e-6;  // out of reach: all leaves are used, and no more
   more.most_leaves = 20;
   EXPECT_EQ(build(mesh, more).balls.back().size(), 20u);
 }

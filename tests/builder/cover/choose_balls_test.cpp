@@ -44,7 +44,7 @@ std::vector<Ball> touchingBalls(const TriangleMesh& mesh, std::size_t count) {
   return shrinkingBalls(sampleSurface(mesh, sampling), DistanceField(mesh));
 }
 
-// Least stand-off of any `choose` balls of the pool on dense points of the mesh: every subset.
+// Smallest stand-off of any `choose` balls of the pool on dense points of the mesh, by trying every subset.
 double bestSubset(const TriangleMesh& mesh, std::span<const Ball> pool, int choose) {
   const std::vector<Vector3d> points = test::densePoints(mesh, 60, 5);
   double best = std::numeric_limits<double>::infinity();
@@ -89,8 +89,8 @@ TEST(ChooseBalls, BallsStandOffAlikeAndCoverTheMesh) {
   }
 }
 
-// N discs that cover the plane have at least 1.2092 times its area; those of balls of radius 1/2 + h about the middle
-// plane of a slab of thickness 1 have the area pi (h + h^2). The rim costs a little more.
+// N discs that cover the plane have a total area of at least 1.2092 times its area; the discs of balls of radius 1/2 +
+// h about the middle plane of a slab of thickness 1 have the area pi (h + h^2). The rim needs slightly more.
 TEST(ChooseBalls, SlabComesNearTheHexagonalCovering) {
   const double side = 16;
   const TriangleMesh slab = test::boxMesh({0, 0, 0}, {side, side, 1});
@@ -102,8 +102,8 @@ TEST(ChooseBalls, SlabComesNearTheHexagonalCovering) {
   EXPECT_GT(cover.stand_off, 0.9 * formula);
 }
 
-// The edges of a long rod with eight flat sides stand farther off from balls about its axis than its sides, and few
-// samples lie near them: what covers the samples covers the rod only at a larger stand-off.
+// The edges of a long rod with eight flat sides are farther from balls about its axis than its sides, and few samples
+// lie near them: a cover of the samples covers the rod only at a larger stand-off.
 TEST(ChooseBalls, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
   constexpr std::uint32_t kSides = 8;
   TriangleMesh rod;
@@ -125,7 +125,7 @@ TEST(ChooseBalls, SamplesAtHolesMakeTheChoiceFitAFacetedRod) {
     ChoiceSettings settings = quick(120);
     settings.seed = seed;
     SearchSettings none = kQuickSearch;
-    none.failures = 0;  // the choice alone, and what it takes to make it cover the mesh
+    none.failures = 0;  // the choice alone, and the stand-off at which it covers the mesh
     settings.gap_rounds = 0;
     without += coverBy(rod, pool, settings, 2000, none).stand_off;
     settings.gap_rounds = 4;

@@ -62,8 +62,8 @@ SearchSettings quick() {
   return settings;
 }
 
-// One ball about a cube: sqrt(3)/2 - 1/2. Two about a bar of two cubes: the same, for each ball has four corners of an
-// end.
+// One ball about a cube has the stand-off sqrt(3)/2 - 1/2. Two balls about a bar of two cubes have the same, because
+// each ball covers the four corners of one end.
 TEST(CoverSearch, FindsTheKnownOptimum) {
   const double optimum = 0.5 * (std::sqrt(3.0) - 1);
   const TriangleMesh cube = test::boxMesh({0, 0, 0}, {1, 1, 1}), bar = test::boxMesh({0, 0, 0}, {2, 1, 1});
@@ -86,7 +86,7 @@ TEST(CoverSearch, LowersTheStandOffOfARandomCover) {
 
 TEST(CoverSearch, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
-  // Only the corners of the mesh as samples: the search must find what they miss.
+  // The samples are only the corners of the mesh: the search must find the rest of the surface.
   const std::vector<Vector3d> points = mesh.positions;
   const std::vector<Ball> start = randomInside(mesh, 60, 2);
   const Lowered result = lowering(mesh, start, points, quick());
@@ -100,9 +100,9 @@ TEST(CoverSearch, ResultIsInscribedAndCoversBetweenTheSamplesToo) {
     EXPECT_LT(test::bruteDistance(mesh, p), 0.03 * test::largestGap(points, start));
 }
 
-// A sheet far thinner than its balls are wide, flat and rolled to a third of a tube. A ball of its middle covers a
-// disc: n discs of area 1.2092 A / n each, hexagons about, would cover a plane. A straight step of a ball leaves the
-// sheet.
+// A sheet far thinner than the width of its balls, flat and rolled to a third of a tube. A ball at its middle plane
+// covers a disc: n discs of area 1.2092 A / n each, on a hexagonal lattice, would cover a plane. A straight step of a
+// ball leaves the sheet.
 TEST(CoverSearch, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   TriangleMesh flat = test::boxMesh({-10, -10, 0}, {10, 10, 0.02});
   for (int round = 0; round < 4; ++round) flat = test::quartered(flat);
@@ -127,8 +127,8 @@ TEST(CoverSearch, CoversAThinSheetAlmostAsWellAsDiscsCoverAPlane) {
   EXPECT_LT(standOff(bent), 1.35 * plane);
 }
 
-// Eight small bodies far apart and eight balls, all in the first: each body must get its own, though the first goal is
-// far larger than a body.
+// Eight small bodies far apart and eight balls, all in the first body: each body must get one ball, although the first
+// goal is far larger than a body.
 TEST(CoverSearch, SmallBodiesGetBallsFromAfar) {
   TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
@@ -142,8 +142,8 @@ TEST(CoverSearch, SmallBodiesGetBallsFromAfar) {
   EXPECT_LT(result.stand_off, 1.2 * (0.3 - inscribed));
 }
 
-// Of a finely cut torus few samples say little: its corners are farther out than its facets by as much as the balls
-// need. A first goal out of reach must not take the work that the way down needs.
+// A few samples of a finely meshed torus are a poor estimate: its vertices are farther out than its facets by as much
+// as the stand-off of the balls. A first goal out of reach must not use up the work that the descent needs.
 TEST(CoverSearch, FewSamplesOfAFineMeshStillLeadToATightCover) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 192, 96);
   const DistanceField field(mesh);
@@ -226,7 +226,7 @@ TEST(CoverSearch, FitKeepsTheStandOffWithFewerBallsThanTheSearchForTheStandOffOf
   EXPECT_LT(after, before);
 }
 
-// From many to few and back to many, in one search.
+// From many balls to few and back to many, in one search.
 TEST(CoverSearch, FitContinuesFromTheCoverThatItEndedWith) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const DistanceField field(mesh);

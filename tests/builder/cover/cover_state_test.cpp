@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A box, samples on it, and balls at random places within.
+/// A box, samples on it, and balls at random places inside.
 struct Trial {
   TriangleMesh mesh = test::boxMesh({-4, -3, -2}, {4, 3, 2});
   DistanceField field{mesh};
@@ -86,7 +86,7 @@ TEST(CoverState, TellsWhichBallsLeftTheirPlace) {
     for (const Ball& b : state.balls()) after.insert(key(b));
     std::multiset<std::array<double, 4>> left;
     for (const Ball& b : state.takeLeft()) left.insert(key(b));
-    for (const auto& ball : before) {  // whoever is not there any more is told
+    for (const auto& ball : before) {  // every ball that has moved or vanished is reported
       if (after.count(ball) >= before.count(ball)) continue;
       ASSERT_GE(left.count(ball), before.count(ball) - after.count(ball)) << "round " << round;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far the cover's search is from the optimum: the discrete problem (at most n of the pool's balls, grown by one
-// stand-off, cover all samples) solved exactly by branch and bound on small instances. The builder moves centres too,
-// and then can be better than that optimum.
+// Distance of the cover's search from the optimum: the discrete problem (at most n balls of the pool, grown by one
+// stand-off, cover all samples) is solved exactly by branch and bound on small instances. The builder also moves
+// centres and can therefore be better than that optimum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,11 +25,12 @@ using Eigen::Vector3d;
 constexpr std::size_t kMostSamples = 512;
 using Held = std::bitset<kMostSamples>;
 
-// Exact: is there a choice of at most n sets that covers everything? Branches on the open sample that fewest sets hold.
+// Exact decision: does a choice of at most n sets cover everything? Branches on the open sample that the fewest sets
+// contain.
 class SetCover {
  public:
   explicit SetCover(std::vector<Held> sets) : sets_(std::move(sets)) {
-    // A set within another is never needed.
+    // A set contained in another one is never needed.
     std::vector<Held> kept;
     std::stable_sort(sets_.begin(), sets_.end(), [](const Held& a, const Held& b) { return a.count() > b.count(); });
     for (const Held& s : sets_)
@@ -60,7 +61,7 @@ class SetCover {
   std::vector<Held> sets_;
 };
 
-// Least stand-off of the discrete problem: one of the gaps between a sample and a ball.
+// Smallest stand-off of the discrete problem: one of the gaps between a sample and a ball.
 double exactStandOff(const std::vector<Vector3d>& points, const std::vector<Ball>& pool, std::size_t n) {
   std::vector<double> gaps;
   for (const Ball& b : pool)
@@ -68,7 +69,7 @@ double exactStandOff(const std::vector<Vector3d>& points, const std::vector<Ball
   std::sort(gaps.begin(), gaps.end());
   Held all;
   for (std::size_t i = 0; i < points.size(); ++i) all.set(i);
-  std::size_t low = 0, high = gaps.size() - 1;  // at the largest gap one ball holds all
+  std::size_t low = 0, high = gaps.size() - 1;  // at the largest gap one ball covers all samples
   while (low < high) {
     const std::size_t middle = low + (high - low) / 2;
     std::vector<Held> sets;
@@ -131,7 +132,7 @@ TEST(ExactCover, TheSearchIsNearTheOptimum) {
       const double whole = test::foundCover(mesh, samples, pool, {.spheres = n}, {}, progress).stand_off;
       std::printf("%-6s %zu of %zu balls, %zu samples: optimum %.4f, choice alone %.3f of it, with moved centres %.3f\n", name, n,
                   pool.size(), points.size(), exact, discrete / exact, whole / exact);
-      // The search covers the surface between the samples as well, the optimum the samples alone.
+      // The search also covers the surface between the samples, the optimum only the samples.
       EXPECT_LE(discrete, 1.2 * exact) << name << " " << n;
       EXPECT_LE(whole, 1.05 * exact) << name << " " << n;
     }

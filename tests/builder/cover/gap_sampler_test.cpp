@@ -62,7 +62,7 @@ TEST_F(GapSamplerOnATorus, FindsNothingOnceTheBallsReachTheDeepestHole) {
 
 TEST_F(GapSamplerOnATorus, AfterMovesLooksOnlyWhereBallsMovedAndMissesNothing) {
   GapSampler fresh(mesh, field, balls.size(), kSpacing);
-  // Room enough that few places are open: else every triangle has to be looked at.
+  // The balls are large enough that few places are open: otherwise every triangle would have to be examined.
   const double rise = 0.9 * test::largestGap(test::densePoints(mesh, 10, 3), balls);
   findEverywhere(rise, kTolerance);
   EXPECT_EQ(sampler.lookedAt(), sampler.triangles());

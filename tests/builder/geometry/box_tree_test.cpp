@@ -44,7 +44,7 @@ TEST(BoxTree, NearestBoxIsTheOneOfBruteForce) {
         const Vector3d p = random.inCube(2);
         double best = std::numeric_limits<double>::infinity();
         for (const auto& box : boxes) best = std::min(best, box.squaredExteriorDistance(p));
-        // Boxes at less than the last bits of the distance are the same to the search.
+        // Boxes whose distances differ by the last bits only are equal to the search.
         EXPECT_NEAR(nearestByTree(tree, boxes, p), best, 1e-14 * best) << count << " boxes";
       }
     }
@@ -73,8 +73,7 @@ TEST(BoxTree, WithinVisitsEveryBoxInReachOnce) {
   }
 }
 
-// The boxes are kept in float, about their middle: no item may be lost by that, whatever the scale and wherever the
-// point.
+// The boxes are stored in float, relative to their middle: this may lose no item at any scale and for any point.
 TEST(BoxTree, LosesNoItemToRounding) {
   test::Random random(4);
   for (const double scale : {1e-200, 1e-12, 1.0, 1e9})
@@ -101,7 +100,7 @@ TEST(BoxTree, LosesNoItemToRounding) {
 
 using Triangles = std::vector<std::array<Vector3d, 3>>;
 
-// In slot order of the tree that comes with them.
+// In slot order of the tree that is returned with them.
 struct TriangleTree {
   BoxTree tree;
   Triangles triangles;
@@ -129,8 +128,8 @@ double nearestByTree(const TriangleTree& in, const Vector3d& p, std::size_t* tes
   return nearest;
 }
 
-// Flat patches, slivers, points: wherever the point and whatever the scale, the nearest is that of brute force, to the
-// last bit but one.
+// Flat patches, slivers, points: for any point and scale, the nearest triangle is that of brute force, up to the last
+// bit but one.
 TEST(BoxTree, SlabsLoseNoTriangleToRounding) {
   test::Random random(5);
   for (const double scale : {1e-200, 1e-12, 1.0, 1e9})
@@ -156,7 +155,7 @@ TEST(BoxTree, SlabsLoseNoTriangleToRounding) {
         }
 }
 
-// Triangles that touch a small ball, nearly: which is nearest is in digits that float does not hold.
+// Triangles that nearly touch a small ball: the nearest is decided by digits beyond the precision of float.
 TEST(BoxTree, SlabsLoseNoTriangleOfManyThatAreAsNear) {
   test::Random random(6);
   for (const double radius : {1e-5, 1e-3, 1.0})
@@ -175,7 +174,7 @@ TEST(BoxTree, SlabsLoseNoTriangleOfManyThatAreAsNear) {
     }
 }
 
-// Every triangle of a ball is as near to its middle as the next: boxes alone rule out none of them.
+// All triangles of a ball are equally far from its middle: boxes alone exclude none of them.
 TEST(BoxTree, SlabsSpareMostOfABallFromItsMiddle) {
   const TriangleMesh ball = test::sphereMesh(1, 5);
   Triangles triangles;
@@ -187,7 +186,7 @@ TEST(BoxTree, SlabsSpareMostOfABallFromItsMiddle) {
   EXPECT_GT(without, triangles.size() / 2);
 }
 
-// Of the 18 triangles in the boxes that a point halfway inside a ball meets, four have to be looked at.
+// Of the 18 triangles in the boxes that a point halfway inside a ball meets, four have to be examined.
 TEST(BoxTree, PrismsSpareMostTrianglesOfALeaf) {
   const TriangleMesh ball = test::sphereMesh(1, 5);
   Triangles triangles;
@@ -224,7 +223,7 @@ TEST(BoxTree, EmptyTreeFindsNothing) {
   tree.searchWithin(Vector3d::Zero(), 1, [](std::size_t, std::size_t) { FAIL(); });
 }
 
-// Without a bound on the depth, such inputs overflow the stack of a search.
+// Without a bound on the depth, such inputs would overflow the stack of a search.
 TEST(BoxTree, EqualAndEverSmallerBoxesStaySearchable) {
   Boxes equal(20000, Eigen::AlignedBox3d(Vector3d::Zero(), Vector3d::Ones()));
   EXPECT_EQ(nearestByTree(BoxTree(equal), equal, Vector3d(2, 0, 0)), 1);

@@ -15,7 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Another route in more digits: the foot of the perpendicular if it is inside all three sides, else the nearest side.
+/// An independent computation in long double: the foot of the perpendicular if it is inside all three sides, otherwise
+/// the nearest side.
 double triangleDistance(const Vector3d& point, const Vector3d& ca, const Vector3d& cb, const Vector3d& cc) {
   using Vector = Eigen::Matrix<long double, 3, 1>;
   const Vector p = point.cast<long double>();
@@ -90,7 +91,7 @@ TEST(DistanceField, NearestTriangleIsTheOneOfBruteForce) {
     for (int k = 0; k < 3; ++k) soup.positions.push_back(a + random.inCube(0.2));
     soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
-  // Twins, so that ties occur: they go to the lower index.
+  // Duplicate triangles, so that ties occur: the lower index wins.
   soup.triangles.insert(soup.triangles.end(), soup.triangles.begin(), soup.triangles.begin() + 100);
   const DistanceField field(soup);
   for (int k = 0; k < 2000; ++k) {
@@ -135,7 +136,7 @@ TEST(DistanceField, SignIsTheOneOfTheWindingNumber) {
   EXPECT_GT(inside, 500);
 }
 
-// Nearest points on edges and corners, where face normals disagree, on both sides.
+// Nearest points on edges and corners, where face normals differ, on both sides.
 TEST(DistanceField, SignHoldsNextToEdgesAndCorners) {
   const TriangleMesh torus = test::torusMesh(2, 0.7, 9, 5);
   const DistanceField field(torus);

@@ -23,9 +23,9 @@ TEST(FarthestFrom, BoundsTheDistanceClosely) {
   std::iota(all.begin(), all.end(), 0u);
   Progress progress;
   const double bound = farthestFrom(DistanceField(sphere), box, all, 1e-3, progress), exact = std::sqrt(12) - 1;
-  EXPECT_GE(bound, exact - 5e-3);  // the sphere is of facets
+  EXPECT_GE(bound, exact - 5e-3);  // the mesh of the sphere has facets
   EXPECT_LE(bound, exact * 1.05 + 5e-3);
-  EXPECT_LE(farthestFrom(DistanceField(box), box, all, 1e-9, progress), 1e-9);  // at once, though nothing is smaller than its bound
+  EXPECT_LE(farthestFrom(DistanceField(box), box, all, 1e-9, progress), 1e-9);  // at once, although no region is smaller than its bound
 }
 
 TEST(NotDeepWithin, LeavesOutOnlyWhatIsDeep) {
@@ -55,11 +55,11 @@ TEST(FarthestFrom, AgreesWithManySamples) {
     for (const SurfacePoint& p : spreadOverSurface(chosen, 20000, 1)) sampled = std::max(sampled, field.distance(p.point));
     const double bound = farthestFrom(field, soup, some, 1e-3, progress);
     EXPECT_GE(bound, sampled);
-    EXPECT_LE(bound, 1.05 * sampled + 0.05) << seed;  // samples stop short of the corners
+    EXPECT_LE(bound, 1.05 * sampled + 0.05) << seed;  // samples do not reach the corners
   }
 }
 
-// Cut by the deep part, wholly in it, and far from it.
+// Triangles cut by the deep part, wholly inside it, and far from it.
 TEST(NotDeepWithin, TellsWhatIsGoneAndWhatIsCut) {
   TriangleMesh mesh;
   mesh.positions = {{1, 5, 5}, {19, 5, 5}, {1, 6, 5}, {4, 4, 4}, {6, 4, 4}, {4, 6, 5}, {20, 0, 0}, {21, 0, 0}, {20, 1, 0}};

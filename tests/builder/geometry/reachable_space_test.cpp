@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A ball half buried in a block: what sticks out is reached, what is inside is not.
+// A ball half buried in a block: the part outside is reached, the part inside is not.
 TEST(ReachableSpace, EndsWhereOneSolidEntersAnother) {
   const TriangleMesh block = test::boxMesh({-10, -10, -10}, {10, 10, 0}), ball = test::sphereMesh(4, 4);
   Progress progress;
@@ -34,7 +34,7 @@ TEST(ReachableSpace, EndsWhereOneSolidEntersAnother) {
   EXPECT_GT(in, 100);
 }
 
-// A slot between two blocks: a ball that fits comes in, one that is too thick by some cells does not.
+// A slot between two blocks: a ball that fits enters, a ball that is too thick by some cells does not.
 TEST(ReachableSpace, KnowsWhatTheBallIsTooThickFor) {
   const TriangleMesh left = test::boxMesh({-11, -10, -10}, {-1, 10, 10}), right = test::boxMesh({1, -10, -10}, {11, 10, 10});
   Progress progress;
@@ -47,8 +47,8 @@ TEST(ReachableSpace, KnowsWhatTheBallIsTooThickFor) {
   };
   EXPECT_TRUE(wallReached(0.4));
   EXPECT_TRUE(wallReached(0.99));
-  // The walls are two triangles each, so that their edges are always touched from outside; the slot itself is judged by
-  // its middle.
+  // The walls are two triangles each, so that their edges are always touched from outside; the middle of the slot
+  // decides.
   TriangleMesh spot;
   spot.positions = {{-1, -1, -1}, {-1, 1, -1}, {-1, 0, 1}};
   spot.triangles = {{0, 1, 2}};

@@ -51,7 +51,7 @@ TEST(SampleIndex, HoldsEveryPointOnce) {
 
 TEST(SampleIndex, WithinAgreesWithBruteForceAppendedPointsIncluded) {
   SampleIndex index(randomPoints(800, 2));
-  const std::vector<Vector3d> more = randomPoints(900, 3);  // as few as are searched one by one, and enough for trees of their own
+  const std::vector<Vector3d> more = randomPoints(900, 3);  // few enough for a linear search, then enough for trees of their own
   test::Random random(4);
   std::size_t hits = 0;
   for (const Vector3d& p : more) {

@@ -47,7 +47,7 @@ TEST(SmallestBall, HoldsAllAndNoNearbyCentreDoesBetter) {
     }
     const Ball ball = smallestBall(points);
     EXPECT_GE(ball.radius, farthest(points, ball.centre));
-    // The largest distance is a convex function of the centre: no better neighbour, no better centre.
+    // The largest distance is a convex function of the centre: if no neighbouring centre is better, none is.
     for (int k = 0; k < 200; ++k) {
       const double step = k % 2 == 0 ? 1e-3 : 0.5;
       EXPECT_GE(farthest(points, ball.centre + step * random.direction()), ball.radius * (1 - 1e-9));

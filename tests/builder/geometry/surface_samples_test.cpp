@@ -38,7 +38,7 @@ TEST(SurfaceSamples, LieOnTheirTriangleWithItsNormal) {
 }
 
 // One sample in each of `count` equal shares of the area: a triangle of k shares gets more than k - 2 and fewer than k
-// + 2, where independent points would be off by sqrt(k).
+// + 2 samples, whereas independent points would deviate by sqrt(k).
 TEST(SurfaceSamples, EveryTriangleGetsItsShareOfTheArea) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {10, 3, 1});
   const std::size_t count = 5000;

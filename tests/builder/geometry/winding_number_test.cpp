@@ -40,7 +40,7 @@ TEST(WindingNumber, OnAFaceLeftOutIsTheMeanOfBothSides) {
   }
 }
 
-// The tree of clusters against the plain sum of solid angles (L'Huilier's theorem), for triangles that bound nothing.
+// The tree of clusters against the direct sum of solid angles (L'Huilier's theorem), for triangles that bound no solid.
 TEST(WindingNumber, AgreesWithThePlainSum) {
   const TriangleMesh soup = test::randomTriangles(400, 0.3, 3);
   const WindingNumber winding(soup);

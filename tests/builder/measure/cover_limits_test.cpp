@@ -21,7 +21,7 @@ CoverLimits limits(const TriangleMesh& mesh, std::size_t balls) {
   return coverLimits(mesh, DistanceField(mesh), balls, {}, progress);
 }
 
-// Under the middle of every n-th triangle of a mesh that is as thick everywhere; flat faces cost a little.
+// Under the middle of every n-th triangle of a mesh of uniform thickness; flat faces reduce the radius slightly.
 void expectInnerRadius(const TriangleMesh& mesh, std::uint32_t n, double least, double most) {
   const DistanceField field(mesh);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); t += n) {
@@ -34,7 +34,7 @@ void expectInnerRadius(const TriangleMesh& mesh, std::uint32_t n, double least, 
 
 TEST(CoverLimits, InnerBallOfASphereIsTheSphere) { expectInnerRadius(test::sphereMesh(2, 4), 37, 1.8, 2); }
 
-// Thinner than a thousandth of its size, and bent: large balls look along it and out of it.
+// Thinner than a thousandth of its size, and bent: large balls touch distant parts of it.
 TEST(CoverLimits, InnerBallOfAThinRingIsAsThickAsTheRing) { expectInnerRadius(test::torusMesh(50, 0.02, 400, 16), 371, 0.016, 0.0201); }
 
 TEST(CoverLimits, InnerBallOfASlabTouchesBothFaces) {
@@ -43,7 +43,7 @@ TEST(CoverLimits, InnerBallOfASlabTouchesBothFaces) {
   const Ball ball = largestInnerBall(field, {3, -2, 0}, 0, 0.5235987756);
   EXPECT_NEAR(ball.radius, 0.5, 1e-3);
   EXPECT_NEAR((ball.centre - Vector3d(3, -2, 0.5)).norm(), 0, 1e-3);
-  // Next to a convex edge the ball touches the face beyond.
+  // Next to a convex edge the ball touches the face beyond it.
   EXPECT_NEAR(largestInnerBall(field, {9.8, 0, 0}, 0, 0.5235987756).radius, 0.2, 1e-3);
 }
 
@@ -57,8 +57,8 @@ TEST(CoverLimits, WideSlabGivesTheClosedForm) {
   }
 }
 
-// The hexagonal lattice of balls about the middle plane covers a slab with the least overhang: h_fin is that, and h_low
-// is below.
+// The hexagonal lattice of balls about the middle plane covers a slab with the smallest overhang: h_fin equals it, and
+// h_low is below it.
 TEST(CoverLimits, LatticeOverASlabLiesAtTheLimits) {
   const double side = 60, spacing = 1.5;
   const TriangleMesh slab = test::boxMesh({0, 0, -0.5}, {side, side, 0.5});
@@ -66,7 +66,7 @@ TEST(CoverLimits, LatticeOverASlabLiesAtTheLimits) {
   const double overhang = std::hypot(0.5, spacing / std::sqrt(3.0)) - 0.5;
   const double balls = side * side / (spacing * spacing * std::sqrt(3.0) / 2);
   const CoverLimits limit = limits(slab, static_cast<std::size_t>(balls));
-  EXPECT_NEAR(limit.h_fin, overhang, 0.08 * overhang);  // the rim needs some balls too
+  EXPECT_NEAR(limit.h_fin, overhang, 0.08 * overhang);  // the rim needs additional balls
   EXPECT_LE(limit.h_low, 1.05 * overhang);
   EXPECT_GE(limit.h_low, 0.7 * overhang);
   EXPECT_TRUE(limit.h_low_in_range);

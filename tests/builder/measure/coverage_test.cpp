@@ -43,7 +43,7 @@ TEST(Coverage, FindsATinyGap) {
   const TriangleMesh slab = test::boxMesh({-1, -1, -1}, {1, 1, 0});
   const double hole = 1e-3;
   std::vector<Ball> balls{{{0.31, 0.17, -10}, std::sqrt(100 + 0)}, {{0, 0, -8}, 7}};
-  for (int k = 0; k < 6; ++k) {  // a ring of balls about (0.31, 0.17), and the rest of the slab
+  for (int k = 0; k < 6; ++k) {  // a ring of balls about (0.31, 0.17), and balls over the rest of the slab
     const double angle = 2 * std::numbers::pi * k / 6;
     balls.push_back({{0.31 + 2 * std::cos(angle), 0.17 + 2 * std::sin(angle), 0}, 2 - hole});
   }

@@ -41,8 +41,8 @@ TEST(SkinFigures, FlatTrianglesAreMovedByTheOrigin) {
 }
 
 TEST(EvaluateSkin, FindsAKnownOffset) {
-  // A sphere's skin against the mesh of itself, and against that mesh moved by 0.25 mm: a rigid shift is the farthest
-  // that a point can be off, and the pole along it is.
+  // The skin of a sphere against its own mesh, and against that mesh moved by 0.25 mm: no point can be off by more than
+  // a rigid shift, and the pole in its direction is off by exactly that.
   const double radius = 5, shift = 0.25;
   const Skin skin = test::roundSkin(4, radius);
   const TriangleMesh own = flatTriangles(skin, Vector3d::Zero()), moved = flatTriangles(skin, {0, 0, shift});

@@ -76,8 +76,8 @@ TEST(EvaluateTree, OctantsOfACubeGiveTheClosedForms) {
   EXPECT_GT(e.limits->h_fin, 0);
 }
 
-// A wall of the input beside the cube, that the leaves do not reach: by area, half as much again as the cube's side.
-// Nothing that the spheres hold is nearer to it than to the cube.
+// A wall in the input beside the cube that the leaves do not reach: its area is half of one side of the cube. No part
+// of the spheres is nearer to it than to the cube.
 TEST(EvaluateTree, WhatHasToBeCoveredTooCounts) {
   TriangleMesh wall;
   wall.positions = {{4, -1, -1}, {4, 1, -1}, {4, 1, 1}, {4, -1, 1}};
@@ -107,8 +107,7 @@ TEST(EvaluateTree, GapsShow) {
 }
 
 TEST(EvaluateTree, CountsLeavesOutsideTheirAncestors) {
-  // A leaf reaches sqrt(3) / 2 + 0.9 = 1.766 from the middle: out of the root's cover sphere, and out of a tight bound
-  // too.
+  // A leaf reaches sqrt(3) / 2 + 0.9 = 1.766 from the middle: beyond the root's cover sphere, and beyond a tight bound.
   const HierarchyEvaluation wide = evaluate(kCube, octantTree(0.9f, 1.8f), {.limits = false}).hierarchy;
   EXPECT_EQ(wide.leaves, 8u);
   EXPECT_EQ(wide.leaves_outside_ancestor, 0u);

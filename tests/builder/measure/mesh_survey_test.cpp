@@ -59,7 +59,7 @@ TEST(MeshSurvey, TheShapeOfABorder) {
 
 TEST(MeshSurvey, CracksAndTJunctions) {
   TriangleMesh box = test::boxMesh({0, 0, 0}, {10, 10, 10});
-  // One triangle torn off by a hair.
+  // One triangle is separated by a tiny distance.
   TriangleMesh cracked = box;
   for (std::uint32_t& v : cracked.triangles[0]) {
     cracked.positions.push_back(cracked.positions[v] + Vector3d(0, 0, 5e-4));

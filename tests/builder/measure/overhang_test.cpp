@@ -34,7 +34,7 @@ TEST(Overhang, BallAroundACubeReachesFarthestOverTheFaces) {
 }
 
 TEST(Overhang, PercentileAndMeanAreThoseOfRandomPoints) {
-  const double radius = 1.8;  // over the corners too: everything is outside
+  const double radius = 1.8;  // larger than the corners: everything is outside
   const Overhang overhang = overhangOf(kUnitCube, {{{0, 0, 0}, radius}});
   test::Random random(1);
   std::vector<double> values;
@@ -70,17 +70,18 @@ TEST(Overhang, NothingOutsideIsZero) {
 }
 
 TEST(Overhang, PartsInsideOtherBallsDoNotCount) {
-  // The small ball pokes out of the cube, but inside the large one only.
+  // The small ball reaches out of the cube, but only inside the large one.
   const Overhang large = overhangOf(kUnitCube, {{{0, 0, 0}, 1.5}}), both = overhangOf(kUnitCube, {{{0, 0, 0}, 1.5}, {{0.9, 0, 0}, 0.5}});
   EXPECT_EQ(large.max, both.max);
   EXPECT_EQ(large.mean, both.mean);
-  // Two balls side by side: their middle circle is buried, so that the highest points are beside it, at most.
+  // Two balls side by side: their common circle is buried, so that the highest points lie beside it at most.
   const Overhang pair = overhangOf(kUnitCube, {{{-0.5, 0, 0}, 1.3}, {{0.5, 0, 0}, 1.3}});
   EXPECT_NEAR(pair.max, 0.8, 1e-4) << "along x: 0.5 + 1.3 - 1";
 }
 
-// A cubic cavity with a ball about the middle of each face: what is left are pockets at its corners, and the point of a
-// pocket's boundary that is farthest from the walls is the corner where three balls meet. Sampling never hits it.
+// A cubic cavity with a ball about the middle of each face: the remaining space is pockets at its corners, and the
+// point of a pocket's boundary that is farthest from the walls is the corner where three balls meet. Sampling never
+// hits it.
 TEST(Overhang, FindsTheCornerWhereThreeBallsMeet) {
   TriangleMesh cavity = kUnitCube;
   for (Triangle& t : cavity.triangles) std::swap(t[1], t[2]);

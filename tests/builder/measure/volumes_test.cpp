@@ -25,7 +25,7 @@ Volumes volumesOf(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
 
 double ballVolume(double r) { return 4 * pi / 3 * r * r * r; }
 
-/// What two balls of radius r, their centres d apart, have in common.
+/// The volume of the intersection of two balls of radius r whose centres are d apart.
 double lensVolume(double r, double d) { return pi * (2 * r - d) * (2 * r - d) * (4 * r + d) / 12; }
 
 TEST(Volumes, MeshAloneHasItsOwnVolume) {

@@ -74,7 +74,7 @@ TEST(AdaptiveMedialAxis, OnlyTheRegionIsRefined) {
   EXPECT_GT(worst(balls[1]), 0.1);
 }
 
-// Sites on a grid are cospherical by the dozen: predicates must not fail, and equal centres count once.
+// Many sites of a grid are cospherical: predicates must not fail, and equal centres count once.
 TEST(AdaptiveMedialAxis, CosphericalSites) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {4, 4, 4});
   std::vector<Vector3d> grid;
@@ -93,8 +93,8 @@ TEST(AdaptiveMedialAxis, CosphericalSites) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GT((balls[0][i].centre - balls[0][j].centre).norm(), 1e-9);
 }
 
-// A plate far thinner than the distance between the sites has hardly a Voronoi vertex inside: every site still has its
-// ball.
+// A plate far thinner than the distance between the sites has hardly any Voronoi vertices inside: every site still gets
+// its ball.
 TEST(AdaptiveMedialAxis, SitesWithoutAVertexInsideGetTheirInnerBall) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {1, 1, 0.01});
   const DistanceField field(mesh);
@@ -114,7 +114,7 @@ TEST(AdaptiveMedialAxis, FewOrFlatSites) {
         std::vector<Vector3d>{{0.1, 0.1, 0}, {0.9, 0.1, 0}, {0.9, 0.9, 0}, {0.1, 0.9, 0}, {0.5, 0.5, 0}}}) {
     AdaptiveMedialAxis axis(field, sites);
     const auto balls = axis.refine(everywhere, std::vector<AdaptiveMedialAxis::Target>{{0.1, 10, 10}}, progress);
-    EXPECT_EQ(balls[0].size(), sites.size());  // inner balls alone
+    EXPECT_EQ(balls[0].size(), sites.size());  // only inner balls
   }
 }
 

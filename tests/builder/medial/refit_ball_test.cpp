@@ -59,8 +59,9 @@ TEST(RefitBall, IsNeverWorseAndTellsTheTruth) {
   EXPECT_GT(improved, 30);
 }
 
-// Coordinates so large leave distances an error above any margin in proportion to the distance. A centre that moves
-// away from an edge of a cavity keeps its nearest point, so that the bound of the search is the distance itself.
+// At such large coordinates, distances have an error above any margin that is proportional to the distance. A centre
+// that moves away from an edge of a cavity keeps its nearest point, so that the bound of the search is the distance
+// itself.
 TEST(RefitBall, FarFromTheOriginOfCoordinatesAllStaysFinite) {
   test::Random random(2);
   for (int trial = 0; trial < 50; ++trial) {
@@ -81,7 +82,8 @@ TEST(RefitBall, FarFromTheOriginOfCoordinatesAllStaysFinite) {
   }
 }
 
-// Between two plates the best centre lies in the middle plane over the middle of the patch, on one plate or on both.
+// Between two plates the best centre lies in the middle plane above the middle of the patch, for a patch on one plate
+// or on both.
 TEST(RefitBall, FindsTheMiddleOfASlab) {
   const TriangleMesh slab = test::boxMesh({-20, -20, -1}, {20, 20, 1});
   const DistanceField field(slab);
@@ -96,7 +98,7 @@ TEST(RefitBall, FindsTheMiddleOfASlab) {
     }
 }
 
-// A patch round the corner of a cube, against every centre of a fine grid.
+// A patch around the corner of a cube, against every centre of a fine grid.
 TEST(RefitBall, CornerOfACubeAgreesWithAGridSearch) {
   const TriangleMesh cube = test::boxMesh({0, 0, 0}, {1, 1, 1});
   const DistanceField field(cube);

@@ -104,7 +104,7 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   Progress progress;
   refitBalls(s.field, s.surface.points, s.balls, 0, progress);
   std::vector<FittedBall> balls = s.balls;
-  balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must go
+  balls.insert(balls.end(), s.balls.begin(), s.balls.end());  // every ball twice: half of them must be removed
   const std::vector<std::uint32_t> group(balls.size(), 0);
   const Holders holders = findHolders(s.surface.points, balls);
   const std::vector<char> redundant = maybeRedundant(holders, balls, group, {}, {});
@@ -115,7 +115,7 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
       held = held || (!redundant[b] && (p - balls[b].centre).norm() <= balls[b].radius * (1 + 1e-9));
     EXPECT_TRUE(held);
   }
-  // Once one of each two is absent, the others drop no more than they do by themselves.
+  // Once one of each pair is absent, the others lose no more points than they would alone.
   std::vector<char> absent(balls.size(), 0);
   std::fill(absent.begin() + static_cast<std::ptrdiff_t>(s.balls.size()), absent.end(), 1);
   const std::vector<char> of_both = maybeRedundant(holders, balls, group, {}, absent);
@@ -127,8 +127,8 @@ TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
   for (const char r : maybeRedundant(holders, balls, alone, {}, {})) EXPECT_FALSE(r) << "the last of its group";
 }
 
-// Two equal balls whose overlap holds nearly all points, but whose middles are off: the plane moves until both have
-// half.
+// Two equal balls whose overlap contains nearly all points, but whose middles are off-centre: the plane moves until
+// both have half.
 TEST(SurfaceRegions, RegionsHaveEqualDensities) {
   test::Random random(5);
   std::vector<Vector3d> points;

@@ -42,7 +42,7 @@ TEST(VoronoiBalls, AreInscribed) {
   }
 }
 
-// The medial axis of a torus is a circle; balls about it have the small radius, less what the flat faces cost.
+// The medial axis of a torus is a circle; balls about it have the minor radius, reduced slightly by the flat faces.
 TEST(VoronoiBalls, ReachTheMedialAxis) {
   const TriangleMesh torus = test::torusMesh(5, 2, 48, 24);
   double largest = 0;

@@ -51,7 +51,7 @@ TEST(CanonicalOrder, KeepsTriangleAndSide) {
   for (std::size_t t = 0; t < ordered.triangle.size(); ++t) {
     const std::uint32_t from = ordered.triangle[t];
     seen.at(from) = 1;
-    bool same = false;  // up to where the triangle starts
+    bool same = false;  // up to the rotation of its corners
     for (int start = 0; start < 3; ++start) {
       bool all = true;
       for (int k = 0; k < 3; ++k) all = all && ordered.mesh.corner(t, k) == mesh.corner(from, (start + k) % 3);
@@ -85,7 +85,7 @@ TEST(CanonicalOrder, TreesDoNotDependOnTheOrder) {
   }
 }
 
-// A triangle's tolerance stays with the triangle.
+// The tolerance of a triangle moves with the triangle.
 TEST(CanonicalOrder, GradedTolerancesFollowTheirTriangles) {
   const TriangleMesh mesh = test::boxMesh({0, 0, 0}, {3, 2, 1}), other = inOtherOrder(mesh, 6);
   const auto graded = [](const TriangleMesh& m) {

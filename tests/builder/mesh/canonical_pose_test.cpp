@@ -25,7 +25,7 @@ TriangleMesh inOtherPose(TriangleMesh mesh, std::uint64_t seed, double scale = 1
   return mesh;
 }
 
-// Nothing about it is alike: no two axes, no two ends.
+// An object without symmetry: no two axes and no two ends are alike.
 TriangleMesh lopsided() {
   TriangleMesh mesh = test::sphereMesh(2, 3);
   for (Vector3d& p : mesh.positions) {
@@ -69,7 +69,7 @@ TEST(CanonicalPose, TurnsBackToWhereItWas) {
 TEST(CanonicalPose, TheLongestAxisComesFirstWithItsHeavierTailOnThePositiveSide) {
   TriangleMesh mesh = test::boxMesh({-1, -2, -5}, {1, 2, 5});
   for (Vector3d& p : mesh.positions)
-    if (p.z() < 0) p.head<2>() *= 2;  // so that the surface reaches out farther, of its centroid, at the thin end: z > 0
+    if (p.z() < 0) p.head<2>() *= 2;  // so that the surface reaches farther from its centroid at the thin end: z > 0
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const TriangleMesh other = inOtherPose(mesh, seed);
     const Pose pose = canonicalPose(other);
@@ -78,7 +78,7 @@ TEST(CanonicalPose, TheLongestAxisComesFirstWithItsHeavierTailOnThePositiveSide)
   }
 }
 
-// Moments do not tell the axes of these apart; their faces do.
+// Moments cannot distinguish the axes of these objects; their faces can.
 TEST(CanonicalPose, FacesOfCubesAndSquarePlatesLieOnTheAxes) {
   for (const Vector3d& size : {Vector3d(1, 1, 1), Vector3d(1, 1, 0.01), Vector3d(1, 1, 3), Vector3d(3, 2, 1)})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {

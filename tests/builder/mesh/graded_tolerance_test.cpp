@@ -35,7 +35,7 @@ TEST(GradedTolerance, GrowsHalfAsFastAsTheDistance) {
   }
   EXPECT_EQ(*std::min_element(tolerance.begin(), tolerance.end()), 0.05);
   EXPECT_EQ(*std::max_element(tolerance.begin(), tolerance.end()), 1.0);
-  // A box, and what is not reached; a region that is coarser than the rest changes nothing.
+  // A box and unreachable surfaces; a region with a tolerance above that of the rest changes nothing.
   ToleranceRegion box;
   box.box = Eigen::AlignedBox3d(Vector3d(-20, -20, 9), Vector3d(20, 20, 20));
   box.tolerance = 0.1;
@@ -72,8 +72,8 @@ TEST(GradedTolerance, FieldWithSlackIsTheLeastOfDistanceAndSlack) {
   }
 }
 
-// The promise itself, on the union of the leaves: in the region no point is farther out than its tolerance, elsewhere
-// than the other.
+// The requirement itself, on the union of the leaves: in the region no point is farther out than its tolerance,
+// elsewhere no farther than the general one.
 TEST(GradedTolerance, HoldsInTheRegionAndElsewhere) {
   TriangleMesh mesh = test::boxMesh({-10, -10, -3}, {10, 10, 3});
   for (int round = 0; round < 4; ++round) mesh = test::quartered(std::move(mesh));
@@ -108,7 +108,7 @@ TEST(GradedTolerance, HoldsInTheRegionAndElsewhere) {
       most = std::max(most, out);
     }
   }
-  EXPECT_GT(near_site, 0.1);  // else nothing was tested
+  EXPECT_GT(near_site, 0.1);  // otherwise nothing was tested
   EXPECT_GT(elsewhere, 0.6);
 }
 
@@ -119,7 +119,7 @@ TEST(GradedTolerance, IsRefusedWhereItMakesNoSense) {
   settings.tolerance_of_triangle_mm.assign(mesh.triangles.size(), 0.5);
   EXPECT_THROW(buildSphereTree(mesh, settings, progress), std::invalid_argument);  // no tolerance
   settings.tolerance_mm = 0.6;
-  EXPECT_THROW(buildSphereTree(mesh, settings, progress), std::invalid_argument);  // below it
+  EXPECT_THROW(buildSphereTree(mesh, settings, progress), std::invalid_argument);  // below the tolerance
   settings.tolerance_mm = 0.5;
   settings.tolerance_of_triangle_mm.pop_back();
   EXPECT_THROW(buildSphereTree(mesh, settings, progress), std::invalid_argument);

@@ -147,10 +147,10 @@ TEST(MeshChecks, TwoBodiesThatShareOneVertex) {
   EXPECT_EQ(report.defects[0].first[0].point, Eigen::Vector3d(1, 1, 1));
 }
 
-/// Concentric spheres; a minus is wound inward. What becomes of each, from the largest.
+/// Concentric spheres; a minus sign means wound inward. The expected state of each, from the largest.
 struct Nest {
   std::vector<int> windings;
-  std::string fates;  // o: as it should be; i: inside out; c: cavity; b: buried. Upper case: and turned
+  std::string fates;  // o: sound; i: inside out; c: cavity; b: buried. Upper case: its winding is also reversed
 };
 
 TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
@@ -202,7 +202,7 @@ TEST(MeshChecks, NestedSurfacesKeepWhatBoundsTheSolid) {
       EXPECT_EQ(third.buriedComponents(), 0u);
       EXPECT_EQ(third.components.size(), radii.size() - report.buriedComponents());
       EXPECT_EQ(third.vertices, sphereMesh(1, 2).positions.size() * third.components.size());
-      // The solid is where the winding number is above 0: summed shell by shell, from the outside in.
+      // The solid is where the winding number is above 0, summed over the shells from outside to inside.
       const double unit = volumeOf(sphereMesh(1, 2));
       double expected = 0;
       int winding = 0;
@@ -238,7 +238,7 @@ TEST(MeshChecks, OverlappingSolidsCross) {
 }
 
 TEST(MeshChecks, TheSearchForCrossingsStopsAtItsLimit) {
-  TriangleMesh mesh;  // triangles on edge round a common axis, a little displaced: every pair crosses
+  TriangleMesh mesh;  // triangles standing around a common axis, slightly displaced: every pair crosses
   test::Random random(5);
   for (std::uint32_t t = 0; t < 600; ++t) {
     const double angle = t * 0.005, c = std::cos(angle), s = std::sin(angle);

@@ -37,8 +37,8 @@ std::vector<std::vector<Enclosure>> enclosuresOf(const TriangleMesh& mesh, std::
 }
 
 TEST(MeshNesting, AgreesWithSolidAnglesWhereRaysMeetEdgesAndVertices) {
-  // Small boxes on a grid whose lines are those of the large meshes: rays along z run through edges, corners and faces
-  // on edge.
+  // Small boxes on a grid that coincides with that of the large meshes: rays along z meet edges, corners, and faces
+  // edge-on.
   const TriangleMesh outers[] = {boxMesh({-4, -4, -4}, {4, 4, 4}), test::torusMesh(4, 2, 8, 8), test::sphereMesh(5, 1)};
   std::size_t inside = 0;
   for (const TriangleMesh& outer : outers) {

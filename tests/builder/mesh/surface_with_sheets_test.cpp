@@ -48,7 +48,7 @@ TEST(SurfaceWithSheets, SheetsAreWhatReachesOutOfTheSolid) {
   EXPECT_TRUE(surfaceWithSheets(box(), {}).sheets.triangles.empty());
 }
 
-// Outside, the distance is to the nearer of both; inside, the sheets are nothing.
+// Outside, the distance is to the nearer of both; inside, sheets have no effect.
 TEST(SurfaceWithSheets, DistancesAreToTheNearerOfSolidAndSheets) {
   const TriangleMesh solid = box();
   const SurfaceWithSheets surface = surfaceWithSheets(solid, square());
@@ -71,7 +71,8 @@ TEST(SurfaceWithSheets, DistancesAreToTheNearerOfSolidAndSheets) {
   EXPECT_EQ(surface.field.area(), bare.area());
 }
 
-// Within a groove of the solid a sheet ends where the nearest points of the matter below lie: the sign is the solid's.
+// Inside a groove of the solid, a sheet ends where the nearest points belong to the solid below: the sign is that of
+// the solid.
 TEST(SurfaceWithSheets, ASheetInAGrooveLeavesTheSignAlone) {
   const TriangleMesh torus = test::torusMesh(2, 0.7, 40, 30);  // its hole is the groove
   TriangleMesh disc;
@@ -87,7 +88,7 @@ TEST(SurfaceWithSheets, ASheetInAGrooveLeavesTheSignAlone) {
   }
 }
 
-// Spheres go where the sheet is. From inside the box they would have to reach out by all of its distance.
+// Spheres must be placed at the sheet. From inside the box they would have to reach out by its whole distance.
 TEST(SurfaceWithSheets, TreesCoverSheetsAsTheyCoverTheSolid) {
   const TriangleMesh solid = box();
   for (const BuilderKind builder : {BuilderKind::Cover, BuilderKind::Merge, BuilderKind::Grid, BuilderKind::Spawn, BuilderKind::Octree}) {

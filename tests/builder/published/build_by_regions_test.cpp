@@ -141,7 +141,7 @@ TEST(BuildByRegions, ASphereNeedsOneBall) {
   const TriangleMesh mesh = test::sphereMesh(2, 4);
   const DistanceField field(mesh);
   PublishedSettings settings = quick(4);
-  settings.tolerance_mm = 0.05;  // above what the facets make
+  settings.tolerance_mm = 0.05;  // above the error of the facets
   Progress progress;
   const LevelBalls tree = buildByRegions(mesh, field, std::vector<Method>{{reduceMerge, true}}, settings, progress);
   EXPECT_EQ(tree.balls.size(), 1u);
@@ -204,7 +204,7 @@ TEST(BuildByRegions, CanBeCancelled) {
   EXPECT_THROW(buildByRegions(mesh, field, std::vector<Method>{{reduceMerge, true}}, {}, progress), Cancelled);
 }
 
-// A plain reader for the meshes outside the project: v and f lines alone.
+// A minimal reader for the external meshes: only lines of v and f.
 TriangleMesh readObj(const std::filesystem::path& path) {
   TriangleMesh mesh;
   std::ifstream in(path);
@@ -227,11 +227,11 @@ TriangleMesh readObj(const std::filesystem::path& path) {
 
 struct Reference {
   const char *mesh, *builder;
-  double worst;  // overhang of the leaves that the reference toolkit reaches, of the diagonal, with part of the surface uncovered
+  double worst;  // overhang of the leaves of the reference toolkit, in shares of the diagonal, with part of the surface uncovered
 };
 
-// At or below the reference toolkit's worst leaf overhang with every triangle covered, which its leaves are not: on the
-// plate and the probe 7.3 and 3.5 per cent of the surface are open. All builders and meshes:
+// At or below the worst leaf overhang of the reference toolkit with every triangle covered, which its leaves do not
+// achieve: on the plate and the probe 7.3 and 3.5 per cent of the surface are open. All builders and meshes:
 // tests/pipeline/toolkit_comparison.py
 TEST(BuildByRegions, ReachesNoFartherOutThanTheReferenceToolkit) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "toolkit";
@@ -255,7 +255,7 @@ TEST(BuildByRegions, ReachesNoFartherOutThanTheReferenceToolkit) {
   }
 }
 
-// Meshes on which other programs crash or leave most of the surface open, and shapes of ours of the same kinds: thin,
+// Meshes on which other programs crash or leave most of the surface uncovered, and own shapes of the same kinds: thin,
 // slender, with a hole.
 TEST(BuildByRegions, MeshesThatBreakOthers) {
   const std::filesystem::path folder = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes";

@@ -45,7 +45,7 @@ TEST(InitialClusters, NeighboursAreMutual) {
   EXPECT_GT(links, clusters.size());
 }
 
-// A rule that prices a merge by the number of points must merge the smallest clusters first.
+// A rule whose price of a merge is the number of points must merge the smallest clusters first.
 TEST(InitialClusters, MergesTheCheapestPairFirst) {
   const test::WholeRegion whole(test::boxMesh({-1, -2, -3}, {1, 2, 3}), 400);
   const MergeRule by_count = [](const Region&, const MedialCluster& a, const MedialCluster& b, std::vector<Vector3d>&) {

@@ -25,7 +25,7 @@ TEST(ReduceBurst, JoinsPartsThatNoNeighboursLink) {
                                                return far;
                                              }()),
                                 200);
-  EXPECT_LT(test::worstOverhang(reduceBurst(whole.region(2))), 0.3);  // a ball each
+  EXPECT_LT(test::worstOverhang(reduceBurst(whole.region(2))), 0.3);  // one ball each
   EXPECT_EQ(reduceBurst(whole.region(1)).size(), 1u);
 }
 }  // namespace

@@ -16,7 +16,7 @@ TEST(ReduceExpand, OneBallForASphere) {
   const test::WholeRegion whole(test::sphereMesh(2, 4), 500);
   const std::vector<FittedBall> balls = reduceExpand(whole.region(1));
   ASSERT_EQ(balls.size(), 1u);
-  EXPECT_LT(balls[0].overhang(), 0.02);  // what the facets make: the mesh lies within 0.01 mm of the sphere
+  EXPECT_LT(balls[0].overhang(), 0.02);  // the error of the facets: the mesh lies within 0.01 mm of the sphere
   EXPECT_LT(balls[0].centre.norm(), 0.02);
 }
 
@@ -27,7 +27,7 @@ TEST(ReduceExpand, NothingToStartFrom) {
   EXPECT_TRUE(reduceExpand(region).empty());
 }
 
-// The paper's stand-off is one for all: every ball is its medial ball, grown by the same length.
+// The paper uses one stand-off for all balls: every ball is its medial ball, grown by the same length.
 TEST(ReduceExpand, OneStandOffForAll) {
   const test::WholeRegion whole(test::torusMesh(5, 1, 40, 16), 600);
   const std::vector<FittedBall> balls = reduceExpand(whole.region(8));
@@ -50,7 +50,7 @@ TEST(ReduceExpand, FindsTheSmallestStandOffOfACoverByBruteForce) {
     }
   const double found = test::worstOverhang(reduceExpand(region));
   EXPECT_GE(found, best * (1 - 1e-6));
-  EXPECT_LE(found, best * 2);  // greedy: a ball that holds most may be one that the best pair does without
+  EXPECT_LE(found, best * 2);  // greedy: the ball that covers the most points may not belong to the best pair
 }
 }  // namespace
 }  // namespace spheretree::builder

@@ -14,7 +14,7 @@ TEST(ReduceHubbard, OneBallForASphere) {
   const test::WholeRegion whole(test::sphereMesh(2, 4), 500);
   const std::vector<FittedBall> balls = reduceHubbard(whole.region(1));
   ASSERT_EQ(balls.size(), 1u);
-  EXPECT_LT(balls[0].overhang(), 0.02);  // what the facets make: the mesh lies within 0.01 mm of the sphere
+  EXPECT_LT(balls[0].overhang(), 0.02);  // the error of the facets: the mesh lies within 0.01 mm of the sphere
   EXPECT_LT(balls[0].centre.norm(), 0.02);
 }
 

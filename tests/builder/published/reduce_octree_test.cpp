@@ -70,7 +70,7 @@ LevelBalls buildFor(const TriangleMesh& mesh, double tolerance, int levels = 4) 
   return buildOctree(mesh, field, settings, progress);
 }
 
-// A ball round a unit cube reaches out by this much.
+// Overhang of a ball around a unit cube.
 const double kOfCube = std::sqrt(0.75) - 0.5;
 
 TEST(ReduceOctree, AToleranceDividesAsFarAsItNeeds) {
@@ -97,7 +97,7 @@ TEST(ReduceOctree, AToleranceDividesAsFarAsItNeeds) {
 }
 
 TEST(ReduceOctree, CellsThatOneBallCanHoldAreJoined) {
-  // The first plane goes through the second of three cubes: four cells hold surface.
+  // The first plane cuts the second of three cubes: four cells contain surface.
   const TriangleMesh cubes =
       joined(joined(test::boxMesh({0, 0, 0}, {1, 1, 1}), test::boxMesh({1.7, 0, 0}, {2.7, 1, 1})), test::boxMesh({4, 0, 0}, {5, 1, 1}));
   const LevelBalls tree = buildFor(cubes, kOfCube + 1e-6);
@@ -105,8 +105,8 @@ TEST(ReduceOctree, CellsThatOneBallCanHoldAreJoined) {
   EXPECT_LE(worstOverhang(DistanceField(cubes), tree.balls.back()), kOfCube + 1e-6);
 }
 
-// The fewest boxes of a full search: each is one whose surface a ball holds within the tolerance, or two halves, across
-// any side. The surface is a dense sample of it.
+// The smallest number of boxes by a full search: each box either has a surface that one ball covers within the
+// tolerance, or is divided into two halves across any side. The surface is a dense sample.
 class FullSearch {
  public:
   FullSearch(const TriangleMesh& mesh, double tolerance) : field_(mesh), tolerance_(tolerance) {
@@ -117,7 +117,7 @@ class FullSearch {
 
  private:
   static constexpr int kHalvings = 3;
-  using Key = std::array<int, 6>;  // halvings along each axis, and which of the parts
+  using Key = std::array<int, 6>;  // number of halvings along each axis, and the index of the part
 
   int fewestOf(const Eigen::AlignedBox3d& box, const std::vector<Eigen::Vector3d>& points, const Key& key) {
     if (points.empty()) return 0;
@@ -172,7 +172,7 @@ TEST(ReduceOctree, AToleranceNeedsHardlyMoreThanAFullSearch) {
       SCOPED_TRACE(std::string(c.what) + ", tolerance " + std::to_string(tolerance));
       const int fewest = FullSearch(c.mesh, tolerance).fewest();
       ASSERT_LT(fewest, FullSearch::kOutOfReach);
-      // More than 1.2 times as many where the longest side is not the best to halve: the faces of a box.
+      // More than 1.2 times as many where the longest side is not the best one to halve: the faces of a box.
       EXPECT_LE(static_cast<double>(buildFor(c.mesh, tolerance).balls.back().size()), 1.5 * fewest);
     }
 }
@@ -191,7 +191,7 @@ TEST(ReduceOctree, EveryLevelCoversForAToleranceToo) {
 TEST(ReduceOctree, AToleranceOutOfReachGivesWhatTheBudgetCan) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 30, 12);
   const DistanceField field(mesh);
-  double least = 8;  // tolerance that the budget keeps
+  double least = 8;  // tolerance that the budget allows
   for (double tolerance = least; worstOverhang(field, buildFor(mesh, tolerance, 3).balls.back()) <= tolerance; tolerance /= 1.1)
     least = tolerance;
   EXPECT_LT(least, 1);

@@ -47,7 +47,7 @@ TEST(SplitAndDrop, CoversWithAtMostSoManyAndNeverGetsWorse) {
       last = test::worstOverhang(balls);
       for (const FittedBall& b : balls) EXPECT_NEAR(b.clearance, -whole.field.signedDistance(b.centre), 1e-9);
     }
-    // More than allowed: those that are missed least go.
+    // More balls than allowed: the least useful ones are removed.
     for (const std::size_t most : {20, 7, 1}) {
       std::vector<FittedBall> balls = start;
       splitAndDrop(whole.field, whole.points, balls, {most, 0, 10}, progress);

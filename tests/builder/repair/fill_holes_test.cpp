@@ -22,7 +22,7 @@ TEST(FillHoles, LeavesNoEdgeOpen) {
   std::mt19937_64 random(4);
   for (int round = 0; round < 20; ++round) {
     RepairSoup soup = soupOf(test::sphereMesh(1, 3));
-    const std::size_t share = 2 + random() % 20;  // of half the triangles to one in 21: loops that meet in vertices
+    const std::size_t share = 2 + random() % 20;  // between half of the triangles and one in 21: loops that meet in vertices
     std::erase_if(soup.mesh.triangles, [&](const Triangle&) { return random() % share == 0; });
     soup.source.resize(soup.mesh.triangles.size());
     const std::size_t open = findOpenEdges(soup.mesh).size();
@@ -46,7 +46,7 @@ TEST(FillHoles, FromTheMiddleWhereThereAreTooManyEdges) {
 }
 
 TEST(FillHoles, SpansAFlatBorderByItsArea) {
-  TriangleMesh pyramid;  // over a star of seven points: what fills its bottom is the star
+  TriangleMesh pyramid;  // over a star of seven points: the filling of its bottom is the star
   double area = 0;
   constexpr std::uint32_t kCorners = 14;
   for (std::uint32_t i = 0; i < kCorners; ++i) {

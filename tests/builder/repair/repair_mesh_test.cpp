@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planted damage with a known answer: the volume of the repaired solid, what was removed, how far it moved.
+// Inserted damage with a known answer: the volume of the repaired solid, the removed triangles, the distance moved.
 #include "spheretree/builder/repair_mesh.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ std::vector<RepairStepKind> kindsOf(const RepairedMesh& r) {
 
 using Kinds = std::vector<RepairStepKind>;
 
-/// Every triangle with corners of its own.
+/// Gives every triangle its own three vertices.
 TriangleMesh unsharedCorners(const TriangleMesh& mesh) {
   TriangleMesh soup;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -86,7 +86,7 @@ TEST(RepairMesh, StitchesCracks) {
   EXPECT_NEAR(volumeOf(r.mesh), volumeOf(molar()), 2 * off * test::areaOf(molar()));
   EXPECT_EQ(r.mesh.triangles.size(), mesh.triangles.size());
   EXPECT_LE(r.bound_mm, 1e-4 * diagonal);
-  // The bound holds, and all that moved is to be covered.
+  // The bound holds, and everything that moved is among the triangles to cover.
   const DistanceField field(r.mesh);
   double farthest = 0;
   for (const Vector3d& p : mesh.positions) farthest = std::max(farthest, field.distance(p));
@@ -98,7 +98,7 @@ TEST(RepairMesh, StitchesCracks) {
 TEST(RepairMesh, ClosesTJunctions) {
   TriangleMesh mesh = molar();
   const std::size_t count = mesh.triangles.size();
-  for (std::size_t t = 0; t < count; t += 10) {  // split at the middle of a side that the neighbour does not know
+  for (std::size_t t = 0; t < count; t += 10) {  // split at the middle of a side, without splitting the neighbour
     const auto [a, b, c] = mesh.triangles[t];
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(0.5 * (mesh.positions[a] + mesh.positions[b]));
@@ -172,8 +172,8 @@ TEST(RepairMesh, FillsPinholes) {
 }
 
 TEST(RepairMesh, CapsAnOpenScan) {
-  // Half a sphere. Its border is flat, so that the cap has to be; the volume by the divergence theorem about the
-  // border's plane.
+  // Half a sphere. Its border is planar, so the cap must be planar, too; the volume by the divergence theorem about the
+  // plane of the border.
   const TriangleMesh sphere = test::sphereMesh(10, 4);
   TriangleMesh half = sphere;
   std::erase_if(half.triangles, [&](const Triangle& t) {
@@ -191,7 +191,7 @@ TEST(RepairMesh, CapsAnOpenScan) {
 }
 
 // A tongue in its trough: a flat cap on the border crosses it, and encloses matter above it as well as below. The
-// volume is that of z = 3 cos(k r) over the disc, k = 3 pi / 2 R, whatever its sign.
+// volume is that of z = 3 cos(k r) over the disc, k = 3 pi / 2 R, regardless of its sign.
 TEST(RepairMesh, CapsAScanThatItsCapCrosses) {
   constexpr std::uint32_t kAround = 96, kAlong = 61;
   const double radius = 10, k = 1.5 * std::numbers::pi / radius;
@@ -229,14 +229,14 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   ASSERT_TRUE(apart.isSound()) << apart.result.summary();
   EXPECT_EQ(kindsOf(apart), Kinds{ResolveOverlaps});
   EXPECT_NEAR(volumeOf(apart.mesh), 8 + 2 - 0.9, 1e-12);
-  // Pushed along: four sides lie in the same planes. And a stack: faces on faces.
+  // Shifted along one axis: four sides lie in the same planes. And a stack: faces on faces.
   for (const double shift : {0.25, 0.5, 1.0}) {
     const RepairedMesh r = repaired(joined(boxMesh({0, 0, 0}, {1, 1, 1}), boxMesh({shift, 0, 0}, {1 + shift, 1, 1})));
     ASSERT_TRUE(r.isSound()) << shift << r.result.summary();
     EXPECT_NEAR(volumeOf(r.mesh), 1 + shift, 1e-12);
     EXPECT_EQ(r.bound_mm, 0);
   }
-  // Two teeth, one in the other's side.
+  // Two teeth, one reaching into the side of the other.
   TriangleMesh moved = molar();
   for (Vector3d& p : moved.positions) p += Vector3d(3.21, 1.17, 0.53);
   const RepairedMesh teeth = repaired(joined(molar(), moved));
@@ -248,11 +248,11 @@ TEST(RepairMesh, UnitesOverlappingBodies) {
   EXPECT_FALSE(step.removed.empty());
   const DistanceField solid(teeth.mesh);
   const TriangleMesh both = joined(molar(), moved);
-  for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they do lie within
+  for (const std::uint32_t t : step.removed) EXPECT_LT(solid.signedDistance(both.corner(t, 0)), 1e-9);  // they really lie inside
 }
 
-// A solid within solid matter bounds nothing and goes, listed; one wound inward is a hollow and stays. Also where the
-// outer is damaged.
+// A solid within solid matter bounds nothing: it is removed and listed; one that is wound inward is a cavity and stays.
+// This also holds where the outer solid is damaged.
 TEST(RepairMesh, NestedSolidsKeepTheirMeaning) {
   for (const bool is_damaged : {false, true})
     for (const bool is_hollow : {false, true}) {
@@ -354,7 +354,7 @@ bool isLongRun() {
   return wanted && std::string(wanted) == "1";
 }
 
-// Several kinds of damage at once; with SPHERETREE_LONG=1 in the environment more of it. A wrap of a ball with large
+// Several kinds of damage at once; with SPHERETREE_LONG=1 in the environment more of them. A wrap of a ball with large
 // holes is a shell.
 TEST(RepairMesh, MixedDamageComesOutSound) {
   std::mt19937_64 random(6);
@@ -395,7 +395,7 @@ TEST(RepairMesh, IsDeterministic) {
   EXPECT_EQ(a.to_cover.positions, b.to_cover.positions);
 }
 
-// The certificate is about the input: every level covers its triangles, not only those of the repaired surface.
+// The certificate holds for the input: every level covers its triangles, not only those of the repaired surface.
 TEST(RepairMesh, TreesCoverTheInput) {
   TriangleMesh cracked = unsharedCorners(boxMesh({0, 0, 0}, {10, 10, 10}));
   for (std::size_t i = 0; i < cracked.positions.size(); ++i) cracked.positions[i] *= 1 + 1e-5 * static_cast<double>(i % 4);
@@ -484,7 +484,7 @@ TEST(RepairMesh, EveryMeshThatIsReadComesOutSound) {
   EXPECT_GT(read, 100);
 }
 
-// The damaged molars of the shared meshes; what is right, their README says.
+// The damaged molars of the shared meshes; their README states the correct figures.
 TEST(RepairMesh, DamagedMolarsComeOutWithTheTrueVolume) {
   if (!std::filesystem::exists(test::kMeshes)) GTEST_SKIP() << "no " << test::kMeshes;
   const double tooth = 1169.2099, tolerance = 0.02;

@@ -95,8 +95,8 @@ TEST(AlignWinding, LeavesAMoebiusStripOneSided) {
   }
 }
 
-// A box, a wall of no thickness on it and three triangles in one place: of these one is left, and no edge is open as
-// none was.
+// A box, a wall of no thickness on it and three equal triangles: one of the three remains, and no edge is open, as
+// before.
 TEST(CancelOpposites, LeavesTheSumOfWindings) {
   const TriangleMesh box = boxMesh({0, 0, 0}, {1, 1, 1});
   const auto [a, b, c] = box.triangles[4];

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using test::boxMesh;
 using test::soupOf;
 
-// A row of boxes, each turned a little and pushed into the one before: the union by a grid of points is the oracle.
+// A row of boxes, each slightly rotated and pushed into the one before: the oracle of the union is a grid of points.
 TEST(ResolveOverlaps, KeepsTheUnion) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -60,7 +60,7 @@ TEST(ResolveOverlaps, KeepsTheUnion) {
   EXPECT_GT(inside, 2000);
 }
 
-// Rectangles in one plane, cut alike from both sides whatever the ties of Delaunay: a wall of bricks of two sizes.
+// Rectangles in one plane, cut identically on both sides for any ties of Delaunay: a wall of bricks of two sizes.
 TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
   TriangleMesh all;
   const auto add = [&](const TriangleMesh& box) {
@@ -78,8 +78,7 @@ TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
   EXPECT_NEAR(test::areaOf(soup.mesh), 2 * (2 * 2 + 2 * 1 + 2 * 1), 1e-12);
 }
 
-// A box that is inside out crosses one that is not: what it winds round backwards is nothing, unless too much is lost
-// by that.
+// An inverted box crosses a correct one: the volume with negative winding is not solid, unless that loses too much.
 TEST(ResolveOverlaps, TakesWhatIsWoundBackwardsForSolidWhereElseTooMuchIsLost) {
   TriangleMesh backwards = boxMesh({1, 0.25, 0.25}, {4, 0.75, 0.75});
   for (Triangle& t : backwards.triangles) std::swap(t[0], t[1]);
@@ -88,7 +87,7 @@ TEST(ResolveOverlaps, TakesWhatIsWoundBackwardsForSolidWhereElseTooMuchIsLost) {
   RepairSoup kept = soupOf(all);
   const Resolved lost = resolveOverlaps(kept, 1000, 100, progress);
   EXPECT_FALSE(lost.is_either_way);
-  EXPECT_NEAR(lost.lost_area, 4 * 2 * 0.5 + 2 * 0.25, 1e-12);  // of the part that reaches out, and the wall that it comes through
+  EXPECT_NEAR(lost.lost_area, 4 * 2 * 0.5 + 2 * 0.25, 1e-12);  // of the part that reaches out, and of the wall through which it passes
   EXPECT_NEAR(test::volumeOf(kept.mesh), 2 - 0.25, 1e-12);
   RepairSoup whole = soupOf(all);
   const Resolved both = resolveOverlaps(whole, 1000, 1, progress);

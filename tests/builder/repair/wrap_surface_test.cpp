@@ -36,7 +36,7 @@ TEST(WrapSurface, EnclosesTheTrianglesCloselyAndIsClosed) {
   EXPECT_EQ(wrapSurface(soup, alpha, offset, progress).positions, wrap.positions);
 }
 
-// A box without its lid: a ball wider than the opening closes it, a smaller one rolls along the walls on both sides.
+// A box without its lid: a ball wider than the opening closes it; a smaller one follows the walls on both sides.
 TEST(WrapSurface, BridgesOpeningsNarrowerThanTheBall) {
   TriangleMesh open = boxMesh({0, 0, 0}, {1, 1, 1});
   std::erase_if(open.triangles,

@@ -25,7 +25,7 @@ std::vector<Sphere> cloud(std::size_t count, std::uint64_t seed) {
   return spheres;
 }
 
-/// Whether each inner sphere holds each sphere of each item below, by the rule that findFault() of a tree goes by.
+/// Returns true if each inner sphere encloses each sphere of each item below, by the rule of the tree's findFault().
 bool enclosesAll(const SearchTree& tree, const std::vector<Sphere>& spheres, std::size_t spheres_of_item) {
   std::vector<std::size_t> parent(tree.inner.size(), 0);
   std::size_t next = 1, taken = 0;
@@ -79,7 +79,7 @@ TEST(BuildSearchTree, NamesAllNodesOfTheMostItems) {
 }
 
 TEST(BuildSearchTree, CostsASearchLessThanATreeByHalving) {
-  // Nodes that small balls near the surface meet.
+  // Nodes that small balls near the surface overlap.
   const auto cost = [](const SearchTree& tree, const std::vector<Sphere>& probes) {
     std::size_t tests = 0;
     std::vector<std::size_t> first(tree.inner.size());

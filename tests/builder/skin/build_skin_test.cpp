@@ -192,7 +192,7 @@ TEST(BuildSkin, GoesWithThePose) {
       }
       return middles;
     };
-    // Triangles stand in another order: each middle has to be found again.
+    // Triangles may have another order: each midpoint has to be looked up.
     const auto ours = order(one), theirs = order(other);
     ASSERT_EQ(ours.size(), theirs.size());
     for (const auto& m : ours) {
@@ -200,7 +200,7 @@ TEST(BuildSkin, GoesWithThePose) {
       double best = 1e9, angle = 4;
       for (const auto& o : theirs)
         if (const double d = (Vector3d(o[0], o[1], o[2]) - p).norm(); d < best) best = d, angle = (Vector3d(o[3], o[4], o[5]) - n).norm();
-      // The corners of a patch may be named in another turn: its point is then another one of three.
+      // The corners of a patch may be rotated: its point is then another one of three.
       if (best > 0.1) continue;
       EXPECT_LT(best, 3 * rounding);
       EXPECT_LT(angle, 1e-3);
@@ -222,7 +222,7 @@ TEST(BuildSkin, IsTheSameForAnyNumberOfThreads) {
 TEST(BuildSkin, HoldsSheetsBesideTheSolid) {
   TriangleMesh sheet;
   sheet.positions = {{0, 0, 2}, {3, 0, 2}, {0, 3, 2}, {9, 9, 9}};  // a vertex of no triangle
-  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 1, 2}};             // from both sides; one triangle that is none
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 1, 2}};             // from both sides; one degenerate triangle
   const TriangleMesh box = test::boxMesh({-1, -1, -1}, {1, 1, 1});
   const Skin skin = skinOf(box, 0.1, Vector3d::Zero(), sheet);
   EXPECT_EQ(findFault(skin), "");
@@ -241,7 +241,7 @@ TEST(BuildSkin, KeepsToTheOriginOfItsTree) {
     for (const Eigen::Vector3f& p : patchOf(skin, t).position) EXPECT_LT(p.norm(), 5.1f);
 }
 
-/// A plain reader for meshes outside the project: v and f lines alone.
+/// A minimal reader for the external meshes: only lines of v and f.
 TriangleMesh readObj(const std::filesystem::path& path) {
   TriangleMesh mesh;
   std::ifstream file(path);
@@ -261,8 +261,7 @@ TriangleMesh readObj(const std::filesystem::path& path) {
   return mesh;
 }
 
-// Long thin triangles beside even ones, where the limit of a subdivision surface leans out of its facets and folds
-// over.
+// Long thin triangles next to regular ones, where the limit of a subdivision surface leaves its facets and folds over.
 TEST(BuildSkin, OfMachinedPartsHasNoFolds) {
   for (const char* name : {"cad_metacarpal_link.obj", "cad_fandisk.obj", "thin_mug.obj"}) {
     const std::filesystem::path path = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes" / "bench" / name;

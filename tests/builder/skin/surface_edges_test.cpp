@@ -79,8 +79,8 @@ TEST(ClassifyEdges, AtBordersAndWhereThreeTrianglesMeetAreSharp) {
 }
 
 TEST(ClassifyEdges, ANeedleMakesNoCrease) {
-  // A vertex in the middle of a long edge, on one side of it only by a rounding error: the needle's own normal is
-  // random.
+  // A vertex in the middle of a long edge, on one side of it only by a rounding error: the normal of the needle itself
+  // is random.
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {2, 0, 0}, {1, -1, 0.01}, {1, 1, 0.02}, {1, 1e-9, 1e-9}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 4}, {0, 4, 3}, {4, 1, 3}};

@@ -28,7 +28,7 @@ ScanSurface cutScan(const samples::SampleScan& scan, double smooth) {
   return surface;
 }
 
-/// Of the middles of the edges between regions, the distance to the nearest margin of a tooth.
+/// For the midpoints of the edges between regions, the distance to the nearest margin of a tooth.
 Error marginError(const samples::SampleScan& scan, const ScanSurface& surface) {
   const EdgeFaces faces(surface.mesh);
   Error error;
@@ -62,7 +62,7 @@ TEST(CutLabels, IsAtTheMarginAndSmoothWhereLabelsAreJagged) {
   const Error raw = marginError(rough, cutScan(rough, 0));
   std::printf("margin: exact %.3f %.3f, jagged %.3f %.3f, without smoothing %.3f %.3f mm (mean, largest)\n", whole.mean, whole.most,
               jagged.mean, jagged.most, raw.mean, raw.most);
-  // The vertices on the margin are labelled as teeth, so that the middles of the edges lie half an edge beside it.
+  // The vertices on the margin are labelled as teeth, so that the midpoints of the edges lie half an edge beside it.
   EXPECT_LT(whole.mean, 0.6 * edge);
   EXPECT_LT(whole.most, edge);
   EXPECT_LT(jagged.most, raw.most);
@@ -84,8 +84,7 @@ TEST(CutLabels, KeepsTheAreaAndOpensNoEdge) {
   EXPECT_EQ(borders(surface.mesh), borders(scan.mesh));
 }
 
-/// A border that runs straight at an angle to the grid, with the values of a linear function at the vertices: after
-/// smoothing it is where it was.
+/// A straight border at an angle to the grid, given by a linear function at the vertices: smoothing does not move it.
 TEST(CutLabels, AStraightBorderMovesByNoMoreThanAllowed) {
   for (const double smooth : {0.0, 0.1, 0.3}) {
     ScanSurface surface;

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Without the triangles for whose middle `isLeftOut` is true.
+/// Removes the triangles whose midpoint satisfies `isLeftOut`.
 template <class IsLeftOut>
 ScanSurface scanOf(TriangleMesh mesh, const IsLeftOut& isLeftOut) {
   std::vector<Triangle> kept;
@@ -59,7 +59,7 @@ TEST(DropCrossings, LeavesASurfaceThatDoesNotCrossItselfAlone) {
 TEST(DropCrossings, TakesTheTriangleThatCrossesMostOthersFirst) {
   ScanSurface scan = scanOf(sheet(), [](const Vector3d&) { return false; });
   const auto first = static_cast<std::uint32_t>(scan.mesh.positions.size());
-  // A blade through many triangles of the sheet: it alone has to go.
+  // A blade through many triangles of the sheet: only the blade must be removed.
   scan.mesh.positions.insert(scan.mesh.positions.end(), {{2.3, 5.4, -1}, {15.3, 6.7, -1}, {9.1, 6.1, 4}});
   scan.mesh.triangles.push_back({first, first + 1, first + 2});
   scan.vertex_region.resize(scan.mesh.positions.size(), kGumRegion);
@@ -104,7 +104,7 @@ TEST(FillScanHoles, AHoleInAPlateIsFilledByItsArea) {
   EXPECT_NEAR(surfaceArea(scan.mesh), 400, 1e-9);
 }
 
-// The filling of least bending of the hole would cross the blade that stands in it.
+// The filling of least bending would cross the blade that stands in the hole.
 TEST(FillScanHoles, AFillingThatCannotPassLosesWhatItCrosses) {
   ScanSurface scan = scanOf(sheet(), isInHole);
   const std::size_t scanned = scan.mesh.triangles.size();

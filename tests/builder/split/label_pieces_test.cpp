@@ -45,7 +45,7 @@ TEST(LabelPieces, PiecesAreRegionsByLabelAndSize) {
 TEST(LabelPieces, AnIslandTakesTheLabelRoundMostOfIt) {
   Grid grid;
   grid.fill(0, 0, 20, 9, 31);
-  grid.fill(8, 8, 9, 9, 46);  // two by two vertices at the edge of 31, which is round three of their sides
+  grid.fill(8, 8, 9, 9, 46);  // two by two vertices at the edge of 31, which surrounds three of their sides
   grid.fill(3, 3, 3, 3, 0);   // a spot of gum within 31
   const LabelPieces pieces = findLabelPieces(grid.mesh, grid.label, 5);
   EXPECT_EQ(pieces.islands, 2u);

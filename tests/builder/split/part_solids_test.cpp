@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What closes a scan and shares its inside out: base, walls. Known answers on a field of heights.
+// The surfaces that close a scan and divide its inside: base and walls. Known answers for a field of heights.
 #include "split/part_solids.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// z = height(x, y) over [-half, half]^2, triangles of side `edge`; those whose middle `is_there` denies are left out.
+/// z = height(x, y) over [-half, half]^2, triangles of side `edge`, without those whose midpoint does not satisfy
+/// `is_there`.
 ScanSurface fieldOf(
     double half, double edge, const std::function<double(double, double)>& height,
     const std::function<bool(const Vector3d&)>& is_there = [](const Vector3d&) { return true; }) {
@@ -43,7 +44,7 @@ ScanSurface fieldOf(
   return s;
 }
 
-/// Between the triangles that `counts` says and the plane z = 0; exact.
+/// Volume between the triangles that satisfy `counts` and the plane z = 0; exact.
 double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_t)>& counts) {
   double volume = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -54,7 +55,7 @@ double volumeUnder(const TriangleMesh& mesh, const std::function<bool(std::size_
   return volume;
 }
 
-/// Along every edge as many triangles run one way as the other.
+/// True if along every edge as many triangles run one way as the other.
 bool isClosed(const TriangleMesh& mesh) {
   bool closed = true;
   const std::vector<Side> sides = sortedSides(mesh);

@@ -24,9 +24,9 @@ constexpr double kPi = 3.14159265358979323846;
 
 /// A slab with caps of spheres on it: labels 11 and 21 on the caps, all dimensions known.
 struct Bumps {
-  static constexpr double kSphere = 5, kSunk = 3;                                      // radius, and how far its centre lies below the slab
+  static constexpr double kSphere = 5, kSunk = 3;                                      // radius, and depth of its centre below the slab
   static constexpr double kRim = 4, kHeight = kSphere - kSunk, kSlope = kRim / kSunk;  // slope at the rim
-  // The border lies within half an edge of the rim, seen from above; so much area and volume that moves.
+  // The border lies within half an edge of the rim, seen from above; area and volume may deviate by that much.
   static double areaSlack(double edge) { return 2 * kPi * kRim * (edge / 2) * kSphere / kSunk; }
   static double volumeSlack(double edge) { return kPi * kRim * kRim * kSlope * (edge / 2); }
   TriangleMesh mesh;
@@ -90,13 +90,13 @@ TEST(SplitScan, BumpsOnASlabHaveTheKnownRimCapAndVolume) {
     EXPECT_NEAR(part.volume, kPi * Bumps::kHeight * Bumps::kHeight * (3 * Bumps::kSphere - Bumps::kHeight) / 3, Bumps::volumeSlack(0.25));
     EXPECT_NEAR(part.invented_area + part.scanned_area, test::areaOf(part.mesh), 1e-9 * part.scanned_area);
   }
-  // The parts fill the space under the scan: slab of 4 mm and two caps.
+  // The parts fill the space under the scan: a slab of 4 mm and two caps.
   const double cap = kPi * Bumps::kHeight * Bumps::kHeight * (3 * Bumps::kSphere - Bumps::kHeight) / 3;
   EXPECT_NEAR(volume, 30 * 16 * 4 + 2 * cap, 0.005 * volume);
 }
 
 TEST(SplitScan, TouchingTeethShareAWindow) {
-  Bumps bumps(0.25);  // a wall between two labels that meet: everything of one bump, halved
+  Bumps bumps(0.25);  // a wall between two adjacent labels: everything of one bump, halved
   for (std::size_t v = 0; v < bumps.labels.size(); ++v)
     if (bumps.labels[v] == 21) bumps.labels[v] = bumps.mesh.positions[v].x() < 6.1 ? 21 : 22;
   const SplitScan result = split(bumps.mesh, bumps.labels);
@@ -105,7 +105,7 @@ TEST(SplitScan, TouchingTeethShareAWindow) {
   EXPECT_EQ(result.crossing_pairs, 0u);
   const double whole = kPi * Bumps::kHeight * Bumps::kHeight * (3 * Bumps::kSphere - Bumps::kHeight) / 3;
   EXPECT_NEAR(result.parts[1].volume + result.parts[2].volume, whole, Bumps::volumeSlack(0.25));
-  // The window is half the segment of the circle of the sphere: each of the two has it, on top of its half of the cap.
+  // The window is half of a segment of the sphere's circle: each part has it in addition to its half of the cap.
   const double angle = std::acos(Bumps::kSunk / Bumps::kSphere);
   const double window = Bumps::kSphere * Bumps::kSphere * (angle - std::sin(angle) * std::cos(angle));
   EXPECT_NEAR(result.parts[1].invented_area + result.parts[2].invented_area, kPi * Bumps::kRim * Bumps::kRim + 2 * window, 0.08 * 70);
@@ -190,7 +190,7 @@ TEST(SplitScan, TheSampleMouthComesBackAsFourteenTeethAndAGum) {
     EXPECT_LT(result.lost_area, 0.005 * result.scan_area);
     for (const SplitPart& part : result.parts) {
       if (part.label == kGumLabel) continue;
-      // What was scanned lies on the true tooth, but for the gum beside the margin that the cut gave it.
+      // The scanned surface lies on the true tooth, except for the gum beside the margin that the cut assigned to it.
       const auto tooth = std::find_if(scan.teeth.begin(), scan.teeth.end(),
                                       [&](const samples::MouthTooth& t) { return t.name == "tooth_" + std::to_string(part.label); });
       ASSERT_NE(tooth, scan.teeth.end());

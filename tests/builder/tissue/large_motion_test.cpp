@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block of soft tissue in large motion: steps and solver in turn. Subject: moving_tissue.h, aimTissue() of step.h
+// A block of soft tissue in large motion: steps and solver alternate. Subject: moving_tissue.h, aimTissue() of step.h
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using runtime::StepResult;
 const test::SoftBlock& block() { return test::fineBlock(); }
 
-/// As a player in lock step: every tenth step takes the newest state, which is that of the forces ten steps ago.
+/// Like a player in lockstep: every tenth step takes the newest state, which belongs to the forces of ten steps before.
 struct LargeRig {
   runtime::Scene scene;
   std::unique_ptr<runtime::Workspace> workspace;
@@ -69,8 +69,8 @@ TEST(LargeMotion, AtRestNothingIsDisplaced) {
   for (const float u : state.surface) EXPECT_LT(std::abs(u), 1e-6f);
 }
 
-// What the steps feel in the end is the solver's state: the forces balance the spring, and the ball is out of the moved
-// surface, up to what its faces bulge.
+// At rest the steps agree with the solver's state: the forces balance the spring, and the ball is outside the moved
+// surface, up to the bulge of its faces.
 TEST(LargeMotion, StepsAndSolverAgreeInTheEnd) {
   for (const double stiffness : {0.1, 1.0, 10.0}) {
     LargeRig rig(test::oneBallTree(3), stiffness);
@@ -95,8 +95,8 @@ TEST(LargeMotion, StepsAndSolverAgreeInTheEnd) {
   }
 }
 
-/// Pressed in by `depth` at 10 mm/s, held, and let out again: what the hand is given beyond what a spring gives that is
-/// held for a step [N mm].
+/// Pressed in by `depth` at 10 mm/s, held, and let out again: the energy given to the hand beyond that of a spring
+/// whose force is held for a step [N mm].
 double energyGiven(LargeRig& rig, const Vector3d& over, double depth) {
   Vector3d last = over, force = rig.to(over).wrench.force;
   double given = 0;
@@ -111,8 +111,7 @@ double energyGiven(LargeRig& rig, const Vector3d& over, double depth) {
   return given;
 }
 
-// Between two states the steps go on as the solver will: a load that grows and falls meets the same tissue on both
-// ways.
+// Between two states the steps predict the solver: a rising and falling load meets the same tissue in both directions.
 TEST(LargeMotion, ALoadThatGrowsAndFallsMeetsTheSameTissue) {
   for (const Vector3d& over : {Vector3d(12, 10, 15.6), Vector3d(10.4, 9.1, 15.6)})
     for (const double depth : {2.0, 4.0, 6.0}) {  // of 12 mm
@@ -121,7 +120,7 @@ TEST(LargeMotion, ALoadThatGrowsAndFallsMeetsTheSameTissue) {
     }
 }
 
-// A solver that gives no more states: the tool is free where the tissue is at rest, not far above.
+// A solver that stops giving states: the tool becomes free at the surface at rest, not far above it.
 TEST(LargeMotion, WithoutTheLoadOfTheLastStateTissueIsNearItsRest) {
   LargeRig rig(test::oneBallTree(3));
   for (double z = 16; z > 14; z -= 0.01) rig.to({12, 10, z});
@@ -148,7 +147,7 @@ TEST(LargeMotion, AToolAtAnySpeedDoesNotPassThrough) {
   }
 }
 
-// Without the solver the tissue gives way by the compliance of its rest; when it is back, all is as before.
+// Without the solver the tissue moves by its compliance at rest; when the solver is back, everything is as before.
 TEST(LargeMotion, ASolverThatStallsIsNoHarm) {
   LargeRig rig(test::oneBallTree(3));
   for (double z = 16; z > 14.5; z -= 0.02) rig.to({12, 10, z});

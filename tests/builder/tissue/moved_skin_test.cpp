@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// The block of soft tissue, its shape as a scene has it, and a skin of it that moves.
+/// The block of soft tissue, its shape in a scene, and a skin of it that moves.
 struct SoftSkin {
   const test::SoftBlock& block = test::fineBlock();
   const SoftModel& model = static_cast<const SoftModel&>(*block.model);
@@ -32,7 +32,7 @@ struct SoftSkin {
     shape.radius = 20;
     shift.assign(3 * model.node_count, 0.0f);
   }
-  /// Every pressed node goes to where `map` takes it; frame of the mesh.
+  /// Moves every pressed node by `map`; frame of the mesh.
   void moveTo(const std::function<Vector3d(const Vector3d&)>& map) {
     for (std::size_t i = 0; i < model.node_count; ++i) {
       const Vector3d rest = model.node_places[i].cast<double>() + origin;
@@ -85,7 +85,7 @@ TEST(MovedSkin, AtRestItIsTheSkin) {
     }
 }
 
-// What is fixed stays, below; seen are triangles that move as a whole.
+// The fixed nodes stay below; the triangles examined move as a whole.
 TEST(MovedSkin, TurnedWithItsTissueItIsTheSameSkinTurned) {
   SoftSkin b;
   const Vector3d pivot(12, 10, 6);
@@ -111,7 +111,7 @@ TEST(MovedSkin, TurnedWithItsTissueItIsTheSameSkinTurned) {
   EXPECT_GT(seen, 300u);
 }
 
-// A dent as that of a ball: between the nodes, which lie on it, the patches are where the ball is, not on chords.
+// A dent in the form of a ball: between the nodes, which lie on the ball, the patches follow the ball, not its chords.
 TEST(MovedSkin, ADentIsAsRoundAsTheBallThatMadeIt) {
   constexpr double kRadius = 15;
   SoftSkin b;

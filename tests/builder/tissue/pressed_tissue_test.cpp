@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Soft tissue in the runtime: a block that a tool presses. Subject: SceneObject::tissue of scene.h
+// Soft tissue in the runtime: a tool presses a block. Subject: SceneObject::tissue of scene.h
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -58,7 +58,7 @@ struct Rig {
   }
 };
 
-/// How the pressed nodes are displaced under the forces that press, from the matrix of the file alone: x, y, z of each.
+/// Displacements of the pressed nodes under the pressing forces, from the matrix of the file alone: x, y, z of each.
 std::vector<float> displacedBy(std::span<const float> forces) {
   const TissueResponse& response = block().tissue->response;
   std::vector<float> u(forces.size(), 0.0f);
@@ -79,9 +79,9 @@ std::array<Vector3d, 3> cornersOf(std::uint32_t triangle, std::span<const float>
   return out;
 }
 
-/// What the answer has to be, seen from outside: the nodes go where the file's matrix says under the forces that press;
-/// no ball of the tool is in a triangle, those in contact touch, up to what faces bulge; and the forces balance the
-/// spring.
+/// Independent conditions on the answer: the nodes are displaced as the file's matrix states for the pressing forces;
+/// no ball of the tool is in a triangle, those in contact touch, up to the bulge of the faces; and the forces balance
+/// the spring.
 void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult& r, double bulge) {
   const std::span<const float> forces = tissueForces(0, *rig.workspace);
   const std::vector<float> u = displacedBy(forces);
@@ -144,7 +144,7 @@ TEST(PressedTissue, ManyBallsTurnedAndMovedAreInEquilibrium) {
     const StepResult r = rig.rest({x, y, 11.5 - 0.3 * run});
     EXPECT_GE(r.active, 2u);
     EXPECT_GT(r.wrench.force.norm(), 0.01);
-    expectEquilibrium(rig, tool, r, 0.4);  // faces of 4.5 mm bulge by so much
+    expectEquilibrium(rig, tool, r, 0.4);  // the bulge of faces of 4.5 mm
   }
 }
 
@@ -170,7 +170,7 @@ TEST(PressedTissue, ItGoesBackWhenTheToolLeaves) {
   EXPECT_NEAR(after.wrench.force.z(), before.wrench.force.z(), 0.02 * before.wrench.force.z());
 }
 
-// However hard it is pressed, it stops: the linear law ends somewhere, and the tool does not pass through.
+// Under any force the tissue stops: the linear law has a limit, and the tool does not pass through.
 TEST(PressedTissue, ItGivesWayOnlySoFar) {
   Rig rig(test::oneBallTree(1.5), {}, 0, 20);
   for (double z = 15; z > -20; z -= 0.2) {
@@ -195,8 +195,8 @@ TEST(PressedTissue, AToolAtAnySpeedDoesNotPassThrough) {
   }
 }
 
-// Held still, the force is still; drawn over the surface, it changes with the motion of the hand and no faster; and
-// over the closed path the hand gets no more energy than it put in.
+// While the hand holds still, the force is constant; drawn over the surface, it changes no faster than the hand moves;
+// and over the closed path the hand gets no more energy than it put in.
 TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
   Rig rig(test::oneBallTree(1.5));
   std::vector<Vector3d> path;
@@ -208,7 +208,7 @@ TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
   for (const Vector3d& p : path) {
     const Vector3d force = rig.to(p).wrench.force;
     EXPECT_LE((force - last_force).norm(), 2 * (p - last).norm() + 0.02) << "coupling of 1 N/mm; faces bulge a step later";
-    work -= 0.5 * (force + last_force).dot(p - last);  // what the hand puts in [mJ]
+    work -= 0.5 * (force + last_force).dot(p - last);  // energy that the hand puts in [mJ]
     least_work = std::min(least_work, work);
     largest = std::max(largest, force.norm());
     last_force = force, last = p;
@@ -240,7 +240,7 @@ TEST(PressedTissue, ABodyCarriesItAgainstTheTool) {
     EXPECT_LT(r.penetration, 0.1);
   }
   for (int i = 0; i < 100; ++i) r = step(scene, hand, Mode::Constrained, workspace);
-  // As if the hand had gone down by as much.
+  // As if the hand had moved down by the same distance.
   Rig rig(test::oneBallTree(1.5));
   rig.to({11, 9, 14});
   for (int i = 1; i <= 200; ++i) rig.to({11, 9, 14 - 0.02 * i});
@@ -251,7 +251,7 @@ TEST(PressedTissue, ABodyCarriesItAgainstTheTool) {
   EXPECT_LT(r.wrench.force.norm(), 1e-3);
 }
 
-TEST(PressedTissue, ARigidObjectInItStopsTheTool) {  // as a tooth in the gum
+TEST(PressedTissue, ARigidObjectInItStopsTheTool) {  // like a tooth in the gum
   runtime::SceneDescription d = blockUnder(test::oneBallTree(1.5));
   d.objects.resize(2);
   d.objects[1].tree = test::oneBallTree(4);
@@ -300,7 +300,7 @@ TEST(PressedTissue, WhatCannotBeIsRefused) {
   EXPECT_FALSE(compileScene(d, scene, fault));
   EXPECT_NE(fault.find("both"), std::string::npos);
   d.objects[0].stiffness = 0;
-  d.objects[0].tree = block().tree;  // equal, and another one
+  d.objects[0].tree = block().tree;  // an equal tree that is another object
   EXPECT_FALSE(compileScene(d, scene, fault));
   EXPECT_NE(fault.find("another tree"), std::string::npos);
   const auto other = std::make_shared<Tissue>(*block().tissue);

@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 
 constexpr TissueMaterial kSoftTissue{15, 0.45, 1040};
 
-/// A box of tetrahedra whose surface a mesh only roughly follows, as where a scan was simplified; far from the origin.
+/// A box of tetrahedra whose surface a mesh follows only roughly, as after simplification of a scan; far from the
+/// origin.
 struct SoftBox {
   TriangleMesh mesh, boundary;
   TetrahedronList tetrahedra;
@@ -84,7 +85,7 @@ TEST(SoftenTree, AtRestTheLeavesAreThoseOfTheTreeOrSmaller) {
   }
 }
 
-// The certificate: 10^4 states, from gentle ones to such where most tetrahedra are inside out.
+// The certificate: 10^4 states, from small deformations to states in which most tetrahedra are inverted.
 TEST(SoftenTree, TheLeavesHoldTheMovedSurfaceInEveryState) {
   constexpr std::size_t kStates = 10'000, kSamples = 100;
   const SoftBox box = softBox(0.3, 3, 2);
@@ -106,7 +107,7 @@ TEST(SoftenTree, TheLeavesHoldTheMovedSurfaceInEveryState) {
   EXPECT_GT(inverted, 10u);
 }
 
-TEST(SoftenTree, AShrunkenLeafLeavesTheSurfaceBare) {  // the test above can fail
+TEST(SoftenTree, AShrunkenLeafLeavesTheSurfaceBare) {  // proves that the test above can fail
   const SoftBox box = softBox(0.3, 3, 2);
   std::size_t bare = 0;
   for (std::size_t i = 0; i < 50; ++i) {

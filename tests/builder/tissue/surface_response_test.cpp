@@ -63,7 +63,7 @@ TEST(SurfaceResponse, IsSymmetricAndPositive) {
   for (const std::uint32_t node : r.pressed) EXPECT_GT(block.solid.nodes[node].z(), 0) << "a fixed node";
 }
 
-// Against elasticity itself: all forces at once.
+// Against elasticity itself: all forces together.
 TEST(SurfaceResponse, IsWhatElasticitySaysOfForcesOnNodes) {
   const Tetrahedra solid = test::boxTetrahedra({8, 6, 4}, {3, 2, 2});
   std::vector<char> fixed;
@@ -85,7 +85,7 @@ TEST(SurfaceResponse, IsWhatElasticitySaysOfForcesOnNodes) {
   }
 }
 
-// What a player feels in small motion and in large is one tissue: the solver's, under forces that hardly move it.
+// Small and large motion describe the same tissue: that of the solver, under forces that hardly move it.
 TEST(SurfaceResponse, IsTheSolverUnderSmallForces) {
   const Tetrahedra solid = test::boxTetrahedra({8, 6, 4}, {4, 3, 2});
   Tissue tissue;

@@ -40,7 +40,7 @@ TEST(Tetrahedra, AreTurnedAndThoseInACavityDropped) {
   EXPECT_NEAR(volumeOf(solidOf(found, surface)), 26, 1e-12);
 }
 
-// Over the square of a cell on top, as a mesher may leave one where four points of the surface lie in a plane.
+// Above the square of a cell on top, such as a mesher may leave where four points of the surface are coplanar.
 TEST(Tetrahedra, FlatOnesAlongTheSurfaceAreDropped) {
   const TriangleMesh surface = test::boxMesh(Vector3d::Zero(), Vector3d::Constant(3));
   const Tetrahedra whole = test::boxTetrahedra({3, 3, 3}, {3, 3, 3});

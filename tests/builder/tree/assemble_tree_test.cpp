@@ -45,7 +45,7 @@ TEST(AssembleTree, RefusesParentsThatMakeNoTree) {
   EXPECT_THROW(assembleTree(levels, {{}, {0, 0}, {0, 0, 0}}, 2), std::invalid_argument) << "too many children";
 }
 
-// Against the definition: the farthest of many points of each sphere, by the distance to a box in closed form.
+// Against the definition: the farthest of many points of each sphere, with the distance to a box in closed form.
 TEST(AssembleTree, StatesAnOverhangThatNoPointOfTheLevelExceeds) {
   const Vector3d low(1e5, -3, -1), high = low + Vector3d(6, 6, 2);
   const DistanceField field(test::boxMesh(low, high));

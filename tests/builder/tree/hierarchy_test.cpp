@@ -24,7 +24,8 @@ using Parents = std::vector<std::vector<std::uint32_t>>;
 
 Vector3d centre(const Sphere& s) { return {s.x, s.y, s.z}; }
 
-// What the grouping lowers: children times the cube root of the bounding radius, over the inner nodes.
+// The cost that grouping minimises: number of children times the cube root of the bounding radius, over the inner
+// nodes.
 double traversalCost(const SphereTree& tree) {
   double sum = 0;
   for (std::size_t i = 0; i < tree.nodeCount(); ++i)
@@ -32,7 +33,7 @@ double traversalCost(const SphereTree& tree) {
   return sum;
 }
 
-// Spheres that a ball of no size tests at every leaf's centre: what the cost stands for.
+// Number of spheres that a ball of radius 0 tests at every leaf's centre: the quantity that the cost estimates.
 double nodesTested(const SphereTree& tree) {
   std::size_t tested = 0;
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) {
@@ -49,7 +50,7 @@ double nodesTested(const SphereTree& tree) {
   return static_cast<double>(tested);
 }
 
-// What one would write first: every child under the nearest parent that has room, children in the order given.
+// The obvious method: every child goes to the nearest parent with a free place, in the given order.
 Parents nearestFirst(const Levels& levels, std::size_t capacity) {
   Parents parents(levels.size());
   for (std::size_t level = 1; level < levels.size(); ++level) {
@@ -107,7 +108,7 @@ TEST(Hierarchy, KeepsTheCapacityAndLeavesNoParentEmpty) {
     const SphereTree tree = assembleTree(levels, parents, branching);
     EXPECT_EQ(findFault(tree), "") << "bounding spheres enclose, breadth first, consecutive";
     for (std::size_t level = 0; level < levels.size(); ++level) {
-      // The same spheres on the same level, in whatever order.
+      // The same spheres on the same level, in any order.
       std::vector<Sphere> stored(tree.cover.begin() + tree.level_begin[level], tree.cover.begin() + tree.level_begin[level + 1]),
           given = levels[level];
       const auto less = [](const Sphere& a, const Sphere& b) {
@@ -133,7 +134,7 @@ TEST(Hierarchy, GroupsTighterThanNearestFirst) {
   EXPECT_LT(ours, 0.9 * plain);
 }
 
-// Parents whose own spheres say nothing: moves and swaps alone must find the two clusters.
+// Parents whose own spheres are no guide: moves and swaps alone must find the two clusters.
 TEST(Hierarchy, FindsClustersThatTheParentsDoNotShow) {
   Levels levels{{sphere({0, 0, 0}, 30)}, {sphere({0, 0, 0}, 0.1), sphere({0, 0, 0}, 0.1)}, {}};
   test::Random random(3);
@@ -163,8 +164,8 @@ TEST(Hierarchy, IsNearTheBestOfAllGroupings) {
   EXPECT_LE(ours, 1.04 * optimal);
 }
 
-// Most leaves are at a tip, where the level above has one sphere: their groups need not reach back to the other spheres
-// of that level.
+// Most leaves are at a tip, where the level above has one sphere: their groups need not extend to the other spheres of
+// that level.
 TEST(Hierarchy, RoomMakesNodesWhereTheLeavesAre) {
   test::Random random(5);
   Levels levels{{sphere({0, 0, 0}, 30)}, {}, {}};
@@ -202,7 +203,7 @@ TEST(Hierarchy, RefusesMoreSpheresThanTheParentsMayHave) {
   EXPECT_THROW(groupLevels(too_many, 4, SpareParents::Fill), std::invalid_argument);
 }
 
-// On lattices many groupings cost the same.
+// On lattices many groupings have the same cost.
 TEST(Hierarchy, PowersOfTwoChangeNoGroup) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     test::Random random(seed);

@@ -18,7 +18,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A ball that one sphere stands for at any tolerance above its facets', beside a ring that takes many.
+// A ball that one sphere approximates at any tolerance above that of its facets, next to a ring that needs many
+// spheres.
 TriangleMesh ballAndRing() { return test::joined(test::moved(test::sphereMesh(2, 4), {0, 0, 9}), test::torusMesh(5, 1, 32, 12)); }
 
 std::vector<Sphere> certified(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
@@ -40,7 +41,7 @@ std::vector<Ball> ring(int count) {
   return balls;
 }
 
-// Three levels, of which one leaf holds all of the ball, tighter than the sphere above it.
+// Three levels, of which one leaf covers the whole ball, tighter than the sphere above it.
 std::vector<std::vector<Sphere>> certifiedLevels(const TriangleMesh& mesh) {
   std::vector<Ball> inner = ring(5), leaves = ring(24);
   inner.push_back({{0, 0, 9}, 2.5});

@@ -35,7 +35,7 @@ inline const Fake& fake() {
   return controls;
 }
 
-/// The fake's defaults and bare rules: no guard, no slew limit, unless a test is about them.
+/// The fake's defaults and no safety rules: no guard, no slew limit, unless a test is about them.
 struct PhantomDevice_ : testing::Test {
   FakeSettings settings;
   PhantomSettings phantom;
@@ -45,7 +45,7 @@ struct PhantomDevice_ : testing::Test {
     phantom.library = FAKE_LIBHD;
     safety.start_guard = false;
     safety.force_slew = safety.torque_slew = 1e6;
-    safety.stale_after = safety.off_after = 1e6;  // time is the fake's, but the pauses of a busy machine are real
+    safety.stale_after = safety.off_after = 1e6;  // time is virtual, but the pauses of a busy machine are real
     fake().reset(&settings);
   }
   void TearDown() override { EXPECT_STREQ(fake().violations(), ""); }

@@ -93,7 +93,7 @@ class Fake final : public sim::Renderer {
     if (!opened_) broke(std::string(call) + " without an open device");
     return opened_;
   }
-  /// What reads and writes the device belongs into the servo while that runs.
+  /// Calls that read and write the device belong into the servo loop while it runs.
   void fromServo(const char* call) {
     if (running_ && !in_servo_) broke(std::string(call) + " from another thread while the scheduler runs");
   }
@@ -149,7 +149,7 @@ class Fake final : public sim::Renderer {
     if (unread_) broke("errors were not drained in the servo");
     unread_ = !errors_.empty();
   }
-  /// The torque whose parts along the three joint axes are `joints`: solved here, where the device projects.
+  /// The torque with the components `joints` along the three joint axes: solved here, whereas the device projects.
   Eigen::Vector3d cartesian(const Eigen::Vector3d& joints) const {
     const Eigen::Matrix3d base = (state_.handle.orientation * gimbalRotation().conjugate()).toRotationMatrix();
     const Eigen::Vector3d a = gimbalAngles();
@@ -161,7 +161,7 @@ class Fake final : public sim::Renderer {
     axes.row(2) = base * yaw * pitch * Eigen::Vector3d::UnitZ();
     return axes.inverse() * joints;
   }
-  /// Joint angles of a handle on a base that never turns.
+  /// Joint angles of a handle on a base that never rotates.
   Eigen::Vector3d gimbalAngles() const {
     const Eigen::Matrix3d r = state_.handle.orientation.toRotationMatrix();
     return {std::atan2(r(0, 2), r(2, 2)), -std::asin(std::clamp(r(1, 2), -1.0, 1.0)), std::atan2(r(1, 0), r(1, 1))};
@@ -428,7 +428,7 @@ void hdUnschedule(unsigned long) {
 std::uint8_t hdWaitForCompletion(unsigned long, std::uint32_t mode) {
   Fake& f = get();
   if (mode != 0) f.broke("waited without end");
-  if (f.running_ && f.settings_.stepped) f.step();  // virtual time goes on while the caller waits
+  if (f.running_ && f.settings_.stepped) f.step();  // virtual time advances while the caller waits
   return f.running_ && f.callback_ ? 1 : 0;
 }
 std::uint8_t hdDeploymentLicense(const char* vendor, const char*, const char*) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for the vendor's libHD: the functions of HDAPI that we call, in front of the simulated device, with every
-// rule of their use checked and every fault on request. A test opens it by dlopen and finds these functions by name.
+// A replacement of the vendor's libHD: the functions of HDAPI that we call, connected to the simulated device. It
+// checks every rule of their use and produces every fault on request. A test opens it by dlopen and finds these
+// functions by name.
 #pragma once
 
 #include <cstdint>
 
 extern "C" {
 
-/// What a test asks for before the device is opened.
+/// Settings of a test, before the device is opened.
 struct FakeSettings {
   bool stepped = true;                // virtual time by fake_step(); else a thread of 1 kHz
   bool null_name_fails = false;       // hdInitDevice(NULL) fails, "Default PHANToM" works
@@ -16,8 +17,8 @@ struct FakeSettings {
   int calibration_style = 1;          // 1 encoder reset, 2 auto, 4 inkwell
   bool calibrated = true;             // false: needs an update
   bool calibration_fails = false;     // an update does not help
-  double temperature_per_second = 0;  // rise of the motors beyond what their load gives
-  double matrix_error = 0;            // by which the rotation's columns are wrong
+  double temperature_per_second = 0;  // rise of the motors' temperature beyond that of their load
+  double matrix_error = 0;            // error of the columns of the rotation
   double coulomb = 0;                 // of the simulated device [N]
   bool has_switch = false;            // safety switch; held from the start
   bool poor = false;                  // no safety switch, temperature, clamp, ramp and serial number: asking for them is an error
@@ -26,7 +27,7 @@ struct FakeSettings {
 };
 
 struct FakeRecord {
-  double force[3], torque[3];  // what the motors got, Cartesian [N, N mm]
+  double force[3], torque[3];  // sent to the motors, Cartesian [N, N mm]
   double asked[3];             // force that was set, before clamp and ramp [N]
   double asked_torque[3];      // as set, in the convention of the call
   bool framed;                 // a frame was ended in this tick
