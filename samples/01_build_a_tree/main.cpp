@@ -16,8 +16,8 @@ int main(int argc, char** argv) try {
   }
   const TriangleMesh mesh = formats::readMesh(argv[1]).mesh;
 
-  // A tree is built of a closed, oriented, manifold mesh that does not cross itself; the report says what is wrong, and
-  // where.
+  // A tree needs a closed, oriented, manifold mesh that does not cross itself; the report lists the defects and their
+  // places.
   const builder::MeshReport report = builder::checkMesh(mesh);
   if (!report.clean()) throw builder::BuildError(report.summary());
 

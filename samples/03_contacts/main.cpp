@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presses a tool on an object and prints where it is held: point, normal and force of each contact.
+// Presses a tool on an object and prints its contacts: point, normal and force of each.
 // Usage: contacts TOOL.stree OBJECT.stree
 #include <cstdio>
 #include <exception>
@@ -31,7 +31,7 @@ int run(const char* tool, const char* object) {
     return 4;
   }
   runtime::Workspace workspace(scene);
-  Configuration haptic;  // comes down from above, 0.1 mm each servo step, until the tool is pressed in by 1 mm
+  Configuration haptic;  // comes down from above, 0.1 mm in each servo step, until the tool is pressed in by 1 mm
   for (haptic.position.z() = 60; haptic.position.z() > -60; haptic.position.z() -= 0.1) {
     const runtime::StepResult result = runtime::step(scene, haptic, runtime::Mode::Constrained, workspace);
     const bool is_pressed = (result.graphic.position - haptic.position).norm() > 1;

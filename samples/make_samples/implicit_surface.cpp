@@ -30,8 +30,8 @@ Vector3d gradient(const Field& field, const Vector3d& p) {
   return slope;
 }
 
-// Newton's method along the gradient; a step is at most `longest`, since the field is a distance only near its zero
-// set.
+// Newton's method along the gradient; a step is at most `longest`, since the field approximates a distance only near
+// its zero set.
 Vector3d projectToSurface(const Field& field, Vector3d p, double longest) {
   for (int i = 0; i < 6; ++i) {
     const double value = field(p);
@@ -86,7 +86,7 @@ class Net {
   Vector3d corner(int x, int y, int z) const { return low_ + cell_ * Vector3d(x, y, z); }
   double value(int x, int y, int z) const { return values_[index(x, y, z)]; }
 
-  // One vertex a cell that the surface crosses: the mean of the crossings of the cell's edges.
+  // One vertex in each cell that the surface crosses: the mean of the crossings of the cell's edges.
   void placeVertices() {
     vertex_of_cell_.assign(corners(), kNoVertex);
     for (int z = 0; z < cells_[2]; ++z) {
@@ -117,7 +117,7 @@ class Net {
     }
   }
 
-  // Two triangles for each crossed edge that starts at this corner: the four cells round the edge, cut along the
+  // Two triangles for each crossed edge that starts at this corner: the four cells around the edge, cut along the
   // shorter diagonal.
   void addFaces(const std::array<int, 3>& at) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -160,7 +160,7 @@ double cosineAt(const Vector3d& apex, const Vector3d& a, const Vector3d& b) {
   return u.dot(v) / std::sqrt(std::max(u.squaredNorm() * v.squaredNorm(), 1e-30));
 }
 
-// Flips every edge whose opposite angles add up to more than a half turn, unless that folds the surface or doubles an
+// Flips every edge whose opposite angles sum to more than 180 degrees, unless that folds the surface or duplicates an
 // edge.
 void flipToDelaunay(TriangleMesh& mesh) {
   for (int round = 0; round < 3; ++round) {

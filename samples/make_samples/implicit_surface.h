@@ -9,8 +9,8 @@
 
 namespace spheretree::samples {
 
-/// Negative inside, roughly a distance near its zero set [mm]. Only + - * / and square roots, so that every compiler
-/// gives the same bytes.
+/// Negative inside, approximately a distance near its zero set [mm]. Only + - * / and square roots, so that every
+/// compiler gives the same bytes.
 using Field = std::function<double(const Eigen::Vector3d&)>;
 
 inline double squared(double x) { return x * x; }
@@ -22,10 +22,10 @@ double smoothMin(double a, double b, double width);
 /// 0 below 0, 1 above 1, 3 t^2 - 2 t^3 between.
 double smoothStep(double t);
 
-/// Mesh of {field = 0} inside the box, which must hold the solid with a cell to spare. `cell` [mm] is the length of an
-/// edge, about; no feature of the solid may be thinner than two cells. Method: naive surface nets (S. Gibson, MICCAI
-/// 1998), then rounds of tangential smoothing, projection to the zero set and Delaunay flips. Cost: O(box / cell^3)
-/// values of the field.
+/// Mesh of {field = 0} inside the box, which must contain the solid with a margin of one cell. `cell` [mm] is the
+/// approximate length of an edge; no feature of the solid may be thinner than two cells. Method: naive surface nets (S.
+/// Gibson, MICCAI 1998), then rounds of tangential smoothing, projection to the zero set and Delaunay flips. Cost:
+/// O(box / cell^3) values of the field.
 /// @throws std::invalid_argument if the solid reaches a face of the box.
 TriangleMesh polygonise(const Field& field, const Eigen::Vector3d& low, const Eigen::Vector3d& high, double cell);
 

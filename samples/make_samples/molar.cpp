@@ -13,12 +13,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A root: an elliptic section that tapers and closes at the apex, round a curved axis.
+// A root: an elliptic section that tapers and closes at the apex, along a curved axis.
 struct Root {
   Vector3d top, bend, apex;       // the axis: a parabola from `top` to `apex` with the control point `bend` [mm]
   double half_x, half_y;          // half-widths at the top [mm]
-  double taper;                   // share of the half-width that is lost towards the apex
-  double furrow_x, furrow_depth;  // the furrow between its two canals: which side, how deep [mm]
+  double taper;                   // share of the half-width lost towards the apex
+  double furrow_x, furrow_depth;  // the furrow between its two canals: side and depth [mm]
 };
 
 double rootField(const Root& root, const Vector3d& p) {
@@ -43,7 +43,7 @@ double polylineDistance(const Vector3d& p, std::span<const Vector3d> line) {
   return nearest;
 }
 
-// The chewing surface as a height over x and y: five cones with rounded tips, their valleys cut deeper by fissures, a
+// The chewing surface as a height over x and y: five cones with rounded tips, their valleys deepened by fissures, and a
 // rim at both ends.
 double chewingHeight(double x, double y) {
   struct Cusp {
@@ -73,20 +73,20 @@ double chewingHeight(double x, double y) {
 
 double crown(const Vector3d& p) {
   const double x = p.x(), y = p.y(), z = p.z();
-  // Half-widths: narrow neck, a small step out at the cervical line, widest at half the height, drawn in towards the
-  // cusps.
+  // Half-widths: narrow neck, a small step outward at the cervical line, widest at half the height, narrower towards
+  // the cusps.
   const double cervical = 0.2 + 0.75 * squared(x / 4.5) * (1 - 0.3 * squared(y / 4.5)) - 0.35 * squared(y / 4.5);
   const double enamel = smoothStep((z - cervical + 0.35) / 0.8);
   const double belly = smoothStep((z - cervical + 0.8) / 4.4);
   const double drawn_in = 0.06 * squared(std::max(z - 3.8, 0.0));
   const double half_x = 4.1 + 0.3 * enamel + 1.05 * belly - 0.6 * drawn_in;
   const double half_y = 3.85 + 0.3 * enamel + 0.95 * belly - drawn_in;
-  // Grooves that run from the fissures down the cheek side and the tongue side.
+  // Grooves from the fissures down the cheek side and the tongue side.
   const double on_wall = smoothStep((z - 1.6) / 3.5);
   const double cheek = y > 0 ? 0.45 / (1 + squared((x - 0.8) / 0.55)) + 0.32 / (1 + squared((x + 2.7) / 0.5)) : 0.0;
   const double tongue = y < 0 ? 0.4 / (1 + squared((x - 0.2) / 0.55)) : 0.0;
   const double groove = on_wall * (cheek + tongue) * smoothStep(std::abs(y) / 3.0);
-  // The outline narrows to the back; between circle and rounded square.
+  // The outline narrows to the back; its form is between a circle and a rounded square.
   const double u = x / half_x, v = y / (half_y * (1 + 0.035 * x / 4.5));
   const double outline = std::sqrt(std::sqrt(squared(u * u) + squared(v * v) + 0.75 * u * u * v * v));
   const double wall = (outline - 1) * std::min(half_x, half_y) + groove;

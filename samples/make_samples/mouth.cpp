@@ -72,7 +72,7 @@ class Arch {
   std::vector<double> length_;
 };
 
-// How far the tooth reaches in direction `d` of its frame where the sulcus is.
+// Extent of the tooth in direction `d` of its frame at the height of the sulcus.
 double neckReach(const MouthTooth& tooth, const Vector2d& d) {
   double reach = 0;
   for (const Vector3d& p : tooth.mesh.positions) {
@@ -84,14 +84,13 @@ double neckReach(const MouthTooth& tooth, const Vector2d& d) {
   return reach;
 }
 
-// The convex outline of a tooth where the sulcus is, in the frame of the tooth.
+// The convex outline of a tooth at the height of the sulcus, in the frame of the tooth.
 class NeckOutline {
  public:
   explicit NeckOutline(const MouthTooth& tooth) : normals_(circleCorners(8)) {
     for (const Vector2d& n : normals_) reach_.push_back(neckReach(tooth, n));
   }
-  /// How far from the centre, in direction `d`, is the outline when it is `gap` wider: the nearest of the lines that
-  /// bound it.
+  /// Distance from the centre, in direction `d`, to the outline widened by `gap`: the nearest of its bounding lines.
   double distance(const Vector2d& d, double gap) const {
     double nearest = 1e9;
     for (std::size_t i = 0; i < normals_.size(); ++i) {
@@ -126,15 +125,15 @@ void append(std::vector<MouthTooth>& teeth, const Arch& arch, const std::array<P
     tooth.mesh = makeTooth(forms[i].form);
     for (Vector3d& p : tooth.mesh.positions)
       p = tooth.centre + forms[i].scale * (p.x() * tooth.mesial + p.y() * tooth.buccal + p.z() * tooth.occlusal);
-    if (tooth.mesial.cross(tooth.buccal).dot(tooth.occlusal) < 0)  // mirrored: wound the other way round
+    if (tooth.mesial.cross(tooth.buccal).dot(tooth.occlusal) < 0)  // mirrored: the winding is reversed
       for (Triangle& t : tooth.mesh.triangles) std::swap(t[1], t[2]);
     teeth.push_back(std::move(tooth));
   }
 }
 
-// A jaw: the ridge with a socket round each tooth, on a band that runs along the arch. Each tooth has a rectangle of
-// the ridge; its rim of 16 points is joined to the rim of the sulcus, that to the floor of the sulcus, and the floor is
-// closed by a fan under the tooth.
+// A jaw: the ridge with a socket around each tooth, on a band along the arch. Each tooth has a rectangle of the ridge;
+// its rim of 16 points is joined to the rim of the sulcus, that rim to the floor of the sulcus, and a fan under the
+// tooth closes the floor.
 class JawMesh {
  public:
   JawMesh(const Arch& arch, const std::vector<const MouthTooth*>& teeth, bool upper) : arch_(arch), teeth_(teeth), upper_(upper) {}
@@ -170,7 +169,7 @@ class JawMesh {
     mesh_.triangles.push_back({a, c, d});
   }
 
-  // The points across the ridge at arc length `s`, from the tongue's side to the cheek's; only the two outermost where
+  // The points across the ridge at arc length `s`, from the tongue's side to the cheek's; only the two outermost if
   // `edges_only`.
   std::array<std::uint32_t, kSide + 1> column(double s, bool edges_only = false) {
     const Arch::Frame frame = arch_.frame(s);
@@ -203,7 +202,7 @@ class JawMesh {
       }
       return points;
     };
-    // Where two teeth stand close, the gum between them keeps a rest of its width.
+    // Where two teeth are close, the gum between them keeps part of its width.
     const std::vector<std::uint32_t> inner = ring(kRimGap, kRim, 0.92), floor = ring(kFloorGap, kFloor, 0.88);
     const std::uint32_t middle = add({tooth.centre.x(), tooth.centre.y()}, kFloor - 0.3);
     for (std::size_t k = 0; k < rim.size(); ++k) {
@@ -232,7 +231,8 @@ class JawMesh {
       outline.push_back({columns_.front()[static_cast<std::size_t>(k)], outer_s_.front(), kTongueSide + step * k});
     std::vector<std::uint32_t> above;
     for (const Edge& e : outline) above.push_back(e.top);
-    constexpr std::array<std::array<double, 2>, 4> kStrips{{{-2.5, 0.08}, {-6, 0.14}, {-11, 0.15}, {-17, 0.02}}};  // height, how much wider
+    constexpr std::array<std::array<double, 2>, 4> kStrips{
+        {{-2.5, 0.08}, {-6, 0.14}, {-11, 0.15}, {-17, 0.02}}};  // height, additional width
     for (const auto& [height, wider] : kStrips) {
       std::vector<std::uint32_t> below;
       for (const Edge& e : outline) {
@@ -248,8 +248,8 @@ class JawMesh {
     addBase(above, count);
   }
 
-  // A cell for each edge of the tongue's side, up to the cheek's side. As many get a point in their middle as the
-  // number of triangles asks for; the cells at both ends do in any case, since the points of an end lie in one line.
+  // One cell for each edge of the tongue's side, up to the cheek's side. The number of triangles determines how many
+  // cells get a point in their middle; the cells at both ends always do, since the points of an end are collinear.
   void addBase(const std::vector<std::uint32_t>& outline, std::size_t count) {
     const std::size_t cells = count - 1, ring = outline.size();
     const auto cheek = [&](std::size_t k) { return cells + kSide + (cells - k); };  // place in the outline opposite k
@@ -360,7 +360,7 @@ TriangleMesh makeFace() {
     std::vector<Vector3d> ring;
     const auto add = [&](double u, double depth) {
       const Vector2d p = lip + u * (edge - lip);
-      const double rounded = u < 0.12 ? 3 * (0.12 - u) / 0.12 : 0;  // the lips roll in from both sides
+      const double rounded = u < 0.12 ? 3 * (0.12 - u) / 0.12 : 0;  // the lips curve inward from both sides
       ring.push_back({p.x(), relief(p.x(), p.y()) - depth + (depth > 0 ? rounded : -rounded), p.y()});
     };
     for (int k = 0; k < kOuter; ++k) add(static_cast<double>(k) / (kOuter - 1), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An open mouth: 28 teeth in two jaws with gums, a tongue and a face, for a probe to feel.
+// An open mouth for a probe: 28 teeth in two jaws with gums, a tongue and a face.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 
 namespace spheretree::samples {
 
-/// Triangles of each part: those of the published scene, but for the tongue: a closed mesh has an even number, so 1,046
-/// in place of 1,045.
+/// Triangles of each part: those of the published scene, except that the tongue has 1,046 in place of 1,045, because a
+/// closed mesh has an even number.
 inline constexpr std::size_t kJawTriangles = 2280, kFaceTriangles = 3138, kTongueTriangles = 1046;
 inline constexpr int kTeethOfAnArch = 14;
 
@@ -36,8 +36,8 @@ struct Mouth {
   std::vector<Part> parts() const;  // teeth, lower_jaw, upper_jaw, tongue, face
 };
 
-/// Every mesh closed, manifold and free of self-intersections. Round each tooth runs a sulcus, open to the biting side,
-/// 2 mm deep and 0.45 mm wide at its floor, 0.8 mm at its rim. The same bytes on every machine.
+/// Every mesh is closed, manifold and free of self-intersections. Around each tooth there is a sulcus, open to the
+/// biting side, 2 mm deep and 0.45 mm wide at its floor, 0.8 mm at its rim. The same bytes on every machine.
 Mouth makeMouth();
 
 /// Highest point of `tooth` along its occlusal axis over the point (mesial, buccal) of its frame; 0 beside it [mm].

@@ -26,18 +26,18 @@ void put32(std::string& bytes, std::uint32_t value) {
   bytes.append(raw, 4);
 }
 
-// The tip points down and 30 degrees forward, the shaft leaves the mouth forward, 30 degrees up.
+// The tip points down and 30 degrees forward; the shaft leaves the mouth forward, 30 degrees upward.
 Quaternion holdDown() {
   const double half = std::sqrt(0.5);
   return Quaternion(half, 0, 0, -half) * Quaternion(std::sqrt(0.75), 0, -0.5, 0);
 }
 Quaternion holdUp() { return Quaternion(0, 0, 1, 0) * holdDown(); }
 
-// A hand that moves the tip along straight lines, a row a millisecond.
+// A hand that moves the tip along straight lines, one row each millisecond.
 class Hand {
  public:
   explicit Hand(const Configuration& start) : path_{start} {}
-  /// `speed` in mm/s; a turn of a radian takes as long as 20 mm.
+  /// `speed` in mm/s; a rotation by one radian takes as long as 20 mm.
   void moveTo(const Configuration& goal, double speed) {
     const Configuration from = path_.back();
     const Displacement way = displacementBetween(from, goal);
@@ -56,7 +56,8 @@ class Hand {
 
 constexpr double kFree = 60, kTouching = 12;  // [mm/s]
 
-// Values from the literature: docs/tissue.md. Of gums the ridges are fixed, of the face what lies on bone.
+// Values from the literature: docs/tissue.md. Fixed are the ridges of the gums, and the part of the face that lies on
+// bone.
 void soften(formats::SceneItem& object) {
   const auto fixedIn = [](const Vector3d& low, const Vector3d& high) {
     formats::FixedRegion fixed;
@@ -143,7 +144,7 @@ std::string mouthSceneText(const Mouth& mouth, MouthMotion motion) {
   formats::SceneFile scene;
   scene.tool.name = "probe";
   scene.tool.mesh = "probe.obj";
-  // About the line of the two condyles, behind and above the lower jaw; a negative turn about x opens.
+  // About the line of the two condyles, behind and above the lower jaw; a negative rotation about x opens.
   double back = 1e9;
   for (const Vector3d& p : mouth.lower_jaw.positions) back = std::min(back, p.y());
   formats::Hinge hinge{{0, back - 30, 30}, {1, 0, 0}, {{0, 0}}};
@@ -177,7 +178,7 @@ std::string mouthSceneText(const Mouth& mouth, MouthMotion motion) {
 Path probePocket(const Mouth& mouth) {
   const MouthTooth& tooth = mouth.teeth[26];  // 46
   const Quaternion hold = holdDown();
-  // The crown bulges out over the sulcus: in and out is aslant.
+  // The crown bulges out over the sulcus: the path in and out is oblique.
   const Vector3d out = tooth.buccal, start = sulcusFloor(tooth, {0, 1}) + 4 * out + Vector3d(0, 0, 12);
   Hand hand({start, hold});
   constexpr int kPlaces = 9;
@@ -194,7 +195,7 @@ Path probePocket(const Mouth& mouth) {
 }
 
 Path inspectTeeth(const Mouth& mouth) {
-  // In the open mouth: the handle leans out, below the upper incisors or above the lower ones.
+  // In the open mouth: the handle points outward, below the upper incisors or above the lower ones.
   const auto centre = [](bool upper) { return Vector3d(0, 30, upper ? 21 : 14); };
   Hand hand({centre(false), holdDown()});
   const auto touch = [&](const MouthTooth& tooth, bool from_mesial, bool is_incisor, const Quaternion& hold) {
@@ -208,7 +209,7 @@ Path inspectTeeth(const Mouth& mouth) {
   for (const bool upper : {false, true}) {
     const Quaternion hold = upper ? holdUp() : holdDown();
     hand.moveTo({centre(upper), hold}, kFree);
-    // Lower: 47 to 41, 31 to 37; upper: 27 to 21, 11 to 17. Quadrants stand in `teeth` as 1, 2, 3, 4.
+    // Lower: 47 to 41, 31 to 37; upper: 27 to 21, 11 to 17. Quadrants are in `teeth` in the order 1, 2, 3, 4.
     const std::size_t first = upper ? 7 : 21, second = upper ? 0 : 14;
     const MouthTooth& start = mouth.teeth[first + 6];
     hand.moveTo({start.centre + (crownHeight(start, 0, 0) + 3) * start.occlusal, hold}, kFree);

@@ -13,15 +13,15 @@ namespace spheretree::samples {
 /// One group for each part.
 std::string objText(const std::vector<Mouth::Part>& parts, const std::string& title);
 
-/// A node for each part, positions in metres, as glTF has it.
+/// A node for each part, positions in metres, as glTF requires.
 std::string glbBytes(const std::vector<Mouth::Part>& parts);
 
-/// What moves in a scene of the mouth beside the tool.
+/// The parts of the mouth that move in a scene, apart from the tool.
 enum class MouthMotion {
-  None,      // the lower jaw has its hinge, and rests
-  Opening,   // it opens by 8 degrees and closes again, over and over
-  TwoHands,  // a second probe goes where second_hand.csv leads it; the jaw rests
-  Soft,      // nothing but soft tissue: tongue, gums, and the face, whose cheeks and lips give way
+  None,      // the lower jaw has its hinge and rests
+  Opening,   // the jaw opens by 8 degrees and closes again, repeatedly
+  TwoHands,  // a second probe follows second_hand.csv; the jaw rests
+  Soft,      // only soft tissue: tongue, gums, and the face with soft cheeks and lips
 };
 
 /// The probe as tool, with its tip as reference point, and each part of mouth.obj as an object. The lower teeth, their
@@ -31,7 +31,7 @@ std::string mouthSceneText(const Mouth& mouth, MouthMotion motion = MouthMotion:
 /// A pose for each millisecond.
 using Path = std::vector<Configuration>;
 
-/// The probe walks round the cheek side of the lower right first molar, into the sulcus and out again; it presses on
+/// The probe moves around the cheek side of the lower right first molar, into the sulcus and out again; it presses on
 /// the floor by 0.3 mm.
 Path probePocket(const Mouth& mouth);
 
@@ -39,10 +39,10 @@ Path probePocket(const Mouth& mouth);
 /// arch, then the upper.
 Path inspectTeeth(const Mouth& mouth);
 
-/// The tip presses the tongue in by 3 mm, rests, is drawn aside over its edge, slips off onto tooth 46 and goes back.
+/// The tip presses the tongue in by 3 mm, rests, is drawn sideways over its edge, slips off onto tooth 46 and returns.
 Path pressTongue();
 
-/// As spheretree/formats/trajectory.h reads it.
+/// In the form that spheretree/formats/trajectory.h reads.
 std::string trajectoryText(const Path& path);
 
 }  // namespace spheretree::samples

@@ -28,7 +28,7 @@ struct Bezier {
   }
 };
 
-// Square roots only: the sine of a maths library may differ in its last bit from machine to machine.
+// Only square roots: the sine of a maths library may differ in its last bit from machine to machine.
 std::array<Vector3d, kCorners> unitCircle() {
   const double half = std::sqrt(0.5), wide = std::sqrt((1 + half) / 2), narrow = std::sqrt((1 - half) / 2);
   const std::array<double, 5> cosine{1, wide, half, narrow, 0};
@@ -46,7 +46,7 @@ std::array<Vector3d, kCorners> unitCircle() {
 std::vector<Ring> rings() {
   const Vector3d side(1, 0, 0);  // right of the shaft, as it comes down
   std::vector<Ring> rings;
-  // The end of the shaft, rounded, and the shaft itself down to the bend.
+  // The rounded end of the shaft, and the shaft down to the bend.
   constexpr std::array<std::array<double, 2>, 11> kShaft{{{33.95, 0.65},
                                                           {33.7, 1.0},
                                                           {33.2, 1.2},

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRound = 12;  // edges are rounded over about this [mm]
+constexpr double kRound = 12;  // radius of the rounding of edges, approximately [mm]
 
 /// Solid cylinder about an axis (0: x, 1: y, 2: z) through `centre`.
 Field cylinder(int axis, const Vector3d& centre, double radius, double half_length) {
@@ -26,7 +26,7 @@ Field cylinder(int axis, const Vector3d& centre, double radius, double half_leng
   };
 }
 
-/// Tube from a to b, whose radius changes from one to the other, with round ends.
+/// Tube from a to b, whose radius changes linearly, with round ends.
 Field tube(const Vector3d& a, const Vector3d& b, double radius_a, double radius_b) {
   return [=](const Vector3d& p) {
     const double t = std::min(1.0, std::max(0.0, (p - a).dot(b - a) / (b - a).squaredNorm()));
@@ -88,7 +88,7 @@ std::vector<std::byte> stlBytes(const TriangleMesh& mesh) {
   return out;
 }
 
-/// Collada, in the unit given [m].
+/// Collada, in this unit [m].
 std::vector<std::byte> daeBytes(const TriangleMesh& mesh, double unit) {
   std::string positions, corners;
   for (const Vector3d& p : mesh.positions)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sample robots of our own: a 7-joint arm with a gripper and a 6-joint industrial robot, as URDF with meshes in several
-// formats, primitives, a scale, `package://` and a mimic joint. Their links have the shapes that real ones have:
-// tubes with joint housings across, castings with motors, a bent wrist.
+// Our own sample robots: a 7-joint arm with a gripper and a 6-joint industrial robot, as URDF with meshes in several
+// formats, primitives, a scale, `package://` and a mimic joint. Their links have shapes like those of real robots:
+// tubes with transverse joint housings, castings with motors, a bent wrist.
 #pragma once
 
 #include <cstddef>

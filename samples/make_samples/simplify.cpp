@@ -18,8 +18,8 @@ Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t) {
   return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
 }
 
-// Whether the edge a-b can become its middle: its ends share just the two corners opposite, and no triangle turns by
-// more than 60 degrees.
+// Returns true if the edge a-b may collapse to its midpoint: its ends share just the two opposite corners, and no
+// triangle rotates by more than 60 degrees.
 bool canCollapse(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& around, std::uint32_t a, std::uint32_t b) {
   const auto neighbours = [&](std::uint32_t v) {
     std::set<std::uint32_t> all;
@@ -77,7 +77,7 @@ void collapseTo(TriangleMesh& mesh, std::size_t triangles) {
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) kept.push_back(t);
     }
     mesh.triangles = std::move(kept);
-    // The last vertex takes the place of the one that is gone.
+    // The last vertex takes the place of the removed one.
     const auto last = static_cast<std::uint32_t>(mesh.positions.size() - 1);
     mesh.positions[edge->b] = mesh.positions[last];
     mesh.positions.pop_back();

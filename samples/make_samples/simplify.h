@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A closed mesh of exactly as many triangles as asked for.
+// A closed mesh with a given number of triangles.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace spheretree::samples {
 
-/// Collapses the shortest edges to their middles until `triangles` are left; each takes two with it, so a closed mesh
-/// keeps an even number. An edge stays where its collapse would pinch the surface or fold it. Cost: O(triangles) an
-/// edge, for the last few per cent.
-/// @throws std::invalid_argument if the mesh has fewer triangles, or an odd number more.
+/// Collapses the shortest edges to their midpoints until `triangles` are left; each collapse removes two, so a closed
+/// mesh keeps an even number. An edge stays if its collapse would pinch or fold the surface. Cost: O(triangles) for
+/// each edge, for the last few per cent.
+/// @throws std::invalid_argument if the mesh has fewer triangles, or if the difference is odd.
 void collapseTo(TriangleMesh& mesh, std::size_t triangles);
 
 }  // namespace spheretree::samples

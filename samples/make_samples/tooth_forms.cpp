@@ -30,7 +30,7 @@ struct Cusp {
 struct Shape {
   std::span<const Section> sections;  // from the tip of the root to the rim of the crown
   std::span<const Cusp> cusps;
-  double dome;  // how far the middle of the top rises above the rim [mm]
+  double dome;  // height of the middle of the top above the rim [mm]
 };
 
 // A smooth line through a, b at t = 0, 1 whose slopes agree with those of the neighbours o and c (Catmull and Rom).
@@ -105,8 +105,7 @@ std::vector<Vector2d> circleCorners(int quarter) {
   std::vector<Vector2d> corners;
   for (int side = 0; side < 4; ++side) {
     for (int i = 0; i < quarter; ++i) {
-      // Half the angle's tangent, so that cosine and sine are quotients; tan(22.5 degrees) where the eighth turn is
-      // reached.
+      // Half the angle's tangent, so that cosine and sine are quotients; tan(22.5 degrees) at an eighth of a turn.
       const double t = static_cast<double>(i) / quarter;
       const double tangent = (std::sqrt(2.0) - 1) * (t <= 0.5 ? 2 * t : 2 * (1 - t));
       double c = (1 - tangent * tangent) / (1 + tangent * tangent), s = 2 * tangent / (1 + tangent * tangent);

@@ -9,8 +9,8 @@ namespace spheretree::samples {
 enum class ToothForm { Incisor, Canine, Premolar, Molar };
 inline constexpr std::size_t kToothTriangles = 4000;
 
-/// Closed, manifold, genus 0. Frame [mm] as makeMolar(): x to the front (mesial), y to the cheek (buccal), z up to the
-/// biting edge or chewing surface, z = 0 near the cervical line. A crown is as wide along x as crownWidth() says.
+/// Closed, manifold, genus 0. Frame [mm] as in makeMolar(): x to the front (mesial), y to the cheek (buccal), z up to
+/// the biting edge or chewing surface, z = 0 near the cervical line. The width of a crown along x is crownWidth().
 TriangleMesh makeTooth(ToothForm form);
 double crownWidth(ToothForm form);  // [mm]
 

@@ -19,7 +19,7 @@ namespace {
 
 using namespace spheretree;
 
-/// "noise=0.02" and the like.
+/// Properties such as "noise=0.02".
 samples::ScanSettings scanSettings(int argc, char** argv) {
   samples::ScanSettings settings;
   const std::map<std::string, std::function<void(const std::string&)>> known{

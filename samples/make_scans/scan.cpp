@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 constexpr double kGumReach = 7.5;   // of the gum beside the line of the teeth [mm]
-constexpr double kViewAngle = 0.5;  // cosine of the most that a view leans from above
+constexpr double kViewAngle = 0.5;  // cosine of the largest angle of a view from above
 constexpr std::int32_t kBracesLabel = 91;
 
 /// Everything below is in the frame of the jaw: z out of the gum.
@@ -49,7 +49,7 @@ struct Jaw {
   }
 };
 
-/// Normal numbers as sums of twelve uniform ones: near enough, and the same with every library.
+/// Normal numbers as sums of twelve uniform ones: accurate enough, and equal with every library.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : generator_(seed) {}
@@ -107,7 +107,7 @@ Jaw makeJaw(const Mouth& mouth, const ScanSettings& settings) {
   return jaw;
 }
 
-/// Splits edges at their middles until none is longer than `edge`, neighbours alike.
+/// Splits edges at their midpoints until none is longer than `edge`, in both adjacent triangles.
 void refine(TriangleMesh& mesh, double edge) {
   for (bool again = true; again;) {
     again = false;
@@ -138,7 +138,7 @@ void refine(TriangleMesh& mesh, double edge) {
         finer.push_back({t[k], at(k), t[(k + 2) % 3]});
         finer.push_back({at(k), t[(k + 1) % 3], t[(k + 2) % 3]});
       } else {
-        std::size_t k = 0;  // the edge that stays
+        std::size_t k = 0;  // the edge that is kept
         while (m[k] >= 0) ++k;
         finer.push_back({at(k + 2), at(k + 1), t[(k + 2) % 3]});
         finer.push_back({t[k], t[(k + 1) % 3], at(k + 1)});
@@ -149,7 +149,7 @@ void refine(TriangleMesh& mesh, double edge) {
   }
 }
 
-/// The part of a tooth above the gum; `margin`: its border, as it runs.
+/// The part of a tooth above the gum; `margin`: its border, in order.
 TriangleMesh crownOf(TriangleMesh mesh, const Jaw& jaw, double edge, std::vector<std::uint32_t>& margin) {
   refine(mesh, edge);
   std::vector<double> above;
@@ -171,7 +171,7 @@ TriangleMesh crownOf(TriangleMesh mesh, const Jaw& jaw, double edge, std::vector
     const int count = (above[t[0]] > 0) + (above[t[1]] > 0) + (above[t[2]] > 0);
     if (count == 3) kept.push_back(t);
     if (count != 1 && count != 2) continue;
-    std::size_t k = 0;  // the corner on its own
+    std::size_t k = 0;  // the corner on its own side
     while ((above[t[k]] > 0) != (count == 1)) ++k;
     const std::uint32_t p = cut(t[k], t[(k + 1) % 3]), q = cut(t[k], t[(k + 2) % 3]);
     if (count == 1) {
@@ -188,7 +188,7 @@ TriangleMesh crownOf(TriangleMesh mesh, const Jaw& jaw, double edge, std::vector
   return mesh;
 }
 
-/// The scan as it grows.
+/// The scan under construction.
 struct Growing {
   TriangleMesh mesh;
   std::vector<std::int32_t> labels;
@@ -283,7 +283,7 @@ std::vector<Vector3d> normalsOf(const TriangleMesh& mesh) {
   return normals;
 }
 
-/// What none of some views from above sees, because it looks away or something is in the way, is not in a scan.
+/// Removes the surfaces that some views from above do not see, because they face away or are hidden.
 void removeHidden(Growing& scan) {
   using Primitive = CGAL::AABB_triangle_primitive<Kernel, std::vector<Kernel::Triangle_3>::const_iterator>;
   std::vector<Kernel::Triangle_3> triangles;
@@ -332,7 +332,7 @@ void addDoubleLayer(Growing& scan, double edge) {
         std::all_of(copy.begin(), copy.end(), [&](std::uint32_t v) { return (scan.mesh.positions[v] - spot).norm() < 8 * edge; });
     if (!near) continue;
     for (std::uint32_t& v : copy) {
-      if (scan.mesh.positions[v].x() < spot.x()) continue;  // that side is stitched
+      if (scan.mesh.positions[v].x() < spot.x()) continue;  // that side is connected
       const auto [entry, is_new] = copies.emplace(v, static_cast<std::uint32_t>(scan.mesh.positions.size()));
       if (is_new) {
         const Vector3d p = scan.mesh.positions[v] + Vector3d(0, 0, 0.05);
