@@ -49,7 +49,7 @@ TEST(BuildLevels, EveryBuilderFitsTheBudget) {
   }
 }
 
-TEST(BuildLevels, ACombinationOfOneIsThatOneAndTheUsualMembersAreThree) {
+TEST(BuildLevels, ACombinationOfOneReducerEqualsItAndTheDefaultHasThree) {
   EXPECT_TRUE(areEqual(build(BuilderKind::Combined, {BuilderKind::Grid}), build(BuilderKind::Grid)));
   EXPECT_TRUE(
       areEqual(build(BuilderKind::Combined), build(BuilderKind::Combined, {BuilderKind::Expand, BuilderKind::Merge, BuilderKind::Burst})));

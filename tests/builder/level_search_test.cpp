@@ -65,7 +65,7 @@ CertifiedLevels search(const Model& model, double tolerance, BuilderKind kind = 
   return searchLevels(settings, tolerance, [&](const BuildSettings& s, std::size_t most) { return model(s, most); });
 }
 
-TEST(LevelSearch, WithoutAToleranceBuildsOnceAsTold) {
+TEST(LevelSearch, WithoutAToleranceBuildsOnceWithTheSettings) {
   const Model model;
   const CertifiedLevels out = search(model, 0);
   EXPECT_EQ(model.builds, 1);

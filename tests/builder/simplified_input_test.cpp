@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(SimplifiedInput, WhatIsFoundOnItComesBackToTheMesh) {
+TEST(SimplifiedInput, ResultsAreMappedBackToTheMesh) {
   const TriangleMesh mesh = test::boxMesh({10, 20, 30}, {11, 24, 32});
   Progress progress;
   const SimplifiedInput search = simplifyInput(mesh, {}, {}, {}, progress);
@@ -49,7 +49,7 @@ TEST(SimplifiedInput, SlackFollowsItsTriangle) {
 
 // Rounding to the grid of the pose would invert a plate whose thickness is a billionth of its width: the outside must
 // stay outside.
-TEST(SimplifiedInput, WhatThePoseWouldFoldIsSearchedAsItIs) {
+TEST(SimplifiedInput, AMeshThatThePoseWouldFoldIsNotSimplified) {
   const auto searched = [](double thickness) {
     Progress progress;
     return simplifyInput(test::boxMesh({0, 0, 0}, {1, 2, thickness}), {}, {}, {}, progress);

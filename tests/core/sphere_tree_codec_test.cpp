@@ -91,7 +91,7 @@ TEST(SphereTreeCodec, RejectsEveryTruncation) {
   }
 }
 
-TEST(SphereTreeCodec, RejectsEveryTruncationThatIsSealedAnew) {
+TEST(SphereTreeCodec, RejectsEveryTruncationWithACorrectChecksum) {
   const Bytes whole = encodeSphereTree(fullTree());
   for (std::size_t size = 32; size < whole.size(); ++size) {
     Bytes cut(whole.data(), whole.data() + size);

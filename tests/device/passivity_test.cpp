@@ -45,7 +45,7 @@ Driven drive(int delay, bool is_controlled, bool is_turn, const std::function<do
   return run;
 }
 
-TEST(PassivityControl, TakesBackWhatHoldAndDelayGive) {
+TEST(PassivityControl, RemovesTheEnergyOfHoldAndDelay) {
   const auto spring = [](double x, double) { return -x; };
   for (const bool is_turn : {false, true})
     for (const int delay : {0, 1, 3}) {
@@ -58,13 +58,13 @@ TEST(PassivityControl, TakesBackWhatHoldAndDelayGive) {
 }
 
 // A spring that pushes back harder on the way out than on the way in.
-TEST(PassivityControl, TakesBackWhatARendererGives) {
+TEST(PassivityControl, RemovesTheEnergyOfARenderer) {
   const auto active = [](double x, double way) { return x * way < 0 ? -1.3 * x : -x; };
   EXPECT_LT(drive(0, false, false, active).energy, -3);
   EXPECT_GT(drive(0, true, false, active).lowest, -0.3 * 0.5 * 1.2 * 1.2);  // of one way out
 }
 
-TEST(PassivityControl, LeavesWhatGivesNothingToTheBit) {
+TEST(PassivityControl, KeepsAPassiveWrenchBitForBit) {
   PassivityControl control(1, 0.01);
   for (int n = 0; n < 1000; ++n) {  // a weight that the hand lifts and lowers
     const Wrench weight{{0, 0.1, -0.7}, {3, 0, 0}};

@@ -26,7 +26,7 @@ TEST_F(PhantomDevice_, CallsInTheOrderThatHdapiWants) {
                "hdStopScheduler hdUnschedule hdGetError hdDisableDevice");
 }
 
-TEST_F(PhantomDevice_, TellsWhatItIs) {
+TEST_F(PhantomDevice_, ReportsItsProperties) {
   PhantomDevice device(phantom);
   EXPECT_EQ(device.info().model, "PHANTOM Premium 3.0 6DOF");
   EXPECT_EQ(device.info().serial, "A3001");

@@ -8,7 +8,7 @@
 namespace spheretree::device {
 namespace {
 
-TEST_F(PhantomDevice_, ARotationThatIsNoneIsNotRendered) {
+TEST_F(PhantomDevice_, AnInvalidRotationIsNotRendered) {
   settings.matrix_error = 0.5;
   reset();
   PhantomDevice device(phantom);

@@ -49,7 +49,7 @@ TEST(ReplayDevice, NeedsAPose) {
 }
 
 /// The content of a recording is replayed, even if it is invalid; the safety rules check the wrench.
-TEST(ReplayDevice, PassesOnWhatIsNoPose) {
+TEST(ReplayDevice, PassesOnInvalidPoses) {
   std::vector<Configuration> poses = somePoses(4);
   poses[1].position.x() = std::numeric_limits<double>::quiet_NaN();
   poses[2].orientation = Quaternion(3, 0, 0, 0);

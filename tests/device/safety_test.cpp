@@ -188,7 +188,7 @@ TEST(Safety, FreshContactsComeBackWithoutAStep) {
   EXPECT_NEAR(last, 8, 1e-12);
 }
 
-TEST(Safety, APausedServoIsAsStaleAsOldContacts) {
+TEST(Safety, APausedServoCountsAsOldContacts) {
   for (const double pause : {0.1, 0.5}) {
     Rig rig;
     rig.settle(6);

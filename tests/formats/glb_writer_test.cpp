@@ -63,7 +63,7 @@ TEST(GlbWriter, SaysTheLimitsOfItsPositionsAndTheSceneToShow) {
   EXPECT_EQ(document["buffers"].size(), 1u);
 }
 
-TEST(GlbWriter, ASceneOfNothingIsAFileAllTheSame) {
+TEST(GlbWriter, AnEmptySceneIsAValidFile) {
   GlbWriter glb;
   glb.addScene("empty", {});
   const std::vector<std::byte> bytes = glb.finish();

@@ -61,7 +61,7 @@ TEST(GltfModel, HoldsTheBytesOfItsBuffers) {
   EXPECT_EQ(model.nodes[0].name, "tooth");
 }
 
-TEST(GltfModel, LeavesOutWhatNoMeshNeedsAndKeepsEveryIndex) {
+TEST(GltfModel, LeavesOutUnneededElementsAndKeepsEveryIndex) {
   Json json = tetrahedronJson();
   json["meshes"].insert(json["meshes"].begin(), Json{{"primitives", "none"}});  // no node refers to it: it is never read
   json["nodes"][0]["mesh"] = 1;

@@ -248,7 +248,7 @@ TEST(Gltf, DeepNodesAreReadAndDeepJsonIsRefused) {
   EXPECT_TRUE(has(test::refusalOf<FormatError>([&] { readGltf(charsOf(text), "test.gltf"); }), "nested more than 64"));
 }
 
-TEST(Gltf, WhatNoMeshNeedsDoesNoHarm) {
+TEST(Gltf, UnneededElementsAreHarmless) {
   Json json = tetrahedronJson();
   json["images"] = {{{"uri", "missing.png"}}, {{"bufferView", 99}}, 7};
   json["textures"] = "none";
@@ -307,7 +307,7 @@ TEST(Gltf, ABufferMayLieInAFileOfTheFolder) {
   EXPECT_THROW(readGltf(charsOf(json.dump()), "test.gltf"), FormatError) << "no folder, no files";
 }
 
-TEST(Gltf, NeitherGlbNorTextIsSaidSo) {
+TEST(Gltf, RefusesBytesThatAreNeitherGlbNorText) {
   std::string bytes = toGlb(tetrahedronJson(), tetrahedronBuffer());
   bytes[0] = 'x';
   const std::string message = test::refusalOf<FormatError>([&] { readGltf(charsOf(bytes), "test.glb"); });

@@ -33,7 +33,7 @@ TEST(NearestWord, IsTheFirstOfTheNearest) {
   EXPECT_EQ(nearestWord("chek", kKnown), "check");
 }
 
-TEST(NearestWord, IsOneThatBeginsSoIfThereIsOne) {
+TEST(NearestWord, PrefersAWordWithThisBeginning) {
   constexpr std::array<std::string_view, 4> kKnown{"help", "tolerance_mm", "tolerance", "repair"};
   EXPECT_EQ(nearestWord("tol", kKnown), "tolerance");
   EXPECT_EQ(nearestWord("tolerance_", kKnown), "tolerance_mm");

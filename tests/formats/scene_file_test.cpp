@@ -284,7 +284,7 @@ TEST(SceneFile, AHingeTurnsAboutItsAxis) {
   }
 }
 
-TEST(SceneFile, RefusesBodiesThatAreNone) {
+TEST(SceneFile, RefusesInvalidBodies) {
   EXPECT_NE(sceneRefusal(replaced(kFull, "\"body\": \"jaw\"", "\"body\": \"jow\"")).find("none of this name"), std::string::npos);
   EXPECT_NE(sceneRefusal(replaced(kFull, "[0, 0, 2]", "[0, 0, 0]")).find("axis"), std::string::npos);
   EXPECT_NE(sceneRefusal(replaced(kFull, "[3.5, 0]", "[0.5, 0]")).find("later"), std::string::npos);

@@ -64,7 +64,7 @@ TEST(RunTetrahedra, ABadSurfaceEndsInAReason) {
   EXPECT_THROW(runTetrahedra(crossing, 0, 60, progress), builder::BuildError);
 }
 
-TEST(RunTetrahedra, WhateverTheChildDoesIsAReasonAndNoMore) {
+TEST(RunTetrahedra, AnyFailureOfTheChildBecomesAnError) {
   EXPECT_NE(faultOf("sleep 60", 0.2).find("did not end"), std::string::npos);
   EXPECT_NE(faultOf("kill -SEGV $$").find("crashed"), std::string::npos);
   EXPECT_NE(faultOf("echo 'child: it hurts.' >&2; exit 4").find("it hurts"), std::string::npos);
@@ -92,7 +92,7 @@ TEST(FillBody, MeetsTheNumberOnFineAndCoarseMeshes) {
   }
 }
 
-TEST(FixedRegions, HoldWhatTheirTextSays) {
+TEST(FixedRegions, ContainThePointsOfTheirText) {
   FixedRegions regions;
   EXPECT_TRUE(addFixedRegion("sphere:1,2,3,0.5", regions));
   EXPECT_TRUE(addFixedRegion("box:-1,-1,-1,0,0,0", regions));

@@ -76,11 +76,11 @@ std::vector<Shape> buildFull(const TriangleMesh& mesh, BuilderKind kind, int lev
   return shapes;
 }
 
-std::size_t fewestNodes(const std::vector<Shape>& shapes, double tolerance) {
-  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+std::size_t smallestNodeCount(const std::vector<Shape>& shapes, double tolerance) {
+  std::size_t smallest = std::numeric_limits<std::size_t>::max();
   for (const Shape& s : shapes)
-    if (s.bound <= tolerance) fewest = std::min(fewest, s.nodes);
-  return fewest;
+    if (s.bound <= tolerance) smallest = std::min(smallest, s.nodes);
+  return smallest;
 }
 
 // run(mesh, builder) for every mesh and builder; in a short run for two meshes and the builders of `few`.
@@ -95,14 +95,14 @@ void forCases(const std::vector<BuilderKind>& few, Run run) {
     }
 }
 
-// The tolerance is kept, with at most `most` nodes.
-void expectFew(const NamedMesh& named, BuilderKind kind, double tolerance, std::size_t fewest, double most) {
+// The tolerance is kept, with at most `limit` nodes.
+void expectAtMost(const NamedMesh& named, BuilderKind kind, double tolerance, std::size_t smallest, double limit) {
   const BuildResult result = build(named.mesh, kind, 4, 8, tolerance);
   EXPECT_TRUE(result.statistics.tolerance_met) << tolerance;
   EXPECT_LE(boundOf(result), tolerance);
-  EXPECT_LE(static_cast<double>(result.tree.nodeCount()), most) << "tolerance " << tolerance;
+  EXPECT_LE(static_cast<double>(result.tree.nodeCount()), limit) << "tolerance " << tolerance;
   std::printf("%-6s %-9s tolerance %8.5f mm: %4zu nodes, full search %4zu\n", named.name.c_str(), std::string(name(kind)).c_str(),
-              tolerance, result.tree.nodeCount(), fewest);
+              tolerance, result.tree.nodeCount(), smallest);
 }
 
 TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
@@ -114,9 +114,9 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
     for (const Shape& s : shapes) least = std::min(least, s.bound), most = std::max(most, s.bound);
     for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
       const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
-      const std::size_t fewest = fewestNodes(shapes, tolerance);
+      const std::size_t smallest = smallestNodeCount(shapes, tolerance);
       // One node more where 1.2 times a small number is less than one more.
-      expectFew(named, kind, tolerance, fewest, std::max(1.2 * static_cast<double>(fewest), static_cast<double>(fewest) + 1));
+      expectAtMost(named, kind, tolerance, smallest, std::max(1.2 * static_cast<double>(smallest), static_cast<double>(smallest) + 1));
     }
   });
 }
@@ -127,8 +127,8 @@ TEST(Tolerance, TheBoundOfASmallTreeNeedsHardlyMoreNodesThanThatTree) {
     std::vector<Shape> shapes = buildFull(named.mesh, kind, 2, 8, 1);
     for (const Shape& s : buildFull(named.mesh, kind, 3, 4, 1)) shapes.push_back(s);
     for (const Shape& s : shapes) {
-      const std::size_t fewest = fewestNodes(shapes, s.bound);
-      if (fewest == s.nodes) expectFew(named, kind, s.bound, fewest, 1.2 * static_cast<double>(fewest));
+      const std::size_t smallest = smallestNodeCount(shapes, s.bound);
+      if (smallest == s.nodes) expectAtMost(named, kind, s.bound, smallest, 1.2 * static_cast<double>(smallest));
     }
   });
 }
@@ -181,7 +181,7 @@ std::vector<char> neededAbove(const SphereTree& tree) {
   return needed;
 }
 
-TEST(Tolerance, NoLeafAddsNothing) {
+TEST(Tolerance, EveryLeafIsNeeded) {
   for (const NamedMesh& named : allMeshes())
     for (const BuilderKind kind : allBuilders()) {
       SCOPED_TRACE(named.name + ", " + std::string(name(kind)));

@@ -94,10 +94,10 @@ TEST(Measures, PlantedFaultsShow) {
   EXPECT_GT(largestLRatio(wrong_sign, {}), 5);
   EXPECT_GT(largestForceJump(wrong_sign, {}), 5);
 
-  auto stale = ballOnPlane();  // 30 steps the same force, then the right one
-  for (std::size_t n = 130; n < 160; ++n) stale[n].wrench = stale[129].wrench;
-  EXPECT_GT(largestLRatio(stale, {}), 3);
-  EXPECT_GT(largestForceJump(stale, {}), 1);
+  auto delayed = ballOnPlane();  // 30 steps the same force, then the right one
+  for (std::size_t n = 130; n < 160; ++n) delayed[n].wrench = delayed[129].wrench;
+  EXPECT_GT(largestLRatio(delayed, {}), 3);
+  EXPECT_GT(largestForceJump(delayed, {}), 1);
 
   auto twisted = ballOnPlane();
   twisted[50].wrench.torque = {0, 8, 0};

@@ -97,7 +97,7 @@ double largestForce(ServoLoop& loop, const std::vector<Configuration>& poses) {
   return most;
 }
 
-TEST(BodyPaths, MoveWhatTheSceneSays) {
+TEST(BodyPaths, MoveTheBodiesOfTheScene) {
   const test::ScratchFolder folder;
   formats::writeWhole(folder.path() / "hand.csv", std::string("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,1,0,0,1,0,0,0\n0.001,2,0,0,1,0,0,0\n"));
   formats::SceneFile file;
@@ -435,7 +435,7 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
 }
 
 // Except for the energy of tissue that has become stiffer, whose states are late (docs/stability.md).
-TEST(Stability, SoftTissueWhoseSolverFailsIsNoHarm) {
+TEST(Stability, AFailedTissueSolverIsHarmless) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
   ScenarioContext context{bodies, {0.01, 0}, progress};
@@ -489,7 +489,7 @@ TEST(Stability, TurnedBodiesFeelAsTheyWereWritten) {
 }
 
 // SPHERETREE_LONG=1 runs a hundredth of the repetitions instead of a thousandth.
-TEST(Stability, WhatThePaperFailsTheConstrainedModeHolds) {
+TEST(Stability, TheConstrainedModeHoldsWhereThePaperFails) {
   const test::ScratchFolder folder;
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);

@@ -154,9 +154,9 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
 
 // A slow independent solver: each multiplier or force in turn is optimised with the others fixed; for a cone, by a
 // gradient step and projection onto the cone.
-class Patience {
+class SlowSolver {
  public:
-  explicit Patience(const ContactQp& qp) : qp_(qp), y_(qp.target), given_(qp.rest) {}
+  explicit SlowSolver(const ContactQp& qp) : qp_(qp), y_(qp.target), given_(qp.rest) {}
   Vector6 answer(int sweeps) {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       double change = 0;
@@ -230,16 +230,16 @@ class Patience {
   std::array<std::array<double, 2>, kMostContactRows> force_{};
 };
 
-TEST(ContactQp, AgreesWithPatience) {
+TEST(ContactQp, AgreesWithASlowSolver) {
   Random random(3);
   for (int run = 0; run < 10000; ++run) {
     ContactQp qp = randomProblem(random, run);
     solveContactQp(qp);
-    ASSERT_LT((qp.y - Patience(qp).answer(100000)).norm(), 1e-6) << run;
+    ASSERT_LT((qp.y - SlowSolver(qp).answer(100000)).norm(), 1e-6) << run;
   }
 }
 
-TEST(ContactQp, TheAnswerAsAGuessIsFound) {
+TEST(ContactQp, AcceptsTheSolutionAsAGuess) {
   Random random(2);
   for (int run = 0; run < 1000; ++run) {
     ContactQp qp = randomProblem(random, run);

@@ -138,7 +138,7 @@ TEST(Contacts, OfLeavesLieOnTheLeaf) {
   EXPECT_EQ(d.objects[0].tree->cover[c.element].x, 10);
 }
 
-TEST(Contacts, AreNoneWhereThereIsNothing) {
+TEST(Contacts, AreAbsentInFreeSpace) {
   SceneDescription d;
   d.tool = test::oneBallTree(1);
   d.objects.push_back({test::withSkin(test::oneBallTree(5.2), test::roundSkin(3)), {}});

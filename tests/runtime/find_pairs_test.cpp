@@ -319,7 +319,7 @@ TEST(FindPairs, FindsEveryTriangleThatIsNear) {
   EXPECT_GT(found, 300u);
 }
 
-TEST(FindPairs, AFullListStillStandsForEveryPair) {
+TEST(FindPairs, AFullListStillRepresentsEveryPair) {
   SceneDescription d;
   d.tool = test::boxTree({6, 6, 6}, {8, 8, 8}, 1);
   for (int i = 0; i < 3; ++i) d.objects.push_back({test::boxTree({6, 6, 6}, {8, 8, 8}, 1), {{2.0 * i, 0, 0}, Quaternion(1, 0, 0, 0)}});

@@ -52,7 +52,7 @@ TEST(Inside, ComesOutByTheLeavesAndThenFeelsTheSkin) {
   }
 }
 
-TEST(Inside, ALeafIsWhatPushesOut) {
+TEST(Inside, TheLeavesPushOut) {
   const Scene scene = ballOnSphere();
   Workspace workspace(scene);
   EXPECT_TRUE(workspace.memory().feelsSkin(0));
@@ -62,7 +62,7 @@ TEST(Inside, ALeafIsWhatPushesOut) {
   EXPECT_TRUE(workspace.memory().feelsSkin(0));
 }
 
-TEST(Inside, WhoStartsBetweenSkinAndLeavesIsNotPushed) {
+TEST(Inside, AToolBetweenSkinAndLeavesIsNotPushed) {
   // Outside the skin by 0.05, inside the leaf by 0.15: this is free.
   const Scene scene = ballOnSphere();
   Workspace workspace(scene);

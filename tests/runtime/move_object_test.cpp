@@ -98,7 +98,7 @@ TEST(MoveObject, AJumpOverTheToolPushesItOut) {
   }
 }
 
-TEST(MoveObject, RefusesWhatIsNoPose) {
+TEST(MoveObject, RefusesInvalidPoses) {
   const Scene scene = compiled(ballOnSphere());
   Workspace workspace(scene);
   const double nan = std::numeric_limits<double>::quiet_NaN();

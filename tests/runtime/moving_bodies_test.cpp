@@ -188,7 +188,7 @@ TEST(MovingBodies, VelocityGoesOnBetweenPoses) {
   EXPECT_EQ(bodyPose(1, workspace).position, Vector3d(0, 0, 0));
 }
 
-TEST(MovingBodies, RefusesWhatIsNoPose) {
+TEST(MovingBodies, RefusesInvalidPoses) {
   const Scene scene = compiled(toolAndPlate(test::oneBallTree(1), thinPlate(2)));
   EXPECT_EQ(scene.bodyCount(), 2u);
   Workspace workspace(scene);

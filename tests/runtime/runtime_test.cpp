@@ -253,7 +253,7 @@ TEST(Runtime, MovesObjects) {
   EXPECT_NEAR(on.press(0, 0, 5, 60).graphic_tool.position_mm[2], 6, 2e-3);
 }
 
-TEST(Runtime, SaysWhatIsWrong) {
+TEST(Runtime, ReportsInvalidArguments) {
   CScene c;
   const std::vector<std::byte> tree = encodeSphereTree(test::oneBallTree(1));
   const auto expectError = [&](int result, const char* part) {

@@ -200,8 +200,8 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
         r = rig.to(turned);
         ASSERT_LE(rig.overlap(r), kGapTolerance + 1e-4) << degrees << " step " << n;
       }
-      const StepResult settled = rig.to(turned);
-      EXPECT_LT(distance(r.graphic, settled.graphic), 0.05) << degrees << " axis " << axis;
+      const StepResult at_rest = rig.to(turned);
+      EXPECT_LT(distance(r.graphic, at_rest.graphic), 0.05) << degrees << " axis " << axis;
     }
 }
 
@@ -428,7 +428,7 @@ TEST(Step, PaperModeFollowsThePrintedFormulas) {
   EXPECT_EQ(r.pairs, 1u);
 }
 
-TEST(Step, PaperModeMissesWhatItIsKnownToMiss) {
+TEST(Step, PaperModeFollowsTheHandThroughAPlate) {
   // Once the haptic tool has left the far side, no pair holds the graphic tool: it follows. In constrained mode it
   // stays.
   for (const Mode mode : {Mode::Paper, Mode::Constrained}) {

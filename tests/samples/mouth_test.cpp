@@ -115,7 +115,7 @@ TEST(Mouth, IsTheSameInEveryFile) {
   EXPECT_EQ(soft, 4);
 }
 
-TEST(Mouth, HasPathsThatTouchWhatTheyAreFor) {
+TEST(Mouth, HasPathsThatTouchTheirParts) {
   const Path pocket = probePocket(mouth()), inspection = inspectTeeth(mouth()), press = pressTongue();
   EXPECT_EQ(formats::parseTrajectory(trajectoryText(pocket), "pocket.csv").poses.size(), pocket.size());
   EXPECT_EQ(formats::parseTrajectory(trajectoryText(inspection), "inspection.csv").poses.size(), inspection.size());

@@ -21,7 +21,7 @@ TEST(BuilderNames, CanStandInAScene) {
   for (const std::string& name : namesOf(kQualities)) EXPECT_EQ(settingsOf("quality", name).quality, name);
 }
 
-TEST(BuilderNames, NameWhatTheyCameFrom) {
+TEST(BuilderNames, GiveTheirValueBack) {
   for (const BuilderKind kind : kBuilders) EXPECT_EQ(byName(kBuilders, std::string(builder::name(kind))), kind);
   for (const Quality quality : kQualities) EXPECT_EQ(byName(kQualities, std::string(builder::name(quality))), quality);
   EXPECT_THROW(byName(kQualities, "better"), std::logic_error);

@@ -133,7 +133,7 @@ TEST(Chart, AGapInATraceStaysAGap) {
   EXPECT_EQ(countOf(tracePathOf(traceSvg(chart)), "M"), 2u);
 }
 
-TEST(Chart, NothingToShowIsSaid) {
+TEST(Chart, AnEmptyChartSaysSo) {
   EXPECT_NE(scatterSvg({"empty", "x", "y", {}, {}}).find("nothing to show"), std::string::npos);
   EXPECT_NE(traceSvg({"empty", "x", "y", {}, {}, false, {}}).find("nothing to show"), std::string::npos);
 }

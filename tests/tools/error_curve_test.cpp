@@ -64,7 +64,7 @@ TEST(ShareLeaves, IsTheBestOfAllShares) {
   }
 }
 
-TEST(ShareLeaves, WhatHasNoRoomDoesNotHoldUpTheOthers) {
+TEST(ShareLeaves, AFullTreeDoesNotStopTheOthers) {
   const std::vector<ErrorCurve> curves{powerLaw(10, 1), powerLaw(1000, 1)};
   const LeafShares shares = shareLeaves(curves, std::vector<std::size_t>{500, 4}, 104);
   EXPECT_EQ(shares.leaves[0], 100u);

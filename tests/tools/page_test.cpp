@@ -67,7 +67,7 @@ std::vector<std::uint32_t> summed(const auto& deltas) {
   return out;
 }
 
-TEST(Page, WhatIsPackedComesOutAgain) {
+TEST(Page, PackedArraysAreRestored) {
   for (const std::size_t size : {0u, 1u, 2u, 3u, 4u, 1000u}) {
     std::string bytes;
     for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(i * i);

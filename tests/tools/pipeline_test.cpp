@@ -167,7 +167,7 @@ TEST(BatchResult, TotalsCountTreesAndFailures) {
   EXPECT_EQ(totals.overhang_bound_mm, *builtObject("x").figures.levels[1].overhang_bound_mm);
 }
 
-TEST(BatchResult, FilesThatAreNoneAreRefused) {
+TEST(BatchResult, RefusesFilesOfOtherKinds) {
   EXPECT_THROW(readBatchResult("/no/such/file"), formats::FileError);
   EXPECT_THROW(readBatchResult(written("[1, 2")), formats::FormatError);
   EXPECT_THROW(readBatchResult(written("{\"schema\": \"spheretree.batch/2\"}")), formats::FormatError);
@@ -182,7 +182,7 @@ TEST(Comparison, ComesBackFromItsJson) {
   EXPECT_EQ(toJson(readComparison(written(json.dump()))), json);
 }
 
-TEST(Comparison, FilesThatAreNoneAreRefused) {
+TEST(Comparison, RefusesFilesOfOtherKinds) {
   Json json = toJson(fullComparison());
   std::size_t refused = 0;
   removeEachKey(json, json, readComparison, refused);

@@ -88,7 +88,7 @@ TEST(Recording, ColumnsGoByTheirNames) {
   EXPECT_EQ(r.faults[0], 2u);
 }
 
-TEST(Recording, WhatIsWrongIsNamedWithItsPlace) {
+TEST(Recording, RefusalsNameThePlace) {
   const std::string row = "0,0.001,1,2,3,1,0,0,0,1,2,3,1,0,0,0,0,0,0,0,0,0,1,1,1,1,0,1,1,1,3\n", early = "1,0" + row.substr(7);
   EXPECT_EQ(complaint(kHeader + row), "");
   EXPECT_NE(complaint("a,b\n1,2\n").find("no column t_s"), std::string::npos);

@@ -82,7 +82,7 @@ TEST(HandInput, ADragMovesTheHandWithThePointer) {
   EXPECT_NEAR(way.dot(camera.towardsEye()), 0, 1e-9);
 }
 
-TEST(HandInput, EverythingIsMeantAsItLooks) {
+TEST(HandInput, MotionsFollowTheView) {
   const Camera camera = fromTheFront();  // right is x, up is z, away is y
   HandInput hand;
   hand.push(2.5, camera);

@@ -42,7 +42,7 @@ struct Tally {
 };
 
 /// Yields the processor now and then: with a single processor, the other thread must get it.
-class Patience {
+class Waiting {
  public:
   void wait() {
     if (++spins_ % 256 == 0) std::this_thread::yield();
@@ -57,18 +57,18 @@ Tally checkTripleBuffer(std::uint64_t count) {
   TripleBuffer<Numbered> buffer;
   std::atomic<std::uint64_t> seen{0};
   std::thread writer([&] {
-    Patience patience;
+    Waiting waiting;
     for (std::uint64_t n = 1; n <= count; ++n) {
-      while (n > seen.load(std::memory_order_relaxed) + kLead) patience.wait();
+      while (n > seen.load(std::memory_order_relaxed) + kLead) waiting.wait();
       buffer.back().fill(n);
       buffer.publish();
     }
   });
-  Patience patience;
+  Waiting waiting;
   Tally tally;
   for (std::uint64_t last = 0; last < count;) {  // the last value must arrive
     if (!buffer.refresh()) {
-      patience.wait();
+      waiting.wait();
       continue;
     }
     const Numbered& value = buffer.front();
@@ -86,11 +86,11 @@ Tally checkRing(std::uint64_t count) {
   StepRing<Numbered> ring(256);
   std::thread writer([&] {
     Numbered value;
-    Patience patience;
+    Waiting waiting;
     for (std::uint64_t n = 1; n <= count; ++n) {
       value.fill(n);
       ring.push(value);
-      if (ring.full()) patience.wait();  // at some times the reader keeps up, at others not
+      if (ring.full()) waiting.wait();  // at some times the reader keeps up, at others not
     }
   });
   Tally tally;

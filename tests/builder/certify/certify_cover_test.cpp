@@ -91,7 +91,7 @@ TEST(CertifyCover, NeverShrinksNorMovesABall) {
   EXPECT_NEAR(cover.largest_growth, most, 1e-6);
 }
 
-TEST(CertifyCover, WhatIsCoveredDoesNotGrow) {
+TEST(CertifyCover, ACoverDoesNotGrow) {
   const TriangleMesh mesh = test::sphereMesh(3, 3);
   const std::vector<Ball> one{{{0, 0, 0}, 3.0001}};
   const CertifiedCover cover = certify(mesh, one, 1e-3);
@@ -253,7 +253,7 @@ TEST(FindCoverGaps, MissesNoPlaceFartherThanTheTolerance) {
   EXPECT_GE(closed, 50);
 }
 
-TEST(ProvenRedundant, WhatRemainsCoversAndNothingMoreCanGo) {
+TEST(ProvenRedundant, TheRestCoversAndIsMinimal) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   Progress progress;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -276,7 +276,7 @@ TEST(ProvenRedundant, WhatRemainsCoversAndNothingMoreCanGo) {
   }
 }
 
-TEST(ProvenRedundant, KeepsWhatIsNoCandidate) {
+TEST(ProvenRedundant, KeepsSpheresThatAreNotCandidates) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   Progress progress;
   CertifiedCover cover = certify(mesh, scattered(mesh, 60, 1.6, 1), 1e-3);
@@ -304,7 +304,7 @@ TEST(FindCoverGaps, LooksOnlyAtTheTrianglesAsked) {
 }
 
 // Hints from earlier balls, even from a different number of balls, save time and change nothing.
-TEST(FindCoverGaps, KnowingWhatHeldATriangleChangesNothing) {
+TEST(FindCoverGaps, HintsFromEarlierBallsChangeNothing) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   std::vector<std::uint32_t> all(mesh.triangles.size());
   std::iota(all.begin(), all.end(), 0u);

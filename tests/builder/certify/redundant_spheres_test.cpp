@@ -52,7 +52,7 @@ TEST(RedundantSpheres, OneOfTwoIsRedundantAndTheOthersStillCover) {
   }
 }
 
-TEST(RedundantSpheres, NothingOfACoverOfWhichAllIsNeeded) {
+TEST(RedundantSpheres, FindsNothingInAMinimalCover) {
   std::vector<Sphere> once = twice();
   once.resize(8);
   Asked asked;
@@ -60,7 +60,7 @@ TEST(RedundantSpheres, NothingOfACoverOfWhichAllIsNeeded) {
   EXPECT_EQ(redundantOf(once, asked), std::vector<char>(8, 0));
 }
 
-TEST(RedundantSpheres, WhatIsFixedStays) {
+TEST(RedundantSpheres, KeepsFixedSpheres) {
   Asked asked;
   asked.fixed.assign(16, 0);
   std::fill_n(asked.fixed.begin(), 8, 1);

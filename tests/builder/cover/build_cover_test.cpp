@@ -92,7 +92,7 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
 
 // The ball with the smallest stand-off of a polyhedron around a sphere has its centre in the middle, however large the
 // tolerance.
-TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheOneThatStandsOffLeast) {
+TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheBallOfSmallestStandOff) {
   const TriangleMesh mesh = test::sphereMesh(10, 3);
   const double least = 10 - test::bruteDistance(mesh, {0, 0, 0});
   for (const double tolerance : {1.5 * least, 4 * least, 20 * least}) {

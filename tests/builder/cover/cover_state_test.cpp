@@ -41,7 +41,7 @@ struct Trial {
   }
 };
 
-TEST(CoverState, WhoCoversWhatIsTrueAfterAnyMoves) {
+TEST(CoverState, OwnersOfSamplesAreCorrectAfterAnyMoves) {
   const Progress progress;
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     Trial trial(seed);

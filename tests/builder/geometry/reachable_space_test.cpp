@@ -35,7 +35,7 @@ TEST(ReachableSpace, EndsWhereOneSolidEntersAnother) {
 }
 
 // A slot between two blocks: a ball that fits enters, a ball that is too thick by some cells does not.
-TEST(ReachableSpace, KnowsWhatTheBallIsTooThickFor) {
+TEST(ReachableSpace, ExcludesSlotsThinnerThanTheBall) {
   const TriangleMesh left = test::boxMesh({-11, -10, -10}, {-1, 10, 10}), right = test::boxMesh({1, -10, -10}, {11, 10, 10});
   Progress progress;
   const std::vector<TriangleMesh> solids{left, right};

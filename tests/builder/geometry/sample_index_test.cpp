@@ -73,7 +73,7 @@ TEST(SampleIndex, TouchingCounts) {
   EXPECT_EQ(found(SampleIndex(points), {3, 4, 0}, 0).size(), 1u);
 }
 
-TEST(SampleIndex, ARadiusThatIsNoneFindsNothing) {
+TEST(SampleIndex, FindsNothingForAnInvalidRadius) {
   const SampleIndex index(randomPoints(50, 5));
   EXPECT_TRUE(found(index, {0, 0, 0}, -1).empty());
   EXPECT_TRUE(found(index, {0, 0, 0}, std::numeric_limits<double>::quiet_NaN()).empty());

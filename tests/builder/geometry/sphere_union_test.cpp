@@ -128,7 +128,7 @@ TEST(SphereUnion, NoBallsCoverNothing) {
   EXPECT_FALSE(set.covers(Vector3d::Zero(), 1e9));
 }
 
-TEST(SphereUnion, RefusesBallsThatAreNone) {
+TEST(SphereUnion, RefusesInvalidBalls) {
   EXPECT_THROW(SphereUnion(std::vector<Ball>{{{0, 0, 0}, 0}}), std::invalid_argument);
   EXPECT_THROW(SphereUnion(std::vector<Ball>{{{0, NAN, 0}, 1}}), std::invalid_argument);
   EXPECT_THROW(SphereUnion(std::vector<Ball>{{{0, 0, 0}, INFINITY}}), std::invalid_argument);

@@ -78,7 +78,7 @@ TEST(EvaluateTree, OctantsOfACubeGiveTheClosedForms) {
 
 // A wall in the input beside the cube that the leaves do not reach: its area is half of one side of the cube. No part
 // of the spheres is nearer to it than to the cube.
-TEST(EvaluateTree, WhatHasToBeCoveredTooCounts) {
+TEST(EvaluateTree, AdditionalTrianglesCount) {
   TriangleMesh wall;
   wall.positions = {{4, -1, -1}, {4, 1, -1}, {4, 1, 1}, {4, -1, 1}};
   wall.triangles = {{0, 1, 2}, {0, 2, 3}};

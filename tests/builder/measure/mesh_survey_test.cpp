@@ -89,7 +89,7 @@ TEST(MeshSurvey, CracksAndTJunctions) {
   EXPECT_TRUE(junction.cracks.empty());
 }
 
-TEST(MeshSurvey, TheFewerAreTheOnesToTurn) {
+TEST(MeshSurvey, TheSmallerGroupIsReversed) {
   TriangleMesh mesh = test::sphereMesh(5, 3);
   for (const std::uint32_t t : {3u, 77u, 400u}) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
   EXPECT_EQ(survey(mesh).turned, (std::vector<std::uint32_t>{3, 77, 400}));

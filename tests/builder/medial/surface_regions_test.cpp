@@ -99,7 +99,7 @@ TEST(SurfaceRegions, HoldersAreThoseOfBruteForce) {
   }
 }
 
-TEST(SurfaceRegions, WhatIsDroppedIsNotMissed) {
+TEST(SurfaceRegions, RedundantBallsLeaveTheCoverComplete) {
   Setting s;
   Progress progress;
   refitBalls(s.field, s.surface.points, s.balls, 0, progress);

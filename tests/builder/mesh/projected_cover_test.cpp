@@ -46,14 +46,14 @@ TEST(CoverByProjection, CoversATriangleAboveAGridExactly) {
   EXPECT_NEAR(areaLeft(coverByProjection(triangle, grid, 0.2)), areaOf(triangle), 1e-9) << "too far";
 }
 
-TEST(CoverByProjection, LeavesWhatLiesBeyondTheSurface) {
+TEST(CoverByProjection, LeavesTrianglesBeyondTheSurface) {
   const DistanceField grid(gridMesh(10, [](double, double) { return 0.0; }));
   const Corners triangle{Vector3d(5, 2, 0), Vector3d(15, 2, 0), Vector3d(5, 8, 0)};
   // Beyond x = 10 it is a triangle of half the size.
   EXPECT_NEAR(areaLeft(coverByProjection(triangle, grid, 0.1)), areaOf(triangle) / 4, 1e-8);
 }
 
-TEST(CoverByProjection, LeavesWhatIsTooFarUpASlope) {
+TEST(CoverByProjection, LeavesTrianglesTooFarUpASlope) {
   const DistanceField grid(gridMesh(10, [](double x, double) { return 0.2 * x; }));
   const Corners triangle{Vector3d(0, 0, 0), Vector3d(10, 0, 0), Vector3d(0, 10, 0)};
   // The grid is 1 above the triangle at x = 5.

@@ -50,7 +50,7 @@ TEST(SimplifyMesh, TheResultIsSoundAndOfTheSizeAskedFor) {
   }
 }
 
-TEST(SimplifyMesh, WhatIsFlatCostsNothing) {
+TEST(SimplifyMesh, FlatFacesCostNothing) {
   TriangleMesh grid = test::boxMesh({-1, -2, -3}, {4, 5, 6});
   for (int round = 0; round < 4; ++round) grid = test::quartered(grid);
   const TriangleMesh few = simplified(grid, 100);
@@ -87,7 +87,7 @@ TEST(SimplifyMesh, SameTrianglesForAnyNumberOfThreads) {
   EXPECT_EQ(meshHash(one), meshHash(two));
 }
 
-TEST(SimplifyMesh, WhatIsNoManifoldIsRefusedAndCancellingEnds) {
+TEST(SimplifyMesh, RefusesNonManifoldMeshesAndCanBeCancelled) {
   TriangleMesh fin = test::boxMesh({0, 0, 0}, {1, 1, 1});
   fin.triangles.push_back({0, 3, 6});
   EXPECT_THROW(simplified(fin, 4), std::invalid_argument);

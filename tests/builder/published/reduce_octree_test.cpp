@@ -113,17 +113,17 @@ class FullSearch {
     for (const SurfacePoint& s : spreadOverSurface(mesh, 20'000, 1)) surface_.push_back(s.point);
   }
   static constexpr int kOutOfReach = 1 << 20;
-  int fewest() { return fewestOf(field_.box(), surface_, {}); }
+  int smallestCount() { return smallestCountOf(field_.box(), surface_, {}); }
 
  private:
   static constexpr int kHalvings = 3;
   using Key = std::array<int, 6>;  // number of halvings along each axis, and the index of the part
 
-  int fewestOf(const Eigen::AlignedBox3d& box, const std::vector<Eigen::Vector3d>& points, const Key& key) {
+  int smallestCountOf(const Eigen::AlignedBox3d& box, const std::vector<Eigen::Vector3d>& points, const Key& key) {
     if (points.empty()) return 0;
     const auto [at, is_new] = known_.try_emplace(key, 1);
     if (!is_new || keeps(box, points)) return at->second;
-    int fewest = kOutOfReach;
+    int smallest = kOutOfReach;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (key[axis] == kHalvings) continue;
       const double middle = box.center()[static_cast<int>(axis)];
@@ -137,11 +137,11 @@ class FullSearch {
         Key next = key;
         ++next[axis];
         next[axis + 3] = 2 * next[axis + 3] + side;
-        sum += fewestOf(half, inside, next);
+        sum += smallestCountOf(half, inside, next);
       }
-      fewest = std::min(fewest, sum);
+      smallest = std::min(smallest, sum);
     }
-    return known_[key] = fewest;
+    return known_[key] = smallest;
   }
 
   bool keeps(const Eigen::AlignedBox3d& box, const std::vector<Eigen::Vector3d>& points) const {
@@ -170,10 +170,10 @@ TEST(ReduceOctree, AToleranceNeedsHardlyMoreThanAFullSearch) {
   for (const Case& c : cases)
     for (const double tolerance : c.tolerances) {
       SCOPED_TRACE(std::string(c.what) + ", tolerance " + std::to_string(tolerance));
-      const int fewest = FullSearch(c.mesh, tolerance).fewest();
-      ASSERT_LT(fewest, FullSearch::kOutOfReach);
+      const int smallest = FullSearch(c.mesh, tolerance).smallestCount();
+      ASSERT_LT(smallest, FullSearch::kOutOfReach);
       // More than 1.2 times as many where the longest side is not the best one to halve: the faces of a box.
-      EXPECT_LE(static_cast<double>(buildFor(c.mesh, tolerance).balls.back().size()), 1.5 * fewest);
+      EXPECT_LE(static_cast<double>(buildFor(c.mesh, tolerance).balls.back().size()), 1.5 * smallest);
     }
 }
 

@@ -27,7 +27,7 @@ TEST(SplitAndDrop, FindsTheOctantsOfACube) {
   EXPECT_LT(test::worstOverhang(balls), 1.03 * (std::sqrt(3.0) / 4 - 0.25));
 }
 
-TEST(SplitAndDrop, CoversWithAtMostSoManyAndNeverGetsWorse) {
+TEST(SplitAndDrop, StaysWithinTheBudgetAndNeverGetsWorse) {
   for (const TriangleMesh& mesh : {test::boxMesh({-1, -2, -3}, {1, 2, 3}), test::torusMesh(5, 1, 40, 16)}) {
     const test::WholeRegion whole(mesh, 3000);
     std::vector<FittedBall> start;
@@ -57,7 +57,7 @@ TEST(SplitAndDrop, CoversWithAtMostSoManyAndNeverGetsWorse) {
   }
 }
 
-TEST(SplitAndDrop, KeepsTheBallThatIsMissedMost) {
+TEST(SplitAndDrop, KeepsTheMostUsefulBall) {
   const test::WholeRegion whole(test::sphereMesh(2, 4), 1000);
   std::vector<FittedBall> balls{fitted(whole.field, {0, 0, 0}), fitted(whole.field, {1, 0, 0}), fitted(whole.field, {0, 0, -1.5})};
   Progress progress;

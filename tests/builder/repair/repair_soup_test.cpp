@@ -112,7 +112,7 @@ TEST(CancelOpposites, LeavesTheSumOfWindings) {
   EXPECT_TRUE(cancelOpposites(soup).empty());
 }
 
-TEST(DropFins, LeavesLargeSheetsAndThoseThatHangOnNothing) {
+TEST(DropFins, KeepsLargeAndUnconnectedSheets) {
   const TriangleMesh sphere = test::sphereMesh(10, 3);
   for (const double height : {0.5, 12.0}) {
     TriangleMesh mesh = sphere;

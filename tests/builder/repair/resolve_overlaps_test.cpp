@@ -79,7 +79,7 @@ TEST(ResolveOverlaps, CutsCoplanarTrianglesAlike) {
 }
 
 // An inverted box crosses a correct one: the volume with negative winding is not solid, unless that loses too much.
-TEST(ResolveOverlaps, TakesWhatIsWoundBackwardsForSolidWhereElseTooMuchIsLost) {
+TEST(ResolveOverlaps, TreatsInvertedSolidsAsSolidIfTooMuchWouldBeLost) {
   TriangleMesh backwards = boxMesh({1, 0.25, 0.25}, {4, 0.75, 0.75});
   for (Triangle& t : backwards.triangles) std::swap(t[0], t[1]);
   const TriangleMesh all = joined(boxMesh({0, 0, 0}, {2, 1, 1}), backwards);

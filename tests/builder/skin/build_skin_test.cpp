@@ -105,7 +105,7 @@ TEST(BuildSkin, OfACylinderIsRoundUpToItsFlatCaps) {
   EXPECT_LT(test::errorsAgainst(skin, surface, is_middle).position, 2e-4);
 }
 
-TEST(BuildSkin, StaysWithinWhatItStates) {
+TEST(BuildSkin, StaysWithinItsStatedBounds) {
   test::Random random(5);
   for (const TriangleMesh& mesh : sampleMeshes())
     for (const double tolerance : {0.3, 0.05, 0.002}) {
@@ -176,7 +176,7 @@ TEST(BuildSkin, SwingsLessWhereATriangleAllowsLess) {
   EXPECT_GT(loose, 0.05);
 }
 
-TEST(BuildSkin, GoesWithThePose) {
+TEST(BuildSkin, FollowsAMotionOfTheMesh) {
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.9, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
   for (const TriangleMesh& mesh : sampleMeshes()) {
     TriangleMesh moved = mesh;
@@ -290,7 +290,7 @@ TEST(BuildSkin, OfMachinedPartsHasNoFolds) {
   }
 }
 
-TEST(BuildSkin, ADamagedOneIsRefused) {
+TEST(BuildSkin, RefusesADamagedSkin) {
   const Skin skin = skinOf(test::torusMesh(6, 2, 32, 16), 0.1);
   Skin damaged = skin;
   damaged.tolerance *= 0.9f;

@@ -105,7 +105,7 @@ TEST(LoopSurface, OfFlatFacesHasTheirNormals) {
     }
 }
 
-TEST(LoopSurface, GoesWithThePose) {
+TEST(LoopSurface, FollowsAMotionOfTheMesh) {
   const TriangleMesh mesh = test::torusMesh(6, 2, 24, 12);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.9, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
   TriangleMesh moved = mesh;

@@ -70,7 +70,7 @@ TEST(DropCrossings, TakesTheTriangleThatCrossesMostOthersFirst) {
   EXPECT_EQ(scan.mesh.triangles, sheet().triangles);
 }
 
-TEST(DropCrossings, OfTwoSheetsThatCrossNothingIsLeftThatDoes) {
+TEST(DropCrossings, LeavesNoCrossingOfTwoSheets) {
   TriangleMesh both = sheet();
   const auto first = static_cast<std::uint32_t>(both.positions.size());
   for (const Vector3d& p : sheet().positions) both.positions.emplace_back(p.x(), p.y(), 0.9 * p.x() + 0.1 * p.y() - 9.95);

@@ -166,7 +166,7 @@ TEST(SplitScan, IslandsJoinTheirNeighbourAndPiecesAreToldApart) {
   EXPECT_NEAR(result.parts[0].scanned_area, 2 * kPi * Bumps::kSphere * Bumps::kHeight, Bumps::areaSlack(0.25));
 }
 
-TEST(SplitScan, RefusesWhatHasNoToothAndWhatDoesNotFit) {
+TEST(SplitScan, RefusesScansWithoutTeethAndWrongLabels) {
   Bumps bumps(1);
   EXPECT_THROW(split(bumps.mesh, std::vector<std::int32_t>(bumps.labels.size(), 0)), BuildError);
   EXPECT_THROW(split(bumps.mesh, std::vector<std::int32_t>(3, 11)), std::invalid_argument);
@@ -205,7 +205,7 @@ TEST(SplitScan, TheSampleMouthComesBackAsFourteenTeethAndAGum) {
   }
 }
 
-TEST(SplitScan, SurvivesWhatScannersDo) {
+TEST(SplitScan, SurvivesScannerDefects) {
   const std::vector<samples::ScanSettings> cases{{.edge_mm = 0.9, .noise_mm = 0.02, .holes = 8},
                                                  {.edge_mm = 0.9, .double_layer = true, .missing_fdi = 16},
                                                  {.upper = false, .edge_mm = 0.9, .supernumerary = true},

@@ -148,7 +148,7 @@ TEST(LargeMotion, AToolAtAnySpeedDoesNotPassThrough) {
 }
 
 // Without the solver the tissue moves by its compliance at rest; when the solver is back, everything is as before.
-TEST(LargeMotion, ASolverThatStallsIsNoHarm) {
+TEST(LargeMotion, AStalledSolverIsHarmless) {
   LargeRig rig(test::oneBallTree(3));
   for (double z = 16; z > 14.5; z -= 0.02) rig.to({12, 10, z});
   const Vector3d before = rig.rest({12, 10, 14.5}).wrench.force;

@@ -171,7 +171,7 @@ TEST(PressedTissue, ItGoesBackWhenTheToolLeaves) {
 }
 
 // Under any force the tissue stops: the linear law has a limit, and the tool does not pass through.
-TEST(PressedTissue, ItGivesWayOnlySoFar) {
+TEST(PressedTissue, StopsAtItsLargestDepth) {
   Rig rig(test::oneBallTree(1.5), {}, 0, 20);
   for (double z = 15; z > -20; z -= 0.2) {
     const StepResult r = rig.to({11, 9, z});
@@ -292,7 +292,7 @@ TEST(PressedTissue, AllKernelsGiveTheSameBytes) {
   }
 }
 
-TEST(PressedTissue, WhatCannotBeIsRefused) {
+TEST(PressedTissue, RefusesInvalidTissue) {
   runtime::SceneDescription d = blockUnder(test::oneBallTree(1));
   d.objects[0].stiffness = 1;
   runtime::Scene scene;

@@ -64,7 +64,7 @@ TEST(SurfaceResponse, IsSymmetricAndPositive) {
 }
 
 // Against elasticity itself: all forces together.
-TEST(SurfaceResponse, IsWhatElasticitySaysOfForcesOnNodes) {
+TEST(SurfaceResponse, AgreesWithElasticityForForcesOnNodes) {
   const Tetrahedra solid = test::boxTetrahedra({8, 6, 4}, {3, 2, 2});
   std::vector<char> fixed;
   for (const Vector3d& p : solid.nodes) fixed.push_back(p.z() < 1e-9);

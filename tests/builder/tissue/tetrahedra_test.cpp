@@ -59,7 +59,7 @@ TEST(Tetrahedra, FlatOnesAlongTheSurfaceAreDropped) {
   EXPECT_THROW(solidOf(found, surface), BuildError);
 }
 
-TEST(Tetrahedra, WhatDoesNotFillTheSurfaceIsRefused) {
+TEST(Tetrahedra, RefusesTetrahedraThatDoNotFillTheSurface) {
   const TriangleMesh surface = test::boxMesh(Vector3d::Zero(), Vector3d::Constant(3));
   const Tetrahedra whole = test::boxTetrahedra({3, 3, 3}, {3, 3, 3});
   Tetrahedra broken = whole;
