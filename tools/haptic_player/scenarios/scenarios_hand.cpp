@@ -56,15 +56,15 @@ void addLargestSteps(Outcome& out, const ScenarioRun& trial) {
 Outcome encoders(ScenarioContext& context, Mode mode) {
   Outcome out;
   const BallOnSlab scene(context);
-  const int steps = context.repetitions(10'000, 3000), settled = 4000;
+  const int steps = context.repetitions(10'000, 3000), first_measured = 4000;
   std::array<double, 2> swing{}, rms{};  // with friction, without
   for (const Friction friction : {Friction::On, Friction::Off})
     for (const char* hand : {"fine", "arm"}) {
       ScenarioRun trial = scene.trial(mode);
-      const ClosedLoop loop = runHand(context, trial, handAt(hand, 0, friction, pressPath(hand, 2, 10)), settled + steps);
+      const ClosedLoop loop = runHand(context, trial, handAt(hand, 0, friction, pressPath(hand, 2, 10)), first_measured + steps);
       const auto k = static_cast<std::size_t>(friction);
-      swing[k] = std::max(swing[k], 1000 * peakToPeak(loop.force(2, settled)));
-      rms[k] = std::max(rms[k], 1000 * roughness(loop.force(2, settled)).rms);
+      swing[k] = std::max(swing[k], 1000 * peakToPeak(loop.force(2, first_measured)));
+      rms[k] = std::max(rms[k], 1000 * roughness(loop.force(2, first_measured)).rms);
       if (friction == Friction::Off && hand == std::string("fine")) trial.finish(out);
     }
   out.add("force swing while held still", "mN", swing[0], 40);

@@ -63,12 +63,12 @@ class BudgetSearch {
     const std::size_t each = std::max<std::size_t>(1, (aim_ - fixed_) / waiting_.size());
     std::vector<std::size_t> leaves(waiting_.size(), std::min(kFirstLeaves, each));
     for (int round = 0; round < kSearchRounds; ++round)
-      if (const Round built = build(leaves, true, round); isSettled(leaves, built) && round > 0) break;
+      if (const Round built = build(leaves, true, round); redistribute(leaves, built) && round > 0) break;
     for (int round = 0; round < kFinalRounds; ++round) {
       Round built = build(leaves, false, round);
-      const bool settled = isSettled(leaves, built) && built.fits;
+      const bool unchanged = redistribute(leaves, built) && built.fits;
       if (best_.items.empty() || isBetter(built, best_)) best_ = std::move(built);
-      if (settled) break;
+      if (unchanged) break;
     }
     for (BatchItem& item : best_.items)
       if (built_.count(item.key) > 0) item.status = ItemStatus::Built;
@@ -165,17 +165,17 @@ class BudgetSearch {
   }
 
   /// Distributes the leaves again; true if the round already had this distribution. Small changes are not made.
-  bool isSettled(std::vector<std::size_t>& leaves, const Round& built) {
+  bool redistribute(std::vector<std::size_t>& leaves, const Round& built) {
     const LeafShares shares = shareLeaves(curves_, most_, aim_ - fixed_);
     scale_ = shares.error;
-    bool settled = true;
+    bool unchanged = true;
     for (std::size_t k = 0; k < leaves.size(); ++k) {
       const double change = std::abs(static_cast<double>(shares.leaves[k]) - static_cast<double>(leaves[k]));
       if (built.fits && change <= std::max(1.0, kSameLeaves * static_cast<double>(leaves[k]))) continue;
-      settled = settled && shares.leaves[k] == leaves[k];
+      unchanged = unchanged && shares.leaves[k] == leaves[k];
       leaves[k] = shares.leaves[k];
     }
-    return settled;
+    return unchanged;
   }
 
   double stepTime(const std::vector<BatchItem>& items) {

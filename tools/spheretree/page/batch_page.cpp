@@ -162,9 +162,9 @@ std::string objectCharts(const BatchResult& result) {
     size.points.push_back(p);
   }
   if (objects.size() < 3) return "";  // then the rows of the table show as much
-  const auto [fewest, most] = std::minmax_element(
+  const auto [smallest, largest] = std::minmax_element(
       objects.begin(), objects.end(), [](const ObjectResult* a, const ObjectResult* b) { return a->figures.leaves < b->figures.leaves; });
-  const bool same_leaves = 10 * (*most)->figures.leaves < 13 * (*fewest)->figures.leaves;  // all dots would be in one line
+  const bool same_leaves = 10 * (*largest)->figures.leaves < 13 * (*smallest)->figures.leaves;  // all dots would be in one line
   return "<p>Each dot is an object; the six with the largest overhang are named.</p><div class=\"charts\">" +
          (same_leaves ? "" : scatterSvg(leaves)) + scatterSvg(size) + "</div>\n";
 }
