@@ -36,7 +36,7 @@ class MeshCheck {
     }
     findBadNumbers();
     if (!report_.defects.empty()) {
-      report_.not_checked.push_back("Nothing else was checked: the triangles are not all there.");
+      report_.not_checked.push_back("Nothing else was checked, because some triangles cannot be used.");
       return finish();
     }
     measure();
@@ -47,7 +47,7 @@ class MeshCheck {
     findNonManifoldVertices();
     nameComponents();
     if (report_.has(DefectKind::Scale)) {
-      report_.not_checked.push_back("Volumes and self-intersections were not checked: first put the unit right.");
+      report_.not_checked.push_back("Volumes and self-intersections were not checked: correct the unit first.");
       return finish();
     }
     findCrossings();
@@ -276,7 +276,7 @@ class MeshCheck {
   void findOrientation() {
     if (!is_closed_ || report_.has(DefectKind::DegenerateFace) || report_.has(DefectKind::DuplicateFace)) {
       report_.not_checked.push_back(
-          "Whether it is inside out, and whether parts lie within parts, was not checked: that takes a closed mesh of consistent winding.");
+          "Inverted solids and parts within parts were not searched for: that needs a closed mesh with consistent winding.");
       return;
     }
     std::vector<Component>& components = report_.components;

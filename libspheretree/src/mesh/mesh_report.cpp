@@ -56,7 +56,7 @@ Wording wordingOf(DefectKind kind) {
     case DefectKind::NoVolume:
       return {"component", "components", "Give it a thickness, or delete it."};
     case DefectKind::InsideOut:
-      return {"component", "components", "A build turns it round; so does \"flip normals\"."};
+      return {"component", "components", "A build reverses it; so does \"flip normals\"."};
     case DefectKind::SelfIntersection:
       break;
   }

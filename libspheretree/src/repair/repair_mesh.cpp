@@ -118,7 +118,7 @@ class Repair {
       out.partly = std::move(clipped.partly);
       step.removed = std::move(clipped.removed);
     }
-    step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " round the whole, at most " +
+    step.text = "wrapped: a closed surface of " + counted(step.count, "triangle", "triangles") + " around the whole, at most " +
                 number(step.change_mm) + " mm away; gaps narrower than " + number(2 * alpha) +
                 " mm are bridged, cavities filled; what lies deeper than " + number(alpha) +
                 " mm within it needs no cover: " + counted(step.removed.size(), "triangle", "triangles") + " wholly, " +
@@ -139,7 +139,7 @@ class Repair {
   void clean() {
     progress_.stage("repair");
     note(RepairStepKind::DropFlat, dropFlat(soup_), "left out, since they have no area");
-    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are there before");
+    note(RepairStepKind::DropDuplicates, dropDuplicates(soup_), "left out, since they are duplicates");
     alignWinding(soup_);  // cracks and T-junctions are open edges only if neighbours have the same winding
     const Stitched stitched = stitchCracks(soup_, input_.triangles.size());
     if (stitched.welded + stitched.split > 0) {
@@ -270,7 +270,7 @@ class Repair {
     if (!lost_.empty())
       step->text += " " + counted(lost_.size(), "triangle", "triangles") + " with nothing solid on either side, covered all the same.";
     is_either_way_ |= resolved.is_either_way;
-    if (is_either_way_) step->text += " What the surface winds round backwards counts as solid, too.";
+    if (is_either_way_) step->text += " Volume with reversed winding counts as solid, too.";
     // Rounded corners may coincide or be collinear.
     dropFlat(soup_);
     Stitched stitched = stitchCracks(soup_, input_.triangles.size());
