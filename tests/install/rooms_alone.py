@@ -25,7 +25,7 @@ for room, (needed, target) in ROOMS.items():
         run = subprocess.run(["cmake", "--build", work / room, "--parallel", "--target", target], capture_output=True, text=True)
     if run.returncode != 0:
         faults.append(f"{room} alone: {' '.join(run.stderr.split())[:500] or run.stdout[-500:]}")
-# The programs say which rooms they need rather than fail in the middle.
+# The programs report the missing rooms rather than fail during the build.
 run = subprocess.run(["cmake", "-S", source, "-B", work / "tools", "-DSPHERETREE_TOOLS=ON", "-DSPHERETREE_DEVICE=OFF", "-DSPHERETREE_TESTS=OFF"],
                      capture_output=True, text=True)
 if run.returncode == 0 or "SPHERETREE_TOOLS needs" not in run.stderr:

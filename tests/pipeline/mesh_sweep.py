@@ -32,7 +32,7 @@ failure/tooth/hostile_path_escape.gltf failure/tooth/tooth_nan_inf.obj failure/t
 failure/tooth/tooth_open_crown_scan.stl failure/tooth/tooth_scattered_holes.stl failure/tooth/teeth_overlapping.stl
 failure/tooth/tooth_sparse.gltf""".split()
 MEASURED = {"dental/maxilla_ct_porous.ply", "dental/gums_and_tongue_open.obj", "failure/mesh/hourglass_ico.obj"}
-# What is no mesh of triangles that can be trusted; everything else must become a tree.
+# Files that are not trustworthy triangle meshes; all others must become a tree.
 UNREADABLE = {"failure/gltf/missing_bin/BoxTextured.gltf"}
 REFUSED = """gltf/AllIndicesOutOfRange.gltf gltf/Mesh_PrimitiveMode_00.gltf gltf/Mesh_PrimitiveMode_02.gltf gltf/RecursiveNodes.gltf
 gltf/SceneWithoutNodes.gltf gltf/badArray.gltf gltf/empty_nodes.glb gltf/sceneWrongType.gltf obj/box_UTF16BE.obj obj/malformed.obj

@@ -26,7 +26,7 @@ def test_the_same_bytes_as_the_program(options, settings, molar, program, tmp_pa
     mesh = spheretree.read(molar)
     expected = out.read_bytes()
     assert spheretree.build(mesh, quality="quick", **settings).to_bytes() == expected
-    # From arrays, however many of their vertices repeat, and for any number of threads.
+    # From arrays, with any number of repeated vertices, and for any number of threads.
     soup = mesh.vertices[mesh.triangles].reshape(-1, 3)
     for threads in (1, 2):
         assert spheretree.build(mesh.vertices, mesh.triangles, quality="quick", threads=threads, **settings).to_bytes() == expected

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Cases of program_test.sh for `spheretree batch`; read by it.
+# Cases of program_test.sh for `spheretree batch`; program_test.sh sources this file.
 
 # write_scene FILE MORE_OBJECTS: a tetrahedron as tool, two parts of one file as objects.
 write_scene() {
@@ -26,7 +26,7 @@ case_scene() {
   says '"reach": {"radius_mm": 0.1, "tolerance_mm": 10.0}' sub/a.scene.json
   expect 0 batch sub/a.scene.json -o out_scene --quality quick
   says "3 built, 0 unchanged, 0 failed" out
-  # Without a tool: a ball, which is written, too.
+  # Without a tool: a ball is the tool and is written, too.
   expect 0 scene pair.obj -o b.scene.json
   says "the tool is a ball of 1 mm" err
   [ -s ball.obj ] || fail "no ball"
@@ -47,7 +47,7 @@ case_scene() {
   expect 2 scene - -o d.scene.json
   expect 3 scene gone.obj -o d.scene.json
   [ ! -e d.scene.json ] || fail "something was written"
-  # An output that would replace an input stays what it was.
+  # An output that would replace an input is refused, and the input is unchanged.
   cp tool.obj ball.obj && cp ball.obj before.obj
   expect 2 scene ball.obj pair.obj -o e.scene.json --tool nothing
   expect 0 scene ball.obj pair.obj -o e.scene.json
@@ -62,7 +62,7 @@ case_split() {
     --marked marked.glb >out 2>err
   code=$?
   says "28 teeth, 2 gums; 0 refused" out
-  # Exit code 5 and findings go together.
+  # Exit code 5 and findings occur together.
   if grep -q '"state": "crosses"' patient/split.json; then [ $code = 5 ] && says "finding: " err; else [ $code = 0 ]; fi ||
     fail "exit code $code does not go with the findings"
   for part in tooth_11 tooth_27 tooth_36 tooth_47 gum_upper gum_lower; do
@@ -73,11 +73,11 @@ case_split() {
   [ -s marked.glb ] || fail "nothing marked"
   expect 0 batch patient/mouth.scene.json -o trees --dry-run
   says "31 to build" out
-  # One jaw, twice, is the same; labels in a PLY are the same as in a JSON file.
+  # The same jaw twice gives the same parts; labels in a PLY are equivalent to those in a JSON file.
   expect 0 split scans/upper.obj --labels scans/upper.json -o one --json
   says '"jaw": "upper"' out
   cmp one/tooth_16.ply patient/tooth_16.ply || fail "a tooth depends on the other jaw"
-  # What does not fit is refused, and nothing is written.
+  # Inputs that do not match are refused, and nothing is written.
   expect 4 split scans/lower.obj --labels scans/upper.json -o x
   says "labels for" err
   sed 's/"labels": \[0/"labels": [-1/;s/"labels": \[\([1-9]\)/"labels": [-\1/' scans/upper.json >bad.json
@@ -111,7 +111,7 @@ case_cohort() {
   # Again: nothing is built.
   expect 0 batch --cohort list.jsonl -o parts --shard 1/3
   says ", 0 built, " out
-  # One bad patient does not stop the others, and is the first of the page.
+  # One bad patient does not stop the others, and comes first on the page.
   echo '{"patient": "Q", "scene": "gone.scene.json"}' >>list.jsonl
   expect 6 batch --cohort list.jsonl -o whole
   says "Q: refused" out
@@ -121,7 +121,7 @@ case_cohort() {
   says '"patient": "Q"' order
   head -1 order | grep -q '"Q"' || fail "the worst patient is not the first"
   says "1 of 6 patients is not as asked for" page.html
-  # What does not go together, and lists that are wrong.
+  # Options that exclude each other, and invalid lists.
   expect 2 batch --cohort list.jsonl mouth.scene.json -o x
   expect 2 batch --cohort list.jsonl -o x --dry-run
   expect 2 batch --cohort list.jsonl -o x --budget 100
@@ -140,11 +140,11 @@ case_batch_meshes() {
   write_scene a.scene.json ""
   expect 0 batch pair.obj tool.obj -o out_m --quality quick --tolerance 1.5 --match 'left=1.25'
   says "3 built, 0 unchanged, 0 failed" out
-  # The same as by way of a scene.
+  # Equal to the result of a scene file.
   expect 0 scene pair.obj tool.obj -o b.scene.json --tolerance 1.5 --match 'left=1.25'
   expect 0 batch b.scene.json -o out_s --quality quick
   for tree in tool left right; do cmp out_m/$tree.stree out_s/$tree.stree || fail "$tree differs"; done
-  # The scene stands in the folder, and one edit builds only what it changes.
+  # The scene is in the folder, and an edit rebuilds only the changed objects.
   sed 's/1.25/1/' out_m/drafted.scene.json >out_m/edited.scene.json
   expect 0 batch out_m/edited.scene.json -o out_m --quality quick
   says "1 built, 2 unchanged, 0 failed" out
@@ -174,7 +174,7 @@ case_batch() {
   # A tree of a batch is the tree of build, byte for byte.
   expect 0 build pair.obj --parts left --quality quick --levels 3 -o left.stree
   cmp left.stree out_a/left.stree || fail "batch and build differ"
-  # Unchanged: nothing is built, and the trees stay as they are. Changed: only what changed.
+  # Unchanged: nothing is built, and the trees stay as they are. Changed: only the changed objects are built.
   cp -r out_a before
   expect 0 batch a.scene.json -o out_a --threads 1
   says "0 built, 3 unchanged, 0 failed" out
@@ -185,7 +185,7 @@ case_batch() {
   # A compiled scene is a scene.
   expect 0 batch out_a/scene.json -o again
   cmp out_a/left.stree again/left.stree || fail "a tree changed on its way through"
-  # An entry of the cache that is cut off or of other bytes is not used.
+  # An entry of the cache that is cut off or altered is not used.
   for entry in out_a/cache/*.stree; do printf x >>"$entry"; done
   expect 0 batch a.scene.json -o out_a
   says "3 built, 0 unchanged, 0 failed" out
@@ -203,7 +203,7 @@ case_batch_failures() {
     if grep -q "\"$name\"" out_b/scene.json; then fail "the compiled scene names $name, which has no tree"; fi
   done
   says 'its parts are "left", "right"' err
-  # Nothing left to load: no scene that an older run may have left.
+  # Without any tree there is no scene, not even one of an earlier run.
   sed 's/tool.obj/gone.obj/' bad.scene.json >worse.scene.json
   expect 6 batch worse.scene.json -o out_b
   [ ! -e out_b/scene.json ] || fail "a scene without a tool was left behind"
@@ -213,7 +213,7 @@ case_batch_failures() {
   expect 3 batch gone.scene.json -o out_c
   expect 2 batch bad.scene.json -o out_c --shard 3/2
   [ ! -e out_c ] || fail "a folder was made for a scene that was refused"
-  # A cache that cannot be written is found out before anything is built for it.
+  # A cache that is not writable is detected before anything is built.
   expect 3 batch bad.scene.json -o out_c --cache tool.obj/cache
   says "tool.obj/cache: cannot be made" err
   [ ! -e out_c/report.json ] || fail "results without a cache"
@@ -234,7 +234,7 @@ case_batch_shards() {
   cmp whole/scene.json parts/scene.json || fail "the scenes differ"
 }
 
-# Killed at any moment: the next run goes on, and comes to the same bytes.
+# Killed at any moment: the next run continues and produces the same bytes.
 case_batch_killed() {
   write_torus torus.obj 24
   objects=""
@@ -263,10 +263,10 @@ case_batch_killed() {
   cmp whole/scene.json killed/scene.json || fail "the scenes differ"
 }
 
-# A number FIELD of FILE, the first one.
+# Prints the first number FIELD of FILE.
 number_of() { sed -n "s/^ *\"$1\": \([0-9.e-]*\),*$/\1/p" "$2" | head -n 1; }
 
-# less A B: as numbers.
+# less A B: compares as numbers.
 less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a < b) }'; }
 
 # A small ring and a large one, with a tetrahedron as tool.
@@ -288,26 +288,26 @@ case_batch_budget() {
   says '"of": "leaves"' out_a/report.json
   leaves=$(number_of spent out_a/report.json)
   [ "${leaves%.*}" -le 120 ] && [ "${leaves%.*}" -ge 100 ] || fail "$leaves leaves of 120"
-  # Fewer leaves than 64 each, and a smaller error: that is what a budget is for.
+  # Fewer leaves than 64 for each tree, and a smaller error: the purpose of a budget.
   error=$(number_of overhang_bound_mm out_a/report.json)
   less "$error" "$(number_of overhang_bound_mm even/report.json)" || fail "with $leaves leaves an error of $error"
   expect 0 batch a.scene.json -o again --budget 120 --threads 1
   for file in tool.stree small.stree large.stree scene.json; do cmp out_a/$file again/$file || fail "$file depends on threads"; done
   expect 0 batch a.scene.json -o out_a --budget 120
   says "0 built, 3 unchanged" out
-  # Of time, by a model: within it, and the same whatever else the machine does.
+  # A budget of time, by a model: it is met, and the result does not depend on the load of the machine.
   expect 0 batch even.scene.json -o slow --budget 1000us  # all that its levels allow
   some=$(number_of spent slow/report.json | awk '{ print 0.8 * $1 }')
   expect 0 batch even.scene.json -o fast --budget "${some}us"
   less "$(number_of spent fast/report.json)" "$some" || fail "beyond $some us"
   expect 5 batch even.scene.json -o fast --budget 0.1us
   says "the budget is not met" err
-  # Tolerances say what weighs more: the small ring gets leaves.
+  # Tolerances weight the errors: the small ring gets leaves.
   sed 's/"mesh": "small.obj"/"mesh": "small.obj", "tolerance_mm": 0.05/; s/"mesh": "large.obj"/"mesh": "large.obj", "tolerance_mm": 5/' a.scene.json >w.scene.json
   expect 0 batch w.scene.json -o weighed --budget 200
   [ "$("$program" inspect weighed/small.stree --json | number_of nodes -)" -gt "$("$program" inspect again/small.stree --json | number_of nodes -)" ] ||
     fail "the tolerance weighs nothing"
-  # A region of work is a tolerance, too.
+  # A region of work also is a tolerance.
   write_rings site.scene.json ', "tolerance_mm": 4' ', "work": [{"name": "spot", "sphere": {"centre_mm": [130, 0, 0], "radius_mm": 10}, "tolerance_mm": 1}]'
   expect 0 batch site.scene.json -o site --budget 300
   says '"least_tolerance_mm"' site/report.json
@@ -324,10 +324,10 @@ case_batch_chart() {
   printf 't_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n' >press.csv
   awk 'BEGIN { for (i = 0; i < 200; ++i) printf "%.3f,0,100,%.2f,1,0,0,0\n", i / 1000, 40 - i / 10 }' >>press.csv
   expect 0 batch a.scene.json -o out_a --chart --trajectory press.csv
-  # 8, 16, 32 and 64 leaves and what was chosen, for the scene, the tool and two objects.
+  # 8, 16, 32 and 64 leaves and the chosen trees, for the scene, the tool and two objects.
   [ "$(grep -c '"leaves_each": ' out_a/report.json)" -eq 20 ] || fail "not 5 rows of 4"
   [ "$(grep -c '"chosen": true' out_a/report.json)" -eq 4 ] || fail "not one chosen row each"
-  # The same again but for times: all of the chart comes from the cache.
+  # The second run is equal except for times: the whole chart comes from the cache.
   grep -v -e seconds -e step_us -e built -e cached out_a/report.json >first
   expect 0 batch a.scene.json -o out_a --chart --trajectory press.csv --threads 1
   grep -v -e seconds -e step_us -e built -e cached out_a/report.json >second
@@ -361,12 +361,12 @@ case_batch_tutorial() {
   says '"overhang_mm"' compiled/report.json
   says 'tooth_46' page.html
   sed 's/"tool"/"defaults": {"quality": "quick"}, "tool"/' mouth/first.scene.json >mouth/quick.scene.json
-  # Fewer leaves where the tool cannot come and no work is done; the region has its own figure, and its tolerance is
+  # Fewer leaves where the tool cannot reach and no work is done; the region has its own figure, and its tolerance is
   # met.
   sed -e 's/"quality": "quick"/"quality": "quick", "tolerance_mm": 0.4/' mouth/quick.scene.json >mouth/even.scene.json
   sed -e '$ s/}$/, "work": [{"name": "cusp", "sphere": {"centre_mm": [-26, 16, 7], "radius_mm": 2}, "tolerance_mm": 0.2}]}/' \
     mouth/even.scene.json >mouth/work.scene.json
-  # 5: certification may push a leaf a little past its tolerance.
+  # 5: certification may enlarge a leaf slightly beyond its tolerance.
   "$program" batch mouth/work.scene.json -o work >out 2>err || [ $? -eq 5 ] || fail "exit code $?"
   says '"name": "cusp"' work/report.json
   says '"least_tolerance_mm": 0.2' work/report.json

@@ -115,7 +115,7 @@ def main(folder):
     done = run(importer, folder / "box.3ds", "-o", folder / "cm.ply", "--trusted", "--unit", "cm")
     expect(done.returncode == 0 and "10 mm" in done.stdout, f"--unit cm: {done.stdout} {done.stderr}")
 
-    # Neither a file that is none, nor a damaged one, leaves anything behind; an input is not replaced.
+    # An invalid or damaged file leaves no output behind; an input is not replaced.
     (folder / "none.fbx").write_bytes(b"no such thing")
     done = run(importer, folder / "none.fbx", "-o", folder / "none.obj", "--trusted")
     expect(done.returncode == 4 and "Assimp cannot read it" in done.stderr and not (folder / "none.obj").exists(), f"none.fbx: {done.stderr}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the program says, and where: cases of program_test.sh, whose functions they use.
+# Messages of the program and their streams: cases of program_test.sh, whose functions they use.
 
 # says_in_a_line PATTERN: stderr is one line with PATTERN.
 says_in_a_line() {
@@ -7,7 +7,7 @@ says_in_a_line() {
   [ "$(wc -l <err)" -eq 1 ] || fail "not one line"
 }
 
-# Suggestions only where one is close; a prefix counts first.
+# Suggestions only if one is close; a prefix has priority.
 case_mistyped() {
   write_tetrahedron mesh.obj
   for pair in "--tol --tolerance" "--tol=3 --tolerance" "--out --output" "--qualty --quality" "--thread --threads"; do
@@ -43,7 +43,7 @@ case_mistyped() {
   expect 2 evaluate mesh.obj a.stree more.obj
   says_in_a_line "unexpected argument 'more.obj' of evaluate"
   is_empty work
-  # After -- every word is a file name.
+  # After -- every argument is a file name.
   cp mesh.obj ./-dash.obj
   expect 0 -q build -o work/a.stree --quality quick --levels 2 -- -dash.obj
   [ ! -s err ] || fail "-q before the verb is not quiet"
@@ -53,7 +53,7 @@ case_mistyped() {
   says_in_a_line "unexpected argument '-o' of repair: after --"
 }
 
-# Messages are ours, not a library's, and say where a text stops to be JSON.
+# Messages are our own, not a library's, and state where a text stops being JSON.
 case_no_json() {
   write_tetrahedron mesh.obj
   cp mesh.obj mesh.json
@@ -86,7 +86,7 @@ END
   says_in_a_line 'the key "unit" stands twice in one object'
 }
 
-# Names from outside neither break a line nor send commands to the terminal.
+# Names from outside can neither break a line nor send commands to the terminal.
 case_control_characters() {
   name=$(printf 'a\nb.obj')
   expect 3 check "$name"
@@ -100,7 +100,7 @@ case_control_characters() {
   if grep -q "$(printf '\033')" out; then fail "an escape sequence went out"; fi
 }
 
-# The option that binds is the one to change.
+# The message names the option that limits the result.
 case_advice() {
   write_tetrahedron mesh.obj
   expect 5 build mesh.obj -o work/a.stree --quality quick --tolerance 0.001 --leaves 20
@@ -109,7 +109,7 @@ case_advice() {
   says_in_a_line "Allow more --levels or a larger --tolerance"
 }
 
-# --unit means the numbers of the file, for every verb and every format.
+# --unit is the unit of the numbers in the file, for every verb and every format.
 case_units() {
   write_tetrahedron mesh.obj
   expect 0 build mesh.obj -o tree.stree --quality quick --levels 2 --unit cm
@@ -123,7 +123,7 @@ case_units() {
     case $unit in mm) factor=1000 ;; cm) factor=100 ;; in) factor=39.370078740157 ;; esac
     awk -v a="$metres" -v b="$own" -v f=$factor 'BEGIN { exit !(a / b / f > 0.999999 && a / b / f < 1.000001) }' || fail "$unit: $own of $metres"
   done
-  # An object and the tool have units of their own.
+  # An object and the tool may have different units.
   printf '{"schema": "spheretree.scene/1", "unit": "cm", "defaults": {"quality": "quick", "levels": 2},
     "tool": {"name": "tool", "mesh": "mesh.obj", "unit": "mm"}, "objects": [{"name": "a", "mesh": "mesh.obj"}]}' >a.scene.json
   expect 0 batch a.scene.json -o work/b
@@ -133,7 +133,7 @@ case_units() {
   says "unit 10 mm" out
 }
 
-# A part may be the component that check --list-parts counts.
+# A part may be a component, as counted by check --list-parts.
 case_components() {
   write_tetrahedron one.obj
   { cat one.obj; printf 'v 40 0 0\nv 53 0 0\nv 40 11 0\nv 40 0 9\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n'; } >both.obj
@@ -148,7 +148,7 @@ case_components() {
   says "right: the mesh has no component #2; it has 2" err
 }
 
-# What was done to a mesh is said by batch and on its page, the largest change first.
+# The batch and its page report repairs, the largest change first.
 case_repairs_are_said() {
   write_tetrahedron whole.obj
   grep -v 'f 2 3 4' whole.obj >open.obj
@@ -167,7 +167,7 @@ case_repairs_are_said() {
   expect 0 report work/a -o work/a.html
   says "1 opening closed" work/a.html
   if grep -q 'class="good">All 4 trees' work/a.html; then fail "all is good on the page of a batch with a large repair"; fi
-  # A reference point that the tool does not have near it.
+  # A reference point that is not near the tool.
   sed 's/"mesh": "whole.obj"}, "objects"/"mesh": "whole.obj", "reference_point_mm": [0, 0, 90]}, "objects"/; s/}$/}/' a.scene.json |
     sed 's/"mesh": "whole.obj"},$/"mesh": "whole.obj", "reference_point_mm": [0, 0, 90]},/' >far.scene.json
   expect 0 batch far.scene.json -o work/far
@@ -177,7 +177,7 @@ case_repairs_are_said() {
   [ "$(tr -d ' \n' <work/centre/scene.json | sed 's/.*"reference_point_mm":\[\([^]]*\)\].*/\1/')" = "5.0,5.0,5.0" ] || fail "not the centre of the box"
 }
 
-# A mesh as a build takes it, in a file.
+# The mesh that a build uses, as a file.
 case_repair() {
   write_tetrahedron whole.obj
   grep -v 'f 2 3 4' whole.obj >open.obj
@@ -185,7 +185,7 @@ case_repair() {
   says "work/a.ply: 4 triangles, sound" out
   says "1 opening closed" out
   expect 0 check work/a.ply
-  # The tree of the repaired mesh is that of the input, up to what they are called.
+  # The tree of the repaired mesh is that of the input, except for names.
   expect 0 build open.obj -o a.stree --levels 2 --quality quick -q
   expect 0 build work/a.ply -o b.stree --levels 2 --quality quick -q
   for name in a b; do "$program" convert $name.stree - --to csv >$name.csv || fail "no list of $name"; done
@@ -196,14 +196,14 @@ case_repair() {
   expect 4 repair flat.obj -o work/b.ply
   [ ! -e work/b.ply ] || fail "a mesh that cannot be repaired was written"
   expect 2 repair whole.obj -o work/b.stl
-  # The exit code of check, as a script may want it.
+  # The exit code of check, for use in scripts.
   expect 4 check open.obj
   expect 0 check open.obj --fail-on unfixable
   expect 4 check flat.obj --fail-on unfixable
   expect 0 check flat.obj --fail-on nothing
 }
 
-# Spheres as robot programs read them, in any unit; a GLB of one level.
+# Spheres in the formats of robot programs, in any unit; a GLB of one level.
 case_lists() {
   write_sph a.sph
   expect 0 convert a.sph work/a.csv
@@ -218,7 +218,7 @@ case_lists() {
   expect 0 convert a.sph work/all.glb
   expect 0 convert a.sph work/one.glb --level 1
   [ "$(wc -c <work/one.glb)" -lt "$(wc -c <work/all.glb)" ] || fail "--level leaves nothing out"
-  # What a viewer shows first is the leaves: the root's sphere would hide them.
+  # A viewer shows the leaves first: the root's sphere would hide them.
   expect 4 check work/all.glb --json
   says '"sphere_1"' out
   if grep -q '"sphere_0"' out; then fail "the root is shown with its leaves"; fi
@@ -254,7 +254,7 @@ case_several() {
   expect 0 inspect work/quick/a.stree
   says "builder cover, quality quick" out
   says "tolerance   5 mm" out
-  # What would be done, and nothing else.
+  # Only lists the trees that would be built.
   expect 0 batch a.scene.json -o work/none --dry-run
   says "work/none: 2 to build, 0 unchanged, 0 cannot be read; nothing was written" out
   [ ! -e work/none ] || fail "a dry run made a folder"

@@ -186,7 +186,7 @@ def folder_outputs(template):
                     of_a_patient = what == "cohort" and "/" in output  # refused by itself; the others go on
                     trial(f"{what}: {output} is {source} ({link})", folder, before, spheretree, *words, code=6 if of_a_patient else 2)
                     shutil.rmtree(folder)
-    # Several meshes into a folder: a tree there is a mesh by another name.
+    # Several meshes into a folder: one of the trees would have the name of a mesh.
     for link in ("symbolic", "hard"):
         folder = fresh(template)
         before = contents(folder)

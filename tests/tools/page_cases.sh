@@ -13,7 +13,7 @@ case_compare() {
   [ "$(wc -l <work/c/compare.csv)" -eq 13 ] || fail "not a line for each level of each run"
   says '^a,cover,quick,[0-9.e-]*,[0-9.e-]*,1,8,' work/c/compare.csv
   says '"schema": "spheretree.comparison/1"' work/c/compare.json
-  # Whatever the pages take from outside is text there, not markup.
+  # Text from outside is text on the pages, not markup.
   cp b.obj '<b>&.obj'
   expect 0 compare '<b>&.obj' -o work/d --builders octree --levels 2
   grep -q '<b>&' work/d/index.html && fail "a file's name became markup"
@@ -25,10 +25,10 @@ case_compare() {
   [ ! -e work/e/compare.json ] || fail "a refused comparison left a result"
   : >file
   expect 3 compare a.obj -o file
-  # What is named twice runs once, and has its mean.
+  # An input named twice runs once and has its mean.
   expect 0 compare b.obj -o work/t --builders cover,cover --qualities quick,quick --levels 2
   [ "$(grep -c '^cover     quick ' out)" -eq 1 ] || fail "not one mean for a builder that is named twice"
-  # The table of stability, which goes on like the runs do.
+  # The table of stability, which is continued like the runs.
   expect 0 compare b.obj -o work/s --builders octree --levels 2
   grep -q 'Stability' work/s/index.html && fail "a table that was not asked for"
   expect 0 compare b.obj -o work/s --builders cover,octree --qualities quick --levels 2 --stability 2
@@ -45,7 +45,7 @@ case_compare() {
   expect 2 compare b.obj -o work/s --stability -1
 }
 
-# Spheres of other programs: a ball round everything, one that holds nothing, one without volume.
+# Spheres of other programs: a ball around everything, one that contains nothing, one without volume.
 case_compare_spheres() {
   write_torus a.obj 12
   write_tetrahedron b.obj
@@ -62,7 +62,7 @@ case_compare_spheres() {
   cmp -s before.html work/again.html || fail "the page that report makes again is another one"
   expect 0 compare a.obj -o work/o --builders octree --qualities quick --levels 2 --spheres only.json --spheres-unit mm
   says '^a,only,,,' work/o/compare.csv
-  # Of a file with many links, those of the mesh's name; of no such name, what there is.
+  # From a file with many links, those with the mesh's name; without such a name, the message lists the names.
   cp b.obj c.obj
   expect 4 compare c.obj -o work/p --builders octree --levels 2 --spheres both.json
   says 'has spheres for a, b, and no mesh is named so' err
@@ -71,7 +71,7 @@ case_compare_spheres() {
   [ ! -e work/p/compare.json ] || fail "a refused comparison left a result"
 }
 
-# A run that was stopped goes on where it was, and what changed is done again.
+# An interrupted run continues where it was, and changed inputs are run again.
 case_compare_goes_on() {
   write_torus a.obj 12
   write_tetrahedron b.obj
@@ -87,7 +87,7 @@ case_compare_goes_on() {
   expect 0 compare a.obj b.obj -o work/c --builders octree,grid --qualities quick --levels 2
   new=$(find work/c/trees -type f -newermt '2002-01-01' | sort | tr '\n' ' ')
   [ "$new" = "work/c/trees/a.grid.quick.stree work/c/trees/a.octree.quick.stree " ] || fail "after a change done again: $new"
-  # Ctrl-C: what was finished is kept, and nothing half done is there.
+  # Ctrl-C: finished runs are kept, and no incomplete file is there.
   write_torus large.obj 150
   "$program" compare large.obj -o work/k --builders octree,cover --qualities best >out 2>err &
   job=$!
@@ -147,7 +147,7 @@ case_report() {
   [ ! -e x.html ] || fail "a refused report left a page"
 }
 
-# The pages in a browser: no error, no request, and the view answers.
+# The pages in a browser: no error, no request, and the view responds.
 case_page_in_browser() {
   write_torus a.obj 16
   write_torus b.obj 12

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Cases of program_test.sh for `haptic-player`, which is the program; read by it. Argument: spheretree.
+# Cases of program_test.sh for `haptic-player`, which is the program; program_test.sh sources this file. Argument:
+# spheretree.
 
 # Two balls as tool, two larger ones below it as object: scene.json. They touch where the tool is at z = 0.1.
 write_touch() {
@@ -26,10 +27,10 @@ case_player_run() {
   head -n 1 work/run.csv >header
   says '^tick,t_s,hx_mm,hy_mm,hz_mm,hqw,hqx,hqy,hqz,gx_mm,gy_mm,gz_mm,gqw,gqx,gqy,gqz,fx_n,fy_n,fz_n,tx_nmm,ty_nmm,tz_nmm,pairs,rows,active,qp_iterations,faults,find_us,rows_us,qp_us,total_us,penetration_mm,scene,settings,touched,friction_n,slip_mm_s,hinges_deg$' header
   [ "$(wc -l <work/run.csv)" -eq 101 ] || fail "not a row for each step"
-  # Pressed in at the end: pushed up, and in free space at the beginning nothing is felt.
+  # Pressed in at the end: pushed up; in free space at the beginning there is no force.
   sed -n 2p work/run.csv | awk -F, '{ exit !($17 == 0 && $18 == 0 && $19 == 0) }' || fail "a force in free space"
   sed -n '$p' work/run.csv | awk -F, '{ exit !($19 > 0.1) }' || fail "no force in contact"
-  # A recording is replayed to the same bytes, but for its times; paths may be absolute.
+  # A recording is replayed to the same bytes, except for its times; paths may be absolute.
   expect 0 "$PWD/scene.json" --trajectory work/run.csv --clock stepped --record again.csv
   cut -d, -f1-27 work/run.csv >first
   cut -d, -f1-27 again.csv >second
@@ -96,7 +97,7 @@ case_player_refuses() {
   is_empty work
 }
 
-# Ctrl-C: zero wrench, then the recording whole under its name.
+# Ctrl-C: zero wrench, then the complete recording under its name.
 case_player_interrupted() {
   write_touch "$1"
   "$program" scene.json --seconds 60 --record work/run.csv --json >out 2>err &
@@ -130,7 +131,7 @@ case_player_scenario() {
   says "only for paper and constrained" out
 }
 
-# What went well by its figures but may not be what was meant.
+# Runs with good figures that may not be the intended ones.
 case_player_notes() {
   write_touch "$1"
   write_path path.csv

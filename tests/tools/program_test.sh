@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Drives the program as a user would: exit codes, messages, and that nothing half done is left behind.
+# Runs the program like a user: exit codes, messages, and no incomplete files.
 # Usage: program_test.sh PROGRAM CASE [ARGUMENTS OF THE CASE]
 program=$1
 case=$2
@@ -136,7 +136,7 @@ case_convert() {
   cmp COVER.SPH work/a.sph || fail "cover is the default"
   expect 2 convert a.stree a.stree
   cmp a.stree b.stree || fail "a file converted onto itself"
-  # Through pipes: the kind of what comes in is told by its content, that of what goes out by --to.
+  # Through pipes: the content tells the kind of the input, --to that of the output.
   for form in stree sph json; do
     "$program" convert - - --to $form <a.stree >piped || fail "no $form through a pipe"
     "$program" convert - piped.stree <piped || fail "$form from a pipe is not read"
@@ -169,7 +169,7 @@ case_picture() {
   is_empty work
 }
 
-# No output replaces what was read for it.
+# No output replaces an input.
 case_own_input() {
   write_tetrahedron mesh.obj
   grep -v 'f 2 3 4' mesh.obj >open.obj
@@ -190,7 +190,7 @@ case_own_input() {
   is_empty work
 }
 
-# Names with blanks, of any script, and of bytes that are no text at all.
+# Names with blanks, in any script, and of bytes that are not text.
 case_names() {
   no_text=$(printf 'no\377text')
   for name in "a tooth" "зуб 歯" "$no_text"; do
@@ -383,8 +383,8 @@ case_build_repairs() {
   expect 0 evaluate open.obj work/a.stree --no-limits
   says "1 opening closed" err
   if grep -q "another mesh" err; then fail "evaluate repairs otherwise than build"; fi
-  # A triangle beside the solid is no part of it, yet every tree of the file covers it, and evaluate misses it in a tree
-  # of another.
+  # A triangle beside the solid is not part of it, but every tree of the file covers it, and evaluate finds it uncovered
+  # by the tree of another file.
   { cat whole.obj; printf 'v 12 1 1\nv 12.1 1 1\nv 12 1.1 1\nf 5 6 7\n'; } >crumb.obj
   expect 0 build whole.obj -o work/b.stree --levels 2 --quality quick
   expect 0 build crumb.obj -o work/c.stree --levels 2 --quality quick
@@ -490,8 +490,8 @@ case_progress() {
   [ ! -s err ] || fail "a bar for work of a few milliseconds"
 }
 
-# The whole of a batch: how far it is never falls; each object that was built is told once; at the end, what took how
-# long.
+# The whole of a batch: progress never decreases; each built object is reported once; the end lists the times of the
+# stages.
 case_batch_progress() {
   write_torus big.obj 32
   write_torus small.obj 16

@@ -63,7 +63,7 @@ S
   grep -q "soft: .* tetrahedra" made/report.json || fail "the report does not mention the tissue"
   expect 0 report made -o page.html
   grep -q "tetrahedra" page.html || fail "the page does not mention the tissue"
-  # Pressed in by 2 mm from above it pushes back, but by less than a rigid ring; a play is the same every time.
+  # Pressed in by 2 mm from above it pushes back, but less than a rigid ring; every play gives the same result.
   awk 'BEGIN { print "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
     for (i = 0; i < 300; ++i) printf "%.3f,10,0,%.3f,1,0,0,0\n", i / 1000, i < 200 ? 5 - 0.02 * i : 1 }' >press.csv
   player=$1

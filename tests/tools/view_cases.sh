@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Cases of program_test.sh for what is shown: pictures without a display, and what is said where there is none; read by
-# it. Argument of the player's cases: spheretree.
+# Cases of program_test.sh for pictures without a display, and for the messages without one; program_test.sh sources
+# this file. Argument of the player's cases: spheretree.
 unset DISPLAY WAYLAND_DISPLAY  # no case opens a window: tests/view/window_test.py does
 export LIBGL_ALWAYS_SOFTWARE=1
 
@@ -26,7 +26,7 @@ case_player_picture() {
   expect 0 scene.json --trajectory path.csv --picture frame.png --at 10:90:40 --size 128x96
   for name in frame.00000 frame.00001 frame.00002; do is_png $name.png 128 96; done
   [ ! -e frame.00003.png ] || fail "one picture too many"
-  # A recording shows the same as the run that made it, but for the clock.
+  # A recording shows the same as its run, except for the clock.
   expect 0 scene.json --trajectory path.csv --clock stepped --record run.csv
   expect 0 --replay run.csv --picture replay.png --at 90 --size 400x300
   is_png replay.png 400 300
@@ -40,7 +40,7 @@ case_player_picture() {
   expect 2 --replay run.csv
   expect 2 --compare run.csv
   expect 3 scene.json --trajectory path.csv --picture work/missing/out.png --at 10
-  # A recording that is cut off or of another program.
+  # A recording that is cut off or belongs to another program.
   head -n 5 run.csv | cut -d, -f1-12 >cut.csv
   expect 4 --replay cut.csv --picture out.png
   says "column" err
@@ -56,7 +56,7 @@ case_player_no_display() {
   says "DISPLAY" err
   says "picture" err
   DISPLAY=:7654 expect 3 scene.json --view --seconds 0.1
-  # Without arguments it plays the built-in scene and says why there is no window, in one line.
+  # Without arguments it plays the built-in scene and states in one line why there is no window.
   "$program" >out 2>err &
   pid=$!
   for _ in $(seq 150); do
