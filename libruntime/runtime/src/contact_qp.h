@@ -19,7 +19,7 @@
 // Method: augmented Lagrangian, whose inner problem has a continuous gradient and is solved by a Newton method. M.
 // Hestenes. Multiplier and gradient methods. JOTA 4, 1969. R. T. Rockafellar. Augmented Lagrangians and applications of
 // the proximal point algorithm in convex programming. Math. Oper. Res. 1(2), 1976. L. Qi, J. Sun. A nonsmooth version
-// of Newton's method. Math. Programming 58, 1993. Without discs: rows_alone_qp.cpp.
+// of Newton's method. Math. Programming 58, 1993. On soft tissue: contact_forces.h.
 // Units: mm (scaled); forces are divided by the translation stiffness [mm]. No allocation. Deterministic.
 #pragma once
 
@@ -67,9 +67,5 @@ struct ContactQp {
 /// The rows must have a common solution. Cost of an iteration: about 0.1 us, and 10 ns for each row and disc; 2 to 6
 /// iterations from the multipliers of the step before.
 void solveContactQp(ContactQp& qp) noexcept;
-
-/// Solves a problem without discs exactly. Returns false if rows contradict each other or rounding prevents a solution;
-/// the problem, except `iterations`, is then unchanged. Cost: about 1 us for each change of the set of active rows.
-bool solveRowsAlone(ContactQp& qp) noexcept;
 
 }  // namespace spheretree::runtime

@@ -13,10 +13,11 @@ namespace spheretree::runtime {
 
 /// The point where a ball was last taken to touch a soft patch, and the normal there.
 struct SoftPoint {
-  float u, v;          // weights of corners 1 and 2
-  float normal[3];     // axes of the object
-  std::uint32_t tool;  // slot of the ball
-  std::uint32_t step;  // step in which point and normal are fixed
+  float u, v;           // weights of corners 1 and 2
+  float normal[3];      // axes of the object
+  std::uint32_t tool;   // slot of the ball
+  std::uint32_t step;   // step in which point and normal are fixed
+  std::uint32_t stuck;  // last step in which the ball stuck to the point; in the next step it is still there
 };
 
 /// An object for the search and the rows: the data that they read before the blocks. `patches` is null if the tool

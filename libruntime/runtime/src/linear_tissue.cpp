@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact_forces.h"
 #include "soft_rows.h"
 #include "soft_surface.h"
 #include "soft_tissue.h"
@@ -16,10 +17,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDependentGive = 1e-9;  // share of the row's own compliance: a smaller remainder depends on the rows before it
-constexpr double kAimSeconds = 0.04;     // time in which the surface covers most of the way to its target
-constexpr double kSqueezed = 0.02;       // if the tool is deeper than this in something, it is squeezed, and tissue waits [mm]
-constexpr double kAimMotion = 0.1;       // largest motion of a node towards its target in a step [mm]
+constexpr double kAimSeconds = 0.04;  // time in which the surface covers most of the way to its target
+constexpr double kSticks = 1 - 1e-6;  // share of its friction limit: with less, a contact does not slip
+constexpr double kSqueezed = 0.02;    // if the tool is deeper than this in something, it is squeezed, and tissue waits [mm]
+constexpr double kAimMotion = 0.1;    // largest motion of a node towards its target in a step [mm]
 
 class LinearTissue final : public SoftTissue {
  public:
@@ -55,7 +56,7 @@ class LinearTissue final : public SoftTissue {
   float patchRows(const RowRequest& request) const override {
     return memory_.kernel == avx2Kernel() ? softRowsAvx2(request) : softRowsScalar(request);
   }
-  bool solveRows(ContactQp& qp) const override { return solveRowsAlone(qp); }
+  std::uint32_t solve(ContactQp& qp) const override { return solveForces(qp, compliance_); }
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(part);
@@ -70,9 +71,19 @@ class LinearTissue final : public SoftTissue {
   void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) override;
   float stop(std::uint32_t row) const override { return rows_[row].stop; }
   void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) override;
+  void setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop, const std::array<Vector3d, 2>& along) override;
   void predict(const ContactQp& qp) override;
   float predictedBound(std::uint32_t row, bool& is_stop) const override;
   void press(const ContactQp& qp) override;
+  void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) override {
+    const Row& on = rows_[row];
+    if (is_carried_ || !pressed_[forceOf(d, 0)].surface || !on.is_felt) return;
+    const std::array<double, 2>& force = qp.discs[d].force;
+    on.surface->skin().setStuck(on.slot, std::hypot(force[0], force[1]) < kSticks * limit);
+  }
+  Vector3d movedInStep(std::size_t object, std::uint32_t row) const override {
+    return memory_.objects[object].rotation * rows_[row].surface->movedInStep(rows_[row].point);
+  }
   bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) override;
   std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
 
@@ -85,19 +96,25 @@ class LinearTissue final : public SoftTissue {
     double given;     // current displacement along the normal [mm]
     double weight;
     float b, stop;  // current right-hand side; and that at which the tissue has reached its largest displacement
+    std::uint32_t slot;
+    bool is_felt;  // the row of the patch, not of the flat triangle
   };
-  // A row of the problem, and the coordinate that was made for it.
+  // A force of the problem.
   struct Pressed {
     SoftSurface* surface = nullptr;  // null: rigid, or a stop
     SoftSurface::Press on;
     Vector3d pull{0, 0, 0};  // its force for a multiplier of 1, axes of the object [N]
   };
-  struct Coordinate {
-    Pressed row;
-    std::array<double, kMostContactRows> factor{};
-  };
 
   void addRows(const PairRun& run, const PairSet& set, std::uint32_t first, const RowSet& rows, const Configuration& tool);
+  void addForce(const ContactQp& qp, std::size_t force);
+  /// Calls `work` with each force and its multiplier.
+  template <class Work>
+  void forForces(const ContactQp& qp, const Work& work) const {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) work(k, qp.rows[k].multiplier);
+    for (std::size_t d = 0; d < static_cast<std::size_t>(qp.disc_count); ++d)
+      for (std::size_t axis = 0; axis < 2; ++axis) work(forceOf(d, axis), qp.discs[d].force[axis]);
+  }
 
   StepMemory& memory_;
   const CompiledScene& scene_;
@@ -106,9 +123,9 @@ class LinearTissue final : public SoftTissue {
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
-  std::array<Pressed, kMostContactRows> pressed_;
-  std::array<std::vector<double>, kMostContactRows> fields_;  // (row of the problem) displacements of the near nodes for a multiplier of 1
-  std::array<Coordinate, kMostContactRows> coordinates_;
+  std::array<Pressed, kMostForces> pressed_;
+  std::array<std::vector<double>, kMostForces> fields_;  // (force) displacements of the near nodes for a multiplier of 1
+  SurfaceCompliance compliance_{};
   std::vector<double> sum_;  // scratch
 };
 
@@ -152,6 +169,8 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
     const std::uint32_t pair = set.pairs[i], triangle = scene_.shapeOf(run.object).skin.tree.item[pair & 0xffff], row = first + i;
     Row& out = rows_[row];
     out.surface = surface;
+    out.slot = pair & 0xffff;
+    out.is_felt = first > 0;
     out.weight = static_cast<double>(rows.weight[row]);
     out.b = rows.b[row];
     out.normal = to_object * Vector3d(rows.rows.a[0][row], rows.rows.a[1][row], rows.rows.a[2][row]) / out.weight;
@@ -173,46 +192,52 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
   }
 }
 
-// The compliance of the surface at the points of the rows, as a Cholesky factor that grows by a row. A row whose
-// displacement depends on those of the rows before it needs no coordinate of its own.
+// The compliance of the surface between this force and the others.
+void LinearTissue::addForce(const ContactQp& qp, std::size_t force) {
+  const Pressed& pressed = pressed_[force];
+  if (pressed.surface) pressed.surface->respond(pressed.on, pressed.pull, fields_[force]);
+  forForces(qp, [&](std::size_t i, double) {
+    const Pressed& other = pressed_[i];
+    const bool is_shared = pressed.surface && other.surface == pressed.surface;
+    const double give = is_shared ? other.pull.dot(pressed.surface->meanOf(other.on, fields_[force])) / scene_.pull.translation : 0;
+    compliance_[force][i] = compliance_[i][force] = give;
+  });
+}
+
 void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) {
   const auto at = static_cast<std::size_t>(k);
   Pressed& pressed = pressed_[at];
-  std::array<double, kMostContactRows>& entry = qp.tissue[at];
   pressed.surface = nullptr;
-  entry.fill(0);
-  if (!memory_.isTissue(object)) return;
-  const Row& on = rows_[row];
-  ContactRow& r = qp.rows[at];
-  if (is_stop) {
-    r.b = static_cast<double>(on.stop);
-    return;
+  if (memory_.isTissue(object)) {
+    const Row& on = rows_[row];
+    ContactRow& r = qp.rows[at];
+    if (is_stop)
+      r.b = static_cast<double>(on.stop);
+    else
+      pressed = {on.surface, on.surface->pressOn(on.point), scene_.pull.translation * on.weight * on.normal};
+    if (!is_stop && !is_carried_)
+      r.b += on.weight * on.given;  // forces are relative to the shape at rest; in a carried piece, to the current shape
   }
-  const double stiffness = scene_.pull.translation;
-  pressed = {on.surface, on.surface->pressOn(on.point), stiffness * on.weight * on.normal};
-  if (!is_carried_)
-    r.b += on.weight * on.given;  // the coordinates are relative to the shape at rest; in a carried piece, to the current shape
-  on.surface->respond(pressed.on, pressed.pull, fields_[at]);
-  const auto give = [&](const Pressed& other) { return other.pull.dot(on.surface->meanOf(other.on, fields_[at])) / stiffness; };
-  const double own = give(pressed);
-  double left = own;
-  const auto count = static_cast<std::size_t>(qp.tissue_count);
-  for (std::size_t m = 0; m < count; ++m) {
-    const Coordinate& c = coordinates_[m];
-    if (c.row.surface != on.surface) continue;
-    double sum = give(c.row);
-    for (std::size_t l = 0; l < m; ++l) sum -= entry[l] * c.factor[l];
-    entry[m] = sum / c.factor[m];
-    left -= entry[m] * entry[m];
+  addForce(qp, at);
+}
+
+// A contact moves the surface in tangential directions, too. It slips by the rest of its motion.
+void LinearTissue::setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+                           const std::array<Vector3d, 2>& along) {
+  const auto at = static_cast<std::size_t>(d);
+  for (std::size_t axis = 0; axis < 2; ++axis) pressed_[forceOf(at, axis)].surface = nullptr;
+  if (memory_.isTissue(object) && !is_stop) {
+    const Row& on = rows_[row];
+    const SoftSurface::Press press = on.surface->pressOn(on.point);
+    const Vector3d start = is_carried_ ? Vector3d(Vector3d::Zero()) : on.surface->given(on.point),
+                   moved = on.surface->ahead(on.point) - start;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const Vector3d t = memory_.objects[object].rotation.transpose() * along[axis];
+      pressed_[forceOf(at, axis)] = {on.surface, press, scene_.pull.translation * t};
+      qp.discs[at].origin[axis] += t.dot(moved);
+    }
   }
-  if (!(left > kDependentGive * own) || count == kMostContactRows) {
-    r.compliance = std::max(left, 0.0);
-    return;
-  }
-  entry[count] = std::sqrt(left);
-  coordinates_[count] = {pressed, entry};
-  qp.tissue_given[count] = 0;
-  ++qp.tissue_count;
+  for (std::size_t axis = 0; axis < 2; ++axis) addForce(qp, forceOf(at, axis));
 }
 
 void LinearTissue::predict(const ContactQp& qp) {
@@ -220,10 +245,10 @@ void LinearTissue::predict(const ContactQp& qp) {
     if (!surface || surface->nearCount() == 0) continue;
     const std::size_t size = 3 * surface->nearCount();
     std::fill_n(sum_.begin(), size, 0.0);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) {
-      if (pressed_[k].surface != surface.get() || !(qp.rows[k].multiplier > 0)) continue;
-      for (std::size_t i = 0; i < size; ++i) sum_[i] -= qp.rows[k].multiplier * fields_[k][i];
-    }
+    forForces(qp, [&](std::size_t force, double multiplier) {
+      if (pressed_[force].surface != surface.get() || multiplier == 0) return;
+      for (std::size_t i = 0; i < size; ++i) sum_[i] -= multiplier * fields_[force][i];
+    });
     surface->predict(sum_);
   }
 }
@@ -239,8 +264,9 @@ float LinearTissue::predictedBound(std::uint32_t row, bool& is_stop) const {
 void LinearTissue::press(const ContactQp& qp) {
   for (const auto& s : surfaces_)
     if (s) s->aimAt(is_carried_);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
-    if (const Pressed& p = pressed_[k]; p.surface && qp.rows[k].multiplier > 0) p.surface->press(p.on, -qp.rows[k].multiplier * p.pull);
+  forForces(qp, [&](std::size_t force, double multiplier) {
+    if (const Pressed& p = pressed_[force]; p.surface && multiplier != 0) p.surface->press(p.on, -multiplier * p.pull);
+  });
 }
 
 bool LinearTissue::aim(std::size_t object, std::span<const float> surface, bool is_frozen) {

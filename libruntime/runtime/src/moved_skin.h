@@ -42,6 +42,7 @@ class MovedSkin {
   void beginStep() { ++step_, rows_made_ = 0; }
   SoftPoint* points() { return points_.data(); }
   std::uint32_t step() const { return step_; }
+  void setStuck(std::uint32_t slot, bool is_stuck) { points_[slot].stuck = is_stuck ? step_ : 0; }
   bool pointsStay() const { return rows_made_ > kFreeRows; }
   /// Sets the shape of the patches for a step that begins with this displacement of the pressed nodes.
   void bend(std::span<const float> shift);

@@ -9,7 +9,8 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kPointSteps = 4;  // iterations to the point of a soft patch that is nearest to a ball
+constexpr float kStuckOff = 0.01f;  // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
+constexpr int kPointSteps = 4;      // iterations to the point of a soft patch that is nearest to a ball
 
 // The weights u and v of the approximately nearest points of patches to balls: starts from the nearest point of the
 // flat triangle and makes Gauss-Newton steps. A tool lies in its own dent, whose centre of curvature is about the
@@ -39,6 +40,30 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
   }
 }
 
+inline std::uint32_t toolOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1] >> 16; }
+
+// A ball that stuck to a point in the last step is still at this point, unless another point is clearly nearer.
+inline void keepStuck(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
+                      Vector8& normal) {
+  F8 stuck_u = u, stuck_v = v;
+  I8 is_stuck{};
+  bool any = false;
+  for (unsigned k = 0; k < 8; ++k) {
+    const SoftPoint& point = q.points[balls.slot[k]];
+    if (point.stuck == 0 || point.stuck + 1 < q.step || point.tool != toolOf(q, i + k)) continue;
+    stuck_u[k] = point.u, stuck_v[k] = point.v;
+    is_stuck[k] = -1;
+    any = true;
+  }
+  if (!any) return;
+  const Vector8 way = balls.centre - position.at(stuck_u, stuck_v), shortest = balls.centre - position.at(u, v);
+  const F8 distance = squareRoot(dot(way, way)), least_distance = squareRoot(dot(shortest, shortest));
+  is_stuck = is_stuck & (distance <= least_distance + splat(kStuckOff));
+  u = select(is_stuck, stuck_u, u);
+  v = select(is_stuck, stuck_v, v);
+  normal = select(is_stuck, (splat(1) / largest(distance, splat(1e-6f))) * way, normal);
+}
+
 // The ball touches a point of the patch; the normal points from there to its centre. After the first rows of a step,
 // points and normals are fixed: then rows change exactly as the QP predicts, and the step converges.
 float softRows(const RowRequest& q) {
@@ -53,11 +78,12 @@ float softRows(const RowRequest& q) {
     Vector8 way = balls.centre - position.at(u, v);
     const F8 distance = squareRoot(dot(way, way));
     Vector8 normal = (one / largest(distance, least_distance)) * way;
+    keepStuck(q, i, balls, position, u, v, normal);
     for (unsigned k = 0; k < 8; ++k) {
       SoftPoint& point = q.points[balls.slot[k]];
-      const std::uint32_t tool = q.pairs[i + k < q.count ? i + k : q.count - 1] >> 16;
+      const std::uint32_t tool = toolOf(q, i + k);
       if (point.step != q.step || point.tool != tool) {
-        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.is_found ? q.step : 0};
+        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.is_found ? q.step : 0, point.tool == tool ? point.stuck : 0};
         continue;
       }
       u[k] = point.u, v[k] = point.v;

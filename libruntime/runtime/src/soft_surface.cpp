@@ -37,19 +37,20 @@ SoftSurface::SoftSurface(const SoftModel& model, const CompiledShape& shape)
       is_near_(model.vertices.size(), 0),
       predicted_(model.vertices.size(), Vector3f::Zero()) {
   for (const SkinTriangle& t : model.tree->skin.triangles) corners_.push_back({t.vertex[0], t.vertex[1], t.vertex[2]});
-  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_})
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
     *field = Field(3 * model.node_count);
   near_.reserve(model.node_count);
   near_vertices_.reserve(model.vertices.size());
 }
 
 void SoftSurface::reset() {
-  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_})
+  for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
     std::fill(field->begin(), field->end(), 0.0f);
   skin_.reset();
   aim_ = {};
   left_ = 0;
-  has_moved_ = knows_to_ = false;
+  has_moved_ = knows_to_ = base_moves_ = false;
+  ahead_ = from_ahead_ = 0;
 }
 
 bool SoftSurface::isAtRest() const { return !anyIn(shift_); }
@@ -59,6 +60,15 @@ Vector3d SoftSurface::fieldAt(const SkinPoint& point, const Field& field) const 
   for (std::size_t k = 0; k < 3; ++k)
     if (point.weight[k] > 0) sum += point.weight[k] * model_.points[corners_[point.triangle][k]].displacementIn(field);
   return sum;
+}
+
+Vector3d SoftSurface::ahead(const SkinPoint& point) const {
+  return ahead_ > 0 ? Vector3d(ahead_ * fieldAt(point, base_way_)) : Vector3d(Vector3d::Zero());
+}
+
+Vector3d SoftSurface::movedInStep(const SkinPoint& point) const {
+  const Vector3d by_forces = fieldAt(point, now_) - fieldAt(point, start_);
+  return base_moves_ ? Vector3d(by_forces + fieldAt(point, base_way_)) : by_forces;
 }
 
 double SoftSurface::mostGive(const SkinPoint& point) const {
@@ -171,6 +181,7 @@ void SoftSurface::applyForces(const Field& forces, Field& out) const {
 void SoftSurface::aimAt(bool from_now) {
   from_ = force_;
   from_now_ = now_;
+  from_ahead_ = ahead_;
   knows_to_ = false;
   if (from_now)
     to_ = force_;
@@ -185,6 +196,7 @@ void SoftSurface::press(const Press& on, const Vector3d& force) {
 }
 
 void SoftSurface::giveWay(double part) {
+  ahead_ = (1 - part) * from_ahead_;
   if (!anyIn(force_) && !anyIn(from_) && !anyIn(to_) && !anyIn(start_force_)) return;  // at rest, and stays there
   if (!knows_to_) applyForces(to_, to_now_);
   knows_to_ = true;
@@ -215,12 +227,19 @@ void SoftSurface::followAim(double part, double most) {
   if (left_ == 0 || !std::isfinite(left_)) return;
   if (left_ <= kArrived) part = 1;
   if (part * left_ > most) part = most / left_;
-  for (std::size_t i = 0; i < base_.size(); ++i) base_[i] += static_cast<float>(part) * (aim_[i] - base_[i]);
+  for (std::size_t i = 0; i < base_.size(); ++i) {
+    base_way_[i] = static_cast<float>(part) * (aim_[i] - base_[i]);
+    base_[i] += base_way_[i];
+  }
+  base_moves_ = true;
+  ahead_ = 1;
   left_ *= 1 - part;
   findShift();
 }
 
 void SoftSurface::beginStep(double part, double most) {
+  base_moves_ = false;
+  ahead_ = from_ahead_ = 0;
   if (aim_.size() == base_.size()) followAim(part, most);
   skin_.beginStep();
   if (!has_moved_) return;

@@ -54,6 +54,9 @@ class SoftSurface {
   Eigen::Vector3d given(const SkinPoint& point) const { return fieldAt(point, now_); }
   Eigen::Vector3d travelled(const SkinPoint& point) const { return fieldAt(point, shift_); }
   double mostGive(const SkinPoint& point) const;
+  /// Displacement of the point in this step: by the base, as far as the tool has not followed it; by base and forces.
+  Eigen::Vector3d ahead(const SkinPoint& point) const;
+  Eigen::Vector3d movedInStep(const SkinPoint& point) const;
 
   /// A force on a point, distributed to pressed nodes.
   struct Press {
@@ -100,11 +103,14 @@ class SoftSurface {
   Field now_, base_, shift_;                           // displacements by the forces; base; sum of both
   Field from_now_, to_now_;                            // displacements by from_ and to_
   Field start_force_, start_;                          // forces, and their displacements, at the beginning of the step
-  bool knows_to_ = false;                              // to_now_ is up to date with to_
-  std::span<const float> aim_;                         // target of the base; empty: it does not move
-  double left_ = 0;                                    // largest remaining way of a node to its target [mm]
-  bool has_moved_ = false;                             // since the beginning of the last step
-  std::vector<std::uint32_t> near_, near_at_;          // near pressed nodes; (pressed node) its index among them, or ~0u
+  Field base_way_;                                     // if base_moves_: displacement of the base at the beginning of the step
+  double ahead_ = 0, from_ahead_ = 0;                  // share of it that the tool has not followed: now; at the beginning of the piece
+  bool base_moves_ = false;
+  bool knows_to_ = false;                      // to_now_ is up to date with to_
+  std::span<const float> aim_;                 // target of the base; empty: it does not move
+  double left_ = 0;                            // largest remaining way of a node to its target [mm]
+  bool has_moved_ = false;                     // since the beginning of the last step
+  std::vector<std::uint32_t> near_, near_at_;  // near pressed nodes; (pressed node) its index among them, or ~0u
   std::vector<std::uint32_t> near_vertices_;
   std::vector<char> is_near_;               // (vertex)
   std::vector<Eigen::Vector3f> predicted_;  // (vertex)

@@ -38,8 +38,8 @@ class SoftTissue {
   virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
-  /// solveRowsAlone(). Only tissue needs it, since without tissue few rows hold the tool.
-  virtual bool solveRows(ContactQp& qp) const = 0;
+  /// solveForces(), with the compliance of the surface. Returns its work.
+  virtual std::uint32_t solve(ContactQp& qp) const = 0;
   /// Moves by `part` towards the target of the last press().
   virtual void giveWay(double part) = 0;
   /// Sets all target forces to zero.
@@ -49,14 +49,21 @@ class SoftTissue {
   virtual void begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) = 0;
   /// The right-hand side of a row on tissue that has reached its largest displacement.
   virtual float stop(std::uint32_t row) const = 0;
-  /// Uses `row` as row `k` of the problem. For a rigid object it only removes the row that was there before.
+  /// Uses `row` as row `k` of the problem. That of a rigid object is on no surface.
   virtual void setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) = 0;
+  /// Disc `d` of the problem belongs to this row and has these two axes in the world: the surface moves with it.
+  virtual void setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
+                       const std::array<Eigen::Vector3d, 2>& along) = 0;
   /// Predicts the displacement of the surface by the multipliers; predictedBound() then gives the right-hand side of a
   /// row, which may be its stop.
   virtual void predict(const ContactQp& qp) = 0;
   virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
   /// The forces of the solution become the target forces.
   virtual void press(const ContactQp& qp) = 0;
+  /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
+  virtual void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) = 0;
+  /// Displacement of the point of a row of the last begin() in this step, world axes [mm].
+  virtual Eigen::Vector3d movedInStep(std::size_t object, std::uint32_t row) const = 0;
 
   // Large deformation: aimTissue() and tissueForces() of step.h.
   virtual bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) = 0;

@@ -116,6 +116,7 @@ int ContactSolver::groupOf(std::uint32_t object) {
   row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
   is_stop_[static_cast<std::size_t>(qp_.row_count)] = false;
   disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
+  if (memory_.tissue) memory_.tissue->setRow(qp_, qp_.row_count - 1, object, ~0u, false);
   return g;
 }
 
@@ -162,15 +163,15 @@ void ContactSolver::addDisc(int k, const RowName& name) {
   const Configuration& tool = parts_.contact_pose;
   const Eigen::Vector3d arm = tool.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z) - static_cast<double>(ball.radius) * normal;
   disc_[at] = static_cast<int>(d);
-  tangents_[d] = tangentsOf(normal);
+  const Tangents& t = tangents_[d] = tangentsOf(normal);
   friction_[d] = scene_.objects[name.object].friction * weight;
   FrictionDisc& disc = qp_.discs[d];
   disc = {};
   const Eigen::Vector3d force = parts_.rubbingOf(name);
   for (std::size_t i = 0; i < 2; ++i) {
-    const Eigen::Vector3d& t = i == 0 ? tangents_[d].first : tangents_[d].second;
-    disc.across[i] << t, arm.cross(t) / scene_.angle_length;
-    disc.force[i] = force.dot(t);
+    const Eigen::Vector3d& along = i == 0 ? t.first : t.second;
+    disc.across[i] << along, arm.cross(along) / scene_.angle_length;
+    disc.force[i] = force.dot(along);
   }
   const MovingBody& body = memory_.bodies[memory_.objects[name.object].body];
   if (carried_ && body.moves) {
@@ -181,6 +182,7 @@ void ContactSolver::addDisc(int k, const RowName& name) {
   disc.radius = friction_[d] * qp_.rows[at].multiplier;
   if (law_ == Law::Coulomb) disc.law = friction_[d];
   if (law_ == Law::Cones) disc.friction = friction_[d];
+  if (memory_.tissue) memory_.tissue->setDisc(qp_, static_cast<int>(d), name.object, row_[at], is_stop_[at], {t.first, t.second});
 }
 
 // Adds the previously active rows, with their multipliers.
@@ -189,8 +191,6 @@ void ContactSolver::start() {
   qp_.y.setZero();
   qp_.target = target_;
   qp_.tolerance = kForceTolerance;
-  if (memory_.tissue)
-    for (auto& row : qp_.tissue) row.fill(0);
   for (std::size_t k = 0; k < memory_.active_count; ++k) {
     const std::uint32_t row = parts_.rowOf(pairs_, memory_.active_names[k]);
     if (row != ~0u) takeIn(row, memory_.active_multiplier[k]);
@@ -211,9 +211,6 @@ void ContactSolver::predict() {
   for (std::size_t k = 0; k < predicted.active_count; ++k)
     takeIn(predicted.active[k], carried_ ? 0 : predicted.multiplier[k],
            memory_.isTissue(parts_.nameOfRow(pairs_, predicted.active[k]).object));
-  for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
-    for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k)
-      qp_.tissue_given[m] += qp_.tissue[k][m] * qp_.rows[k].multiplier;
 }
 
 // Adds the row that the solution violates most; false if there is none, or no space for it.
@@ -282,17 +279,20 @@ void ContactSolver::joinCones() {
 }
 
 void ContactSolver::solve() {
-  qp_.iterations = 0;
-  qp_.converged = memory_.tissue && qp_.disc_count == 0 && memory_.tissue->solveRows(qp_);
-  if (!qp_.converged) solveContactQp(qp_);
+  if (memory_.tissue) {
+    parts_.result.work += memory_.tissue->solve(qp_);
+  } else {
+    solveContactQp(qp_);
+    parts_.result.work +=
+        static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
+  }
   parts_.result.qp_iterations += static_cast<std::uint32_t>(qp_.iterations);
-  parts_.result.work += static_cast<std::uint32_t>(qp_.iterations * (kNewtonWork + kRowWork * qp_.row_count + kDiscWork * qp_.disc_count));
 }
 
 void ContactSolver::solveScans() {
   for (int scan = 0; scan < kMostScans; ++scan) {
     solve();
-    const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0;
+    const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0 && !memory_.tissue;
     if (is_lost || !takeInViolated()) break;
   }
 }
@@ -304,7 +304,7 @@ void ContactSolver::solveRounds() {
   }
   solveScans();
   int rounds = 1;
-  if (!qp_.converged) {
+  if (!qp_.converged && !memory_.tissue) {
     rounds = kMostFrictionRounds;
     makeDiscs();
     solveScans();
@@ -325,17 +325,17 @@ void ContactSolver::keep() {
     if (!(multiplier > 1e-12) || row_[at] == ~0u) continue;
     std::size_t slot = 0;  // a row of tissue and its stop are one contact
     while (slot < answer.active_count && answer.active[slot] != row_[at]) ++slot;
-    if (slot < answer.active_count) {
-      answer.multiplier[slot] += multiplier;
-      continue;
+    if (slot == answer.active_count) {
+      ++answer.active_count;
+      answer.active[slot] = row_[at];
+      answer.multiplier[slot] = 0;
+      memory_.active_rubbing[slot].setZero();
     }
-    ++answer.active_count;
-    answer.active[slot] = row_[at];
-    answer.multiplier[slot] = multiplier;
-    memory_.active_rubbing[slot].setZero();
+    answer.multiplier[slot] += multiplier;
     if (disc_[at] < 0) continue;
     const auto d = static_cast<std::size_t>(disc_[at]);
-    memory_.active_rubbing[slot] = qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
+    if (memory_.tissue) memory_.tissue->setStuck(qp_, d, row_[at], friction_[d] * multiplier);
+    memory_.active_rubbing[slot] += qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
   }
   parts_.result.active = answer.active_count;
   if (memory_.tissue) memory_.tissue->press(qp_);

@@ -214,7 +214,8 @@ void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
     const Eigen::Vector3d from = before.position + rotationOf(-way.rotation) * (contact.point - memory.graphic.position);
     const Eigen::Vector3d carried =
         mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
-    const Eigen::Vector3d slid = contact.point - carried;
+    Eigen::Vector3d slid = contact.point - carried;
+    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, row);
     contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
   }
 }
