@@ -15,12 +15,15 @@ namespace {
 using builder::BuilderKind;
 using builder::Quality;
 
-constexpr double kSameLeaves = 0.04;      // a smaller relative change does not justify another build
-constexpr double kWellSpent = 0.9;        // share of the budget above which the number of leaves hardly changes any more
-constexpr int kSearchRounds = 4;          // with quick trees
+constexpr int kSearchRounds = 3;          // with quick trees
 constexpr int kFinalRounds = 3;           // with the final trees
 constexpr std::size_t kFirstLeaves = 64;  // for each object in the first round
-constexpr double kAim = 0.98;             // share of the budget that is requested, so that the trees stay within it
+constexpr double kSameLeaves = 0.04;      // a smaller relative change does not justify another quick build
+constexpr double kMoreIfQuick = 1.1;      // leaves of quick trees as a multiple of those of better trees with the same error
+constexpr double kWellSpent = 0.95;       // share of the budget that is enough
+constexpr double kLeastStep = 0.005;      // relative change of the error between two rounds
+constexpr double kAim = 0.995;            // share of the budget that is requested, so that the trees stay within it
+constexpr std::size_t kRoomForMore = 4;   // the levels of a tree hold this multiple of the leaves that are expected
 
 std::size_t leavesOf(const BatchItem& item) { return item.result.figures.leaves; }
 
@@ -53,22 +56,34 @@ class BudgetSearch {
                              " leaves is less than one for each of " + std::to_string(waiting_.size()) + " trees to build" +
                              (fixed_ > 0 ? " and " + std::to_string(fixed_) + " in trees given by the scene" : "") + ". Allow more.");
     curves_.resize(waiting_.size());
-    aim_ = budget.is_time ? kFirstLeaves * waiting_.size() + fixed_ : static_cast<std::size_t>(budget.amount);
+    aim_ = budget.is_time ? kFirstLeaves * waiting_.size() + fixed_ : static_cast<std::size_t>(kAim * budget.amount);
   }
 
-  /// Returns the best round. The errors of quick trees determine the distribution of leaves, and those of the final
-  /// trees correct it.
+  /// Returns the best round. The errors of quick trees tell at which common error the trees spend the budget. The final
+  /// trees are built for this error, as for a tolerance; their number of leaves corrects it.
   std::vector<BatchItem> run() {
     if (waiting_.empty()) return source_;
-    const std::size_t each = std::max<std::size_t>(1, (aim_ - fixed_) / waiting_.size());
-    std::vector<std::size_t> leaves(waiting_.size(), std::min(kFirstLeaves, each));
-    for (int round = 0; round < kSearchRounds; ++round)
-      if (const Round built = build(leaves, true, round); redistribute(leaves, built) && round > 0) break;
-    for (int round = 0; round < kFinalRounds; ++round) {
-      Round built = build(leaves, false, round);
-      const bool unchanged = redistribute(leaves, built) && built.fits;
-      if (best_.items.empty() || isBetter(built, best_)) best_ = std::move(built);
-      if (unchanged) break;
+    const std::size_t each = std::max<std::size_t>(1, (aim_ - std::min(aim_, fixed_)) / waiting_.size());
+    shares_.leaves.assign(waiting_.size(), std::min(kFirstLeaves, each));
+    for (int round = 0; round < kSearchRounds && !waiting_.empty(); ++round) {
+      build(Aim::Leaves, true, round);
+      redistribute();
+    }
+    double share = leavesOfQuickTrees();
+    bool fits = false;  // the last round
+    for (int round = 0; round < kFinalRounds && !waiting_.empty(); ++round, share = 1) {
+      const double last = scale_;
+      shares_ = shareOf(static_cast<std::size_t>(share * static_cast<double>(aim_)));
+      scale_ = shares_.error;
+      if (round > 0) scale_ = fits ? std::min(scale_, (1 - kLeastStep) * last) : std::max(scale_, (1 + kLeastStep) * last);
+      const Round built = build(Aim::Error, false, round);
+      keep(built);
+      fits = built.fits;
+      if (fits && (built.spent > kWellSpent * budget_.amount || shares_.leaves == most_)) break;
+    }
+    if (!best_.fits && !waiting_.empty()) {
+      shares_ = shareOf(aim_);
+      keep(build(Aim::Leaves, false, kFinalRounds));
     }
     for (BatchItem& item : best_.items)
       if (built_.count(item.key) > 0) item.status = ItemStatus::Built;
@@ -80,7 +95,7 @@ class BudgetSearch {
             .spent = best_.spent,
             .met = best_.fits,
             .worst_ratio = best_.errors.empty() ? std::nullopt : std::optional(best_.errors.front()),
-            .common_ratio = scale_,
+            .common_ratio = best_.common,
             .has_recorded_paths = !random_,
             .rounds = rounds_};
   }
@@ -89,27 +104,64 @@ class BudgetSearch {
   struct Round {
     std::vector<BatchItem> items;
     std::vector<double> errors;  // in descending order
+    double common = 0;           // the error that all trees were to keep
     double spent = 0;
     bool fits = false;
   };
 
-  static bool isBetter(const Round& a, const Round& b) {
-    return a.fits != b.fits ? a.fits : a.fits ? a.errors < b.errors : a.spent < b.spent;
+  /// What the trees of a round are built for.
+  enum class Aim { Leaves, Error };
+
+  void keep(const Round& built) {
+    const bool is_better = built.fits != best_.fits ? built.fits : built.fits ? built.errors < best_.errors : built.spent < best_.spent;
+    if (best_.items.empty() || is_better) best_ = built;
   }
 
-  Round build(const std::vector<std::size_t>& leaves, bool search, int number) {
-    Round round;
-    round.items = source_;
+  LeafShares shareOf(std::size_t leaves) const { return shareLeaves(curves_, most_, std::max(leaves, fixed_ + waiting_.size()) - fixed_); }
+
+  /// Distributes the leaves again. Small changes are not made.
+  void redistribute() {
+    LeafShares shares = shareOf(aim_);
     for (std::size_t k = 0; k < waiting_.size(); ++k) {
-      TreeJob& job = round.items[waiting_[k]].job;
-      builder::BuildSettings& settings = job.settings;
-      limitLeaves(settings, leaves[k]);
-      if (search) {
-        settings.quality = Quality::Quick;
-        settings.skin = settings.skin && budget_.is_time;  // only the time of a step depends on it
-      }
-      if (job.work && settings.tolerance_mm > 0) job.scale = scale_;
+      const auto now = static_cast<double>(shares_.leaves[k]), then = static_cast<double>(shares.leaves[k]);
+      if (std::abs(then - now) <= std::max(1.0, kSameLeaves * now)) shares.leaves[k] = shares_.leaves[k];
     }
+    shares_ = std::move(shares);
+    scale_ = shares_.error;
+  }
+
+  /// Leaves of quick trees as a multiple of those of the final trees, for the same error.
+  double leavesOfQuickTrees() const {
+    double sum = 0;
+    for (const std::size_t i : waiting_) sum += source_[i].job.settings.quality == Quality::Quick ? 1 : kMoreIfQuick;
+    return waiting_.empty() ? 1 : sum / static_cast<double>(waiting_.size());
+  }
+
+  /// Whether tree `k` is built for a number of leaves: all that it may have, if these do not reach the error.
+  bool isForLeaves(Aim aim, std::size_t k) const { return aim == Aim::Leaves || shares_.leaves[k] >= most_[k]; }
+
+  void prepare(TreeJob& job, std::size_t k, Aim aim, bool search) const {
+    builder::BuildSettings& settings = job.settings;
+    if (isForLeaves(aim, k)) {
+      limitLeaves(settings, shares_.leaves[k]);
+      if (job.work && settings.tolerance_mm > 0) job.scale = scale_;
+    } else {
+      limitLeaves(settings, std::min(most_[k], kRoomForMore * shares_.leaves[k]));
+      settings.most_leaves = 0;
+      job.is_for_error = true;
+      job.scale = scale_;
+    }
+    if (search) {
+      settings.quality = Quality::Quick;
+      settings.skin = settings.skin && budget_.is_time;  // only the time of a step depends on it
+    }
+  }
+
+  Round build(Aim aim, bool search, int number) {
+    Round round;
+    round.common = scale_;
+    round.items = source_;
+    for (std::size_t k = 0; k < waiting_.size(); ++k) prepare(round.items[waiting_[k]].job, k, aim, search);
     buildItems(round.items, context_, "budget, " + std::string(search ? "search " : "trees ") + std::to_string(number + 1));
     std::size_t sum = 0;
     for (std::size_t i = 0; i < round.items.size(); ++i) {
@@ -121,24 +173,24 @@ class BudgetSearch {
         source_[i].error = item.error;
       }
     }
-    auto asked = static_cast<double>(fixed_);
     for (std::size_t k = 0; k < waiting_.size(); ++k) {
       const BatchItem& item = round.items[waiting_[k]];
       if (!item.hasTree()) continue;
       if (item.status == ItemStatus::Built) built_.insert(item.key);
       round.errors.push_back(item.result.figures.ratio->ratio);
-      const auto n = static_cast<double>(leaves[k]);
-      asked += n;
+      const auto n = static_cast<double>(leavesOf(item));
+      const double error = isForLeaves(aim, k) ? errorOf(item) : std::max(errorOf(item), scale_);
       // The known errors are of quick trees, or for tolerances with another scale.
       if (number == 0 || item.result.figures.isGraded())
-        curves_[k].moveTo(n, errorOf(item));
+        curves_[k].moveTo(n, error);
       else
-        curves_[k].add(n, errorOf(item));
+        curves_[k].add(n, error);
     }
+    leaveOutFailed();
     std::sort(round.errors.begin(), round.errors.end(), std::greater<>());
     round.spent = budget_.is_time ? stepTime(round.items) : static_cast<double>(sum);
     round.fits = round.spent <= budget_.amount;
-    aimAgain(asked, round.spent);
+    aimAgain(static_cast<double>(sum), round.spent);
     rounds_.push_back({.is_final = !search,
                        .leaves = sum,
                        .worst_ratio = round.errors.empty() ? std::nullopt : std::optional(round.errors.front()),
@@ -146,36 +198,27 @@ class BudgetSearch {
     return round;
   }
 
-  /// Sets the number of leaves to request, if `asked` of them spent `spent`: some become redundant, and the time of a
-  /// step is approximately a power of the leaves, which two rounds determine. A well-spent number hardly changes, since
-  /// the results fluctuate from number to number.
-  void aimAgain(double asked, double spent) {
-    if (!(spent > 0)) return;
-    double power = 1;
-    if (budget_.is_time) {
-      power = 0.5;
-      if (last_spent_ > 0 && std::abs(std::log(asked / last_asked_)) > kSameLeaves)
-        power = std::clamp(std::log(spent / last_spent_) / std::log(asked / last_asked_), 0.25, 1.5);
-      last_spent_ = spent, last_asked_ = asked;
+  void leaveOutFailed() {
+    for (std::size_t k = waiting_.size(); k-- > 0;) {
+      if (source_[waiting_[k]].status == ItemStatus::Waiting) continue;
+      const auto at = static_cast<std::ptrdiff_t>(k);
+      waiting_.erase(waiting_.begin() + at);
+      most_.erase(most_.begin() + at);
+      curves_.erase(curves_.begin() + at);
+      shares_.leaves.erase(shares_.leaves.begin() + at);
     }
-    const double share = spent / budget_.amount;
-    double factor = std::clamp(std::pow(kAim / share, 1 / power), 1.0 / 16, 16.0);
-    if (share <= 1 && share > kWellSpent) factor = budget_.is_time ? 1 : 1 + (1 - share) / 2;
-    aim_ = std::max(static_cast<std::size_t>(factor * asked), fixed_ + waiting_.size());
   }
 
-  /// Distributes the leaves again; true if the round already had this distribution. Small changes are not made.
-  bool redistribute(std::vector<std::size_t>& leaves, const Round& built) {
-    const LeafShares shares = shareLeaves(curves_, most_, aim_ - fixed_);
-    scale_ = shares.error;
-    bool unchanged = true;
-    for (std::size_t k = 0; k < leaves.size(); ++k) {
-      const double change = std::abs(static_cast<double>(shares.leaves[k]) - static_cast<double>(leaves[k]));
-      if (built.fits && change <= std::max(1.0, kSameLeaves * static_cast<double>(leaves[k]))) continue;
-      unchanged = unchanged && shares.leaves[k] == leaves[k];
-      leaves[k] = shares.leaves[k];
-    }
-    return unchanged;
+  /// For a budget of time: sets the number of leaves to request, if `leaves` spent `spent`. The time of a step is
+  /// approximately a power of the leaves, which two rounds determine.
+  void aimAgain(double leaves, double spent) {
+    if (!budget_.is_time || !(spent > 0)) return;
+    double power = 0.5;
+    if (last_spent_ > 0 && std::abs(std::log(leaves / last_leaves_)) > kSameLeaves)
+      power = std::clamp(std::log(spent / last_spent_) / std::log(leaves / last_leaves_), 0.25, 1.5);
+    last_spent_ = spent, last_leaves_ = leaves;
+    const double factor = std::clamp(std::pow(kAim * budget_.amount / spent, 1 / power), 1.0 / 16, 16.0);
+    aim_ = std::max(static_cast<std::size_t>(factor * leaves), fixed_ + waiting_.size());
   }
 
   double stepTime(const std::vector<BatchItem>& items) {
@@ -196,8 +239,9 @@ class BudgetSearch {
   std::vector<ErrorCurve> curves_;    // of these
   std::size_t fixed_ = 0;             // leaves of the items that came as trees
   std::size_t aim_ = 0;               // number of leaves to request
+  LeafShares shares_;                 // expected of the trees of the present round
   double scale_ = 1;                  // factor on the tolerances at which all can be met
-  double last_asked_ = 0, last_spent_ = 0;
+  double last_leaves_ = 0, last_spent_ = 0;
   std::set<std::string> built_;  // keys
   Round best_;
   std::vector<BudgetRound> rounds_;

@@ -20,6 +20,7 @@ using tool::kGenerator;
 
 // Share of the samples of `evaluate`: with a twentieth, measuring every level costs less than the build.
 constexpr double kMeasuringEffort = 0.05;
+constexpr double kSkinShare = 2e-3;  // tolerance of the skin as a share of the diagonal, as the builder takes it if nothing is asked for
 
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
 
@@ -34,6 +35,12 @@ std::string workText(const WorkRegions& work, const Configuration& pose) {
                          pose.orientation.y(), pose.orientation.z()})
     text += "\n" + std::to_string(x);
   return text;
+}
+
+double diagonalOf(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : mesh.positions) box.extend(p);
+  return box.diagonal().norm();
 }
 
 // If all places have the same tolerance, uses the plain search for it.
@@ -109,7 +116,7 @@ std::string TreeJob::meshKey() const {
 
 std::string TreeJob::key() const {
   return toHex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (work ? workText(*work, pose) : "") +
-                      (scale == 1 ? "" : "\nscale=" + shortest(scale))));
+                      (scale == 1 ? "" : "\nscale=" + shortest(scale)) + (is_for_error ? "\nfor error" : "")));
 }
 
 builder::RepairedMesh TreeJob::solid(builder::Progress& progress) const {
@@ -127,7 +134,13 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   builder::BuildSettings own = settings;
   own.unit_mm = file->mesh.unit_mm;
   const bool is_graded = work && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
-  if (is_graded) grade(own, tolerancesAt(*work, inWorld(mesh, pose), settings.tolerance_mm, scale));
+  const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
+  if (is_graded)
+    grade(own, tolerancesAt(*work, inWorld(mesh, pose), settings.tolerance_mm, scale));
+  else if (is_for_error)
+    own.tolerance_mm = scale * wanted;
+  if (is_for_error && own.skin_tolerance_mm == 0)
+    own.skin_tolerance_mm = settings.tolerance_mm > 0 ? own.tolerance_mm / scale : kSkinShare * diagonalOf(mesh);
   const double least_tolerance = own.tolerance_mm;
   if (own.most_leaves > 0) useAllLeaves(own);
   builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
@@ -136,8 +149,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   figures.notes = file->mesh.notes;
   figures.levels = levelsOf(repaired, built.tree, progress);
   if (is_graded) figures.least_tolerance_mm = least_tolerance;
-  if (own.most_leaves > 0) {
-    const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
+  if (own.most_leaves > 0 || is_for_error) {
     const double met = built.statistics.least_tolerance_mm;
     // Graded: every tolerance is met if all are multiplied by this ratio.
     const double ratio = is_graded ? scale * std::max(1.0, met / least_tolerance) : met / wanted;

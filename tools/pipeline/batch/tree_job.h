@@ -34,6 +34,9 @@ struct TreeJob {
   // With settings.most_leaves > 0 the tree has exactly this number of leaves. The scene's tolerances, multiplied by
   // `scale`, decide where they are; the leaves meet them as well as possible.
   double scale = 1;
+  // For a budget: the tree has as few leaves as the tolerances allow after they are multiplied by `scale`. Without a
+  // tolerance, `scale` is the error in mm. The skin does not depend on `scale`.
+  bool is_for_error = false;
 
   /// Hash of everything on which the tree depends: content, part, unit, settings, version of the program; 32
   /// hexadecimal digits.
