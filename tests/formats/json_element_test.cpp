@@ -26,11 +26,11 @@ std::string refusal(const std::string& text) {
 
 TEST(ParseJson, SaysLineAndColumnAndWhatPeopleMeant) {
   EXPECT_EQ(refusal("{\"a\": 1,\n \"b\": NaN}"),
-            "mouth.scene.json: line 2, column 7: is not JSON: JSON has no NaN and no infinity; give a number.");
+            "mouth.scene.json: line 2, column 7: is not JSON: JSON has no NaN or infinity; give a number.");
   EXPECT_EQ(refusal("{\"a\": [1, 2,]}"),
             "mouth.scene.json: line 1, column 13: is not JSON: a comma before a closing bracket, or a value is missing.");
   EXPECT_EQ(refusal("{\"a\": 'x'}"), "mouth.scene.json: line 1, column 7: is not JSON: texts stand in double quotation marks.");
-  EXPECT_EQ(refusal("// mine\n{}"), "mouth.scene.json: line 1, column 1: is not JSON: JSON has no comments; leave them out.");
+  EXPECT_EQ(refusal("// mine\n{}"), "mouth.scene.json: line 1, column 1: is not JSON: JSON has no comments; remove them.");
   EXPECT_NE(refusal("{\"a\": [1, 2").find("it ends too early"), std::string::npos);
   EXPECT_EQ(refusal("[1e999]"), "mouth.scene.json: is not JSON: a number is too large.");
 }

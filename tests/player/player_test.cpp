@@ -257,7 +257,8 @@ TEST(ServoLoop, RecordsFromAnyStepOn) {
     waitFor(begin);
     RecordingWriter recording(folder.path() / ("from_" + std::to_string(begin) + ".csv"));
     EXPECT_TRUE(loop.record(&recording));
-    waitFor(begin + 150);
+    live.state.refresh();
+    waitFor(live.state.front().step.tick + 150);  // after the first recorded step, however late this thread runs
     EXPECT_TRUE(loop.record(nullptr));
     recording.finish();
     EXPECT_EQ(recording.lost(), 0u);

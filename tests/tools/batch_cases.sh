@@ -120,7 +120,7 @@ case_cohort() {
   grep '"patient":' out >order
   says '"patient": "Q"' order
   head -1 order | grep -q '"Q"' || fail "the worst patient is not the first"
-  says "1 of 6 patients is not as asked for" page.html
+  says "1 of 6 patients is not as requested" page.html
   # Options that exclude each other, and invalid lists.
   expect 2 batch --cohort list.jsonl mouth.scene.json -o x
   expect 2 batch --cohort list.jsonl -o x --dry-run

@@ -65,7 +65,7 @@ case_compare_spheres() {
   # From a file with many links, those with the mesh's name; without such a name, the message lists the names.
   cp b.obj c.obj
   expect 4 compare c.obj -o work/p --builders octree --levels 2 --spheres both.json
-  says 'has spheres for a, b, and no mesh is named so' err
+  says 'has spheres for a, b, and no mesh has this name' err
   expect 3 compare c.obj -o work/p --builders octree --levels 2 --spheres none.json
   expect 2 compare c.obj -o work/p --builders octree --levels 2 --spheres both.json --spheres-unit yard
   [ ! -e work/p/compare.json ] || fail "a refused comparison left a result"

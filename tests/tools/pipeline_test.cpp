@@ -8,6 +8,7 @@
 #include "pipeline/batch/batch_result.h"
 #include "pipeline/comparison/comparison_json.h"
 #include "spheretree/formats/errors.h"
+#include "support/scratch_folder.h"
 
 namespace spheretree::pipeline {
 namespace {
@@ -120,7 +121,8 @@ Comparison fullComparison() {
 }
 
 std::filesystem::path written(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / "spheretree_pipeline_test.json";
+  static const test::ScratchFolder kFolder;  // of this process alone: tests run side by side
+  const std::filesystem::path path = kFolder.path() / "written.json";
   std::ofstream(path) << text;
   return path;
 }

@@ -173,5 +173,5 @@ case_player_notes() {
   mkdir moved
   mv run.csv moved
   "$1" report moved/run.csv --scene two.json -o work/c.html >out 2>err || fail "refused although its scene is not there"
-  says "It names the scene scene.json, which is not there" work/c.html
+  says "It names the scene scene.json, which was not found" work/c.html
 }

@@ -95,7 +95,7 @@ TEST(Recording, RefusalsNameThePlace) {
   EXPECT_NE(complaint(kHeader).find("no step"), std::string::npos);
   EXPECT_NE(complaint("").find("empty"), std::string::npos);
   EXPECT_NE(complaint(kHeader + row + "1,2\n").find("line 3: 2 fields, the header has 31"), std::string::npos);
-  EXPECT_NE(complaint(kHeader + row + early).find("line 3: column 2 (t_s) is \"0\": the time runs backwards"), std::string::npos);
+  EXPECT_NE(complaint(kHeader + row + early).find("line 3: column 2 (t_s) is \"0\": the time decreases"), std::string::npos);
   for (const char* bad : {"nan", "inf", "1e99", "x", "", "1 2", "0x1"}) {
     std::string broken = row;
     broken.replace(broken.find(",1,2,3,") + 1, 1, bad);

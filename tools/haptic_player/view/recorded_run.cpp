@@ -80,7 +80,7 @@ class RunReader {
     if (hinges_) step.hinges = angles();
     if (tissue_) step.tissue_states = static_cast<std::uint32_t>(table_.count(*tissue_, 0xffffffffu));
     if (penetration_) step.penetration = table_.number(*penetration_);
-    if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time does not increase");
+    if (!out_.steps.empty() && step.time < out_.steps.back().time) table_.failField(at_[1], "the time decreases");
     if (out_.steps.empty()) {
       if (scene_) out_.identity.scene = formats::decodedField(table_.field(*scene_));
       if (settings_) out_.identity.settings = formats::decodedField(table_.field(*settings_));

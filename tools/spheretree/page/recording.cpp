@@ -85,7 +85,7 @@ Recording readRecording(const std::filesystem::path& path) {
   while (table.next()) {
     std::array<float, kColumns.size()> v{};
     for (std::size_t c = 0; c < kColumns.size(); ++c) v[c] = static_cast<float>(table.number(at[c]));
-    if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time does not increase");
+    if (!out.time.empty() && !(v[0] >= out.time.back())) table.failField(at[0], "the time decreases");
     if (depth) out.penetration.push_back(static_cast<float>(table.number(*depth)));
     if (scene && out.scene.empty()) out.scene = formats::decodedField(table.field(*scene));  // it is in the first row
     if (touched && !table.field(*touched).empty()) countTouch(out, formats::decodedField(table.field(*touched)));
