@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
+#include "support/scratch_folder.h"
 #include "support/texts.h"
 
 namespace spheretree::tool {
@@ -19,7 +20,8 @@ const std::string kHeader =
     "qp_iterations,faults,find_us,rows_us,qp_us,total_us\n";
 
 std::filesystem::path written(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "recording_test.csv";
+  static const test::ScratchFolder kFolder;  // of this process alone: tests run side by side
+  const std::filesystem::path path = kFolder.path() / "recording_test.csv";
   formats::writeWhole(path, text);
   return path;
 }
