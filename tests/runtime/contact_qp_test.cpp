@@ -327,7 +327,7 @@ TEST(ContactQp, CoulombsLawIsThatOfConesWithTheSlipOfTheAnswer) {
       cone.slip = slip;
       cones.rows[at].multiplier = 0;  // the cone presses instead of it
     }
-    solveContactQp(cones);
+    for (int n = 0; n < 4; ++n) solveContactQp(cones);  // an answer is off by the root of what its value is off
     ASSERT_TRUE(cones.converged);
     ASSERT_LT((cones.y - qp.y).norm(), 1e-6) << run;
   }

@@ -203,5 +203,38 @@ TEST(MovingBodies, RefusesInvalidPoses) {
   EXPECT_EQ(bodyPose(1, workspace).position, Vector3d(0, 0, 0));
 }
 
+// A body is moved about where the tool is not; then the tool comes to it, and feels what it would if the plate had
+// always been there.
+TEST(MovingBodies, ABodyThatWasFarAwayIsMetWhereItsPoseSays) {
+  Random random(11);
+  for (int run = 0; run < 20; ++run) {
+    const Configuration place{test::randomPoint(random, 60), test::randomRotation(random)};
+    SceneDescription moving = toolAndPlate(test::rodTree(6, 8, 0.6), thinPlate(0.5)), still = moving;
+    still.objects[0].body = 0;
+    still.objects[0].pose = place;
+    const Scene with = compiled(moving), without = compiled(still);
+    Workspace of_moving(with), of_still(without);
+    const Configuration far{place.position + place.orientation * Vector3d(0, 0, 300), place.orientation};
+    for (int n = 0; n < 30; ++n) {
+      const Configuration on_the_way = moved(place, {test::randomPoint(random, 20), test::randomPoint(random, 1)});
+      ASSERT_TRUE(moveBody(1, n < 29 ? on_the_way : place, of_moving));
+      step(with, far, Mode::Constrained, of_moving);
+      step(without, far, Mode::Constrained, of_still);
+    }
+    EXPECT_EQ(bodyPose(1, of_moving).position, place.position);
+    bool is_touched = false;
+    for (int n = 0; n < 200; ++n) {
+      const Vector3d hand(0.05 * n, 0.02 * n, n < 5 ? 5 : std::max(-3.0, 5 - 0.1 * n));
+      const Configuration pose{place.position + place.orientation * hand, place.orientation};
+      const StepResult a = step(with, pose, Mode::Constrained, of_moving), b = step(without, pose, Mode::Constrained, of_still);
+      ASSERT_LT((a.wrench.force - b.wrench.force).norm(), 1e-3) << run << ' ' << n;
+      ASSERT_LT((a.graphic.position - b.graphic.position).norm(), 1e-3);
+      ASSERT_LE(a.penetration, kGapTolerance);
+      is_touched = is_touched || a.active > 0;
+    }
+    EXPECT_TRUE(is_touched);
+  }
+}
+
 }  // namespace
 }  // namespace spheretree::runtime

@@ -32,6 +32,8 @@ struct CompiledObject {
   double softness = 0;       // sqrt(stiffness of the tool's spring / stiffness of the object); 0: rigid
   Eigen::Matrix3d rotation;  // axes of the shape to world axes
   Eigen::Vector3d anchor;    // the shape's centre in the world [mm]
+  // In StepMemory::at_home: the next object of the same body (~0u: none), and the body's pose that the views are for.
+  std::uint32_t next_of_body = ~0u, placed_for = 0;
 };
 
 struct CompiledScene {

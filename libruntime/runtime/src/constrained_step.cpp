@@ -306,7 +306,7 @@ Piece ConstrainedStep::contactPiece() {
     return Piece::Arrived;
   }
   const double damped = damping(plain);
-  const bool is_accelerated = damped == 1 && back == 0 && !parts_.rubsOrGives() && answer.active_count > 0 && accelerate(want, plain);
+  const bool is_accelerated = damped == 1 && back == 0 && !scene_.has_soft && answer.active_count > 0 && accelerate(want, plain);
   const Displacement step = parts_.displacement(answer.y);
   const bool is_straight = answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
   const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
@@ -425,7 +425,7 @@ bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
   if (!(plain.dot(last_plain_) > 0.1 * plain.norm() * last_plain_.norm())) return false;  // there is a corner in between
   Vector6 further = 3 * plain;                                                            // off a ridge, where steps grow
   if (shrink > 0.05 * square) further = -(plain.dot(change) / change.squaredNorm()) * (last_way_ + change);
-  parts_.solve(rows_, want + further);
+  solve(want + further);
   return true;
 }
 

@@ -3,22 +3,47 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace spheretree::runtime {
 namespace {
 
 constexpr int kMostCoordinates = 6 + kMostGroups + kMostContactRows;
+static_assert(kMostCoordinates % 2 == 0);
 // Penalties of the augmented Lagrangian, round by round [1]. With nearly correct multipliers a large penalty is best;
 // otherwise the inner problem is smoother with a small one.
-constexpr double kWarmPenalty = 1e5, kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
+constexpr double kLawPenalty = 3e4, kWarmPenalty = 1e5, kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
 constexpr int kWarmNewtonSteps = 25;       // if these do not suffice, the initial multipliers were no good guess
 constexpr int kMostMultiplierRounds = 20;  // rounds of multiplier updates
 constexpr int kMostNewtonSteps = 200;      // over all rounds
 constexpr int kMostShorterSteps = 30;
+constexpr int kWholeSteps = 4;  // for Coulomb's law; then a step may be shortened
+constexpr std::array<double, 4> kShorterParts{0.5, 0.25, 0.1, 0.03};
+constexpr double kSlips = 1 - 1e-9;   // a force of this share of its squared radius is that of a slipping contact
+constexpr std::size_t kFewSides = 3;  // of one contact with friction: the Newton step is found from their equations
 
 using Coordinates = std::array<double, kMostCoordinates>;
+typedef double D2 __attribute__((vector_size(16)));
 
-// One round: minimises the augmented Lagrangian for the multipliers of the problem.
+D2 load(const double* p) {
+  D2 v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+void store(double* p, D2 v) { std::memcpy(p, &v, sizeof v); }
+D2 splat(double v) { return D2{v, v}; }
+
+// `size` is even, as in dot().
+void addTimes(double* to, double factor, const double* of, std::size_t size) {
+  for (std::size_t j = 0; j < size; j += 2) store(to + j, load(to + j) + splat(factor) * load(of + j));
+}
+double dot(const double* a, const double* b, std::size_t size = 6) {
+  D2 sum{};
+  for (std::size_t j = 0; j < size; j += 2) sum += load(a + j) * load(b + j);
+  return sum[0] + sum[1];
+}
+
+// One round: minimises the augmented Lagrangian for the multipliers of the problem, or solves for Coulomb's law.
 class Round {
  public:
   Round(ContactQp& qp, double penalty, int most_newton_steps)
@@ -26,234 +51,433 @@ class Round {
         penalty_(penalty),
         most_newton_steps_(most_newton_steps),
         tissue_(6 + qp.group_count),
-        size_(6 + qp.group_count + qp.tissue_count),
+        size_(tissue_ + qp.tissue_count),
+        even_((size_ + 1) / 2 * 2),
         has_law_(qp.disc_count > 0 && qp.discs[0].law > 0) {}
 
-  /// False: it stopped before reaching the minimum.
+  /// False: it stopped before reaching the solution.
   bool solve();
   /// Stores the new multipliers. Returns the largest violation of rows and discs [mm].
   double update();
 
  private:
-  double evaluate(const Coordinates& x, bool with_derivatives);
-  double row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives);
-  double disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
-  double cone(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives);
-  Coordinates normal(int k) const;
-  bool newtonStep(Coordinates& step) const;
-  double slack(const ContactRow& r, int k, const Coordinates& x) const;
+  // Derivatives of the forces of a contact, (u, f0, f1), by the violation of its row and its tangential motion, (c, v0,
+  // v1). The sides of a contact are the gradients of (c, v0, v1) in the coordinates.
+  using Slopes = double[3][3];
+
+  double off(int i) const;
+  double measure();
+  double row(std::size_t k);
+  double disc(std::size_t k);
+  [[gnu::cold]] double cone(std::size_t k);
+  void rowSlopes(std::size_t k, Slopes& s) const;
+  void discSlopes(std::size_t k, Slopes& s) const;
+  [[gnu::cold]] void coneSlopes(std::size_t k, Slopes& s) const;
+  struct Part {
+    std::size_t row, side_count;  // 1 or 3
+    const FrictionDisc* disc;     // or null
+    Slopes slopes;
+  };
+  void findParts();
+  void sidesOf(const Part& part, Coordinates* side) const;
+  bool eliminate(std::size_t size);
+  void pull();
+  bool newtonStep();
+  double slack(std::size_t k) const;
+  void normal(std::size_t k, double* n) const;
   double& coordinate(int i);
+  bool holdReversed();
+  bool solveLaw(double gradient_tolerance);
+  [[gnu::cold]] bool descend(double gradient_tolerance);
+  double residual() const;
+  double residualAt(const Coordinates& from, double part);
 
   ContactQp& qp_;
   const double penalty_;
   const int most_newton_steps_;
-  const int tissue_, size_;  // index of the first tissue coordinate; number of all coordinates
+  const int tissue_, size_, even_;  // index of the first tissue coordinate; number of all coordinates; the next even number
   const bool has_law_;
-  Coordinates gradient_;
-  double hessian_[kMostCoordinates][kMostCoordinates];
-  std::array<double, kMostContactRows> multiplier_, pressure_, radius_;
-  std::array<std::array<double, 2>, kMostContactRows> force_;
+  Coordinates x_, gradient_, step_;
+  double matrix_[kMostCoordinates][kMostCoordinates];
+  std::array<Part, 2 * kMostContactRows + 1> parts_;
+  std::size_t part_count_, side_count_;
+  std::array<double, kMostContactRows> slack_, multiplier_, pressure_, radius_;
+  std::array<std::array<double, 2>, kMostContactRows> slip_, force_, pull_;
+  // For each disc: it slipped in the last iterate; it is assumed to stick in the next step.
+  std::array<bool, kMostContactRows> slid_, held_;
 };
-
-double dot(const Vector6& a, const Coordinates& x) {
-  double sum = 0;
-  for (int k = 0; k < 6; ++k) sum += a[k] * x[static_cast<std::size_t>(k)];
-  return sum;
-}
-
-double Round::slack(const ContactRow& r, int k, const Coordinates& x) const {
-  double left = r.b - dot(r.a, x) - (r.group < 0 ? 0 : r.give * x[static_cast<std::size_t>(6 + r.group)]);
-  for (int i = tissue_; i < size_; ++i)
-    left -= qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)] * x[static_cast<std::size_t>(i)];
-  return left;
-}
 
 double& Round::coordinate(int i) {
   if (i < 6) return qp_.y[i];
   return i < tissue_ ? qp_.given[static_cast<std::size_t>(i - 6)] : qp_.tissue_given[static_cast<std::size_t>(i - tissue_)];
 }
 
-Coordinates Round::normal(int k) const {
-  const ContactRow& r = qp_.rows[static_cast<std::size_t>(k)];
-  Coordinates n{};
-  for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = r.a[i];
-  if (r.group >= 0) n[static_cast<std::size_t>(6 + r.group)] = r.give;
-  for (int i = tissue_; i < size_; ++i)
-    n[static_cast<std::size_t>(i)] = qp_.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(i - tissue_)];
-  return n;
+// In all coordinates, with a zero at the end if their number is odd.
+void Round::normal(std::size_t k, double* n) const {
+  const ContactRow& r = qp_.rows[k];
+  for (int i = 0; i < 6; ++i) n[i] = r.a[i];
+  if (size_ == 6) return;
+  for (int i = 6; i < even_; ++i) n[i] = 0;
+  if (r.group >= 0) n[6 + r.group] = r.give;
+  for (int i = tissue_; i < size_; ++i) n[i] = qp_.tissue[k][static_cast<std::size_t>(i - tissue_)];
+}
+
+double Round::slack(std::size_t k) const {
+  const ContactRow& r = qp_.rows[k];
+  double left = r.b - dot(r.a.data(), x_.data());
+  if (size_ == 6) return left;
+  if (r.group >= 0) left -= r.give * x_[static_cast<std::size_t>(6 + r.group)];
+  for (int i = tissue_; i < size_; ++i) left -= qp_.tissue[k][static_cast<std::size_t>(i - tissue_)] * x_[static_cast<std::size_t>(i)];
+  return left;
 }
 
 // The maximum, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
-double Round::row(const ContactRow& r, int k, const Coordinates& x, bool with_derivatives) {
-  const double c = slack(r, k, x), stiffness = penalty_ / (1 + penalty_ * r.compliance);
+double Round::row(std::size_t k) {
+  const ContactRow& r = qp_.rows[k];
+  const double c = slack_[k], stiffness = penalty_ / (1 + penalty_ * r.compliance);
   const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
-  multiplier_[static_cast<std::size_t>(k)] = u;
-  if (with_derivatives && u > 0) {
-    const Coordinates n = normal(k);
-    for (int i = 0; i < size_; ++i) {
-      const double ni = n[static_cast<std::size_t>(i)];
-      gradient_[static_cast<std::size_t>(i)] -= u * ni;
-      for (int j = 0; j <= i; ++j) hessian_[i][j] += stiffness * ni * n[static_cast<std::size_t>(j)];
-    }
-  }
+  multiplier_[k] = u;
   return u * c - 0.5 * r.compliance * u * u - change * change / (2 * penalty_);
 }
 
+void Round::rowSlopes(std::size_t k, Slopes& s) const {
+  s[0][0] = multiplier_[k] > 0 ? penalty_ / (1 + penalty_ * qp_.rows[k].compliance) : 0;
+}
+
 // The maximum, over forces f in the disc, of  f . v - |f - f_last|^2 / (2 penalty).
-double Round::disc(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
-  const double v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
+double Round::disc(std::size_t k) {
+  const FrictionDisc& d = qp_.discs[k];
   // The force on the tool is -f.
-  const double w[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]}, length = std::sqrt(w[0] * w[0] + w[1] * w[1]);
-  double& radius = radius_[static_cast<std::size_t>(k)];
-  if (!has_law_) radius = d.radius;
-  if (has_law_ && with_derivatives) radius = d.law * multiplier_[static_cast<std::size_t>(d.row)];
-  const bool slips = length > radius;
-  const double scale = slips ? radius / length : 1, f[2] = {scale * w[0], scale * w[1]};
-  force_[static_cast<std::size_t>(k)] = {-f[0], -f[1]};
-  if (with_derivatives) {
-    const double across = slips ? 1 / (length * length) : 0;  // along w the force of a slipping contact is constant
-    const double s = penalty_ * scale, h00 = s * (1 - across * w[0] * w[0]), h01 = -s * across * w[0] * w[1],
-                 h11 = s * (1 - across * w[1] * w[1]);
-    for (int i = 0; i < 6; ++i) {
-      const double a = d.across[0][i], b = d.across[1][i];
-      gradient_[static_cast<std::size_t>(i)] += f[0] * a + f[1] * b;
-      for (int j = 0; j <= i; ++j)
-        hessian_[i][j] += a * (h00 * d.across[0][j] + h01 * d.across[1][j]) + b * (h01 * d.across[0][j] + h11 * d.across[1][j]);
-    }
-  }
-  const double c0 = f[0] + d.force[0], c1 = f[1] + d.force[1];
-  return f[0] * v[0] + f[1] * v[1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
+  const double w0 = penalty_ * slip_[k][0] - d.force[0], w1 = penalty_ * slip_[k][1] - d.force[1], square = w0 * w0 + w1 * w1,
+               radius = d.law > 0 ? d.law * multiplier_[static_cast<std::size_t>(d.row)] : d.radius;
+  const double scale = square > kSlips * radius * radius ? radius / std::sqrt(square) : 1, f0 = scale * w0, f1 = scale * w1;
+  radius_[k] = radius;
+  force_[k] = {-f0, -f1};
+  const double c0 = f0 + d.force[0], c1 = f1 + d.force[1];
+  return f0 * slip_[k][0] + f1 * slip_[k][1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
+}
+
+void Round::discSlopes(std::size_t k, Slopes& s) const {
+  const FrictionDisc& d = qp_.discs[k];
+  if (!(radius_[k] > 0)) return;
+  const double w0 = penalty_ * slip_[k][0] - d.force[0], w1 = penalty_ * slip_[k][1] - d.force[1], square = w0 * w0 + w1 * w1;
+  const bool slips = square > kSlips * radius_[k] * radius_[k] && !held_[k];
+  const double across = slips ? 1 / square : 0;  // along w the force of a slipping contact is constant
+  const double each = penalty_ * (slips ? radius_[k] / std::sqrt(square) : 1);
+  s[1][1] = each * (1 - across * w0 * w0);
+  s[1][2] = s[2][1] = -each * across * w0 * w1;
+  s[2][2] = each * (1 - across * w1 * w1);
+  if (!(d.law > 0) || !slips) return;
+  const double by_pressure = d.law / std::sqrt(square) * s[0][0];
+  s[1][0] = by_pressure * w0;
+  s[2][0] = by_pressure * w1;
 }
 
 // The maximum, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
-double Round::cone(const FrictionDisc& d, int k, const Coordinates& x, bool with_derivatives) {
-  const auto at = static_cast<std::size_t>(k);
-  const double mu = d.friction, c = slack(qp_.rows[static_cast<std::size_t>(d.row)], d.row, x) - mu * d.slip,
-               v[2] = {dot(d.across[0], x) - d.origin[0], dot(d.across[1], x) - d.origin[1]};
-  const double w = d.pressure + penalty_ * c, q[2] = {penalty_ * v[0] - d.force[0], penalty_ * v[1] - d.force[1]},
-               length = std::sqrt(q[0] * q[0] + q[1] * q[1]);
-  double u = 0, f[2] = {0, 0};
-  double d00 = 0, d0[2] = {0, 0}, d11[3] = {0, 0, 0};  // derivatives of (u, f) by (w, q); the last one: 00, 01, 11
-  if (length <= mu * w) {
-    u = w, f[0] = q[0], f[1] = q[1];
-    d00 = d11[0] = d11[2] = 1;
-  } else if (mu * length > -w) {
-    const double part = 1 / (1 + mu * mu), e[2] = {q[0] / length, q[1] / length};
-    u = part * (w + mu * length);
-    d00 = part;
-    const double side = mu * u / length, along = part * mu * mu - side;
-    for (std::size_t i = 0; i < 2; ++i) {
-      f[i] = mu * u * e[i];
-      d0[i] = part * mu * e[i];
-    }
-    d11[0] = side + along * e[0] * e[0], d11[1] = along * e[0] * e[1], d11[2] = side + along * e[1] * e[1];
-  }
-  pressure_[at] = u;
-  force_[at] = {-f[0], -f[1]};
-  if (with_derivatives && u > 0) {
-    const Coordinates n = normal(d.row);
-    const auto t = [&](std::size_t axis, int i) { return i < 6 ? d.across[axis][i] : 0.0; };
-    for (int i = 0; i < size_; ++i) {
-      const double ni = -n[static_cast<std::size_t>(i)], t0 = t(0, i), t1 = t(1, i);
-      gradient_[static_cast<std::size_t>(i)] += u * ni + f[0] * t0 + f[1] * t1;
-      const double by_n = d00 * ni + d0[0] * t0 + d0[1] * t1, by_0 = d0[0] * ni + d11[0] * t0 + d11[1] * t1,
-                   by_1 = d0[1] * ni + d11[1] * t0 + d11[2] * t1;
-      for (int j = 0; j <= i; ++j) hessian_[i][j] += penalty_ * (by_0 * t(0, j) + by_1 * t(1, j) - by_n * n[static_cast<std::size_t>(j)]);
-    }
-  }
-  const double cu = u - d.pressure, c0 = f[0] + d.force[0], c1 = f[1] + d.force[1];
-  return u * c + f[0] * v[0] + f[1] * v[1] - (cu * cu + c0 * c0 + c1 * c1) / (2 * penalty_);
+double Round::cone(std::size_t k) {
+  const FrictionDisc& d = qp_.discs[k];
+  const double mu = d.friction, c = slack_[static_cast<std::size_t>(d.row)] - mu * d.slip, w = d.pressure + penalty_ * c,
+               q0 = penalty_ * slip_[k][0] - d.force[0], q1 = penalty_ * slip_[k][1] - d.force[1], length = std::sqrt(q0 * q0 + q1 * q1);
+  double u = 0, scale = 0;
+  if (length <= mu * w)
+    u = w, scale = 1;
+  else if (mu * length > -w)
+    u = (w + mu * length) / (1 + mu * mu), scale = mu * u / length;
+  const double f0 = scale * q0, f1 = scale * q1;
+  pressure_[k] = u;
+  force_[k] = {-f0, -f1};
+  const double cu = u - d.pressure, c0 = f0 + d.force[0], c1 = f1 + d.force[1];
+  return u * c + f0 * slip_[k][0] + f1 * slip_[k][1] - (cu * cu + c0 * c0 + c1 * c1) / (2 * penalty_);
 }
 
-double Round::evaluate(const Coordinates& x, bool with_derivatives) {
-  double value = 0;
-  for (int i = 0; i < size_; ++i) {
-    const double rest = i < 6         ? qp_.target[i]
-                        : i < tissue_ ? qp_.rest[static_cast<std::size_t>(i - 6)]
-                                      : 0,
-                 off = x[static_cast<std::size_t>(i)] - rest;
-    value += 0.5 * off * off;
-    if (!with_derivatives) continue;
-    gradient_[static_cast<std::size_t>(i)] = off;
-    for (int j = 0; j <= i; ++j) hessian_[i][j] = i == j;
+void Round::coneSlopes(std::size_t k, Slopes& s) const {
+  if (!(pressure_[k] > 0)) return;
+  const FrictionDisc& d = qp_.discs[k];
+  const double mu = d.friction, w = d.pressure + penalty_ * (slack_[static_cast<std::size_t>(d.row)] - mu * d.slip),
+               q[2] = {penalty_ * slip_[k][0] - d.force[0], penalty_ * slip_[k][1] - d.force[1]},
+               length = std::sqrt(q[0] * q[0] + q[1] * q[1]);
+  if (length <= mu * w) {
+    s[0][0] = s[1][1] = s[2][2] = penalty_;
+    return;
   }
-  for (int k = 0; k < qp_.row_count; ++k) value += row(qp_.rows[static_cast<std::size_t>(k)], k, x, with_derivatives);
-  for (int k = 0; k < qp_.disc_count; ++k) {
-    const FrictionDisc& d = qp_.discs[static_cast<std::size_t>(k)];
-    value += d.friction > 0 ? cone(d, k, x, with_derivatives) : disc(d, k, x, with_derivatives);
+  const double part = penalty_ / (1 + mu * mu), e[2] = {q[0] / length, q[1] / length}, side = penalty_ * mu * pressure_[k] / length,
+               along = part * mu * mu - side;
+  s[0][0] = part;
+  for (std::size_t i = 0; i < 2; ++i) s[0][i + 1] = s[i + 1][0] = part * mu * e[i];
+  s[1][1] = side + along * e[0] * e[0];
+  s[1][2] = s[2][1] = along * e[0] * e[1];
+  s[2][2] = side + along * e[1] * e[1];
+}
+
+// Difference of a coordinate from its value at rest.
+double Round::off(int i) const {
+  const auto at = static_cast<std::size_t>(i);
+  return x_[at] - (i < 6 ? qp_.target[i] : i < tissue_ ? qp_.rest[at - 6] : 0);
+}
+
+// Computes multipliers and forces at x_. Returns the value of the augmented Lagrangian there.
+double Round::measure() {
+  double value = 0;
+  held_.fill(false);
+  for (int i = 0; i < size_; ++i) value += 0.5 * off(i) * off(i);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    slack_[k] = slack(k);
+    value += row(k);
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    const FrictionDisc& d = qp_.discs[k];
+    for (std::size_t i = 0; i < 2; ++i) slip_[k][i] = dot(d.across[i].data(), x_.data()) - d.origin[i];
+    value += d.friction > 0 ? cone(k) : disc(k);
   }
   return value;
 }
 
-// By Cholesky factorisation; the matrix is the identity plus a positive semidefinite matrix.
-bool Round::newtonStep(Coordinates& step) const {
-  double l[kMostCoordinates][kMostCoordinates];
-  for (int i = 0; i < size_; ++i) {
-    double b = -gradient_[static_cast<std::size_t>(i)];
-    for (int j = 0; j <= i; ++j) {
-      double sum = hessian_[i][j];
-      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
-      if (i == j && !(sum > 0)) return false;
-      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
-      if (j < i) b -= l[i][j] * step[static_cast<std::size_t>(j)];
-    }
-    step[static_cast<std::size_t>(i)] = b / l[i][i];
+// After measure(): computes the gradient.
+void Round::pull() {
+  gradient_[static_cast<std::size_t>(even_ - 1)] = 0;
+  for (int i = 0; i < size_; ++i) gradient_[static_cast<std::size_t>(i)] = off(i);
+  const auto along = [&](double force, const double* a) { addTimes(gradient_.data(), force, a, 6); };
+  const auto press = [&](double force, std::size_t k) {
+    if (!(force > 0)) return;
+    along(-force, qp_.rows[k].a.data());
+    if (size_ == 6) return;
+    Coordinates n;
+    normal(k, n.data());
+    for (std::size_t i = 6; i < static_cast<std::size_t>(size_); ++i) gradient_[i] -= force * n[i];
+  };
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) press(multiplier_[k], k);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    const FrictionDisc& d = qp_.discs[k];
+    if (d.friction > 0) press(pressure_[k], static_cast<std::size_t>(d.row));
+    for (std::size_t i = 0; i < 2; ++i) along(-force_[k][i], d.across[i].data());
   }
-  for (int i = size_ - 1; i >= 0; --i) {
-    double sum = step[static_cast<std::size_t>(i)];
-    for (int k = i + 1; k < size_; ++k) sum -= l[k][i] * step[static_cast<std::size_t>(k)];
-    step[static_cast<std::size_t>(i)] = sum / l[i][i];
+}
+
+// Lists the contacts that exert forces, with their slopes.
+void Round::findParts() {
+  part_count_ = side_count_ = 0;
+  bool is_joined[kMostContactRows] = {};
+  const auto take = [&](std::size_t row, const FrictionDisc* disc) {
+    Part& part = parts_[part_count_];
+    if (!(part.slopes[0][0] > 0 || (disc && part.slopes[1][1] + part.slopes[2][2] > 0))) return;
+    ++part_count_;
+    part.row = row;
+    part.disc = disc;
+    part.side_count = disc ? 3 : 1;
+    side_count_ += part.side_count;
+  };
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    const FrictionDisc& d = qp_.discs[k];
+    const auto row = d.law > 0 || d.friction > 0 ? static_cast<std::size_t>(d.row) : 0;  // a disc alone has none
+    Slopes& slopes = parts_[part_count_].slopes;
+    std::memset(slopes, 0, sizeof slopes);
+    if (d.friction > 0) {
+      coneSlopes(k, slopes);
+    } else {
+      if (d.law > 0) {
+        is_joined[row] = true;
+        rowSlopes(row, slopes);
+      }
+      discSlopes(k, slopes);
+    }
+    take(row, &d);
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    if (is_joined[k]) continue;
+    rowSlopes(k, parts_[part_count_].slopes);
+    take(k, nullptr);
+  }
+}
+
+// The sides of a part. The violation decreases along the normal.
+void Round::sidesOf(const Part& part, Coordinates* side) const {
+  normal(part.row, side[0].data());
+  for (std::size_t i = 0; i < static_cast<std::size_t>(even_); i += 2) store(&side[0][i], -load(&side[0][i]));
+  for (std::size_t m = 1; m < part.side_count; ++m) {
+    std::memcpy(side[m].data(), part.disc->across[m - 1].data(), 6 * sizeof(double));
+    for (int i = 6; i < even_; ++i) side[m][static_cast<std::size_t>(i)] = 0;
+  }
+}
+
+// Solves matrix_ x = step_ for step_ by Gaussian elimination: for Coulomb's law the matrix is not symmetric.
+bool Round::eliminate(std::size_t size) {
+  double* row[kMostCoordinates];
+  for (std::size_t i = 0; i < size; ++i) row[i] = matrix_[i];
+  for (std::size_t k = 0; k < size; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < size; ++i)
+      if (__builtin_fabs(row[i][k]) > __builtin_fabs(row[pivot][k])) pivot = i;
+    if (!(__builtin_fabs(row[pivot][k]) > 0)) return false;
+    std::swap(row[k], row[pivot]);
+    std::swap(step_[k], step_[pivot]);
+    const double inverse = 1 / row[k][k];
+    const std::size_t from = k & ~std::size_t{1};
+    for (std::size_t i = k + 1; i < size; ++i) {
+      const double part = -row[i][k] * inverse;
+      addTimes(row[i] + from, part, row[k] + from, size - from);
+      step_[i] += part * step_[k];
+    }
+  }
+  for (std::size_t i = size; i-- > 0;) {
+    double sum = step_[i];
+    for (std::size_t k = i + 1; k < size; ++k) sum -= row[i][k] * step_[k];
+    step_[i] = sum / row[i][i];
   }
   return true;
 }
 
-bool Round::solve() {
-  Coordinates x, step;
-  for (int i = 0; i < size_; ++i) x[static_cast<std::size_t>(i)] = coordinate(i);
-  double value = evaluate(x, true);
-  const double gradient_tolerance = (has_law_ ? 0.1 * qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
-  bool is_least = false;
-  for (;;) {
-    double square = 0, slope = 0;
-    for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
-    is_least = square <= gradient_tolerance * gradient_tolerance;
-    if (is_least || qp_.iterations >= most_newton_steps_ || !newtonStep(step)) break;
+// With the sides S of all parts and their slopes M, the derivative of the gradient is I + S^T M S. It is solved as it
+// is or, if there are few sides, by means of the smaller matrix I + M S S^T (M. Woodbury 1950).
+bool Round::newtonStep() {
+  findParts();
+  const auto even = static_cast<std::size_t>(even_), size = static_cast<std::size_t>(size_);
+  const bool is_small = has_law_ && side_count_ <= kFewSides;  // the other is more accurate
+  Coordinates side[kFewSides];
+  if (!is_small)
+    for (std::size_t i = 0; i < size; ++i) {
+      std::memset(matrix_[i], 0, even * sizeof(double));
+      matrix_[i][i] = 1;
+      step_[i] = -gradient_[i];
+    }
+  for (std::size_t p = 0, at = 0; p < part_count_; ++p) {
+    const Part& part = parts_[p];
+    Coordinates* const own = side + (is_small ? at : 0);
+    sidesOf(part, own);
+    at += part.side_count;
+    if (is_small) continue;
+    Coordinates change[3];
+    for (std::size_t m = 0; m < part.side_count; ++m)
+      for (std::size_t j = 0; j < even; j += 2) {
+        D2 sum{};
+        for (std::size_t n = 0; n < part.side_count; ++n) sum += splat(part.slopes[m][n]) * load(&own[n][j]);
+        store(&change[m][j], sum);
+      }
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < even; j += 2) {
+        D2 sum = load(&matrix_[i][j]) + splat(own[0][i]) * load(&change[0][j]);
+        if (part.side_count > 1) sum += splat(own[1][i]) * load(&change[1][j]) + splat(own[2][i]) * load(&change[2][j]);
+        store(&matrix_[i][j], sum);
+      }
+  }
+  if (!is_small) return eliminate(size);
+  double product[kFewSides][kFewSides + 1] = {}, fall[kFewSides];
+  for (std::size_t i = 0; i < side_count_; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) product[i][j] = product[j][i] = dot(side[i].data(), side[j].data(), even);
+    fall[i] = dot(side[i].data(), gradient_.data(), even);
+  }
+  for (std::size_t p = 0, at = 0; p < part_count_; at += parts_[p++].side_count)
+    for (std::size_t m = 0; m < parts_[p].side_count; ++m) {
+      double* const row = matrix_[at + m];
+      std::memset(row, 0, (kFewSides + 1) * sizeof(double));
+      row[at + m] = 1;
+      step_[at + m] = 0;
+      for (std::size_t n = 0; n < parts_[p].side_count; ++n) {
+        addTimes(row, parts_[p].slopes[m][n], product[at + n], kFewSides + 1);
+        step_[at + m] -= parts_[p].slopes[m][n] * fall[at + n];
+      }
+    }
+  if (!eliminate(side_count_)) return false;
+  double force[kFewSides];
+  std::memcpy(force, step_.data(), sizeof force);
+  for (std::size_t i = 0; i < even; ++i) step_[i] = -gradient_[i];
+  for (std::size_t i = 0; i < side_count_; ++i) addTimes(step_.data(), -force[i], side[i].data(), even);
+  return true;
+}
+
+double Round::residual() const {
+  double square = 0;
+  for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
+  return square;
+}
+
+// Newton's method on the residual. After some whole steps, a step that increases the residual is shortened. False: no
+// convergence.
+bool Round::solveLaw(double gradient_tolerance) {
+  slid_.fill(false);
+  measure();
+  pull();
+  double left = residual();
+  for (int n = 0; left > gradient_tolerance * gradient_tolerance; ++n) {
+    if (qp_.iterations >= most_newton_steps_) return false;
+    if (holdReversed()) pull();
+    if (!newtonStep()) return false;
     ++qp_.iterations;
-    for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step[static_cast<std::size_t>(i)];
-    const Coordinates from = x;
-    double part = 1, next = value;
+    const Coordinates from = x_;
+    const double before = left;
+    left = residualAt(from, 1);
+    if (n < kWholeSteps || left <= before) continue;
+    double best = 1;
+    for (const double part : kShorterParts)
+      if (const double next = residualAt(from, part); next < left) left = next, best = part;
+    if (best != kShorterParts.back()) residualAt(from, best);
+  }
+  return true;
+}
+
+double Round::residualAt(const Coordinates& from, double part) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) x_[i] = from[i] + part * step_[i];
+  measure();
+  pull();
+  return residual();
+}
+
+// A slipping contact whose slip reverses in an iterate is assumed to stick in the next one; from there it may slip in
+// another direction. Returns whether there is one.
+bool Round::holdReversed() {
+  bool any = false;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    const FrictionDisc& d = qp_.discs[k];
+    const double w0 = penalty_ * slip_[k][0] - d.force[0], w1 = penalty_ * slip_[k][1] - d.force[1];
+    const bool slides = w0 * w0 + w1 * w1 > kSlips * radius_[k] * radius_[k];
+    held_[k] = slides && slid_[k] && radius_[k] > 0 && w0 * pull_[k][0] + w1 * pull_[k][1] < 0;
+    slid_[k] = slides && !held_[k] && radius_[k] > 0;
+    pull_[k] = {w0, w1};
+    if (!held_[k]) continue;
+    any = true;
+    force_[k] = {-w0, -w1};
+  }
+  return any;
+}
+
+bool Round::descend(double gradient_tolerance) {
+  double value = measure();
+  for (;;) {
+    pull();
+    if (residual() <= gradient_tolerance * gradient_tolerance) return true;
+    if (qp_.iterations >= most_newton_steps_ || !newtonStep()) return false;
+    ++qp_.iterations;
+    double slope = 0, part = 1, next = value;
+    for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step_[static_cast<std::size_t>(i)];
+    const Coordinates from = x_;
     for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
-        x[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step[static_cast<std::size_t>(i)];
-      next = evaluate(x, n == 0 && !has_law_);  // the whole step is usually accepted
-      if (next <= value + 1e-4 * part * slope + 1e-15 * std::abs(value)) break;
+        x_[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step_[static_cast<std::size_t>(i)];
+      next = measure();
+      if (next <= value + 1e-4 * part * slope + 1e-15 * (1 + std::abs(value))) break;
     }
-    const bool is_rounding = !(next < value) && -slope < 1e-14 * (1 + std::abs(value));
-    value = part < 1 || has_law_ ? evaluate(x, true) : next;
-    if (is_rounding) {
-      is_least = !has_law_;
-      break;
-    }
+    if (!(next < value) && -slope < 1e-14 * (1 + std::abs(value))) return true;  // only rounding is left
+    value = next;
   }
-  for (int i = 0; i < size_; ++i) coordinate(i) = x[static_cast<std::size_t>(i)];
+}
+
+bool Round::solve() {
+  for (int i = 0; i < size_; ++i) x_[static_cast<std::size_t>(i)] = coordinate(i);
+  const double gradient_tolerance = (has_law_ ? qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
+  const bool is_least = has_law_ ? solveLaw(gradient_tolerance) : descend(gradient_tolerance);
+  for (int i = 0; i < size_; ++i) coordinate(i) = x_[static_cast<std::size_t>(i)];
   return is_least;
 }
 
 double Round::update() {
   double left = 0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
-    left = std::max(left, std::abs(multiplier_[k] - qp_.rows[k].multiplier) / penalty_);
-    qp_.rows[k].multiplier = multiplier_[k];
-  }
+  const auto take = [&](double& last, double now) {
+    left = std::max(left, std::abs(now - last) / penalty_);
+    last = now;
+  };
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) take(qp_.rows[k].multiplier, multiplier_[k]);
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
-    if (qp_.discs[k].friction > 0) {
-      left = std::max(left, std::abs(pressure_[k] - qp_.discs[k].pressure) / penalty_);
-      qp_.discs[k].pressure = pressure_[k];
-    }
-    for (std::size_t i = 0; i < 2; ++i) {
-      left = std::max(left, std::abs(force_[k][i] - qp_.discs[k].force[i]) / penalty_);
-      qp_.discs[k].force[i] = force_[k][i];
-    }
+    if (qp_.discs[k].friction > 0) take(qp_.discs[k].pressure, pressure_[k]);
+    for (std::size_t i = 0; i < 2; ++i) take(qp_.discs[k].force[i], force_[k][i]);
   }
   return left;
 }
@@ -263,6 +487,7 @@ double Round::update() {
 void solveContactQp(ContactQp& qp) noexcept {
   qp.iterations = 0;
   qp.converged = false;
+  const bool has_law = qp.disc_count > 0 && qp.discs[0].law > 0;
   const auto rounds = [&qp](double penalty, int most_newton_steps) {
     for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
       Round round(qp, penalty, most_newton_steps);
@@ -275,8 +500,7 @@ void solveContactQp(ContactQp& qp) noexcept {
   double guess = 0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) guess += qp.rows[k].multiplier;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.disc_count); ++k) guess += qp.discs[k].pressure;
-  const bool has_law = qp.disc_count > 0 && qp.discs[0].law > 0;
-  if (guess > 0 || has_law) rounds(kWarmPenalty, kWarmNewtonSteps);
+  if (guess > 0 || has_law) rounds(has_law ? kLawPenalty : kWarmPenalty, kWarmNewtonSteps);
   if (!has_law) rounds(kLeastPenalty, kMostNewtonSteps);
 }
 

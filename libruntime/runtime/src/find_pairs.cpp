@@ -32,6 +32,7 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   const bool exact = of == PairsOf::LeavesExactly;
   const Eigen::Matrix3d rotation = pose.orientation.normalized().toRotationMatrix();
   const Eigen::Vector3d root = rotation * scene.tool_root + pose.position;
+  bringNear(root, scene.tool_root_radius + margin, memory);
   // Bounds of the rounding errors of world coordinates in the broad phase, and of coordinates relative to the anchors
   // afterwards: offsets of near objects are at most the two reaches plus the margin.
   const double world_slack = kRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
@@ -68,11 +69,14 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.capacity = scene.step_limits.max_pairs;
   search.list_capacity = static_cast<std::uint32_t>(memory.open_tool.size());
   search.max_work = max_work;
+  search.near_count = memory.kernel->findNear(search);
+  if (memory.bodies.size() > 1)
+    for (std::uint32_t n = 0; n < search.near_count; ++n) memory.follow(memory.near[n]);
   const PairSearchResult found = memory.kernel->findPairs(search);
-  memory.turn_count += found.near_count;
+  memory.turn_count += search.near_count;
 
   memory.runs.clear();
-  for (std::uint32_t n = 0, begin = 0; n < found.near_count; ++n) {
+  for (std::uint32_t n = 0, begin = 0; n < search.near_count; ++n) {
     const std::uint32_t count = memory.near_counts[n];
     if (count > 0) memory.runs.push_back({memory.near[n], begin, count});
     begin += count;

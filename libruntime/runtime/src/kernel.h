@@ -59,7 +59,7 @@ struct PairSearch {
   const BlockLinks* tool_links;
   const std::array<double, 3>* exact_tool;  // (slot) relative to the reference point, tool axes
   const ObjectView* objects;
-  std::uint32_t object_count;
+  std::uint32_t object_count, near_count;
   double rotation[9];           // tool axes to world axes, row-major
   double position[3];           // of the reference point, world frame
   double margin;                // [mm]
@@ -77,7 +77,7 @@ struct PairSearch {
 };
 
 struct PairSearchResult {
-  std::uint32_t count, near_count, work;
+  std::uint32_t count, work;
   bool coarse;
 };
 
@@ -113,10 +113,11 @@ struct WorstRow {
 };
 
 struct KernelTable {
-  PairSearchResult (*findPairs)(const PairSearch&);
-  float (*sphereRows)(const RowRequest&);  // ball and ball; returns the smallest gap
-  float (*flatRows)(const RowRequest&);    // ball, reduced by the allowance, and flat triangle; returns the smallest gap
-  float (*feltRows)(const RowRequest&);    // ball and patch; always satisfied if the ball does not rest on this patch
+  std::uint32_t (*findNear)(const PairSearch&);      // lists the objects whose bounding spheres touch that of the tool
+  PairSearchResult (*findPairs)(const PairSearch&);  // among these near objects
+  float (*sphereRows)(const RowRequest&);            // ball and ball; returns the smallest gap
+  float (*flatRows)(const RowRequest&);              // ball, reduced by the allowance, and flat triangle; returns the smallest gap
+  float (*feltRows)(const RowRequest&);              // ball and patch; always satisfied if the ball does not rest on this patch
   WorstRow (*worstRow)(const float* const* a, const float* b, std::uint32_t count, const float* y);  // count > 0
 };
 

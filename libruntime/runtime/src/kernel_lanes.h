@@ -56,14 +56,14 @@ inline F8 squareRoot(F8 v) {
 inline F8 select(I8 mask, F8 yes, F8 no) { return (F8)(((I8)yes & mask) | ((I8)no & ~mask)); }
 
 #if defined(__AVX2__)
-// Byte k of entry m: the lane of the k-th set bit of m.
+// Bits 3k to 3k + 2 of entry m: the lane of the k-th set bit of m.
 struct PackTable {
-  std::uint64_t lanes[256];
+  std::uint32_t lanes[256];
   constexpr PackTable() : lanes() {
     for (unsigned m = 0; m < 256; ++m) {
       unsigned to = 0;
-      for (std::uint64_t k = 0; k < 8; ++k)
-        if (m >> k & 1) lanes[m] |= k << (8 * to++);
+      for (std::uint32_t k = 0; k < 8; ++k)
+        if (m >> k & 1) lanes[m] |= k << (3 * to++);
     }
   }
 };
@@ -73,7 +73,8 @@ constexpr PackTable kPack;
 // Appends the lanes of `names` that are set in `mask`, in order. Writes up to 8 values past the end.
 inline std::uint32_t* append(std::uint32_t* to, U8 names, unsigned mask) {
 #if defined(__AVX2__)
-  const __m256i order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(kPack.lanes[mask])));
+  const __m256i order =
+      _mm256_srlv_epi32(_mm256_set1_epi32(static_cast<int>(kPack.lanes[mask])), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32((__m256i)names, order));
   return to + __builtin_popcount(mask);
 #else
@@ -151,9 +152,15 @@ inline F8 largest(F8 a, F8 b) { return select(a > b, a, b); }
 inline F8 size(F8 a) { return largest(a, -a); }
 inline F8 clamp01(F8 a) { return largest(splat(0), least(a, splat(1))); }
 inline float leastLane(F8 v) {
+#if defined(__AVX2__)
+  v = least(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+  v = least(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+  return least(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6))[0];
+#else
   float out = v[0];
   for (unsigned k = 1; k < 8; ++k) out = v[k] < out ? v[k] : out;
   return out;
+#endif
 }
 
 // Squared distances from 8 points to 8 triangles.
@@ -163,6 +170,7 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
   const F8 area2 = dot(across, across);
   I8 over = area2 > splat(1e-30f);
   F8 nearest = splat(__builtin_inff());
+#pragma GCC unroll 1  // smaller, and no slower
   for (unsigned k = 0; k < 3; ++k) {
     const Vector8 from = point - corner[k];
     over = over & (dot(cross(across, side[k]), from) >= zero);
@@ -179,18 +187,16 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
 // appended to a list.
 class PairFinder {
  public:
-  explicit PairFinder(const PairSearch& s) : s_(s), pairs_end_(s.pairs) {}
+  explicit PairFinder(const PairSearch& s) : s_(s), pairs_end_(s.pairs), work_((s.object_count + 7) / 8), live_(s.near_count) {}
 
   PairSearchResult run() {
-    const std::uint32_t near_count = findNear();
-    live_ = near_count;
     bool full = false;
-    for (std::uint32_t n = 0; n < near_count; ++n) {
+    for (std::uint32_t n = 0; n < s_.near_count; ++n) {
       const std::uint32_t* const from = pairs_end_;
       full = searchObject(s_.objects[s_.near_objects[n]], s_.turn_count + n + 1, full) || full;
       s_.near_counts[n] = static_cast<std::uint32_t>(pairs_end_ - from);
     }
-    return {static_cast<std::uint32_t>(pairs_end_ - s_.pairs), near_count, work_, full};
+    return {static_cast<std::uint32_t>(pairs_end_ - s_.pairs), work_, full};
   }
 
  private:
@@ -225,15 +231,6 @@ class PairFinder {
   }
 
   void appendPairs(const HitGroup& g) { pairs_end_ = append(pairs_end_, splatU(g.pair) + (kLanes << splatU(16 * g.tool_varies)), g.lanes); }
-
-  // Finds the objects whose bounding spheres touch that of the tool.
-  std::uint32_t findNear() {
-    const Balls root{splat(s_.root[0]), splat(s_.root[1]), splat(s_.root[2]), splat(s_.root[3])};
-    std::uint32_t* end = s_.near_objects;
-    for (std::uint32_t i = 0; i < s_.object_count; i += 8, ++work_)
-      end = append(end, splatU(i) + kLanes, within(measure(root, ballsOf(s_.object_roots[i / 8])), 0));
-    return static_cast<std::uint32_t>(end - s_.near_objects);
-  }
 
   const Block& turnedTool(std::uint32_t b) {
     Block& out = s_.turned_tool[b];
@@ -345,8 +342,16 @@ class PairFinder {
   RelativePose pose_{};
   std::uint32_t turn_ = 0;
   HitGroup *leaf_end_ = nullptr, *open_tool_end_ = nullptr, *open_object_end_ = nullptr;
-  std::uint32_t work_ = 0, live_ = 0;  // live: pairs in the lists that are not opened yet, and pairs of leaves
+  std::uint32_t work_, live_;  // live: pairs in the lists that are not opened yet, and pairs of leaves
 };
+
+std::uint32_t findNear(const PairSearch& s) {
+  const Balls root{splat(s.root[0]), splat(s.root[1]), splat(s.root[2]), splat(s.root[3])};
+  std::uint32_t* end = s.near_objects;
+  for (std::uint32_t i = 0; i < s.object_count; i += 8)
+    end = append(end, splatU(i) + kLanes, within(measure(root, ballsOf(s.object_roots[i / 8])), 0));
+  return static_cast<std::uint32_t>(end - s.near_objects);
+}
 
 PairSearchResult findPairs(const PairSearch& s) { return PairFinder(s).run(); }
 
@@ -472,6 +477,7 @@ float flatRows(const RowRequest& q) {
     I8 over = is_flat;
     F8 nearest = splat(__builtin_inff()), beside2 = zero;
     Vector8 way{zero, zero, zero};
+#pragma GCC unroll 1  // smaller, and no slower
     for (unsigned k = 0; k < 3; ++k) {
       const Vector8 from = balls.centre - p.position[k];
       const F8 inward = dot(cross(upright, side[k]), from), length2 = dot(side[k], side[k]),
@@ -594,6 +600,7 @@ float feltRows(const RowRequest& q) {
     const F8 distance = squareRoot(dot(way, way));
     // The centre must be outside; otherwise the flat triangle holds the ball.
     I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.most_gap)));
+#pragma GCC unroll 1  // few patches are sharp
     for (unsigned k = 0; k < 3; ++k) {
       const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
       if (maskOf(on_side) == 0) continue;
@@ -614,22 +621,24 @@ float feltRows(const RowRequest& q) {
 
 WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, const float* y) {
   const F8 y0 = splat(y[0]), y1 = splat(y[1]), y2 = splat(y[2]), y3 = splat(y[3]), y4 = splat(y[4]), y5 = splat(y[5]);
-  F8 least = splat(__builtin_inff());
+  F8 smallest = splat(__builtin_inff());
   U8 at = splatU(0), index = kLanes;
   for (std::uint32_t i = 0; i < count; i += 8, index += splatU(8)) {
     const F8 s = ((load(a[0] + i) * y0 + load(a[1] + i) * y1) + (load(a[2] + i) * y2 + load(a[3] + i) * y3)) +
                  ((load(a[4] + i) * y4 + load(a[5] + i) * y5) - load(b + i));
-    const I8 less = s < least;
-    least = select(less, s, least);
+    const I8 less = s < smallest;
+    smallest = select(less, s, smallest);
     at = (U8)(((I8)index & less) | ((I8)at & ~less));
   }
-  WorstRow worst{at[0], least[0]};
-  for (unsigned k = 1; k < 8; ++k)
-    if (least[k] < worst.slack || (least[k] == worst.slack && at[k] < worst.row)) worst = {at[k], least[k]};
+  WorstRow worst{~0u, leastLane(smallest)};
+  for (unsigned lanes = maskOf(smallest == splat(worst.slack)); lanes; lanes &= lanes - 1) {
+    const std::uint32_t row = at[__builtin_ctz(lanes)];
+    worst.row = row < worst.row ? row : worst.row;
+  }
   return worst;
 }
 
-constexpr KernelTable kTable{findPairs, sphereRows, flatRows, feltRows, worstRow};
+constexpr KernelTable kTable{findNear, findPairs, sphereRows, flatRows, feltRows, worstRow};
 
 }  // namespace
 }  // namespace spheretree::runtime

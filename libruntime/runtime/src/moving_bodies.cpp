@@ -9,29 +9,91 @@ namespace spheretree::runtime {
 
 namespace {
 
+constexpr double kApart = 1e-3;          // rounding errors at 1e7 mm from the origin are below it [mm]
+constexpr double kTurnOfChord = 2.2215;  // pi / sqrt(2): an angle is at most this times the distance of the quaternions
+
 bool isNone(const Displacement& d) { return d.translation.squaredNorm() + d.rotation.squaredNorm() == 0; }
+
+double squaredDistance(const double* a, const double* b) {
+  return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
+}
+
+// x to R x + p.
+void transform(const Eigen::Matrix3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& x, Eigen::Vector3d& out) {
+  const double in[3] = {x[0], x[1], x[2]};
+  for (int i = 0; i < 3; ++i) out[i] = r(i, 0) * in[0] + r(i, 1) * in[1] + r(i, 2) * in[2] + p[i];
+}
+
+// Bounding spheres and anchors of the objects of a body that moved; the rest follows when a search comes near to one.
+void moveObjects(MovingBody& body, StepMemory& memory) {
+  body.rotation = body.now.orientation.toRotationMatrix();
+  ++body.pose_count;
+  memory.farthest_anchor = std::max(memory.farthest_anchor, body.now.position.norm() + body.arm + body.radius);
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) {
+    transform(body.rotation, body.now.position, memory.at_home[i].anchor, memory.objects[i].anchor);
+    Block& root = memory.object_roots[i / 8];
+    put(root, i % 8, memory.objects[i].anchor, root.r[i % 8]);
+    if (memory.tissue) memory.follow(i);
+  }
+}
+
+void show(MovingBody& body, StepMemory& memory) {
+  body.is_away = false;
+  --memory.away_count;
+  moveObjects(body, memory);
+}
+
+void sendAway(MovingBody& body, StepMemory& memory) {
+  body.now = body.to;
+  if (body.is_away) return;
+  body.is_away = true;
+  ++memory.away_count;
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) memory.object_roots[i / 8].x[i % 8] = kFarAway;
+}
 
 }  // namespace
 
+// No point on the path of the ball's centre is farther from its end than the bound of its length.
+void aimBody(MovingBody& body) {
+  const double *q = body.to.orientation.coeffs().data(), *p = body.now.orientation.coeffs().data(), *c = body.centre;
+  const double t[3] = {2 * (q[1] * c[2] - q[2] * c[1]), 2 * (q[2] * c[0] - q[0] * c[2]), 2 * (q[0] * c[1] - q[1] * c[0])};
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    body.middle[i] = c[i] + q[3] * t[i] + (q[j] * t[k] - q[k] * t[j]) + body.to.position[i];
+  }
+  const double chord2 = std::max(0.0, 2 - 2 * std::abs(q[0] * p[0] + q[1] * p[1] + q[2] * p[2] + q[3] * p[3]));
+  body.way = std::sqrt(squaredDistance(body.to.position.data(), body.now.position.data())) + kTurnOfChord * std::sqrt(chord2) * body.arm;
+}
+
 void startMotions(StepMemory& memory) {
   memory.bodies_move = false;
+  memory.away_from = memory.graphic.orientation * memory.scene.tool_root + memory.graphic.position;
+  memory.away_by = static_cast<double>(kFarAway);
+  const double seconds = memory.scene.step_time, tool_radius = memory.scene.tool_root_radius + kApart;
   for (MovingBody& body : memory.bodies) {
-    const double seconds = memory.scene.step_time;
-    if (!body.has_new_pose && !isNone(body.velocity))
+    const bool goes_on = !body.has_new_pose && !isNone(body.velocity);
+    if (!goes_on && !body.has_new_pose && !body.was_moved && !body.is_away) continue;
+    if (goes_on) {
       body.to = moved(body.to, {seconds * body.velocity.translation, seconds * body.velocity.rotation});
-    body.has_new_pose = false;
+      aimBody(body);
+    }
+    body.was_moved = goes_on || body.has_new_pose || body.moves;
+    body.has_new_pose = body.moves = false;
     body.before = body.now;
+    const double apart = std::sqrt(squaredDistance(body.middle, memory.away_from.data())) - body.radius;
+    if (body.was_moved && apart > tool_radius + body.way && !memory.tissue) sendAway(body, memory);
+    if (body.is_away) {
+      if (!body.was_moved || apart > tool_radius + body.way) {
+        memory.away_by = std::min(memory.away_by, apart);
+        continue;
+      }
+      show(body, memory);
+    }
     body.left = displacementBetween(body.now, body.to);
-    body.length = 0;
     body.moves = !isNone(body.left);
-    memory.bodies_move = memory.bodies_move || body.moves;
-  }
-  if (!memory.bodies_move) return;
-  for (const CompiledObject& object : memory.objects) {
-    MovingBody& body = memory.bodies[object.body];
     if (!body.moves) continue;
-    const double arm = (object.anchor - body.now.position).norm() + memory.scene.shapes[object.shape].radius;
-    body.length = std::max(body.length, body.left.translation.norm() + body.left.rotation.norm() * arm);
+    memory.bodies_move = true;
+    body.length = body.left.translation.norm() + body.left.rotation.norm() * (body.arm + body.radius);
   }
 }
 
@@ -47,34 +109,51 @@ Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d
   return {part * body.left.translation + rotationOf(turn) * arm - arm, turn};
 }
 
-void StepMemory::carry(std::size_t i, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position) {
-  CompiledObject& object = objects[i];
-  object.rotation = rotation * at_home[i].rotation;
-  object.anchor = rotation * at_home[i].anchor + position;
-  Block& root = object_roots[i / 8];
-  put(root, i % 8, object.anchor, root.r[i % 8]);
-  farthest_anchor = std::max(farthest_anchor, object.anchor.norm());
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) leaf_views[i].to_world[3 * r + c] = views[i].to_world[3 * r + c] = object.rotation(r, c);
+void StepMemory::follow(std::size_t i) {
+  const MovingBody& body = bodies[at_home[i].body];
+  if (at_home[i].placed_for == body.pose_count) return;
+  at_home[i].placed_for = body.pose_count;
+  const Eigen::Matrix3d &r = body.rotation, &home = at_home[i].rotation;
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) {
+      const double value = r(k, 0) * home(0, c) + r(k, 1) * home(1, c) + r(k, 2) * home(2, c);
+      leaf_views[i].to_world[3 * k + c] = views[i].to_world[3 * k + c] = objects[i].rotation(k, c) = value;
+    }
+}
+
+void joinBody(std::size_t i, MovingBody& body, const StepMemory& memory) {
+  const CompiledObject& object = memory.at_home[i];
+  const double reach = std::sqrt(squaredDistance(object.anchor.data(), body.centre)) + memory.scene.shapes[object.shape].radius;
+  body.radius = std::max(body.radius, reach * (1 + 1e-6));
+}
+
+void encloseObjects(MovingBody& body, const StepMemory& memory) {
+  int count = 0;
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body, ++count)
+    for (int k = 0; k < 3; ++k) body.centre[k] = (body.centre[k] * count + memory.at_home[i].anchor[k]) / (count + 1);
+  body.arm = std::sqrt(body.centre[0] * body.centre[0] + body.centre[1] * body.centre[1] + body.centre[2] * body.centre[2]);
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) joinBody(i, body, memory);
 }
 
 void advanceBodies(double part, StepMemory& memory) {
   memory.bodies_move = part < 1;
-  for (std::uint32_t b = 1; b < memory.bodies.size(); ++b) {
-    MovingBody& body = memory.bodies[b];
+  for (MovingBody& body : memory.bodies) {
     if (!body.moves) continue;
     body.now = part < 1 ? moved(body.now, {part * body.left.translation, part * body.left.rotation}) : body.to;
     body.left = {(1 - part) * body.left.translation, (1 - part) * body.left.rotation};
     body.length *= 1 - part;
     body.moves = part < 1;
-    body.rotation = body.now.orientation.toRotationMatrix();
-    body.was_moved = true;
+    moveObjects(body, memory);
   }
-  for (std::size_t i = 0; i < memory.objects.size(); ++i) {
-    const MovingBody& body = memory.bodies[memory.objects[i].body];
-    if (body.was_moved) memory.carry(i, body.rotation, body.now.position);
+  for (const PairRun& run : memory.runs) memory.follow(run.object);
+}
+
+void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) {
+  if (memory.away_count == 0 || (centre - memory.away_from).norm() + reach + kApart < memory.away_by) return;
+  for (MovingBody& body : memory.bodies) {
+    const double most = body.radius + reach + kApart;
+    if (body.is_away && squaredDistance(body.middle, centre.data()) <= most * most) show(body, memory);
   }
-  for (MovingBody& body : memory.bodies) body.was_moved = false;
 }
 
 }  // namespace spheretree::runtime

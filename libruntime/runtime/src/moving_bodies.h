@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies and their motion to new poses during a step. The pose of a body is the displacement of its objects from their
 // poses in the scene: x becomes orientation * x + position. Units: mm, rad, s; world axes.
+//
+// A body is away if the ball around its objects stays clear of the ball around the tool on its whole way. It goes to
+// its target at once, since nothing can be between the two; its objects follow when a search comes near its ball.
 #pragma once
+
+#include <cstdint>
 
 #include "spheretree/core/rigid.h"
 
@@ -14,9 +19,14 @@ struct MovingBody {
   Configuration before;                                    // pose at the beginning of the step
   Displacement velocity;                                   // used in steps without a new pose
   Displacement left;                                       // remaining displacement from `now` to `to`, rotation about `now.position`
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // of `now`
-  double length = 0;                                       // largest remaining way of a point of its objects [mm]
-  bool has_new_pose = false, moves = false, was_moved = false;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // of `now`, unless the body is away
+  double length = 0;                                       // bound of the remaining way of a point of its objects [mm]
+  double centre[3] = {0, 0, 0}, radius = 0, arm = 0;       // ball around its objects, in the axes of the body; |centre| [mm]
+  double middle[3] = {0, 0, 0}, way = 0;                   // of the ball at `to`, in the world; bound of its way to there [mm]
+  std::uint32_t first_object = ~0u;                        // CompiledObject::next_of_body leads to the others
+  std::uint32_t pose_count = 0;                            // changes with each move; CompiledObject::placed_for lags behind it
+  bool has_new_pose = false, moves = false, is_away = false;
+  bool was_moved = false;  // in this step or the last one: `before` may not be `now`
 };
 
 /// Upper bounds of the way of a point and of the angle of rotation, over all moving bodies.
@@ -24,15 +34,23 @@ struct BodyMotion {
   double length = 0, turn = 0;
 };
 
-/// At the start of a step: determines the remaining displacement of each body. Cost: about 10 ns for each object of a
-/// moving body.
+/// Makes the ball of a body; and extends it to an object that joins. Cost: about 10 ns an object.
+void encloseObjects(MovingBody& body, const StepMemory& memory);
+void joinBody(std::size_t object, MovingBody& body, const StepMemory& memory);
+
+/// After a change of `to`: determines where the ball will be. Cost: about 20 ns.
+void aimBody(MovingBody& body);
+/// At the start of a step: determines which bodies are away, and the remaining displacement of the others. Cost: about
+/// 10 ns for each body that moves and is away, 100 ns for one that is near.
 void startMotions(StepMemory& memory);
 BodyMotion motionLeft(const StepMemory& memory);
 /// Motion of a point at `x` that is fixed to the body, and of its surroundings, for this part of the remaining
 /// displacement.
 Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d& x);
-/// Moves all bodies and their objects by this part of their remaining displacements; 1: to the end. Cost: about 30 ns
+/// Moves the bodies that are not away by this part of their remaining displacements; 1: to the end. Cost: about 15 ns
 /// an object.
 void advanceBodies(double part, StepMemory& memory);
+/// Ends the absence of bodies whose ball is within `reach` [mm] of `centre`. Cost: none if all are farther away.
+void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory);
 
 }  // namespace spheretree::runtime

@@ -12,6 +12,7 @@ namespace {
 constexpr int kMostFrictionRounds = 3;  // first with Coulomb's law itself; if that does not converge, with discs, and then with cones
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // cost of a Newton step, in groups of rows
 constexpr int kMostScans = 36;                                 // rows that enter
+constexpr int kMostNewRows = 4;           // that join the rows of the last piece before the QP without friction is asked
 constexpr double kForceTolerance = 1e-6;  // of the residuals: gaps are floats and not known more accurately [mm, scaled]
 constexpr double kMostGive = 0.5;         // share of the smallest distance of two centres: limit by which an object yields
 constexpr float kOutOfTheWay = -1e30f;
@@ -20,18 +21,25 @@ struct Tangents {
   Eigen::Vector3d first, second;
 };
 
-// Any two tangents that are perpendicular to the unit vector `n`.
-Tangents tangentsOf(const Eigen::Vector3d& n) {
-  Eigen::Index axis = 0;
-  n.cwiseAbs().minCoeff(&axis);
-  const Eigen::Vector3d first = n.cross(Eigen::Vector3d::Unit(axis)).normalized();
-  return {first, n.cross(first)};
+// Two tangents that are perpendicular to the unit vector `n` and to each other.
+// Paper: T. Duff et al. Building an orthonormal basis, revisited. Journal of Computer Graphics Techniques 6(1), 2017.
+Tangents tangentsOf(const double (&n)[3]) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  return {{1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]}, {b, sign + n[1] * n[1] * a, -n[1]}};
 }
 
 class ContactSolver {
  public:
   ContactSolver(StepParts& parts, const PairSet& pairs, RowSet& rows, const Vector6& target, const CarriedPiece* carried)
-      : parts_(parts), scene_(parts.scene), memory_(parts.memory), pairs_(pairs), rows_(rows), target_(target), carried_(carried) {}
+      : parts_(parts),
+        scene_(parts.scene),
+        memory_(parts.memory),
+        pairs_(pairs),
+        rows_(rows),
+        target_(target),
+        carried_(carried),
+        rotation_(parts.contact_pose.orientation.toRotationMatrix()),
+        qp_(*parts.memory.contact_qp) {}
 
   double run();
 
@@ -63,7 +71,8 @@ class ContactSolver {
   RowSet& rows_;
   const Vector6 target_;
   const CarriedPiece* carried_;
-  ContactQp qp_;
+  const Eigen::Matrix3d rotation_;  // of the tool, where the rows were made
+  ContactQp& qp_;
   std::array<std::uint32_t, kMostContactRows> row_;              // index in the scan, of each row of the problem
   std::array<double, kMostContactRows> pressed_;                 // initial multipliers
   std::array<int, kMostContactRows> disc_;                       // of each row, or -1
@@ -137,8 +146,10 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   }
   const auto at = static_cast<std::size_t>(k);
   ContactRow& r = qp_.rows[at];
-  r = {};
   for (std::size_t i = 0; i < 6; ++i) r.a[static_cast<Eigen::Index>(i)] = static_cast<double>(rows_.rows.a[i][row]);
+  r.compliance = 0;
+  r.group = -1;
+  r.give = 0;
   r.b = static_cast<double>(rows_.b[row]);
   r.multiplier = pressed_[at] = multiplier;
   if (group >= 0) {
@@ -158,30 +169,40 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
 void ContactSolver::addDisc(int k, const RowName& name) {
   const auto at = static_cast<std::size_t>(k), d = static_cast<std::size_t>(qp_.disc_count++);
   const double weight = static_cast<double>(rows_.weight[row_[at]]);
-  const Eigen::Vector3d normal = qp_.rows[at].a.head<3>() / weight;
   const Sphere& ball = scene_.tool.spheres[name.pair >> 16];
-  const Configuration& tool = parts_.contact_pose;
-  const Eigen::Vector3d arm = tool.orientation * Eigen::Vector3d(ball.x, ball.y, ball.z) - static_cast<double>(ball.radius) * normal;
+  const double centre[3] = {ball.x, ball.y, ball.z}, radius = static_cast<double>(ball.radius);
+  double normal[3], arm[3], force[3];
+  const Eigen::Vector3d* const rubbing = parts_.rubbingOf(name);
+  for (int i = 0; i < 3; ++i) {
+    normal[i] = qp_.rows[at].a[i] / weight;
+    arm[i] = rotation_(i, 0) * centre[0] + rotation_(i, 1) * centre[1] + rotation_(i, 2) * centre[2] - radius * normal[i];
+    force[i] = rubbing ? (*rubbing)[i] : 0;
+  }
   disc_[at] = static_cast<int>(d);
   const Tangents& t = tangents_[d] = tangentsOf(normal);
   friction_[d] = scene_.objects[name.object].friction * weight;
   FrictionDisc& disc = qp_.discs[d];
-  disc = {};
-  const Eigen::Vector3d force = parts_.rubbingOf(name);
+  disc.row = k;
+  disc.radius = friction_[d] * qp_.rows[at].multiplier;
+  disc.law = law_ == Law::Coulomb ? friction_[d] : 0;
+  disc.friction = law_ == Law::Cones ? friction_[d] : 0;
+  disc.slip = disc.pressure = 0;
   for (std::size_t i = 0; i < 2; ++i) {
-    const Eigen::Vector3d& along = i == 0 ? t.first : t.second;
-    disc.across[i] << along, arm.cross(along) / scene_.angle_length;
-    disc.force[i] = force.dot(along);
+    const double* const along = (i == 0 ? t.first : t.second).data();
+    double* const across = disc.across[i].data();
+    for (int j = 0; j < 3; ++j) {
+      const int next = (j + 1) % 3, last = (j + 2) % 3;
+      across[j] = along[j];
+      across[3 + j] = (arm[next] * along[last] - arm[last] * along[next]) / scene_.angle_length;
+    }
+    disc.force[i] = force[0] * along[0] + force[1] * along[1] + force[2] * along[2];
+    disc.origin[i] = 0;
   }
   const MovingBody& body = memory_.bodies[memory_.objects[name.object].body];
   if (carried_ && body.moves) {
-    const Vector6 z = parts_.scaledVector(motionAt(body, carried_->part, tool.position));
+    const Vector6 z = parts_.scaledVector(motionAt(body, carried_->part, parts_.contact_pose.position));
     for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
   }
-  disc.row = k;
-  disc.radius = friction_[d] * qp_.rows[at].multiplier;
-  if (law_ == Law::Coulomb) disc.law = friction_[d];
-  if (law_ == Law::Cones) disc.friction = friction_[d];
   if (memory_.tissue) memory_.tissue->setDisc(qp_, static_cast<int>(d), name.object, row_[at], is_stop_[at], {t.first, t.second});
 }
 
@@ -201,8 +222,12 @@ void ContactSolver::start() {
 bool ContactSolver::holdsAsBefore() {
   if (carried_ || scene_.has_soft || !parts_.rubs || memory_.active_count == 0) return false;
   start();
-  solve();
-  return qp_.converged && !takeInViolated();
+  for (int scan = 0; scan < kMostNewRows; ++scan) {
+    solve();
+    if (!qp_.converged) return false;
+    if (!takeInViolated()) return true;
+  }
+  return false;
 }
 
 // Adds the active rows of the QP without friction, with the multipliers that it predicts.

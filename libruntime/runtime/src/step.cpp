@@ -116,6 +116,7 @@ bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspac
   moving.to = {pose.position, pose.orientation.normalized()};
   moving.velocity = velocity;
   moving.has_new_pose = true;
+  aimBody(moving);
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <utility>
 
 namespace spheretree::runtime {
 namespace {
@@ -45,7 +46,9 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
     any_skin = any_skin || !skin.empty();
     views[i].patches = skin.empty() ? nullptr : skin.patch.data();
     placeViews(i);
+    at_home[i].next_of_body = std::exchange(bodies[objects[i].body].first_object, static_cast<std::uint32_t>(i));
   }
+  for (MovingBody& body : bodies) encloseObjects(body, *this);
   near = std::vector<std::uint32_t>(count + 16);
   near_counts = std::vector<std::uint32_t>(count);
   pairs = std::vector<std::uint32_t>(capacity);
@@ -60,6 +63,7 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
   row_memory.reset(static_cast<float*>(::operator new[](kRowArrays* row_stride * sizeof(float), kRowAlignment)));
   std::fill_n(row_memory.get(), kRowArrays * row_stride, 0.0f);
   active_rubbing.fill(Eigen::Vector3d::Zero());
+  if (scene.has_friction || scene.has_soft) contact_qp = std::make_unique<ContactQp>();
   if (!scene.has_soft) return;
   for (auto* list : {&give, &give_from, &give_to}) *list = std::vector<double>(count);
   soft_b = std::vector<float>(row_stride);
@@ -85,6 +89,9 @@ ObjectView StepMemory::skinView(std::size_t object) const {
 }
 
 void StepMemory::place(std::size_t i, const Configuration& pose) {
+  const MovingBody& mover = bodies[objects[i].body];
+  if (mover.is_away) bringNear({mover.middle[0], mover.middle[1], mover.middle[2]}, 0, *this);
+  follow(i);
   const CompiledObject before = objects[i];
   objects[i] = scene.placed(before.shape, before.body, pose);
   placeViews(i);
@@ -92,6 +99,7 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   const Eigen::Matrix3d to_body = bodies[before.body].rotation.transpose();
   at_home[i].rotation = to_body * objects[i].rotation;
   at_home[i].anchor = to_body * (objects[i].anchor - body.position);
+  joinBody(i, bodies[before.body], *this);
   // A motion of more than half of a ball may carry something through its centre: then the side of the tool is
   // determined again.
   const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the angle

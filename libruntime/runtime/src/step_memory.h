@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compiled_scene.h"
+#include "contact_qp.h"
 #include "find_pairs.h"
 #include "kernel.h"
 #include "moving_bodies.h"
@@ -40,6 +41,9 @@ struct StepMemory {
   std::vector<CompiledObject> objects;
   std::vector<CompiledObject> at_home;  // poses relative to their bodies
   std::vector<MovingBody> bodies;       // index 0 is the world
+  std::uint32_t away_count = 0;         // bodies that are away
+  Eigen::Vector3d away_from{0, 0, 0};   // no body that is away comes nearer to this point of the world
+  double away_by = 0;                   // than this [mm]
   bool bodies_move = false;             // some bodies have not yet reached their target of this step
   std::vector<Block> object_roots;      // bounding spheres of the objects in the world, 8 to a block
   double farthest_anchor = 0;           // from the origin of the world [mm]
@@ -78,6 +82,7 @@ struct StepMemory {
   double depth = 0;                                             // penetration of the tool at the end of the last step [mm]
   Displacement stretch;                                         // of spring and damper at the end of the last step
   Displacement motion;                                          // motion of the graphic tool in the last step, which its mass continues
+  std::unique_ptr<ContactQp> contact_qp;                        // of the piece; null without friction and compliance
   QpAnswer answer;                                              // of the last QP
   std::array<Contact, kMostContacts> contacts{};
   std::uint8_t contact_count = 0;
@@ -85,8 +90,8 @@ struct StepMemory {
   bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }
   /// Moves an object to a pose at once.
   void place(std::size_t object, const Configuration& pose);
-  /// Moves an object with its body, for this rotation and position of the body.
-  void carry(std::size_t object, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position);
+  /// Places the views of the object where its body is now.
+  void follow(std::size_t object);
   /// False while its leaves are used, which are those of a rigid object.
   bool isTissue(std::size_t object) const { return tissue && feelsSkin(object) && tissue->has(object); }
   void feelLeaves(std::size_t object);

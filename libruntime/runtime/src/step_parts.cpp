@@ -158,10 +158,10 @@ std::uint32_t StepParts::rowOf(const PairSet& set, const RowName& name) const {
   return ~0u;
 }
 
-Eigen::Vector3d StepParts::rubbingOf(const RowName& name) const {
+const Eigen::Vector3d* StepParts::rubbingOf(const RowName& name) const {
   for (std::size_t k = 0; k < memory.active_count; ++k)
-    if (memory.active_names[k] == name) return memory.active_rubbing[k];
-  return Eigen::Vector3d::Zero();
+    if (memory.active_names[k] == name) return &memory.active_rubbing[k];
+  return nullptr;
 }
 
 void StepParts::keepActive(const PairSet& set) {
@@ -182,6 +182,8 @@ void StepParts::findActive(const PairSet& set) {
 void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
   const QpAnswer& answer = memory.answer;
   memory.contact_count = 0;
+  Eigen::Matrix3d back;  // from now to before
+  if (rubsOrGives()) back = (before.orientation * memory.graphic.orientation.conjugate()).toRotationMatrix();
   for (std::size_t k = 0; k < answer.active_count; ++k) {
     const std::uint32_t row = answer.active[k];
     const RowName& name = memory.active_names[k];
@@ -209,12 +211,13 @@ void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
     contact.point = memory.graphic.position + arm - static_cast<double>(ball.radius) * contact.normal;
     if (!rubsOrGives()) continue;
     contact.friction = scene.pull.translation * memory.active_rubbing[k];
-    const Displacement way = displacementBetween(before, memory.graphic);
-    const MovingBody& mover = memory.bodies[memory.objects[name.object].body];
-    const Eigen::Vector3d from = before.position + rotationOf(-way.rotation) * (contact.point - memory.graphic.position);
-    const Eigen::Vector3d carried =
-        mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
-    Eigen::Vector3d slid = contact.point - carried;
+    const std::uint32_t body = memory.objects[name.object].body;
+    Eigen::Vector3d from = before.position + back * (contact.point - memory.graphic.position);
+    if (body > 0) {
+      const MovingBody& mover = memory.bodies[body];
+      from = mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
+    }
+    Eigen::Vector3d slid = contact.point - from;
     if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, row);
     contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
   }

@@ -65,7 +65,7 @@ class StepParts {
   // The name of a row; the index of a row with this name, or ~0u; its previous friction force.
   RowName nameOfRow(const PairSet& set, std::uint32_t row) const;
   std::uint32_t rowOf(const PairSet& set, const RowName& name) const;
-  Eigen::Vector3d rubbingOf(const RowName& name) const;
+  const Eigen::Vector3d* rubbingOf(const RowName& name) const;
   const PairSet& felt() const { return felt_; }
   bool rubs = true;            // false while the tool moves out of an object, when forces are meaningless
   Configuration contact_pose;  // pose of the tool at which the rows of the last solveContact() were made
