@@ -40,11 +40,6 @@ ContactQp randomProblem(Random& random, int run) {
       row.give = random.between(0.1, 2);
     }
   }
-  qp.tissue_count = run % 5 == 1 ? 4 : 0;
-  Random own(static_cast<std::uint64_t>(run));
-  for (int k = 0; k < qp.row_count; ++k)
-    for (int m = 0; m < qp.tissue_count; ++m)  // the first rows are displaced by each other's forces
-      qp.tissue[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] = k < 4 && m <= k ? own.between(-1, 1) : 0;
   qp.disc_count = static_cast<int>(random.between(0, 6));
   for (int k = 0; k < qp.disc_count; ++k) {
     FrictionDisc& disc = qp.discs[static_cast<std::size_t>(k)];
@@ -62,10 +57,7 @@ ContactQp randomProblem(Random& random, int run) {
 
 double givenPart(const ContactQp& qp, int k) {
   const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
-  double part = row.group < 0 ? 0 : row.give * qp.given[static_cast<std::size_t>(row.group)];
-  for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
-    part += qp.tissue[static_cast<std::size_t>(k)][m] * qp.tissue_given[m];
-  return part;
+  return row.group < 0 ? 0 : row.give * qp.given[static_cast<std::size_t>(row.group)];
 }
 
 double lacks(const ContactQp& qp, int k) {
@@ -80,8 +72,6 @@ double distanceFromRight(const ContactQp& qp) {
   double primal = 0.5 * (qp.y - qp.target).squaredNorm(), dual = 0;
   Vector6 pull = Vector6::Zero();
   std::array<double, kMostGroups> group_pull{};
-  std::array<double, kMostContactRows> tissue_pull{};
-  for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m) primal += 0.5 * qp.tissue_given[m] * qp.tissue_given[m];
   for (int g = 0; g < qp.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
     primal += 0.5 * (qp.given[at] - qp.rest[at]) * (qp.given[at] - qp.rest[at]);
@@ -90,8 +80,6 @@ double distanceFromRight(const ContactQp& qp) {
     const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
     pull += u * row.a;
     if (row.group >= 0) group_pull[static_cast<std::size_t>(row.group)] += u * row.give;
-    for (std::size_t m = 0; m < static_cast<std::size_t>(qp.tissue_count); ++m)
-      tissue_pull[m] += u * qp.tissue[static_cast<std::size_t>(k)][m];
   };
   for (int k = 0; k < qp.row_count; ++k) {
     const ContactRow& row = qp.rows[static_cast<std::size_t>(k)];
@@ -124,7 +112,6 @@ double distanceFromRight(const ContactQp& qp) {
   }
   // The minimum of |y - t|^2 / 2 - pull . y over all y.
   dual += -0.5 * pull.squaredNorm() - pull.dot(qp.target);
-  for (const double p : tissue_pull) dual -= 0.5 * p * p;
   for (int g = 0; g < qp.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
     dual += -0.5 * group_pull[at] * group_pull[at] - group_pull[at] * qp.rest[at];
@@ -175,26 +162,18 @@ class SlowSolver {
   }
 
  private:
-  double tissueDot(int k, const std::array<double, kMostContactRows>& other) const {
-    double sum = 0;
-    for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
-      sum += qp_.tissue[static_cast<std::size_t>(k)][m] * other[m];
-    return sum;
-  }
   double lack(int k) const {
     const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
-    return row.b - row.a.dot(y_) - row.give * (row.group < 0 ? 0 : given_[static_cast<std::size_t>(row.group)]) - tissueDot(k, tissue_);
+    return row.b - row.a.dot(y_) - row.give * (row.group < 0 ? 0 : given_[static_cast<std::size_t>(row.group)]);
   }
   double size(int k) const {
     const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
-    return row.a.squaredNorm() + row.give * row.give + tissueDot(k, qp_.tissue[static_cast<std::size_t>(k)]);
+    return row.a.squaredNorm() + row.give * row.give;
   }
   void press(int k, double by) {
     const ContactRow& row = qp_.rows[static_cast<std::size_t>(k)];
     y_ += by * row.a;
     if (row.group >= 0) given_[static_cast<std::size_t>(row.group)] += by * row.give;
-    for (std::size_t m = 0; m < static_cast<std::size_t>(qp_.tissue_count); ++m)
-      tissue_[m] += by * qp_.tissue[static_cast<std::size_t>(k)][m];
   }
   double rub(int d) {
     const auto at = static_cast<std::size_t>(d);
@@ -226,7 +205,7 @@ class SlowSolver {
   const ContactQp& qp_;
   Vector6 y_;
   std::array<double, kMostGroups> given_;
-  std::array<double, kMostContactRows> u_{}, pressure_{}, tissue_{};
+  std::array<double, kMostContactRows> u_{}, pressure_{};
   std::array<std::array<double, 2>, kMostContactRows> force_{};
 };
 

@@ -8,7 +8,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostCoordinates = 6 + kMostGroups + kMostContactRows;
+constexpr int kMostCoordinates = 6 + kMostGroups;
 static_assert(kMostCoordinates % 2 == 0);
 // Penalties of the augmented Lagrangian, round by round [1]. With nearly correct multipliers a large penalty is best;
 // otherwise the inner problem is smoother with a small one.
@@ -50,8 +50,7 @@ class Round {
       : qp_(qp),
         penalty_(penalty),
         most_newton_steps_(most_newton_steps),
-        tissue_(6 + qp.group_count),
-        size_(tissue_ + qp.tissue_count),
+        size_(6 + qp.group_count),
         even_((size_ + 1) / 2 * 2),
         has_law_(qp.disc_count > 0 && qp.discs[0].law > 0) {}
 
@@ -95,7 +94,7 @@ class Round {
   ContactQp& qp_;
   const double penalty_;
   const int most_newton_steps_;
-  const int tissue_, size_, even_;  // index of the first tissue coordinate; number of all coordinates; the next even number
+  const int size_, even_;  // number of coordinates; the next even number
   const bool has_law_;
   Coordinates x_, gradient_, step_;
   double matrix_[kMostCoordinates][kMostCoordinates];
@@ -107,10 +106,7 @@ class Round {
   std::array<bool, kMostContactRows> slid_, held_;
 };
 
-double& Round::coordinate(int i) {
-  if (i < 6) return qp_.y[i];
-  return i < tissue_ ? qp_.given[static_cast<std::size_t>(i - 6)] : qp_.tissue_given[static_cast<std::size_t>(i - tissue_)];
-}
+double& Round::coordinate(int i) { return i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)]; }
 
 // In all coordinates, with a zero at the end if their number is odd.
 void Round::normal(std::size_t k, double* n) const {
@@ -119,16 +115,12 @@ void Round::normal(std::size_t k, double* n) const {
   if (size_ == 6) return;
   for (int i = 6; i < even_; ++i) n[i] = 0;
   if (r.group >= 0) n[6 + r.group] = r.give;
-  for (int i = tissue_; i < size_; ++i) n[i] = qp_.tissue[k][static_cast<std::size_t>(i - tissue_)];
 }
 
 double Round::slack(std::size_t k) const {
   const ContactRow& r = qp_.rows[k];
-  double left = r.b - dot(r.a.data(), x_.data());
-  if (size_ == 6) return left;
-  if (r.group >= 0) left -= r.give * x_[static_cast<std::size_t>(6 + r.group)];
-  for (int i = tissue_; i < size_; ++i) left -= qp_.tissue[k][static_cast<std::size_t>(i - tissue_)] * x_[static_cast<std::size_t>(i)];
-  return left;
+  const double left = r.b - dot(r.a.data(), x_.data());
+  return r.group < 0 ? left : left - r.give * x_[static_cast<std::size_t>(6 + r.group)];
 }
 
 // The maximum, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
@@ -212,7 +204,7 @@ void Round::coneSlopes(std::size_t k, Slopes& s) const {
 // Difference of a coordinate from its value at rest.
 double Round::off(int i) const {
   const auto at = static_cast<std::size_t>(i);
-  return x_[at] - (i < 6 ? qp_.target[i] : i < tissue_ ? qp_.rest[at - 6] : 0);
+  return x_[at] - (i < 6 ? qp_.target[i] : qp_.rest[at - 6]);
 }
 
 // Computes multipliers and forces at x_. Returns the value of the augmented Lagrangian there.

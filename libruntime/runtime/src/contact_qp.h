@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step of a tool in contact, where rows may yield and contacts may have friction:
 //
-//   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  |z|^2 / 2  +  sum_i radius_i |T_i y - origin_i|
-//   subject to  c_k(y, d, z) = a_k . y + give_k d_g(k) + sum_m tissue_km z_m - b_k >= -compliance_k multiplier_k
+//   minimise  |y - target|^2 / 2  +  sum_g (d_g - rest_g)^2 / 2  +  sum_i radius_i |T_i y - origin_i|
+//   subject to  c_k(y, d) = a_k . y + give_k d_g(k) - b_k >= -compliance_k multiplier_k
 //               c_k(i) + friction_i slip_i >= friction_i |T_i y - origin_i|          for discs with friction > 0
 //
 // y is the step of the tool as in qp6.h. d_g is how far a group of rows yields together, against a spring of its own;
-// `compliance` is that of one row alone, but not of its cone. Rows of soft tissue yield under each other's forces, by
-// the matrix (tissue tissue^T) times their multipliers. T_i maps y to the tangential motion of the tool's point at a
-// contact. The force of friction there is bounded by a disc of a given radius or, with friction > 0, by friction times
-// the multiplier of the contact itself: a second-order cone. Such a cone allows the contact to separate from its row
-// where it slips by more than `slip` (G. De Saxce, Z.-Q. Feng. The bipotential method. Math. Comput. Modelling 28,
+// `compliance` is that of one row alone, but not of its cone. T_i maps y to the tangential motion of the tool's point
+// at a contact. The force of friction there is bounded by a disc of a given radius or, with friction > 0, by friction
+// times the multiplier of the contact itself: a second-order cone. Such a cone allows the contact to separate from its
+// row where it slips by more than `slip` (G. De Saxce, Z.-Q. Feng. The bipotential method. Math. Comput. Modelling 28,
 // 1998): with slip_i = |T_i y - origin_i| the solution obeys Coulomb's law. The problem is strictly convex, so its
 // solution does not depend on the order of rows. Where T_i y = origin_i the contact sticks, exactly. Instead of a disc
 // of a given radius or a cone, Coulomb's law itself can be requested: then nothing is minimised, and a solution may not
-// be found.
+// be found. Contacts on soft tissue yield under each other's forces, too: contact_forces.h.
 //
 // Method: augmented Lagrangian, whose inner problem has a continuous gradient and is solved by a Newton method. M.
 // Hestenes. Multiplier and gradient methods. JOTA 4, 1969. R. T. Rockafellar. Augmented Lagrangians and applications of
 // the proximal point algorithm in convex programming. Math. Oper. Res. 1(2), 1976. L. Qi, J. Sun. A nonsmooth version
-// of Newton's method. Math. Programming 58, 1993. On soft tissue: contact_forces.h.
+// of Newton's method. Math. Programming 58, 1993.
 // Units: mm (scaled); forces are divided by the translation stiffness [mm]. No allocation. Deterministic.
 #pragma once
 
@@ -55,9 +54,7 @@ struct ContactQp {
   std::array<ContactRow, kMostContactRows> rows;
   std::array<FrictionDisc, kMostContactRows> discs;
   std::array<double, kMostGroups> rest{}, given{};  // d that the group would have alone, and d; input of `given`: an initial guess
-  std::array<std::array<double, kMostContactRows>, kMostContactRows> tissue;  // (row, coordinate), for all tissue_count coordinates
-  std::array<double, kMostContactRows> tissue_given{};                        // z; input: an initial guess
-  int row_count = 0, disc_count = 0, group_count = 0, tissue_count = 0;
+  int row_count = 0, disc_count = 0, group_count = 0;
   Vector6 target = Vector6::Zero(), y = Vector6::Zero();  // input of y: an initial guess
   double tolerance = 1e-8;                                // of the residuals [mm, scaled]
   int iterations = 0;                                     // Newton steps
