@@ -282,44 +282,57 @@ LoadStatus readSkin(const Section& section, SphereTree& tree, std::string& fault
   return readCodes(section, taker.rest(), skin.search, fault);
 }
 
-// The sections that this program knows, in the order of the file. A new kind of section needs one new row.
+// The sections that this program knows, in the order of the file. A new kind of section needs one new row in each of
+// two tables. A program that only reads, such as the shared library of the runtime, contains no encoder.
 
 bool always(const SphereTree&) { return true; }
 bool hasSearch(const SphereTree& tree) { return !tree.search.empty(); }
 bool hasSkin(const SphereTree& tree) { return !tree.skin.empty(); }
 
-struct SectionCodec {
+struct SectionDecoder {
   SectionId id;
   bool is_optional;
-  bool (*is_present)(const SphereTree&);
-  void (*write)(const SphereTree&, Bytes&);
   LoadStatus (*read)(const Section&, SphereTree&, std::string& fault);  // may use the results of earlier sections
 };
-constexpr std::array<SectionCodec, 7> kSections{{
-    {{'T', 'O', 'P', 'O'}, false, always, writeTopology, readTopology},
-    {{'C', 'O', 'V', 'R'}, false, always, writeCover, readCover},
-    {{'B', 'N', 'D', 'S'}, false, always, writeBound, readBound},
-    {{'L', 'E', 'V', 'L'}, false, always, writeLevels, readLevels},
-    {{'P', 'R', 'O', 'V'}, false, always, writeProvenance, readProvenance},
-    {{'S', 'R', 'C', 'H'}, true, hasSearch, writeSearch, readSearch},
-    {{'S', 'K', 'I', 'N'}, true, hasSkin, writeSkin, readSkin},
+constexpr std::array<SectionDecoder, 7> kDecoders{{
+    {{'T', 'O', 'P', 'O'}, false, readTopology},
+    {{'C', 'O', 'V', 'R'}, false, readCover},
+    {{'B', 'N', 'D', 'S'}, false, readBound},
+    {{'L', 'E', 'V', 'L'}, false, readLevels},
+    {{'P', 'R', 'O', 'V'}, false, readProvenance},
+    {{'S', 'R', 'C', 'H'}, true, readSearch},
+    {{'S', 'K', 'I', 'N'}, true, readSkin},
+}};
+
+struct SectionEncoder {
+  bool (*is_present)(const SphereTree&);
+  void (*write)(const SphereTree&, Bytes&);
+};
+constexpr std::array<SectionEncoder, kDecoders.size()> kEncoders{{
+    {always, writeTopology},
+    {always, writeCover},
+    {always, writeBound},
+    {always, writeLevels},
+    {always, writeProvenance},
+    {hasSearch, writeSearch},
+    {hasSkin, writeSkin},
 }};
 
 LoadStatus decode(std::span<const std::byte> bytes, SphereTree& out, std::string& fault) {
   std::vector<Section> sections;
   if (const LoadStatus status = openSections(bytes, sections, fault); status != LoadStatus::Ok) return status;
   SphereTree tree;
-  const SectionCodec* next = kSections.data();  // the first section that may follow
-  const SectionCodec* const end = next + kSections.size();
-  const auto isMissing = [&](const SectionCodec* until) {
-    next = std::find_if(next, until, [](const SectionCodec& c) { return !c.is_optional; });
+  const SectionDecoder* next = kDecoders.data();  // the first section that may follow
+  const SectionDecoder* const end = next + kDecoders.size();
+  const auto isMissing = [&](const SectionDecoder* until) {
+    next = std::find_if(next, until, [](const SectionDecoder& c) { return !c.is_optional; });
     if (next != until) fault = describe("section '%.4s' is missing", next->id.data());
     return next != until;
   };
   for (const Section& section : sections) {
-    const SectionCodec* const known = std::find_if(next, end, [&](const SectionCodec& c) { return c.id == section.id; });
+    const SectionDecoder* const known = std::find_if(next, end, [&](const SectionDecoder& c) { return c.id == section.id; });
     if (known == end) {
-      if (std::any_of(kSections.data(), next, [&](const SectionCodec& c) { return c.id == section.id; }))
+      if (std::any_of(kDecoders.data(), next, [&](const SectionDecoder& c) { return c.id == section.id; }))
         return badSection(section, " is out of order", fault, LoadStatus::BadHeader);
       if (section.is_optional) continue;
       return badSection(section, " is required, and not known", fault, LoadStatus::UnknownSection);
@@ -372,11 +385,11 @@ std::string_view explain(LoadStatus status) {
 std::vector<std::byte> encodeSphereTree(const SphereTree& tree) {
   if (const std::string fault = findFault(tree); !fault.empty()) throw std::invalid_argument("sphere-tree cannot be stored: " + fault);
   SectionWriter file;
-  for (const SectionCodec& section : kSections) {
-    if (!section.is_present(tree)) continue;
+  for (std::size_t i = 0; i < kEncoders.size(); ++i) {
+    if (!kEncoders[i].is_present(tree)) continue;
     Bytes bytes;
-    section.write(tree, bytes);
-    file.add(section.id, section.is_optional, std::move(bytes));
+    kEncoders[i].write(tree, bytes);
+    file.add(kDecoders[i].id, kDecoders[i].is_optional, std::move(bytes));
   }
   return file.finish();
 }
