@@ -112,7 +112,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
   margin_ = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
   if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
   // Along surfaces that already hold it, the tool moves about as far as the hand.
-  if (memory_.active_count > 0 && !memory_.is_behind && !memory_.bodies_move)
+  if (memory_.active_count > 0 && !memory_.is_behind && memory_.moving_count == 0)
     felt_reach_ = std::min(kFeltReach, 1.5 * motion + kLeastMargin);
 }
 
@@ -121,7 +121,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
 // >= b). The true gap is the row's value plus a convex function of the translation, minus at most |r| angle^2 / 2 for
 // the rotation. Hence no pair is ever deeper than that.
 void ConstrainedStep::run() {
-  Piece piece = !memory_.bodies_move || carry() ? Piece::GoesOn : Piece::Blocked;
+  Piece piece = memory_.moving_count == 0 || carry() ? Piece::GoesOn : Piece::Blocked;
   while (piece == Piece::GoesOn) {
     if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
@@ -149,7 +149,7 @@ void ConstrainedStep::run() {
 // the bodies have arrived.
 bool ConstrainedStep::carry() {
   const double own_margin = margin_;
-  while (memory_.bodies_move) {
+  while (memory_.moving_count > 0) {
     if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
       return false;

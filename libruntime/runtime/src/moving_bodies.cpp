@@ -66,7 +66,7 @@ void aimBody(MovingBody& body) {
 }
 
 void startMotions(StepMemory& memory) {
-  memory.bodies_move = false;
+  memory.moving_count = 0;
   memory.away_from = memory.graphic.orientation * memory.scene.tool_root + memory.graphic.position;
   memory.away_by = static_cast<double>(kFarAway);
   const double seconds = memory.scene.step_time, tool_radius = memory.scene.tool_root_radius + kApart;
@@ -81,26 +81,24 @@ void startMotions(StepMemory& memory) {
     body.has_new_pose = body.moves = false;
     body.before = body.now;
     const double apart = std::sqrt(squaredDistance(body.middle, memory.away_from.data())) - body.radius;
-    if (body.was_moved && apart > tool_radius + body.way && !memory.tissue) sendAway(body, memory);
-    if (body.is_away) {
-      if (!body.was_moved || apart > tool_radius + body.way) {
-        memory.away_by = std::min(memory.away_by, apart);
-        continue;
-      }
-      show(body, memory);
+    if (apart > tool_radius + (body.was_moved ? body.way : 0) && !memory.tissue) {
+      sendAway(body, memory);
+      memory.away_by = std::min(memory.away_by, apart);
+      continue;
     }
+    if (body.is_away) show(body, memory);
     body.left = displacementBetween(body.now, body.to);
     body.moves = !isNone(body.left);
     if (!body.moves) continue;
-    memory.bodies_move = true;
+    memory.moving[memory.moving_count++] = &body;
     body.length = body.left.translation.norm() + body.left.rotation.norm() * (body.arm + body.radius);
   }
 }
 
 BodyMotion motionLeft(const StepMemory& memory) {
   BodyMotion most;
-  for (const MovingBody& body : memory.bodies)
-    if (body.moves) most = {std::max(most.length, body.length), std::max(most.turn, body.left.rotation.norm())};
+  for (const MovingBody* body : memory.movingBodies())
+    most = {std::max(most.length, body->length), std::max(most.turn, body->left.rotation.norm())};
   return most;
 }
 
@@ -136,15 +134,14 @@ void encloseObjects(MovingBody& body, const StepMemory& memory) {
 }
 
 void advanceBodies(double part, StepMemory& memory) {
-  memory.bodies_move = part < 1;
-  for (MovingBody& body : memory.bodies) {
-    if (!body.moves) continue;
-    body.now = part < 1 ? moved(body.now, {part * body.left.translation, part * body.left.rotation}) : body.to;
-    body.left = {(1 - part) * body.left.translation, (1 - part) * body.left.rotation};
-    body.length *= 1 - part;
-    body.moves = part < 1;
-    moveObjects(body, memory);
+  for (MovingBody* const body : memory.movingBodies()) {
+    body->now = part < 1 ? moved(body->now, {part * body->left.translation, part * body->left.rotation}) : body->to;
+    body->left = {(1 - part) * body->left.translation, (1 - part) * body->left.rotation};
+    body->length *= 1 - part;
+    body->moves = part < 1;
+    moveObjects(*body, memory);
   }
+  if (!(part < 1)) memory.moving_count = 0;
   for (const PairRun& run : memory.runs) memory.follow(run.object);
 }
 

@@ -25,7 +25,7 @@ Quaternion fromEuler(const Eigen::Vector3d& e) {
 
 void paperStep(StepParts& parts, const Configuration& haptic) {
   StepMemory& memory = parts.memory;
-  if (memory.bodies_move) advanceBodies(1, memory);
+  if (memory.moving_count > 0) advanceBodies(1, memory);
   Eigen::Vector3d before(memory.euler[0], memory.euler[1], memory.euler[2]);
   Eigen::Vector3d angles = eulerAngles(haptic.orientation);
   for (int k = 0; k < 3; ++k)  // the number of turns nearest to that of the graphic tool: no jump at +-pi

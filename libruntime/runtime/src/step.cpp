@@ -27,7 +27,7 @@ void forget(StepMemory& memory) {
 void start(const Configuration& graphic_tool, StepMemory& memory) {
   forget(memory);
   startMotions(memory);
-  if (memory.bodies_move) advanceBodies(1, memory);
+  if (memory.moving_count > 0) advanceBodies(1, memory);
   if (!isFinite(graphic_tool)) return;
   memory.started = true;
   memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};

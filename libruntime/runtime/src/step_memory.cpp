@@ -32,7 +32,12 @@ ObjectView viewOf(const CompiledObject& object, const CompiledTree& tree) {
 void StepMemory::FreeFloats::operator()(float* p) const { ::operator delete[](p, kRowAlignment); }
 
 StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
-    : scene(of_scene), kernel(choose(wanted)), objects(scene.objects), at_home(scene.objects), bodies(scene.body_count) {
+    : scene(of_scene),
+      kernel(choose(wanted)),
+      objects(scene.objects),
+      at_home(scene.objects),
+      bodies(scene.body_count),
+      moving(scene.body_count) {
   const std::size_t capacity = scene.step_limits.max_pairs + 16, count = objects.size();
   turned_tool = std::vector<Block>(scene.tool.bound.size());
   turned_when = std::vector<std::uint32_t>(scene.tool.bound.size());

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "compiled_scene.h"
@@ -44,9 +45,11 @@ struct StepMemory {
   std::uint32_t away_count = 0;         // bodies that are away
   Eigen::Vector3d away_from{0, 0, 0};   // no body that is away comes nearer to this point of the world
   double away_by = 0;                   // than this [mm]
-  bool bodies_move = false;             // some bodies have not yet reached their target of this step
-  std::vector<Block> object_roots;      // bounding spheres of the objects in the world, 8 to a block
-  double farthest_anchor = 0;           // from the origin of the world [mm]
+  std::vector<MovingBody*> moving;      // the first moving_count have not yet reached their target of this step
+  std::size_t moving_count = 0;
+  std::span<MovingBody* const> movingBodies() const { return {moving.data(), moving_count}; }
+  std::vector<Block> object_roots;  // bounding spheres of the objects in the world, 8 to a block
+  double farthest_anchor = 0;       // from the origin of the world [mm]
 
   // Scratch memory of findPairs() and of the rows.
   std::vector<Block> turned_tool;          // balls of the tool in the axes of an object, relative to the reference point
