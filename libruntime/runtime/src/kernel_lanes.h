@@ -18,6 +18,7 @@ typedef std::int32_t I8 __attribute__((vector_size(32)));
 typedef std::uint32_t U8 __attribute__((vector_size(32)));
 typedef float F4 __attribute__((vector_size(16)));
 
+// Functions take vectors by reference, since the reference kernel calls them, and copies would make it larger.
 inline F8 splat(float v) { return F8{v, v, v, v, v, v, v, v}; }
 inline U8 splatU(std::uint32_t v) { return U8{v, v, v, v, v, v, v, v}; }
 inline F8 load(const float* p) {
@@ -25,9 +26,9 @@ inline F8 load(const float* p) {
   __builtin_memcpy(&v, p, sizeof v);
   return v;
 }
-inline void store(float* p, F8 v) { __builtin_memcpy(p, &v, sizeof v); }
+inline void store(float* p, const F8& v) { __builtin_memcpy(p, &v, sizeof v); }
 
-inline unsigned maskOf(I8 m) {
+inline unsigned maskOf(const I8& m) {
 #if defined(__AVX2__)
   return static_cast<unsigned>(_mm256_movemask_ps((__m256)m));
 #elif defined(__SSE2__)
@@ -53,7 +54,7 @@ inline F8 squareRoot(F8 v) {
 #endif
 }
 
-inline F8 select(I8 mask, F8 yes, F8 no) { return (F8)(((I8)yes & mask) | ((I8)no & ~mask)); }
+inline F8 select(const I8& mask, const F8& yes, const F8& no) { return (F8)(((I8)yes & mask) | ((I8)no & ~mask)); }
 
 #if defined(__AVX2__)
 // Bits 3k to 3k + 2 of entry m: the lane of the k-th set bit of m.
@@ -71,7 +72,7 @@ constexpr PackTable kPack;
 #endif
 
 // Appends the lanes of `names` that are set in `mask`, in order. Writes up to 8 values past the end.
-inline std::uint32_t* append(std::uint32_t* to, U8 names, unsigned mask) {
+inline std::uint32_t* append(std::uint32_t* to, const U8& names, unsigned mask) {
 #if defined(__AVX2__)
   const __m256i order =
       _mm256_srlv_epi32(_mm256_set1_epi32(static_cast<int>(kPack.lanes[mask])), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
@@ -109,7 +110,7 @@ inline void transpose(const Sphere* const s[8], F8& x, F8& y, F8& z, F8& r) {
 struct Turned {
   F8 x, y, z;
 };
-inline Turned turn(F8 x, F8 y, F8 z, const float* m) {
+inline Turned turn(const F8& x, const F8& y, const F8& z, const float* m) {
   return {splat(m[0]) * x + splat(m[1]) * y + splat(m[2]) * z, splat(m[3]) * x + splat(m[4]) * y + splat(m[5]) * z,
           splat(m[6]) * x + splat(m[7]) * y + splat(m[8]) * z};
 }
@@ -140,18 +141,19 @@ struct Vector8 {
 };
 inline Vector8 operator+(const Vector8& a, const Vector8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vector8 operator-(const Vector8& a, const Vector8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vector8 operator*(F8 f, const Vector8& a) { return {f * a.x, f * a.y, f * a.z}; }
+inline Vector8 operator*(const F8& f, const Vector8& a) { return {f * a.x, f * a.y, f * a.z}; }
 inline F8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vector8 cross(const Vector8& a, const Vector8& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline Vector8 select(I8 mask, const Vector8& yes, const Vector8& no) {
+inline Vector8 select(const I8& mask, const Vector8& yes, const Vector8& no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 inline Vector8 splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
-inline F8 least(F8 a, F8 b) { return select(a < b, a, b); }
-inline F8 largest(F8 a, F8 b) { return select(a > b, a, b); }
+inline F8 least(const F8& a, const F8& b) { return select(a < b, a, b); }
+inline F8 largest(const F8& a, const F8& b) { return select(a > b, a, b); }
 inline F8 size(F8 a) { return largest(a, -a); }
-inline F8 clamp01(F8 a) { return largest(splat(0), least(a, splat(1))); }
-inline float leastLane(F8 v) {
+inline F8 clamp01(const F8& a) { return largest(splat(0), least(a, splat(1))); }
+inline float leastLane(const F8& w) {
+  F8 v = w;
 #if defined(__AVX2__)
   v = least(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
   v = least(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
@@ -452,7 +454,7 @@ struct Patches {
 // triangle, and the sine of the angle between its normals and that of the triangle is bounded by `lean`. If a ball
 // rests on the patch, its centre is therefore beside the triangle by at most swing + lean * radius. A patch with a
 // sharp side can also be touched at that side from any direction, so only the distance counts.
-inline F8 wayToPatch(const U8 flags, F8 allowance, const ToolBalls& balls, F8 distance, F8 beside) {
+inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& balls, const F8& distance, const F8& beside) {
   const F8 swing = allowance * __builtin_convertvector((I8)(flags >> kSwingShift & splatU(kSwingMask)), F8) * splat(1.0f / kSwingMask),
            lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
   const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
@@ -521,9 +523,9 @@ struct Quadratic {
     d = four * (m12 - m1 - m2);
     e = two * e2 - four * m2;
   }
-  Vector8 at(F8 u, F8 v) const { return f + (u * (a + u * c + v * d) + v * (b + v * e)); }
-  Vector8 alongU(F8 u, F8 v) const { return a + (splat(2) * u) * c + v * d; }
-  Vector8 alongV(F8 u, F8 v) const { return b + u * d + (splat(2) * v) * e; }
+  Vector8 at(const F8& u, const F8& v) const { return f + (u * (a + u * c + v * d) + v * (b + v * e)); }
+  Vector8 alongU(const F8& u, const F8& v) const { return a + (splat(2) * u) * c + v * d; }
+  Vector8 alongV(const F8& u, const F8& v) const { return b + u * d + (splat(2) * v) * e; }
 };
 
 constexpr int kNewtonSteps = 6;         // to the foot of a ball on a patch; usually 2 or 3
