@@ -230,7 +230,6 @@ TEST(ContactQp, AcceptsTheSolutionAsAGuess) {
     // The answer does not depend on the order of rows and discs.
     ContactQp other = qp;
     std::reverse(other.rows.begin(), other.rows.begin() + other.row_count);
-    std::reverse(other.tissue.begin(), other.tissue.begin() + other.row_count);
     std::reverse(other.discs.begin(), other.discs.begin() + other.disc_count);
     for (int k = 0; k < other.row_count; ++k) other.rows[static_cast<std::size_t>(k)].multiplier = random.between(0, 3);
     for (int k = 0; k < other.disc_count; ++k) {
