@@ -41,8 +41,9 @@ double distanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b
 
 class Cutter {
  public:
-  Cutter(ScanSurface& surface, double smooth) : s_(surface), mesh_(surface.mesh), smooth_(smooth), before_(surface.vertex_region) {
-    findNeighbours();
+  Cutter(ScanSurface& surface, double smooth)
+      : s_(surface), mesh_(surface.mesh), smooth_(smooth), before_(surface.vertex_region), neighbours_(surface.mesh) {
+    findNormals();
   }
 
   void run() {
@@ -55,27 +56,12 @@ class Cutter {
   }
 
  private:
-  void findNeighbours() {
-    std::vector<std::uint32_t> count(mesh_.positions.size() + 1, 0);
-    for (const Triangle& t : mesh_.triangles)
-      for (const std::uint32_t v : t) count[v + 1] += 2;
-    for (std::size_t v = 1; v < count.size(); ++v) count[v] += count[v - 1];
-    first_ = count;
-    neighbours_.resize(count.back());
+  void findNormals() {
     normal_.assign(mesh_.positions.size(), Vector3d::Zero());
     for (const Triangle& t : mesh_.triangles) {
       const Vector3d n = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        normal_[t[k]] += n;
-        neighbours_[count[t[k]]++] = t[(k + 1) % 3];
-        neighbours_[count[t[k]]++] = t[(k + 2) % 3];
-      }
+      for (const std::uint32_t v : t) normal_[v] += n;
     }
-  }
-
-  template <class Visit>
-  void forNeighbours(std::uint32_t v, Visit&& visit) const {  // visits an inner neighbour twice, so all have the same weight
-    for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) visit(neighbours_[i]);
   }
 
   /// The distances are exact within the triangles that the border crosses; beyond, they are measured along edges.
@@ -115,15 +101,14 @@ class Cutter {
     for (const auto& [v, d] : seeds) queue.emplace(d, v);
     const auto isIn = [&](std::uint32_t v) { return before_[v] == region; };
     while (!queue.empty()) {
-      const double d = queue.top().first;
-      const auto v = queue.top().second;  // no structured binding, since Clang 14 cannot capture one in a lambda
+      const auto [d, v] = queue.top();
       queue.pop();
       if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions are processed one after the other
       known_[v].push_back({region, isIn(v) ? d : -d});
-      forNeighbours(v, [&](std::uint32_t u) {
+      for (const std::uint32_t u : neighbours_.of(v)) {
         const double next = d + (mesh_.positions[u] - mesh_.positions[v]).norm();
         if (isIn(u) == isIn(v) && next < band_) queue.emplace(next, u);
-      });
+      }
     }
   }
 
@@ -144,11 +129,11 @@ class Cutter {
     const double own = valueOf(known_[v], region, 0);
     add(p, own), add(p, own);  // twice, because each neighbour is visited twice
     bool is_whole = true;
-    forNeighbours(v, [&](std::uint32_t q) {
+    for (const std::uint32_t q : neighbours_.of(v)) {
       const double far = before_[q] == region ? band_ : -band_, value = valueOf(known_[q], region, far);
       is_whole = is_whole && value != far;
       add(mesh_.positions[q], value);
-    });
+    }
     if (!is_whole) return own;  // values at the end of the band are not smoothed
     const Eigen::LDLT<Eigen::Matrix3d> solver(sums);
     const double value = solver.solve(right)[0];
@@ -186,11 +171,11 @@ class Cutter {
     while (!stack.empty()) {
       const std::uint32_t v = stack.back();
       stack.pop_back();
-      forNeighbours(v, [&](std::uint32_t u) {
-        if (holds[u] || s_.vertex_region[u] != s_.vertex_region[v]) return;
+      for (const std::uint32_t u : neighbours_.of(v)) {
+        if (holds[u] || s_.vertex_region[u] != s_.vertex_region[v]) continue;
         holds[u] = 1;
         stack.push_back(u);
-      });
+      }
     }
     for (std::uint32_t v = 0; v < before_.size(); ++v)
       if (!holds[v]) s_.vertex_region[v] = before_[v];
@@ -278,7 +263,7 @@ class Cutter {
   TriangleMesh& mesh_;
   double smooth_, band_ = 0;
   std::vector<std::int32_t> before_;  // original regions of the vertices
-  std::vector<std::uint32_t> first_, neighbours_;
+  const VertexNeighbours neighbours_;
   std::vector<Vector3d> normal_;
   Distances known_, fixed_;
 };

@@ -37,7 +37,7 @@ std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
 class Filling {
  public:
   explicit Filling(ScanSurface& s)
-      : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, cellOf(s.mesh)) {}
+      : s_(s), mesh_(s.mesh), scanned_(s.mesh.triangles.size()), faces_(s.mesh), search_(s.mesh.positions, kSearchCell * meanEdge(s)) {}
 
   /// Returns the triangles of the scan that have to be removed first, true for each; empty if everything is filled.
   /// `widen`: also removes rings around holes that cannot be filled. `is_last`: fills all holes, even with crossings.
@@ -51,12 +51,6 @@ class Filling {
   }
 
  private:
-  static double cellOf(const TriangleMesh& mesh) {
-    double length = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) length += (mesh.corner(t, 1) - mesh.corner(t, 0)).norm();
-    return length > 0 ? kSearchCell * length / static_cast<double>(mesh.triangles.size()) : 1;
-  }
-
   void findNear(const std::vector<Loop>& loops) {
     is_bad_.assign(mesh_.positions.size(), 0);
     is_dropped_.assign(scanned_, 0);

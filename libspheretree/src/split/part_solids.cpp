@@ -69,11 +69,7 @@ class WallFinder {
   }
 
   void findSearch() {
-    double length = 0;
-    std::size_t edges = 0;
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (!s_.is_invented[t]) length += (mesh_.corner(t, 1) - mesh_.corner(t, 0)).norm(), ++edges;
-    search_ = std::make_unique<CrossingSearch>(mesh_.positions, kCell * (length > 0 ? length / static_cast<double>(edges) : 1));
+    search_ = std::make_unique<CrossingSearch>(mesh_.positions, kCell * meanEdge(s_));
     for (const Triangle& t : mesh_.triangles) search_->add(t);
     wall_of_.assign(mesh_.triangles.size(), -1);
   }

@@ -23,6 +23,27 @@ std::uint32_t EdgeFaces::face(std::uint32_t from, std::uint32_t to) const {
   return kNone;
 }
 
+VertexNeighbours::VertexNeighbours(const TriangleMesh& mesh)
+    : first_(mesh.positions.size() + 1, 0), neighbours_(6 * mesh.triangles.size()) {
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) first_[v + 1] += 2;
+  for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      neighbours_[next[t[k]]++] = t[(k + 1) % 3];
+      neighbours_[next[t[k]]++] = t[(k + 2) % 3];
+    }
+}
+
+double meanEdge(const ScanSurface& s) {
+  double length = 0;
+  std::size_t edges = 0;
+  for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t)
+    if (!s.is_invented[t]) length += (s.mesh.corner(t, 1) - s.mesh.corner(t, 0)).norm(), ++edges;
+  return length > 0 ? length / static_cast<double>(edges) : 1;
+}
+
 std::vector<std::uint32_t> trianglesNear(const TriangleMesh& mesh, std::span<const std::uint32_t> loop, int rings) {
   std::vector<char> is_reached(mesh.positions.size(), 0);
   for (const std::uint32_t v : loop) is_reached[v] = 1;

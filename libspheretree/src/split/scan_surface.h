@@ -41,6 +41,21 @@ class EdgeFaces {
   std::vector<Entry> entries_;  // by from, in the order of the triangles
 };
 
+/// The neighbours of each vertex along edges. A neighbour is listed once for each triangle at the edge, so that inner
+/// neighbours, which all are listed twice, have the same weight.
+class VertexNeighbours {
+ public:
+  explicit VertexNeighbours(const TriangleMesh& mesh);
+  std::span<const std::uint32_t> of(std::uint32_t v) const { return {neighbours_.data() + first_[v], neighbours_.data() + first_[v + 1]}; }
+
+ private:
+  std::vector<std::uint32_t> first_;  // index of the first neighbour of each vertex
+  std::vector<std::uint32_t> neighbours_;
+};
+
+/// Mean length of the edges of the triangles that were scanned [mm]; 1 if there are none.
+double meanEdge(const ScanSurface& surface);
+
 /// The triangles at the vertices of a loop, then those at the vertices of these triangles, and so on, `rings` times;
 /// ascending indices.
 std::vector<std::uint32_t> trianglesNear(const TriangleMesh& mesh, std::span<const std::uint32_t> loop, int rings);

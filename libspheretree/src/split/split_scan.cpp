@@ -19,6 +19,7 @@
 #include "split/fill_scan.h"
 #include "split/label_pieces.h"
 #include "split/part_solids.h"
+#include "split/untangle_scan.h"
 
 namespace spheretree::builder {
 
@@ -60,17 +61,18 @@ class Splitter {
     surface_.region_label = pieces.region_label;
     progress_.check();
     progress_.stage("cut");
-    const double before = surfaceArea(surface_.mesh),
-                 base = std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0);
+    out_.lost_area = out_.scan_area - surfaceArea(surface_.mesh);
+    const double base = std::max(settings_.base_mm, settings_.root_mm > 0 ? settings_.root_mm + kStubMargin : 0);
+    out_.moved = untangleScan(surface_);
+    const double untangled = surfaceArea(surface_.mesh);
     const std::size_t crossed = dropCrossings(surface_);
     clearBase(surface_, out_.up, base);
     out_.holes = fillScanHoles(surface_);
+    double kept = 0;
     for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
-      if (!surface_.is_invented[t]) kept_area_ += triangleArea(surface_.mesh, t);
-    out_.lost_area = std::max(0.0, out_.scan_area - kept_area_);
-    if (crossed > 0)
-      out_.notes.push_back("The scan crosses itself: " + std::to_string(crossed) + " triangles were left out, and with those round them " +
-                           number(before - kept_area_) + " mm2 of it was filled.");
+      if (!surface_.is_invented[t]) kept += triangleArea(surface_.mesh, t);
+    out_.lost_area = std::max(0.0, out_.lost_area + untangled - kept);
+    noteCrossings(crossed, untangled - kept);
     cutLabels(surface_, settings_.smooth_mm);
     progress_.check();
     progress_.stage("close");
@@ -119,6 +121,15 @@ class Splitter {
     if (dropped == 0) return;
     std::erase_if(mesh.triangles, [&](const Triangle& t) { return area.at(groups.root(t[0])) < settings_.min_area_mm2; });
     out_.notes.push_back(std::to_string(dropped) + " loose pieces of less than " + number(settings_.min_area_mm2) + " mm2 were left out.");
+  }
+
+  void noteCrossings(std::size_t removed, double filled_area) {
+    if (out_.moved.count > 0)
+      out_.notes.push_back("The scan crossed itself: " + std::to_string(out_.moved.count) + " vertices were moved, by " +
+                           number(out_.moved.mean) + " mm on average and at most " + number(out_.moved.farthest) + " mm.");
+    if (removed > 0)
+      out_.notes.push_back("The scan crosses itself: " + std::to_string(removed) + " triangles were left out, and with those round them " +
+                           number(filled_area) + " mm2 of it was filled.");
   }
 
   static void keepUsed(TriangleMesh& mesh, std::vector<std::int32_t>& labels) {
@@ -211,7 +222,6 @@ class Splitter {
   const SplitSettings& settings_;
   Progress& progress_;
   ScanSurface surface_;
-  double kept_area_ = 0;
   SplitScan out_;
 };
 

@@ -13,6 +13,7 @@
 
 #include "spheretree/builder/progress.h"
 #include "spheretree/core/triangle_mesh.h"
+#include "split/untangle_scan.h"
 
 namespace spheretree::builder {
 
@@ -46,7 +47,8 @@ struct SplitScan {
   std::vector<SplitPart> parts;    // by label, then piece; the gum last
   Eigen::Vector3d up{0, 0, 0};     // unit vector from the gum to the biting edges
   double scan_area = 0;            // of the given scan [mm^2]
-  double lost_area = 0;            // area of the scan in no part: debris, double layers [mm^2]
+  double lost_area = 0;            // area of the scan in no part: debris, double layers, crossing triangles [mm^2]
+  MovedVertices moved;             // where the scan crossed itself
   std::size_t crossing_pairs = 0;  // crossing pairs of triangles of different parts; exact
   std::size_t holes = 0;           // number of filled holes of the scan
   std::vector<std::string> notes;  // whole sentences

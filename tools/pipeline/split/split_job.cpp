@@ -160,6 +160,8 @@ Json toJson(const Jaw& jaw) {
           {"up", {up.x(), up.y(), up.z()}},
           {"scan_area_mm2", jaw.split.scan_area},
           {"lost_area_mm2", jaw.split.lost_area},
+          {"moved_vertices", jaw.split.moved.count},
+          {"largest_move_mm", jaw.split.moved.farthest},
           {"filled_holes", jaw.split.holes},
           {"crossing_pairs", jaw.split.crossing_pairs},
           {"notes", jaw.notes},
