@@ -227,6 +227,106 @@ Outcome encoderNoise(ScenarioContext& context, Mode mode) {
   return out;
 }
 
+/// Figures of many runs with moving bodies.
+struct CarriedFigures {
+  double deepest = 0, force = 0;
+  int steps = 0, faults = 0, unanswered = 0, through = 0, stuck = 0;
+  void look(ScenarioRun& trial, const runtime::StepResult& r) {
+    ++steps;
+    faults += r.faults != 0;
+    unanswered += !isFinite(r.graphic);
+    force = std::max(force, r.limited_wrench.force.norm());
+    if (r.faults == 0) deepest = std::max(deepest, trial.leafDepth(r.graphic));
+  }
+  void addTo(Outcome& out, int runs) const {
+    out.add("crossings in " + std::to_string(runs) + " runs", "1", through, 0);
+    out.add("penetration while no fault bit is set", "mm", deepest, kPenetrationPass);
+    out.add("force after the limit", "N", force, 8 + 1e-9);
+    out.add("steps without an answer", "1", unanswered, 0);
+    out.add("steps with a fault bit", "%", 100.0 * faults / steps, 0);
+    out.figures.back().informative = true;
+  }
+};
+
+/// F35: a molar closes at 50 mm/s on another one, with a ball of 2 mm between their crowns, until they are 0.5 to 2.5
+/// mm apart, and opens. The ball slips aside, or is crushed between cusps.
+Outcome closingJaw(ScenarioContext& context, Mode mode) {
+  Outcome out;
+  const Body &ball = context.bodies.get("small_ball"), &molar = context.bodies.get("molar");
+  double top = 0;
+  for (const Vector3d& p : BodyLibrary::mesh("molar").positions) top = std::max(top, p.z());
+  constexpr double kOpen = 3, kBy = 0.05;  // height of the crowns above the middle; way in a step
+  ScenarioRun::Options options;
+  options.moving = true;
+  ScenarioRun trial(ball,
+                    {{&molar, {{0, 0, -top - kOpen}, kUpright}}, {&molar, {{0, 0, top + kOpen}, rotationOf({std::numbers::pi, 0, 0})}}},
+                    mode, options);
+  Random random(35);
+  CarriedFigures found;
+  Vector3d moved[2] = {Vector3d::Zero(), Vector3d::Zero()};
+  const auto put = [&](std::size_t k, const Vector3d& at) {
+    trial.carryObject(k, at - moved[k]);
+    moved[k] = at;
+  };
+  const int runs = context.repetitions(10'000, 20);
+  for (int run = 0; run < runs; ++run) {
+    const Vector3d lower(random.uniform(-2, 2), random.uniform(-2, 2), 0), upper(random.uniform(-2, 2), random.uniform(-2, 2), 0);
+    const Vector3d hand(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1));
+    put(0, lower);
+    put(1, upper);
+    trial.restart();
+    const int steps = static_cast<int>((2 * kOpen - random.uniform(0.5, 2.5)) / kBy);
+    const double half = random.uniform(0, 1);  // share of the lower one
+    for (int n = 0; n <= 2 * steps; ++n) {
+      const double way = kBy * (n < steps ? n : 2 * steps - n);
+      put(0, lower + Vector3d(0, 0, half * way));
+      put(1, upper - Vector3d(0, 0, (1 - half) * way));
+      found.look(trial, trial.to({hand, kUpright}));
+    }
+    for (int n = 0; n < 50; ++n) found.look(trial, trial.to({hand, kUpright}));
+    const double depth = trial.leafDepth(trial.last().graphic);
+    found.through += depth > 1;
+    found.stuck += depth > kPenetrationPass;
+  }
+  found.addTo(out, runs);
+  out.add("runs in which the tool stays inside", "1", found.stuck, 0);
+  trial.finish(out);
+  return out;
+}
+
+/// F36: a ball of 2 mm rests at the bottom of a hole, 2.4 mm wide and 5 mm deep, pressed by 1 N. The body with the hole
+/// swings by 4 mm in some direction, at up to 100 mm/s, while the hand stays in its place.
+Outcome movedPocket(ScenarioContext& context, Mode mode) {
+  Outcome out;
+  constexpr double kSwing = 4, kSpeed = 100, kWall = 0.2;  // width between ball and wall
+  ScenarioRun::Options options;
+  options.moving = true;
+  ScenarioRun trial(context.bodies.get("small_ball"), {{&context.bodies.get("blind_hole"), {}}}, mode, options);
+  Random random(36);
+  CarriedFigures found;
+  const int runs = context.repetitions(10'000, 20), steps = static_cast<int>(2 * std::numbers::pi * kSwing / kSpeed * 1000);
+  const Vector3d hand(0, 0, -5);
+  for (int run = 0; run < runs; ++run) {
+    const double heading = random.uniform(-std::numbers::pi, std::numbers::pi), rise = random.uniform(-0.2, 0.2);
+    const Vector3d swing = kSwing * Vector3d(std::cos(heading), std::sin(heading), rise);
+    trial.restart();
+    trial.to({{0, 0, -3}, kUpright});
+    trial.moveTo(hand, 100);
+    Vector3d at = Vector3d::Zero();
+    for (int n = 1; n <= steps; ++n) {
+      const Vector3d next = n < steps ? Vector3d(std::sin(2 * std::numbers::pi * n / steps) * swing) : Vector3d::Zero();
+      trial.carryObject(0, next - at);
+      at = next;
+      const runtime::StepResult r = trial.to({hand, kUpright});
+      found.look(trial, r);
+      found.through += (r.graphic.position - at).head<2>().norm() > 2 * kWall;
+    }
+  }
+  found.addTo(out, runs);
+  trial.finish(out);
+  return out;
+}
+
 }  // namespace
 
 std::vector<Scenario> rubbingScenarios() {
@@ -235,7 +335,9 @@ std::vector<Scenario> rubbingScenarios() {
           {"F25", "crush", "Crushed between two bodies", crush},
           {"F26", "chatter", "Between two bodies that shake", chatter},
           {"F27", "body_jump", "A body that comes 20 mm in a step", jumpingBody},
-          {"F28", "rub_noise", "Friction with encoder noise", encoderNoise}};
+          {"F28", "rub_noise", "Friction with encoder noise", encoderNoise},
+          {"F35", "jaw", "A jaw that closes on the tool", closingJaw},
+          {"F36", "pocket", "A tool in a pocket that moves", movedPocket}};
 }
 
 }  // namespace spheretree::player
