@@ -4,9 +4,11 @@
 
 Builds the programs once, in a copy of the checkout in which every numeric constant of libspheretree/src and libruntime/runtime/src
 asks the environment for a factor, then runs them for each constant whose FILE:NAME matches a PATTERN (default: all) with the factors
-0.5, 1 and 2. FILE is below these folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the
-overhang of the leaves; of the skin, how far it is from the mesh), the bytes of the tree and processor time, each summed over the cases
-of the constant's wing and divided by those of factor 1. Of the runtime, along the teeth of the sample mouth: the largest step of the
+0.5, 1 and 2. Each number of a list is multiplied; a constant that sizes an array is compiled again for each factor. FILE is below these
+folders; of the runtime it begins with runtime/. Figures of the builder: the error (bound of the overhang of the leaves; of the skin, how
+far it is from the mesh), the bytes of the tree and processor time, each summed over the cases of the constant's wing and divided by those
+of factor 1. Of a split, on a noisy scan with jagged labels: one and the crossing pairs (as the error), the length of all borders (in
+place of the bytes) and processor time. Of the runtime, along the teeth of the sample mouth: the largest step of the
 force (as the error), the 99.9th percentile of a step's time (in place of the bytes) and processor time. Rows of docs/constants.md of
 the kind `measured` come from here."""
 import csv
@@ -25,6 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 WORK = ROOT / "build/vary"
 SOURCE, BUILD = WORK / "source", WORK / "build"
 DECLARATION = re.compile(r"^(\s*)((?:inline |static )*)constexpr (double|float|int|std::size_t|std::uint64_t|std::uint32_t) (k[A-Z][^;()]*);", re.MULTILINE)
+ARRAY = re.compile(r"^(\s*)constexpr (std::array<double, \d+>) (k[A-Z]\w*)(\{[^;{}]*\});", re.MULTILINE)
 HEADER = """#pragma once
 #include <cmath>
 #include <cstdlib>
@@ -39,6 +42,11 @@ T varied(const char* name, T value) {
   if constexpr (std::is_integral_v<T>) return static_cast<T>(product < 1 ? 1 : std::llround(product));
   return static_cast<T>(product);
 }
+template <class A>
+A variedEach(const char* name, A values) {
+  for (auto& value : values) value = varied(name, value);
+  return values;
+}
 """
 # Wing or file: how it is driven. Mesh and options of `spheretree build`; "evaluate" measures the tree, too.
 CASES = {"default": ["molar --quality quick", "probe --quality quick", "molar --tolerance 0.3 --quality quick"],
@@ -49,22 +57,30 @@ CASES = {"default": ["molar --quality quick", "probe --quality quick", "molar --
                       + ["molar --builder merge --levels 3 --quality quick", "molar --builder merge --levels 3 --quality quick --tolerance 1"]}
 CASES["mesh"] = CASES["skin"]
 CASES["medial"] = CASES["published"]
+CASES["split"] = []  # split_figures()
 for reducer in ("burst", "expand", "grid", "hubbard", "merge", "octree", "spawn"):
     CASES[f"published/reduce_{reducer}.cpp"] = [f"{mesh} --builder {reducer} --levels 3 --quality quick" for mesh in ("molar", "probe")]
 
 
-def rewritten(text, name, keep):
-    """The source with each constant asking for its factor; `keep`: FILE:NAME that have to stay constant expressions."""
+def rewritten(text, name, keep, fixed):
+    """The source with each constant asking for its factor; `keep`: FILE:NAME that have to stay constant expressions; `fixed`: one of
+    these and the factor that it is compiled with, or None."""
     def declaration(found):
         indent, storage, kind, rest = found.groups()
         parts = [part.strip() for part in re.split(r",\s*(?=k[A-Z]\w*\s*=)", rest)]
         names = [part.split("=")[0].strip() for part in parts]
+        if fixed and len(names) == 1 and f"{name}:{names[0]}" == fixed[0]:
+            return f"{indent}{storage}constexpr {kind} {names[0]} = static_cast<{kind}>(({parts[0].split('=', 1)[1].strip()}) * {fixed[1]});"
         if any(f"{name}:{n}" in keep or not re.fullmatch(r"k\w+", n) for n in names) or re.search(r"numeric_limits|0xffff", rest):
             return found.group(0)
         storage = storage.replace("static", "inline static") if "inline" not in storage else storage
         values = (f'{n} = varied<{kind}>("{name}:{n}", {part.split("=", 1)[1].strip()})' for n, part in zip(names, parts))
         return f"{indent}{storage}const {kind} {', '.join(values)};"
-    return DECLARATION.sub(declaration, text)
+
+    def array(found):
+        indent, kind, constant, values = found.groups()
+        return f'{indent}inline const {kind} {constant} = variedEach<{kind}>("{name}:{constant}", {kind}{values});'
+    return ARRAY.sub(array, DECLARATION.sub(declaration, text))
 
 
 def shortened(name):
@@ -74,7 +90,7 @@ def shortened(name):
     return None
 
 
-def make_copy(keep):
+def make_copy(keep, fixed=None):
     constants = []
     for name in subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines():
         target = SOURCE / name
@@ -82,8 +98,8 @@ def make_copy(keep):
         data = (ROOT / name).read_bytes() if (ROOT / name).is_file() else b""
         short = shortened(name)
         if short and name.endswith((".h", ".cpp")):
-            text = rewritten(data.decode(), short, keep)
-            constants += re.findall(r'varied<[^>]*>\("([^"]+)"', text)
+            text = rewritten(data.decode(), short, keep, fixed)
+            constants += re.findall(r'varied(?:Each)?<[^(]*>\("([^"]+)"', text)
             data = text.encode()
         if not target.exists() or target.read_bytes() != data:
             target.write_bytes(data)
@@ -103,7 +119,7 @@ def build(targets):
                         f"-DCMAKE_CXX_FLAGS=-w -include {WORK}/varied.h", *launcher], check=True, stdout=subprocess.DEVNULL)
         run = subprocess.run(["ninja", "-k0", "-C", BUILD, *targets], capture_output=True, text=True)
         if run.returncode == 0:
-            return constants
+            return constants, sorted(keep)
         found = {f"{shortened(path)}:{name}" for path, name in re.findall(
             r"((?:libspheretree|libruntime/runtime)/src/[\w/.]+):\d+:\d+: (?:error|note):[^\n]*?‘(?:[\w:{}]*::)?(k[A-Z]\w*)’", run.stdout)}
         found |= {c for c in constants for path, name in [c.split(":")]
@@ -171,6 +187,19 @@ def figures(cases, variation, wing):
     return error, size, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
+def split_figures(variation):
+    """One and the crossing pairs of parts, the length of all borders of teeth [mm] and processor time."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    pairs, length = 1, 0.0
+    for jaw in ("upper", "lower"):
+        subprocess.run([BUILD / "tools/spheretree/spheretree", "split", WORK / f"scans/{jaw}.obj", "--labels", WORK / f"scans/{jaw}.json", "-o",
+                        WORK / "split", "-q"], env=os.environ | {"SPHERETREE_VARY": variation}, capture_output=True, timeout=600)
+        report = json.loads((WORK / "split/split.json").read_text())["jaws"][0]
+        pairs += report["crossing_pairs"]
+        length += sum(part["rim_length_mm"] for part in report["parts"] if part["label"] != 0)
+    return pairs, length, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
 def step_figures(variation):
     """Largest step of the force [N], 99.9th percentile of a step's processor time [us], processor time of the run; the least of three."""
     runs = []
@@ -186,12 +215,21 @@ def step_figures(variation):
     return tuple(map(min, zip(*runs)))
 
 
+def measured(variation, key):
+    return step_figures(variation) if key == "runtime" else split_figures(variation) if key == "split" else figures(CASES[key], variation, key)
+
+
 def main():
     patterns = sys.argv[1:] or ["*"]
     player = ["haptic-player"] if any(p.startswith(("runtime/", "*")) for p in patterns) else []
-    constants = [c for c in build(["spheretree", "make_samples", *player]) if any(fnmatch.fnmatch(c, pattern) for pattern in patterns)]
+    splits = ["make_scans"] if any(p.startswith(("split/", "*")) for p in patterns) else []
+    asking, kept_all = build(["spheretree", "make_samples", *splits, *player])
+    constants, kept = ([c for c in of if any(fnmatch.fnmatch(c, pattern) for pattern in patterns)] for of in (asking, kept_all))
     samples = BUILD / "samples/make_samples/make_samples"
     subprocess.run([samples, WORK], check=True, stdout=subprocess.DEVNULL)
+    if splits:
+        subprocess.run([BUILD / "samples/make_scans/make_scans", WORK / "scans", "edge=0.5", "noise=0.04", "seed=11", "jagged"], check=True,
+                       stdout=subprocess.DEVNULL)
     if player:
         subprocess.run([samples, "--mouth", WORK], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([BUILD / "tools/spheretree/spheretree", "batch", WORK / "mouth.scene.json", "-o", WORK / "trees", "-q", "--quality", "quick"],
@@ -202,17 +240,20 @@ def main():
     with (WORK / "figures.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["constant", "factor", "error", "bytes", "time"])
-        for constant in constants:
+        for constant in constants + kept:
             of_runtime = constant.startswith("runtime/")
-            key = constant if of_runtime else next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
+            key = "runtime" if of_runtime else next((k for k in (constant.split(":")[0], constant.split("/")[0]) if k in CASES), "default")
             if key not in base:
-                base[key] = step_figures("") if of_runtime else figures(CASES[key], "", key)
+                base[key] = measured("", key)
             for factor in (0.5, 2):
-                found = step_figures(f"{constant}={factor}") if of_runtime else figures(CASES[key], f"{constant}={factor}", key)
+                if constant in kept:  # it has to be compiled with its factor
+                    make_copy(set(kept_all), (constant, factor))
+                    subprocess.run(["ninja", "-C", BUILD, "spheretree", *player], check=True, stdout=subprocess.DEVNULL)
+                found = measured(f"{constant}={factor}", key)
                 row = [f"{a / b:.4f}" for a, b in zip(found, base[key])] if found and base[key] else ["failed"] * 3
                 writer.writerow([constant, factor, *row])
                 file.flush()
-    print(f"{len(constants)} constants: {WORK}/figures.csv")
+    print(f"{len(constants + kept)} constants: {WORK}/figures.csv")
 
 
 if __name__ == "__main__":
