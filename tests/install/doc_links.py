@@ -1,24 +1,39 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads somewhere, and docs/README.md lists
-every page, or a folder that it is in; and the sources that architecture.md and glossary.md name exist."""
+"""doc_links.py SOURCE: every relative link of README.md, CHANGELOG.md and docs/ leads to a file, and to one of its headings
+if it names one; docs/README.md lists every page, or a folder that it is in; and the sources that architecture.md and
+glossary.md name exist."""
 import re
 import sys
 from pathlib import Path
 
-root = Path(sys.argv[1])
+root = Path(sys.argv[1]).resolve()
 docs = root / "docs"
 pages = [root / "README.md", root / "CHANGELOG.md", root / "CONTRIBUTING.md", root / "SECURITY.md", *sorted(docs.rglob("*.md"))]
 faults, links, listed = [], 0, set()
+
+
+def anchors(page):
+    """The names that headings of a page have in links, as web sites of repositories make them."""
+    names = {}
+    for heading in re.findall(r"^#+ +(.+?) *$", re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL), re.MULTILINE):
+        text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
+        name = re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+        names[name] = names.get(name, -1) + 1
+    return {f"{name}-{n}" if n else name for name, last in names.items() for n in range(last + 1)}
+
+
 for page in pages:
     text = re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)#?([^)\s]*)[^)]*\)", text):
         if re.match(r"[a-z]+:", target):
             continue
         links += 1
-        found = (page.parent / target).resolve()
+        found = (page.parent / target).resolve() if target else page
         if not found.exists():
             faults.append(f"{page.relative_to(root)}: the link to {target} leads nowhere")
+        elif anchor and found.suffix == ".md" and anchor not in anchors(found):
+            faults.append(f"{page.relative_to(root)}: {found.relative_to(root)} has no heading #{anchor}")
         if page == docs / "README.md":
             listed.add(found)
 for page in docs.rglob("*.md"):
