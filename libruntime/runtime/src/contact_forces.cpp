@@ -11,7 +11,7 @@ constexpr double kYield = 1e-9;  // of what a force does to itself, that it give
 constexpr int kMostChanges = 8 * kMostContactRows;
 // What a change of the rows costs, and more for each row; products of which one group of rows is worth so many.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
-constexpr int kSweeps = 3, kMostRounds = 20;  // between two steps of Newton's method; of both
+constexpr int kSweeps = 20, kMostRounds = 20;  // between two steps of Newton's method; of both
 
 class Forces {
  public:
@@ -321,6 +321,7 @@ void Forces::solveAll() {
       p_ = before;
       findMotions();
       for (int n = 0; n < kSweeps; ++n) sweep();
+      work_ += static_cast<std::uint32_t>(kSweeps * count_ * count_) / kDenseShare;
       next = residual();
     }
     left = next;

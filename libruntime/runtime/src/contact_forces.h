@@ -34,7 +34,7 @@ using SurfaceCompliance = std::array<std::array<double, kMostForces>, kMostForce
 
 /// Solves `qp` with this compliance. Its discs must have a radius or a law; cones are not supported. The forces and
 /// multipliers in `qp` are the initial guess. If `qp.converged` is false, the result is the last iterate. Returns the
-/// work, in groups of rows. Cost: about 1 us for each change of the active rows; with discs, 3 us for each of
+/// work, in groups of rows. Cost: about 1 us for each change of the active rows; with discs, 6 us for each of
 /// `qp.iterations` and five contacts.
 std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept;
 
