@@ -177,6 +177,28 @@ Pressed pressFaces(const Cells& cells) {
   return out;
 }
 
+/// The block of a player: a tree with a skin, and its tissue.
+struct SoftBlock {
+  runtime::SharedTree tree;
+  std::shared_ptr<const Tissue> tissue;
+
+  SoftBlock(const Cells& cells, int leaves) {
+    const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), kBlock);
+    const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(test::quartered(boundary))));
+    builder::Progress progress;
+    builder::BuildSettings settings;
+    settings.levels = 5;
+    settings.most_leaves = leaves;
+    settings.quality = builder::Quality::Quick;
+    settings.soft_share = 0.5;
+    SphereTree built = builder::buildSphereTree(mesh, settings, progress).tree;
+    tissue = std::make_shared<const Tissue>(builder::softenTree(
+        mesh, built, boundary, test::boxTetrahedra(kBlock, cells), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
+        progress));
+    tree = std::move(built);
+  }
+};
+
 /// The same with the runtime, as in a player.
 struct FeltBlock {
   runtime::SharedTree shared;
@@ -187,38 +209,30 @@ struct FeltBlock {
   tissue::TissueState states[2];
   int steps = 0;
 
-  FeltBlock(const Cells& cells, int leaves) {
-    const TriangleMesh boundary = test::boxMesh(Vector3d::Zero(), kBlock);
-    const TriangleMesh mesh = test::quartered(test::quartered(test::quartered(test::quartered(boundary))));
-    builder::Progress progress;
-    builder::BuildSettings settings;
-    settings.levels = 5;
-    settings.most_leaves = leaves;
-    settings.quality = builder::Quality::Quick;
-    settings.soft_share = 0.5;
-    SphereTree tree = builder::buildSphereTree(mesh, settings, progress).tree;
-    tissue = std::make_shared<const Tissue>(builder::softenTree(
-        mesh, tree, boundary, test::boxTetrahedra(kBlock, cells), {15, 0.45, 1040}, [](const Vector3d& p) { return p.z() < 1e-6; },
-        progress));
-    shared = std::move(tree);
+  explicit FeltBlock(const SoftBlock& block, double friction = 0) : shared(block.tree), tissue(block.tissue) {
     std::string fault;
     runtime::SceneDescription d;
     d.tool = test::oneBallTree(kBall);
     d.objects.push_back({});
     d.objects[0].tree = shared;
+    d.objects[0].friction = friction;
     d.objects[0].tissue = runtime::tissueModel(shared, tissue, fault);
     if (!fault.empty() || !compileScene(d, scene, fault)) std::fprintf(stderr, "%s\n", fault.c_str()), std::exit(1);
     workspace = std::make_unique<runtime::Workspace>(scene);
     motion = tissue::MovingTissue::make(*tissue, fault);
     states[0] = states[1] = motion->restState();
   }
+  /// With the solver, in every tenth step.
+  void exchange() {
+    if (steps++ % 10 != 0) return;
+    std::swap(states[0], states[1]);
+    aimTissue(0, states[0].surface, states[0].is_frozen, *workspace);
+    motion->advance(tissueForces(0, *workspace), states[1]);
+  }
+  runtime::StepResult step(const Vector3d& p) { return runtime::step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace); }
   runtime::StepResult to(const Vector3d& p) {
-    if (steps++ % 10 == 0) {
-      std::swap(states[0], states[1]);
-      aimTissue(0, states[0].surface, states[0].is_frozen, *workspace);
-      motion->advance(tissueForces(0, *workspace), states[1]);
-    }
-    return step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace);
+    exchange();
+    return step(p);
   }
   /// Down until the tool is kDepth below the top, and until the force is constant.
   runtime::StepResult press() {
@@ -285,31 +299,31 @@ void leafTimes(FeltBlock& felt) {
   // Far away from the tool: the cost in a step of a surface at rest, and of a moving one.
   reset(*felt.workspace);
   const Vector3d away(20, 20, 60);
-  printTimes("step_free_at_rest", timesOf(2000, [&](int) {
-               step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
-             }));
+  printTimes("step_free_at_rest", timesOf(2000, [&](int) { felt.step(away); }));
   std::vector<float> other = state.surface;
   for (std::size_t i = 2; i < other.size(); i += 3) other[i] += 5;
-  printTimes("step_free_on_the_way", timesOf(2000, [&](int i) {
-               if (i % 20 == 0) aimTissue(0, i % 40 == 0 ? other : state.surface, false, *felt.workspace);
-               step(felt.scene, {away, {1, 0, 0, 0}}, runtime::Mode::Constrained, *felt.workspace);
-             }));
+  printTimes("step_free_on_the_way",
+             timesOf(2000,
+                     [&](int i) {
+                       if (i % 20 == 0) aimTissue(0, i % 40 == 0 ? other : state.surface, false, *felt.workspace);
+                       felt.step(away);
+                     }),
+             "\n");
 }
 
-void stepTimes(FeltBlock& felt) {
-  reset(*felt.workspace);
-  felt.motion->reset();
-  felt.states[0] = felt.states[1] = felt.motion->restState();
+/// Pressed by 1 to 4 mm, and dragged.
+void stepTimes(const SoftBlock& block, double friction, const char* name) {
+  FeltBlock felt(block, friction);
   std::vector<double> times;
-  for (int i = 0; i < 4000; ++i) {  // pressed by 1 to 4 mm, and dragged
+  for (int i = 0; i < 4000; ++i) {
     const Vector3d p(20 + 8 * std::sin(0.004 * i), 20, kBlock.z() + kBall - 2 + 2 * std::cos(0.003 * i));
-    if (felt.steps % 10 == 0) felt.to(p);  // with the state; not part of the step
+    felt.exchange();
     const double start = now();
-    felt.to(p);
+    felt.step(p);
     times.push_back(now() - start);
   }
-  printTimes("step_in_contact", {percentile(times, 0.5), percentile(times, 0.99)});
-  std::printf("  \"step_in_contact_p999_us\": %.1f\n", percentile(times, 0.999));
+  std::printf("  \"%s\": {\"median_us\": %.1f, \"p99_us\": %.1f, \"p999_us\": %.1f},\n", name, percentile(times, 0.5),
+              percentile(times, 0.99), percentile(times, 0.999));
 }
 
 }  // namespace
@@ -318,7 +332,10 @@ int main() {
   const Cells usual{10, 10, 5}, fine{22, 22, 14};
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   std::printf("{\n");
-  FeltBlock felt(usual, 2304);
+  const SoftBlock block(usual, 2304);
+  stepTimes(block, 0, "step_in_contact");
+  stepTimes(block, 0.3, "step_with_friction");
+  FeltBlock felt(block);
   std::printf("  \"leaves\": %zu,\n  \"nodes\": %zu,\n", felt.tissue->leaves.anchors.size(), felt.tissue->nodes.size());
   const runtime::StepResult r = felt.press();
   const Tissue& tissue = *felt.tissue;
@@ -335,7 +352,6 @@ int main() {
   print("reference", pressFaces(fine));
   stateTimes();
   leafTimes(felt);
-  stepTimes(felt);
   std::printf("}\n");
   return 0;
 }

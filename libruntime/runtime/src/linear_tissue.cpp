@@ -45,10 +45,13 @@ class LinearTissue final : public SoftTissue {
       if (surfaces_[i]) surfaces_[i]->reset(), placeView(i);
   }
   bool isAtRest(std::size_t object) const override { return surfaces_[object]->isAtRest(); }
-  std::uint32_t beginStep() override {
+  std::uint32_t beginStep(const Configuration& hand) override {
+    const Displacement way = displacementBetween(memory_.haptic, hand);
+    const double hand_way = way.translation.norm() + scene_.tool.reach * way.rotation.norm();
+    motion_ = std::min(kMostTissueMotion, kTissueMotion + kHandShare * hand_way);
     const double most = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-      if (surfaces_[i]) surfaces_[i]->beginStep(part_, most), placeView(i);
+      if (surfaces_[i]) surfaces_[i]->beginStep(part_, most, motion_), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
@@ -140,7 +143,7 @@ void LinearTissue::placeView(std::size_t object) {
   view.points = skin.points();
   view.step = skin.step();
   view.is_found = false;
-  view.motion = static_cast<float>(kTissueMotion);
+  view.motion = static_cast<float>(motion_);
   view.behind = static_cast<float>(kBehind);
   put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(skin.radius() * (1 + 1e-6)));
 }

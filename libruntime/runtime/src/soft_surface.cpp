@@ -204,8 +204,8 @@ void SoftSurface::giveWay(double part) {
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = rest * from_[i] + p * to_[i];
   for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = rest * from_now_[i] + p * to_now_[i];
   const double most = longest(now_.size(), [&](std::size_t i) { return now_[i] - start_[i]; });
-  if (most > kTissueMotion) {  // the tissue waits
-    const auto share = static_cast<float>(kTissueMotion / most);
+  if (most > motion_) {  // the tissue waits
+    const auto share = static_cast<float>(motion_ / most);
     for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
   }
@@ -237,7 +237,8 @@ void SoftSurface::followAim(double part, double most) {
   findShift();
 }
 
-void SoftSurface::beginStep(double part, double most) {
+void SoftSurface::beginStep(double part, double most, double motion) {
+  motion_ = motion;
   base_moves_ = false;
   ahead_ = from_ahead_ = 0;
   if (aim_.size() == base_.size()) followAim(part, most);

@@ -2,11 +2,11 @@
 // The current surface of soft tissue. For small deformations, displacements are linear in the forces, by the compliance
 // matrix of the surface (core's TissueResponse). For large deformations they are relative to a base, which a solver
 // outside of the step computes, instead of the shape at rest. The base moves there within about 40 ms, by at most
-// kTissueMotion in a step.
+// kAimMotion in a step.
 //
 // A force on a point of a triangle of the skin is distributed to the corners of the triangle, and from there to the
-// nodes with which they move. In one step no point moves by more than kTissueMotion: the search adds this to its
-// margin, so no contact is missed.
+// nodes with which they move. In one step forces move no point by more than SoftTissue::motion(): the search adds this
+// to its margin, so no contact is missed.
 // Units: mm, N; frame: axes of the object, origin at the centre of its shape. Deterministic; no allocation after
 // construction.
 #pragma once
@@ -36,9 +36,9 @@ class SoftSurface {
   const MovedSkin& skin() const { return skin_; }
   bool isAtRest() const;
 
-  /// Moves the base by `part` of its way, but no node by more than `most` [mm]; then moves the balls of the search to
-  /// their triangles. Cost: MovedSkin::refit().
-  void beginStep(double part, double most);
+  /// Moves the base by `part` of its way, but no node by more than `most` [mm]; in this step, forces move no node by
+  /// more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
+  void beginStep(double part, double most, double motion);
   /// Sets the target of the base: x, y, z of each pressed node. `surface` must stay valid until the next call.
   void aim(std::span<const float> surface);
   std::span<const float> forces() const { return force_; }
@@ -109,6 +109,7 @@ class SoftSurface {
   bool knows_to_ = false;                      // to_now_ is up to date with to_
   std::span<const float> aim_;                 // target of the base; empty: it does not move
   double left_ = 0;                            // largest remaining way of a node to its target [mm]
+  double motion_ = kTissueMotion;              // largest motion of a node in this step by forces [mm]
   bool has_moved_ = false;                     // since the beginning of the last step
   std::vector<std::uint32_t> near_, near_at_;  // near pressed nodes; (pressed node) its index among them, or ~0u
   std::vector<std::uint32_t> near_vertices_;

@@ -14,8 +14,10 @@
 
 namespace spheretree::runtime {
 
-inline constexpr double kTissueMotion = 0.25;  // largest motion of a point in one step [mm]
-inline constexpr double kBehind = 0.4;         // a ball at most this far behind a triangle of tissue is pushed out in front of it [mm]
+// Largest motion of a point by forces in one step: kTissueMotion plus kHandShare times the way of the hand, at most
+// kMostTissueMotion [mm]. The rim of a dent then gives way to a tool that leaves it.
+inline constexpr double kTissueMotion = 0.25, kHandShare = 2, kMostTissueMotion = 1;
+inline constexpr double kBehind = 0.4;  // a ball at most this far behind a triangle of tissue is pushed out in front of it [mm]
 inline constexpr double kRefitMm =
     0.05;  // padding of the balls of the search: they stay valid while their content moves by at most this [mm]
 
@@ -30,8 +32,11 @@ class SoftTissue {
   /// Returns to the shape at rest.
   virtual void reset() = 0;
   virtual bool isAtRest(std::size_t object) const = 0;
-  /// Moves the surface to where the forces of the last step lead. Returns StepFault bits.
-  virtual std::uint32_t beginStep() = 0;
+  /// Begins a step in which the hand moves to `hand`: sets motion(), and moves the surface towards its target. Returns
+  /// StepFault bits.
+  virtual std::uint32_t beginStep(const Configuration& hand) = 0;
+  /// Largest motion of a point in this step by forces [mm].
+  double motion() const { return motion_; }
   /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
   /// Updates the patches of these pairs to the current shape.
@@ -71,6 +76,7 @@ class SoftTissue {
 
  protected:
   std::vector<char> is_tissue_;  // (object)
+  double motion_ = kTissueMotion;
 };
 
 /// Tissue for a scene, and the factory of its implementation.

@@ -75,7 +75,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       paperStep(parts, haptic);
     } else {
       aim = pulledTo(haptic, memory, free);
-      if (memory.tissue) result.faults |= memory.tissue->beginStep();
+      if (memory.tissue) result.faults |= memory.tissue->beginStep(aim);
       constrainedStep(parts, aim);
       memory.depth = result.penetration;
       memory.wrench = couplingWrench(memory.scene.pull, aim, memory.graphic);

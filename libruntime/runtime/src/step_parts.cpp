@@ -42,7 +42,7 @@ RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
   const std::uint32_t most = scene.step_limits.max_work;
-  const double reach = memory.tissue ? margin + kTissueMotion + kRefitMm : margin;
+  const double reach = memory.tissue ? margin + memory.tissue->motion() + kRefitMm : margin;
   const PairSet set = findPairs(pose, reach, of, most > result.work ? most - result.work : 0, memory);
   result.work += set.work;
   ++result.searches;

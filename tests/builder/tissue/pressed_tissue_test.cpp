@@ -195,6 +195,32 @@ TEST(PressedTissue, AToolAtAnySpeedDoesNotPassThrough) {
   }
 }
 
+// Pressed in deep at 1 m/s, the ball slides aside; then the hand leaves straight up at 500 mm/s. The rim of the dent
+// has to give way as fast as the ball comes, or it would hold the hand back. No node moves farther than it may.
+TEST(PressedTissue, AHandThatLeavesADeepDentIsNotHeldBack) {
+  test::Random random(5);
+  for (int run = 0; run < 60; ++run) {
+    Rig rig(test::oneBallTree(3));
+    Vector3d hand(random.between(7, 17), random.between(6, 14), 16);
+    std::vector<float> last = displacedBy(tissueForces(0, *rig.workspace));
+    const auto move = [&](double way) {
+      hand.z() += way;
+      const StepResult r = rig.to(hand);
+      const std::vector<float> now = displacedBy(tissueForces(0, *rig.workspace));
+      float farthest = 0;
+      for (std::size_t i = 0; i < now.size(); i += 3)
+        farthest = std::max(farthest, std::hypot(now[i] - last[i], now[i + 1] - last[i + 1], now[i + 2] - last[i + 2]));
+      EXPECT_LE(static_cast<double>(farthest), std::min(1.0, 0.25 + 2 * std::abs(way)) + 1e-4);
+      last = now;
+      return r.wrench.force.z();
+    };
+    rig.to(hand);
+    for (int i = 0; i < 14; ++i) move(-1);
+    for (int i = 0; i < 20; ++i) move(0);
+    for (int i = 0; i < 40; ++i) EXPECT_GT(move(0.5), -0.1) << "run " << run << ", step " << i;
+  }
+}
+
 // While the hand holds still, the force is constant; drawn over the surface, it changes no faster than the hand moves;
 // and over the closed path the hand gets no more energy than it put in.
 TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
