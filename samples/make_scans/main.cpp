@@ -39,7 +39,11 @@ samples::ScanSettings scanSettings(int argc, char** argv) {
     const std::size_t equals = std::min(word.find('='), word.size());
     const auto found = known.find(word.substr(0, equals));
     if (found == known.end()) throw std::invalid_argument(word + " is no property of a scan");
-    found->second(word.substr(std::min(equals + 1, word.size())));
+    try {
+      found->second(word.substr(std::min(equals + 1, word.size())));
+    } catch (const std::logic_error&) {  // of std::stod and the like
+      throw std::invalid_argument(word + " needs a number: " + found->first + "=NUMBER");
+    }
   }
   if (!(settings.edge_mm >= 0.05 && settings.edge_mm <= 2)) throw std::invalid_argument("edge is a length from 0.05 to 2 mm");
   return settings;
