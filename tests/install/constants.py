@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 KINDS = {"paper", "rounding", "format", "sentinel", "requirement", "measured", "guard", "open"}
-MOST_OPEN = 2
+MOST_OPEN = 1
 DECLARATION = re.compile(r"^\s*(?:(?:inline|static)\s+)*constexpr\s+(?:auto|[\w:]+(?:<[^;=]*>)?)\s+(k[A-Z][^;]*?);[ \t]*(?://[ \t]*(.*))?$", re.MULTILINE)
 PAGE_HEAD = "| constant | value | kind | why this value |\n|---|---|---|---|\n"
 
