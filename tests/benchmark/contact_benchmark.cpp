@@ -15,14 +15,15 @@
 #include <string>
 #include <vector>
 
+#include "benchmark/benchmark_scenes.h"
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
 
 namespace {
 
 using namespace spheretree;
 using namespace spheretree::runtime;
+using benchmark::compiled;
+using benchmark::ellipsoid;
 using Eigen::Vector3d;
 const Quaternion kUpright(1, 0, 0, 0);
 constexpr int kRounds = 15;  // of the clock
@@ -36,14 +37,6 @@ struct Case {
   bool bodies_move = false;
 };
 
-Scene compiled(const SceneDescription& description) {
-  Scene scene;
-  std::string fault;
-  if (compileScene(description, scene, fault)) return scene;
-  std::fprintf(stderr, "%s\n", fault.c_str());
-  std::exit(1);
-}
-
 SphereTree flatFoot() {
   return test::treeOfBalls({test::ball(-2, -2, 0, 1), test::ball(2, -2, 0, 1), test::ball(-2, 2, 0, 1), test::ball(2, 2, 0, 1)});
 }
@@ -54,10 +47,6 @@ SceneDescription onPlate(SphereTree tool, double friction) {
   d.tool_friction = friction;
   d.objects.push_back({test::withSkin(test::boxTree({30, 30, 0}, {40, 40, 1}, 1.2), test::boxSkin({30, 30, 1})), {{0, 0, -1}, kUpright}});
   return d;
-}
-
-SphereTree ellipsoid(const Vector3d& half, double grain) {
-  return test::withSkin(test::withSearch(test::ellipsoidTree(half, 512, grain)), test::ellipsoidSkin(half, 4));
 }
 
 SceneDescription onTooth(SphereTree tool, double friction) {
@@ -192,9 +181,7 @@ int main(int argc, char** argv) {
     const Scene plain = compiled(c.scene(false)), with = compiled(c.scene(true));
     if (argc > 2) {
       const bool is_with = std::strcmp(argv[2], "with") == 0;
-      const Run run = play(c, is_with ? with : plain, is_with);
-      std::printf("%d steps\n", c.steps);
-      (void)run;
+      std::printf("%d steps, %.3f s\n", c.steps, play(c, is_with ? with : plain, is_with).seconds);
       continue;
     }
     std::vector<double> plain_us, with_us;

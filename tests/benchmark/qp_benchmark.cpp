@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmark/benchmark_scenes.h"
 #include "rows.h"
 #include "spheretree/runtime/step.h"
 #include "step_memory.h"
@@ -76,9 +77,7 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
   const bool slot = family.starts_with("slot"), redundant = family == "redundant";
   const std::size_t base = redundant ? wanted / 4 : wanted;
   const SceneDescription description = scene(slot);
-  Scene compiled;
-  std::string fault;
-  if (!compileScene(description, compiled, fault)) std::abort();
+  const Scene compiled = benchmark::compiled(description);
   Workspace mover(compiled), finder(compiled);
   resetTo(slot ? Configuration{{0, 0, 0}, {1, 0, 0, 0}} : Configuration{{0, 0, 14}, hapticPose(slot, 0).orientation}, mover);
   Configuration before = mover.memory().graphic;

@@ -18,17 +18,18 @@
 #include <thread>
 #include <vector>
 
+#include "benchmark/benchmark_scenes.h"
 #include "compiled_scene.h"
 #include "find_pairs.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
 
 namespace {
 
 using namespace spheretree;
 using namespace spheretree::runtime;
+using benchmark::compiled;
+using benchmark::ellipsoid;
 using Clock = std::chrono::steady_clock;
 
 SphereTree treeFile(const std::string& folder, const char* name, SphereTree built_in) {
@@ -53,18 +54,6 @@ SphereTree archTree(double width, double depth, double radius) {
                                  3 * std::sin(turn), radius));
     }
   return test::withSearch(test::treeOfBalls(std::move(balls)));
-}
-
-SphereTree ellipsoid(const Eigen::Vector3d& half, double grain) {
-  return test::withSkin(test::withSearch(test::ellipsoidTree(half, 512, grain)), test::ellipsoidSkin(half, 4));
-}
-
-Scene compiled(const SceneDescription& description) {
-  Scene scene;
-  std::string fault;
-  if (compileScene(description, scene, fault)) return scene;
-  std::fprintf(stderr, "%s\n", fault.c_str());
-  std::exit(1);
 }
 
 SceneDescription mouth(const std::string& folder) {

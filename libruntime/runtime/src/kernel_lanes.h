@@ -18,7 +18,8 @@ typedef std::int32_t I8 __attribute__((vector_size(32)));
 typedef std::uint32_t U8 __attribute__((vector_size(32)));
 typedef float F4 __attribute__((vector_size(16)));
 
-// Functions take vectors by reference, since the reference kernel calls them, and copies would make it larger.
+// Most functions take vectors by reference: the kernel for the base instruction set is not inlined, and copies of
+// arguments would make it larger.
 inline F8 splat(float v) { return F8{v, v, v, v, v, v, v, v}; }
 inline U8 splatU(std::uint32_t v) { return U8{v, v, v, v, v, v, v, v}; }
 inline F8 load(const float* p) {

@@ -28,13 +28,13 @@ constexpr int kWayRounds = 4;        // rounds of smoothing the directions of th
 constexpr double kLeastShare = 0.5;  // smallest remaining share of the slope of the bisecting direction after smoothing
 constexpr int kMostHalvings = 40;    // halvings of a length where it crosses something
 constexpr double kFlatArc = 2;       // mean edges by which an arc must rise above the line between its ends to get a window
-constexpr std::array kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
-constexpr double kCell = 3;                                       // side of a cube of the search, in mean edges of the scan
-constexpr double kClear = 0.1;                                    // distance of a wall from what it crossed, in mean edges of its border
-constexpr double kWallDensity = 0.5;                              // of a wall that is moved, in triangles along the edges of its border
-constexpr int kMostMoves = 25;                                    // rounds of moving a wall without a reduction of its crossings
-constexpr int kMovesAHalving = 10;                                // rounds after which triangles that still cross are halved
-constexpr double kStubTaper = 0.4;  // width of the end of a stub, as a share of its beginning: about that of a root's tip
+constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
+constexpr double kCell = 3;                                                  // side of a cube of the search, in mean edges of the scan
+constexpr double kClear = 0.1;        // distance of a wall from what it crossed, in mean edges of its border
+constexpr double kWallDensity = 0.5;  // of a wall that is moved, in triangles along the edges of its border
+constexpr int kMostMoves = 25;        // rounds of moving a wall without a reduction of its crossings
+constexpr int kMovesAHalving = 10;    // rounds after which triangles that still cross are halved
+constexpr double kStubTaper = 0.4;    // width of the end of a stub, as a share of its beginning: about that of a root's tip
 
 /// A border edge of a region, in the direction of its triangles, and the region on the other side.
 struct BorderEdge {
