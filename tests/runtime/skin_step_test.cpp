@@ -200,36 +200,43 @@ class BruteForce {
   std::vector<Triangle> triangles_;
 };
 
-TEST(SkinStep, NoLeafGetsDeepInRandomMotion) {
-  // 3,000 steps of a wandering hand at up to 2 m/s and 20 rad/s over cusps and pits; SPHERETREE_LONG=1: 10^6 steps.
-  const int steps = std::getenv("SPHERETREE_LONG") ? 500000 : 1500;
+// A hand that wanders over cusps and pits at up to 2 m/s and 20 rad/s. Every leaf is measured from step `first` on.
+void wander(bool is_ball, int first, int steps) {
   const Skin skin = test::cuspedSkin(4);
+  const SphereTree tool = is_ball ? test::oneBallTree(0.8) : test::rodTree(12, 30, 0.4);
+  Rig rig(tool, test::ellipsoidTree({6.5, 6.5, 6.5}, 600, 1.5), skin);
+  const BruteForce measure(tool, skin);
+  Random random(is_ball ? 5 : 6);
+  Configuration haptic{{0, 0, 12}, kUpright};
+  Displacement velocity;
+  int contacts = 0;
+  for (int n = 0; n < first + steps; ++n) {
+    velocity.translation = 0.9 * velocity.translation + test::randomPoint(random, 0.4) - 0.01 * haptic.position;
+    velocity.rotation = 0.9 * velocity.rotation + test::randomPoint(random, 0.004);
+    haptic = moved(haptic, velocity);
+    const StepResult r = rig.to(haptic);
+    ASSERT_FALSE(r.faults & (kPenetrating | kRowsConflict | kQpStopped | kPairsFull)) << "step " << n << " faults " << r.faults;
+    contacts += r.active > 0;
+    if (n < first) continue;
+    const Depth depth = measure.at(r.graphic);
+    ASSERT_LT(depth.triangles, kGapTolerance + 1e-4) << "step " << n;
+    ASSERT_NEAR(depth.triangles, r.penetration, 1e-4) << "step " << n;
+    ASSERT_GT(depth.outside, 0) << "step " << n;
+  }
+  EXPECT_GT(contacts, (first + steps) / 6);
+}
+
+TEST(SkinStep, NoLeafGetsDeepInRandomMotion) {
+  const int steps = std::getenv("SPHERETREE_LONG") ? 500000 : 1500;  // together 10^6
   for (const bool is_ball : {true, false}) {
-    const SphereTree tool = is_ball ? test::oneBallTree(0.8) : test::rodTree(12, 30, 0.4);
-    Rig rig(tool, test::ellipsoidTree({6.5, 6.5, 6.5}, 600, 1.5), skin);
-    const BruteForce measure(tool, skin);
-    Random random(is_ball ? 5 : 6);
-    Configuration haptic{{0, 0, 12}, kUpright};
-    Displacement velocity;
-    int contacts = 0;
-    double deepest = 0;
-    for (int n = 0; n < steps; ++n) {
-      velocity.translation = 0.9 * velocity.translation + test::randomPoint(random, 0.4) - 0.01 * haptic.position;
-      velocity.rotation = 0.9 * velocity.rotation + test::randomPoint(random, 0.004);
-      haptic = moved(haptic, velocity);
-      const StepResult r = rig.to(haptic);
-      ASSERT_FALSE(r.faults & (kPenetrating | kRowsConflict | kQpStopped | kPairsFull)) << "step " << n << " faults " << r.faults;
-      contacts += r.active > 0;
-      const Depth depth = measure.at(r.graphic);
-      ASSERT_LT(depth.triangles, kGapTolerance + 1e-4) << (is_ball ? "ball" : "rod") << " step " << n;
-      ASSERT_NEAR(depth.triangles, r.penetration, 1e-4) << (is_ball ? "ball" : "rod") << " step " << n;
-      ASSERT_GT(depth.outside, 0) << (is_ball ? "ball" : "rod") << " step " << n;
-      deepest = std::max(deepest, depth.triangles);
-    }
-    EXPECT_GT(contacts, steps / 6);
-    RecordProperty("deepest_mm", std::to_string(deepest));
+    SCOPED_TRACE(is_ball ? "ball" : "rod");
+    wander(is_ball, 0, steps);
   }
 }
+
+// In step 48,658 of the rod the QP that aims at the sum of a series has no active rows. Its solution is then not the
+// haptic pose.
+TEST(SkinStep, AnExtrapolatedPieceEndsWhereItsRowsHold) { wander(false, 48640, 40); }
 
 TEST(SkinStep, ATurnedAndMovedObjectIsFeltTheSame) {
   const Configuration there{{120, -40, 7}, rotationOf({0.9, -1.3, 0.5})};

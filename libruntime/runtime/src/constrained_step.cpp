@@ -308,7 +308,8 @@ Piece ConstrainedStep::contactPiece() {
   const double damped = damping(plain);
   const bool is_accelerated = damped == 1 && back == 0 && !scene_.has_soft && answer.active_count > 0 && accelerate(want, plain);
   const Displacement step = parts_.displacement(answer.y);
-  const bool is_straight = answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
+  // An extrapolated solution without active rows does not end at the haptic pose.
+  const bool is_straight = !is_accelerated && answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
   const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
   double most = std::min(1.0, length > left ? left / length : 1.0);
   const bool is_short_of_margin = most < 1;
