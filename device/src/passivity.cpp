@@ -46,7 +46,7 @@ Wrench PassivityControl::control(const Configuration& pose, const Wrench& wrench
   const double square = mean.translation.squaredNorm() + kLever * kLever * mean.rotation.squaredNorm();
   if (!(owed > 0 && square > 0) || isZero(wrench)) return wrench;
   // On a way like the last ones, this removes the debt.
-  const double damping = std::min(owed / square, most_damping_ / kServoPeriod);
+  const double damping = std::min(owed / square, max_damping_ / kServoPeriod);
   return {wrench.force - damping * mean.translation, wrench.torque - damping * kLever * kLever * mean.rotation};
 }
 

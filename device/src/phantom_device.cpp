@@ -13,10 +13,10 @@
 namespace spheretree::device {
 namespace {
 
-constexpr int kZerosToStop = 3;                    // servo steps with zero wrench before the scheduler is stopped
-constexpr int kMostErrors = 32;                    // read in one call; a broken driver may report errors without end
-constexpr unsigned long kRate = 1000;              // [Hz]
-constexpr double kMostTorque[3] = {188, 188, 48};  // the library reports no limit: that of its own example [N mm]
+constexpr int kZerosToStop = 3;                   // servo steps with zero wrench before the scheduler is stopped
+constexpr int kMaxErrors = 32;                    // read in one call; a broken driver may report errors without end
+constexpr unsigned long kRate = 1000;             // [Hz]
+constexpr double kMaxTorque[3] = {188, 188, 48};  // the library reports no limit: that of its own example [N mm]
 
 /// `transform`: column-major, millimetres. The rotation of the library is slightly inexact: computes the nearest
 /// rotation by Newton's iteration for the polar factor. Not finite if the matrix is far from any rotation.
@@ -103,7 +103,7 @@ void PhantomDevice::readInfo() {
     throw DeviceError(DeviceFault::Communication, info_.model + " states no force limit: reinstall its driver");
   info_.max_force = largest;
   info_.continuous_force = continuous;
-  info_.max_torque = info_.continuous_torque = Eigen::Vector3d(kMostTorque);
+  info_.max_torque = info_.continuous_torque = Eigen::Vector3d(kMaxTorque);
   double temperatures[6];
   std::uint8_t held;
   has_temperature_ = accepted([&] { api_->hdGetDoublev(kHdMotorTemperature, temperatures); });
@@ -163,7 +163,7 @@ void PhantomDevice::end() noexcept {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   api_->hdStopScheduler();
   api_->hdUnschedule(callback_);
-  for (int n = 0; n < kMostErrors && api_->hdGetError().code != 0; ++n) {
+  for (int n = 0; n < kMaxErrors && api_->hdGetError().code != 0; ++n) {
   }
 }
 
@@ -223,7 +223,7 @@ void PhantomDevice::send(const Wrench& wrench) noexcept {
 /// Force errors (too warm, too strong, too fast, a kick) switch the amplifiers off; they come back by themselves, so
 /// guard and ramp start again. After any other error the state of the device is unknown: zero for the rest of this run.
 void PhantomDevice::drainInServo() noexcept {
-  for (int n = 0; n < kMostErrors; ++n) {
+  for (int n = 0; n < kMaxErrors; ++n) {
     const HdErrorInfo error = api_->hdGetError();
     if (error.code == 0) return;
     if (error.code >= kHdErrorForceFirst && error.code <= kHdErrorForceLast) {
@@ -246,7 +246,7 @@ bool PhantomDevice::accepted(const std::function<void()>& call) const {
 /// All pending errors in the vendor's words and numbers; empty if there are none.
 std::string PhantomDevice::drain() const {
   std::string all;
-  for (int n = 0; n < kMostErrors; ++n) {
+  for (int n = 0; n < kMaxErrors; ++n) {
     const HdErrorInfo error = api_->hdGetError();
     if (error.code == 0) break;
     const char* words = api_->hdGetErrorString(error.code);

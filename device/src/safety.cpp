@@ -58,7 +58,7 @@ std::string findFault(const SafetySettings& s) {
                           {"cool", s.cool, tiny, s.warm},
                           {"thermal_rate", s.thermal_rate, tiny, 0.5},
                           {"passivity_damping", s.passivity_damping, tiny, kLargest},
-                          {"delay", static_cast<double>(s.delay), 0, kMostDelay}};
+                          {"delay", static_cast<double>(s.delay), 0, kMaxDelay}};
   return outOfRange(ranges);
 }
 

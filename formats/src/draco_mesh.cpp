@@ -20,8 +20,8 @@
 namespace spheretree::formats {
 namespace {
 
-constexpr std::uint64_t kTrianglesPerByte = 64;  // an eighth of a bit for each; real meshes take at least two bits
-constexpr std::uint64_t kFewTriangles = 65'536;  // always allowed
+constexpr std::uint64_t kTrianglesPerByte = 64;            // an eighth of a bit for each; real meshes take at least two bits
+constexpr std::uint64_t kAlwaysAllowedTriangles = 65'536;  // always allowed
 constexpr std::uint64_t kMaxAttributes = 32;
 constexpr std::uint64_t kMaxVertexBytes = 256;  // for all attributes
 
@@ -50,8 +50,8 @@ class BoundedDecoder : public Decoder {
     } else {
       if (!draco::DecodeVarint(&triangles, &ahead) || !draco::DecodeVarint(&vertices, &ahead)) return false;
     }
-    const std::uint64_t most = limits_.triangles;
-    limits_.exceeded = triangles > most || vertices > 3 * most || splits > most || attribute_decoders > kMaxAttributes;
+    const std::uint64_t largest = limits_.triangles;
+    limits_.exceeded = triangles > largest || vertices > 3 * largest || splits > largest || attribute_decoders > kMaxAttributes;
     return !limits_.exceeded && Decoder::DecodeConnectivity();
   }
 
@@ -123,7 +123,7 @@ class DracoReader {
       refuse("has Draco data of version " + std::to_string(header.version_major) + "." + std::to_string(header.version_minor) +
              "; glTF has 2.2");
     if (header.encoder_type != draco::TRIANGULAR_MESH) refuse("has Draco data that are not a mesh");
-    Limits limits{.triangles = std::min(max_triangles_, std::max(kFewTriangles, bytes_.size() * kTrianglesPerByte))};
+    Limits limits{.triangles = std::min(max_triangles_, std::max(kAlwaysAllowedTriangles, bytes_.size() * kTrianglesPerByte))};
     buffer = start();
     bool is_ok = false;
     try {

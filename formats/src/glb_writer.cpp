@@ -49,8 +49,8 @@ int GlbWriter::addPoints(const std::vector<Eigen::Vector3d>& points, double scal
     for (int axis = 0; axis < 3; ++axis) {
       const auto x = static_cast<float>(p[axis] * scale);
       append(buffer_, x);
-      double &least = low[static_cast<std::size_t>(axis)], &most = high[static_cast<std::size_t>(axis)];
-      least = std::min(least, static_cast<double>(x)), most = std::max(most, static_cast<double>(x));
+      double &smallest = low[static_cast<std::size_t>(axis)], &largest = high[static_cast<std::size_t>(axis)];
+      smallest = std::min(smallest, static_cast<double>(x)), largest = std::max(largest, static_cast<double>(x));
     }
   const int accessor = addAccessor(begin, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, points.size());
   model_.accessors.back().minValues = low;

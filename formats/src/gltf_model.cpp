@@ -74,10 +74,11 @@ class GltfDocument : private GltfJson {
   void checkVersion() const {
     const Json* asset = find(root(), "asset");
     if (!asset || !asset->is_object()) refuse("asset", "is missing");
-    const std::string version = findText(*asset, "version"), least = findText(*asset, "minVersion");
+    const std::string version = findText(*asset, "version"), smallest = findText(*asset, "minVersion");
     if (!version.starts_with("2."))
       assembly_.refuse("is glTF of version " + inQuotes(version) + "; only 2.0 is read. Export it as glTF 2.0.");
-    if (!least.empty() && least != "2.0") assembly_.refuse("needs glTF " + inQuotes(least) + "; only 2.0 is read. Export it as glTF 2.0.");
+    if (!smallest.empty() && smallest != "2.0")
+      assembly_.refuse("needs glTF " + inQuotes(smallest) + "; only 2.0 is read. Export it as glTF 2.0.");
   }
 
   void checkExtensions() const {

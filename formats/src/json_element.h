@@ -83,15 +83,15 @@ class JsonElement {
     if (std::abs(value) > std::numeric_limits<float>::max()) fail("is too large for a float");
     return static_cast<float>(value);
   }
-  std::uint64_t whole(std::uint64_t most, std::uint64_t least = 0) const {
-    const bool fits = value_.is_number_unsigned() && value_.get<std::uint64_t>() >= least && value_.get<std::uint64_t>() <= most;
-    if (!fits) fail("is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  std::uint64_t whole(std::uint64_t max, std::uint64_t min = 0) const {
+    const bool fits = value_.is_number_unsigned() && value_.get<std::uint64_t>() >= min && value_.get<std::uint64_t>() <= max;
+    if (!fits) fail("is not a whole number from " + std::to_string(min) + " to " + std::to_string(max));
     return value_.get<std::uint64_t>();
   }
-  std::int64_t integer(std::int64_t least, std::int64_t most) const {
+  std::int64_t integer(std::int64_t smallest, std::int64_t largest) const {
     const bool fits = value_.is_number_integer() && !(value_.is_number_unsigned() && value_.get<std::uint64_t>() > INT64_MAX) &&
-                      value_.get<std::int64_t>() >= least && value_.get<std::int64_t>() <= most;
-    if (!fits) fail("is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+                      value_.get<std::int64_t>() >= smallest && value_.get<std::int64_t>() <= largest;
+    if (!fits) fail("is not a whole number from " + std::to_string(smallest) + " to " + std::to_string(largest));
     return value_.get<std::int64_t>();
   }
   std::string text() const {

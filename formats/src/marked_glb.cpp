@@ -60,7 +60,7 @@ std::vector<std::byte> encodeMarkedGlb(const TriangleMesh& mesh, std::span<const
   std::vector<int> nodes;
   add(glb, nodes, "mesh", {0.72, 0.72, 0.70}, triangles[kPlain]);
   for (std::size_t m = 0; m < marks.size(); ++m) {
-    for (std::size_t i = 0; i < std::min(marks[m].points.size(), kMostMarkedPoints); ++i)
+    for (std::size_t i = 0; i < std::min(marks[m].points.size(), kMaxMarkedPoints); ++i)
       if (marks[m].points[i].allFinite()) addOctahedron(marks[m].points[i], radius, triangles[m + 1]);
     add(glb, nodes, marks[m].name, marks[m].colour, triangles[m + 1]);
   }

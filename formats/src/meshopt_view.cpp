@@ -10,7 +10,7 @@ namespace spheretree::formats {
 namespace {
 
 // Byte k of 16 consecutive vertices takes at least 2 bits, which give the number of bits for each of the 16.
-constexpr std::uint64_t kMostAttributeBytes = 64;  // for one compressed byte
+constexpr std::uint64_t kMaxAttributeBytes = 64;  // for one compressed byte
 
 class View {
  public:
@@ -26,11 +26,11 @@ class View {
  private:
   [[noreturn]] void refuse(const std::string& what) const { refuseElement(assembly_, where_, what); }
 
-  /// `most`: largest number of elements that the compressed bytes can represent.
-  std::vector<unsigned char> room(std::uint64_t most) const {
-    if (view_.count > most)
+  /// `max_count`: largest number of elements that the compressed bytes can represent.
+  std::vector<unsigned char> room(std::uint64_t max_count) const {
+    if (view_.count > max_count)
       refuse("announces " + std::to_string(view_.count) + " elements, but its " + std::to_string(view_.bytes.size()) +
-             " compressed bytes hold at most " + std::to_string(most));
+             " compressed bytes hold at most " + std::to_string(max_count));
     return std::vector<unsigned char>(view_.count * view_.stride);
   }
 
@@ -49,7 +49,7 @@ class View {
     if (view_.stride == 0 || view_.stride % 4 != 0 || view_.stride > 256)
       refuse("has a byteStride of " + std::to_string(view_.stride) + ", not a multiple of 4 from 4 to 256");
     checkVersion(0xa0);
-    std::vector<unsigned char> data = room(view_.bytes.size() * kMostAttributeBytes / view_.stride);
+    std::vector<unsigned char> data = room(view_.bytes.size() * kMaxAttributeBytes / view_.stride);
     checkResult(meshopt_decodeVertexBuffer(data.data(), view_.count, view_.stride, view_.bytes.data(), view_.bytes.size()));
     const auto needs = [&](bool fits) {
       if (!fits)

@@ -19,9 +19,9 @@ using Eigen::Vector3d;
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kSceneSchema = "spheretree.scene/1";
-constexpr std::uint64_t kMostBytes = 16 << 20;
+constexpr std::uint64_t kMaxBytes = 16 << 20;
 constexpr std::size_t kMaxHingeAngles = 100'000;
-constexpr double kMostFriction = 2;
+constexpr double kMaxFriction = 2;
 constexpr std::size_t kLongestName = 64, kLongestText = 4096;
 constexpr std::array<const char*, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr std::array<const char*, 9> kBuilders{"cover", "combined", "merge", "burst", "expand", "spawn", "grid", "hubbard", "octree"};
@@ -53,25 +53,25 @@ std::string oneOf(const JsonElement& e, std::span<const char* const> allowed) {
   e.fail("is " + inQuotes(text) + ", not one of " + all);
 }
 
-double within(const JsonElement& e, double least, double most) {
+double within(const JsonElement& e, double smallest, double largest) {
   const double value = e.number();
-  if (!(value >= least && value <= most))
-    e.fail("is " + shortNumber(value) + ", not within " + shortNumber(least) + " .. " + shortNumber(most));
+  if (!(value >= smallest && value <= largest))
+    e.fail("is " + shortNumber(value) + ", not within " + shortNumber(smallest) + " .. " + shortNumber(largest));
   return value;
 }
 
-double above0(const JsonElement& e, double most) {
+double above0(const JsonElement& e, double largest) {
   const double value = e.number();
-  if (!(value > 0 && value <= most)) e.fail("is " + shortNumber(value) + ", not above 0 and at most " + shortNumber(most));
+  if (!(value > 0 && value <= largest)) e.fail("is " + shortNumber(value) + ", not above 0 and at most " + shortNumber(largest));
   return value;
 }
 
-Vector3d vector(const JsonElement& e, double most = kMaxSceneLength) {
+Vector3d vector(const JsonElement& e, double largest = kMaxSceneLength) {
   if (e.size() != 3) e.fail("is not [x, y, z]");
   Vector3d v;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     v[static_cast<Eigen::Index>(axis)] = e.item(axis).number();
-    if (std::abs(e.item(axis).number()) > most) e.item(axis).fail("is beyond " + shortNumber(most));
+    if (std::abs(e.item(axis).number()) > largest) e.item(axis).fail("is beyond " + shortNumber(largest));
   }
   return v;
 }
@@ -154,7 +154,7 @@ SceneItem readItem(const JsonElement& e) {
     if (item.part.empty()) e.at("part").fail("is empty; leave it out for the whole mesh");
   }
   item.settings = readSettings(e);
-  if (e.has("friction")) item.friction = within(e.at("friction"), 0, kMostFriction);
+  if (e.has("friction")) item.friction = within(e.at("friction"), 0, kMaxFriction);
   return item;
 }
 
@@ -498,7 +498,7 @@ SceneFile parseScene(std::string_view text, const std::string& name) {
 }
 
 SceneFile readScene(const std::filesystem::path& path) {
-  const std::vector<std::byte> bytes = readFile(path, kMostBytes);
+  const std::vector<std::byte> bytes = readFile(path, kMaxBytes);
   return parseScene({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
 }
 

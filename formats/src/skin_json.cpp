@@ -13,11 +13,11 @@ using OrderedJson = nlohmann::ordered_json;
 /// "[a,b,...]" of the texts of `count` records, with as many on a line as fit into 120 characters.
 template <class RecordText>
 std::string arrayOf(std::size_t count, RecordText&& recordText) {
-  constexpr std::size_t kMostColumns = 120;
+  constexpr std::size_t kMaxColumns = 120;
   std::string text = "[", line;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string record = recordText(i) + (i + 1 < count ? "," : "");
-    if (line.empty() || line.size() + record.size() > kMostColumns) {
+    if (line.empty() || line.size() + record.size() > kMaxColumns) {
       text += line;
       line = "\n  ";
     }

@@ -40,11 +40,11 @@ class SphReader {
     if (parseDouble(word, value) != NumberFault::None) fail(what + " is " + inQuotes(word) + ", not a number");
     return value;
   }
-  int whole(const std::string& what, int least, int most) {
+  int whole(const std::string& what, int min, int max) {
     const std::string_view word = takeWord(line_);
     std::int64_t value = 0;
-    if (!parseInteger(word, value) || value < least || value > most)
-      fail(what + " is " + inQuotes(word) + ", not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+    if (!parseInteger(word, value) || value < min || value > max)
+      fail(what + " is " + inQuotes(word) + ", not a whole number from " + std::to_string(min) + " to " + std::to_string(max));
     return static_cast<int>(value);
   }
 

@@ -99,7 +99,7 @@ SphereTree treeOf(CertifiedLevels& levels, const BuildSettings& settings, const 
 }
 
 // The smallest tolerance that the leaves keep: their worst overhang, in the graded field if there is one.
-double leastTolerance(const SphereTree& tree, const CertificationTarget& target) {
+double minTolerance(const SphereTree& tree, const CertificationTarget& target) {
   double worst = 0;
   for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1))
     worst = std::max(worst, overhangBound(target.field, target.origin, tree.cover[leaf]));
@@ -169,10 +169,10 @@ BuildResult build(const TriangleMesh& mesh, const BuildSettings& settings, Progr
   const std::vector<double> overhang = stateOverhang(field, tree);
   for (std::size_t level = 0; level < overhang.size(); ++level)
     statistics.levels.push_back({tree.statistics[level].sphere_count, overhang[level], levels.largest_growth[level]});
-  statistics.least_tolerance_mm = is_graded ? leastTolerance(tree, target) : overhang.back();
-  statistics.tolerance_met = !(settings.tolerance_mm > 0) || statistics.least_tolerance_mm <= settings.tolerance_mm;
+  statistics.min_tolerance_mm = is_graded ? minTolerance(tree, target) : overhang.back();
+  statistics.tolerance_met = !(settings.tolerance_mm > 0) || statistics.min_tolerance_mm <= settings.tolerance_mm;
   recordProvenance(mesh, field, settings, tree.provenance);
-  if (is_graded) tree.provenance.work_overhang_mm = roundUp(statistics.least_tolerance_mm);
+  if (is_graded) tree.provenance.work_overhang_mm = roundUp(statistics.min_tolerance_mm);
   addSearchTree(tree);
   clock.finish("hierarchy");
 

@@ -52,9 +52,9 @@ TriangleMesh noisy(const TriangleMesh& mesh, double noise, std::mt19937_64& rand
     const double x = unit(random), y = unit(random), z = unit(random);
     shift.push_back(2 * Vector3d(x, y, z) - Vector3d::Ones());
   }
-  for (double most = noise * boxOf(mesh).diagonal().norm(); most > 0; most *= 0.5) {
+  for (double largest = noise * boxOf(mesh).diagonal().norm(); largest > 0; largest *= 0.5) {
     TriangleMesh out = mesh;
-    for (std::size_t v = 0; v < shift.size(); ++v) out.positions[v] += most * shift[v];
+    for (std::size_t v = 0; v < shift.size(); ++v) out.positions[v] += largest * shift[v];
     if (checkMesh(out).clean()) return out;
   }
   return mesh;

@@ -18,8 +18,8 @@ namespace {
 
 // Number of triangles that the search needs: with 200 for each leaf, the simplified surface differs by a few hundredths
 // of the leaves' overhang.
-constexpr std::size_t kTrianglesALeaf = 200, kLeastTriangles = 20000;
-constexpr double kMostOfTolerance = 0.1;  // share of the tolerance that simplification may use
+constexpr std::size_t kTrianglesALeaf = 200, kMinTriangles = 20000;
+constexpr double kMaxOfTolerance = 0.1;  // share of the tolerance that simplification may use
 constexpr double kSliver =
     16;  // height in units of the rounding, up to which rounding may turn over a triangle, so that it overlaps its neighbours
 
@@ -27,8 +27,8 @@ bool hasSlivers(const TriangleMesh& posed) {
   for (std::size_t t = 0; t < posed.triangles.size(); ++t) {
     const Eigen::Vector3d ab = posed.corner(t, 1) - posed.corner(t, 0), ac = posed.corner(t, 2) - posed.corner(t, 0);
     const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    const double least = kSliver * kPoseRounding;  // the height is twice the area divided by the longest side
-    if (!(ab.cross(ac).squaredNorm() > least * least * longest2)) return true;
+    const double smallest = kSliver * kPoseRounding;  // the height is twice the area divided by the longest side
+    if (!(ab.cross(ac).squaredNorm() > smallest * smallest * longest2)) return true;
   }
   return false;
 }
@@ -37,18 +37,18 @@ bool hasSlivers(const TriangleMesh& posed) {
 bool simplify(SimplifiedInput& search, const TriangleMesh& sheets, const BuildSettings& settings, Progress& progress) {
   std::size_t wanted = kTrianglesALeaf;
   for (int level = 1; level < settings.levels; ++level) wanted *= static_cast<std::size_t>(settings.branching);
-  wanted = std::max(wanted, kLeastTriangles);
+  wanted = std::max(wanted, kMinTriangles);
   if (!settings.simplify || search.mesh.triangles.size() <= 2 * wanted) return false;
   progress.stage("simplify");
-  TriangleMesh few = simplifyMesh(search.mesh, wanted, progress);
-  if (!checkMesh(few).clean()) return false;
+  TriangleMesh simplified = simplifyMesh(search.mesh, wanted, progress);
+  if (!checkMesh(simplified).clean()) return false;
   progress.check();
-  DistanceField field(few);
+  DistanceField field(simplified);
   const double bound = search.pose.scale * (distanceBound(search.mesh, field, progress) + kPoseRounding);
-  if (settings.tolerance_mm > 0 && 2 * bound > kMostOfTolerance * settings.tolerance_mm) return false;
-  search.simplified_triangles = few.triangles.size();
+  if (settings.tolerance_mm > 0 && 2 * bound > kMaxOfTolerance * settings.tolerance_mm) return false;
+  search.simplified_triangles = simplified.triangles.size();
   search.distance_bound_mm = bound;
-  search.mesh = std::move(few);
+  search.mesh = std::move(simplified);
   search.field = sheets.triangles.empty() ? std::move(field) : DistanceField(search.mesh, {}, sheets);
   return true;
 }
@@ -59,7 +59,7 @@ TriangleMesh sheetForTissue(const SimplifiedInput& search, const BuildSettings& 
   const DistanceField& field = search.field;
   double leaves = 1;
   for (int level = 1; level < settings.levels; ++level) leaves *= settings.branching;
-  if (settings.most_leaves > 0) leaves = std::min(leaves, static_cast<double>(settings.most_leaves));
+  if (settings.max_leaves > 0) leaves = std::min(leaves, static_cast<double>(settings.max_leaves));
   const double radius = settings.soft_share * 3 * field.volume() / field.area();
   const double stand_off =
       settings.tolerance_mm > 0 ? settings.tolerance_mm / search.pose.scale : 1.2 * field.area() / leaves / (8 * radius);

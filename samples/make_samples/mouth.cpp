@@ -192,12 +192,12 @@ class JawMesh {
     for (std::size_t k = last; k > first; --k) rim.push_back(columns_[k].back());
     for (std::size_t k = kSide; k > 0; --k) rim.push_back(columns_[first][k]);
     const NeckOutline neck(tooth);
-    const auto ring = [&](double gap, double height, double most) {
+    const auto ring = [&](double gap, double height, double largest) {
       std::vector<std::uint32_t> points;
       for (const std::uint32_t v : rim) {
         const Vector3d to = mesh_.positions[v] - tooth.centre;
         const Vector2d at(to.dot(tooth.mesial), to.dot(tooth.buccal)), d = at.normalized();
-        const Vector3d world = inWorld(tooth, std::min(neck.distance(d, gap), most * at.norm()) * d, height);
+        const Vector3d world = inWorld(tooth, std::min(neck.distance(d, gap), largest * at.norm()) * d, height);
         points.push_back(add({world.x(), world.y()}, height));
       }
       return points;

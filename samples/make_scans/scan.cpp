@@ -35,13 +35,13 @@ struct Jaw {
   std::vector<MouthTooth> teeth;
   std::vector<Vector2d> line;  // through the teeth, with its ends
   double lineDistance(const Vector2d& p) const {
-    double least = 1e9;
+    double smallest = 1e9;
     for (std::size_t i = 0; i + 1 < line.size(); ++i) {
       const Vector2d way = line[i + 1] - line[i];
       const double t = std::clamp((p - line[i]).dot(way) / way.squaredNorm(), 0.0, 1.0);
-      least = std::min(least, (p - line[i] - t * way).norm());
+      smallest = std::min(smallest, (p - line[i] - t * way).norm());
     }
-    return least;
+    return smallest;
   }
   double gumHeight(const Vector2d& p) const {
     const double d = lineDistance(p);

@@ -130,18 +130,18 @@ std::vector<Cycle> cyclesOf(const std::string& family, std::size_t wanted, int c
 double nanos(Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double, std::nano>(b - a).count(); }
 
 double clockCost() {
-  double least = 1e9;
+  double smallest = 1e9;
   for (int i = 0; i < 1000; ++i) {
     const auto a = Clock::now(), b = Clock::now();
-    least = std::min(least, nanos(a, b));
+    smallest = std::min(smallest, nanos(a, b));
   }
-  return least;
+  return smallest;
 }
 
 struct Times {
-  std::vector<double> least;  // [ns] of each cycle
+  std::vector<double> smallest;  // [ns] of each cycle
   double at(double part) const {
-    std::vector<double> sorted = least;
+    std::vector<double> sorted = smallest;
     std::sort(sorted.begin(), sorted.end());
     return 1e-3 * sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(part * static_cast<double>(sorted.size())))];
   }
@@ -150,9 +150,9 @@ struct Times {
 template <class Solve>
 Times measure(const std::vector<Cycle>& cycles, double clock_cost, Solve&& solve) {
   Times times;
-  times.least.assign(cycles.size(), std::numeric_limits<double>::infinity());
+  times.smallest.assign(cycles.size(), std::numeric_limits<double>::infinity());
   for (int pass = 0; pass < 3; ++pass)
-    for (std::size_t n = 0; n < cycles.size(); ++n) times.least[n] = std::min(times.least[n], solve(n) - clock_cost);
+    for (std::size_t n = 0; n < cycles.size(); ++n) times.smallest[n] = std::min(times.smallest[n], solve(n) - clock_cost);
   return times;
 }
 

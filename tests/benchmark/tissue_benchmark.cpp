@@ -188,7 +188,7 @@ struct SoftBlock {
     builder::Progress progress;
     builder::BuildSettings settings;
     settings.levels = 5;
-    settings.most_leaves = leaves;
+    settings.max_leaves = leaves;
     settings.quality = builder::Quality::Quick;
     settings.soft_share = 0.5;
     SphereTree built = builder::buildSphereTree(mesh, settings, progress).tree;

@@ -38,9 +38,9 @@ TEST(BuildLevels, EveryBuilderFitsTheBudget) {
     SCOPED_TRACE(name(static_cast<BuilderKind>(kind)));
     const LevelBalls levels = build(static_cast<BuilderKind>(kind));
     ASSERT_EQ(levels.balls.size(), 3u);
-    for (std::size_t level = 0, most = 1; level < 3; ++level, most *= 4) {
+    for (std::size_t level = 0, largest = 1; level < 3; ++level, largest *= 4) {
       EXPECT_GE(levels.balls[level].size(), 1u);
-      EXPECT_LE(levels.balls[level].size(), most);
+      EXPECT_LE(levels.balls[level].size(), largest);
       if (levels.parents.empty()) continue;
       ASSERT_EQ(levels.parents[level].size(), levels.balls[level].size());
       for (const std::uint32_t parent : levels.parents[level]) EXPECT_EQ(parent == kNoParent, level == 0);

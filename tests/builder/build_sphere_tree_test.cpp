@@ -171,9 +171,9 @@ TEST(BuildSphereTree, AnOctreeKeepsAToleranceThatAllOfItsCellsKeep) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
   BuildSettings settings = quick(4, 8);
   settings.builder = BuilderKind::Octree;
-  const double least = build(mesh, settings).statistics.levels.back().overhang_bound_mm;
+  const double smallest = build(mesh, settings).statistics.levels.back().overhang_bound_mm;
   for (const double share : {1.05, 1.2, 1.5, 2.0}) {
-    settings.tolerance_mm = share * least;
+    settings.tolerance_mm = share * smallest;
     const BuildResult result = build(mesh, settings);
     EXPECT_TRUE(result.statistics.tolerance_met) << share;
     EXPECT_LE(result.statistics.levels.back().overhang_bound_mm, settings.tolerance_mm);

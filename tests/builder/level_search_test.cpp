@@ -14,7 +14,7 @@ namespace {
 
 // A model of a builder: n leaves reach out by about `size / n`, and certification adds a random share.
 struct Model {
-  double size = 10, most_added = 0.04;
+  double size = 10, max_added = 0.04;
   std::uint64_t seed = 1;
   bool noisy = true;
   mutable int builds = 0;
@@ -25,7 +25,7 @@ struct Model {
   }
   double certifiedOverhang(std::size_t leaves) const {
     test::Random random(seed + 31 * leaves);
-    return overhang(leaves) * (1 + random.between(0, most_added));
+    return overhang(leaves) * (1 + random.between(0, max_added));
   }
 
   CertifiedLevels withLeaves(std::size_t leaves, int levels) const {
@@ -62,7 +62,7 @@ CertifiedLevels search(const Model& model, double tolerance, BuilderKind kind = 
   BuildSettings settings;
   settings.builder = kind;
   settings.tolerance_mm = tolerance;
-  return searchLevels(settings, tolerance, [&](const BuildSettings& s, std::size_t most) { return model(s, most); });
+  return searchLevels(settings, tolerance, [&](const BuildSettings& s, std::size_t max_count) { return model(s, max_count); });
 }
 
 TEST(LevelSearch, WithoutAToleranceBuildsOnceWithTheSettings) {
@@ -77,7 +77,7 @@ TEST(LevelSearch, KeepsEveryToleranceInReachWhateverCertificationAdds) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       Model model;
       model.seed = seed;
-      model.most_added = kind == BuilderKind::Octree ? 0 : 0.06;  // more than the allowance
+      model.max_added = kind == BuilderKind::Octree ? 0 : 0.06;  // more than the allowance
       for (double tolerance = 0.05; tolerance < 12; tolerance *= 1.37) {
         const CertifiedLevels out = search(model, tolerance, kind);
         EXPECT_LE(out.overhang_bound, tolerance) << name(kind) << ", seed " << seed;

@@ -64,7 +64,7 @@ TEST(SettingsHash, ChangesWithWhatChangesTheTreeAndWithNothingElse) {
       [](BuildSettings& s) { s.tolerance_mm = 0.1 + 4e-18; },  // the same double
       [](BuildSettings& s) { s.tolerance_mm = 0.1 + 1e-17; },  // the next one
       [](BuildSettings& s) { s.seed = 2; },
-      [](BuildSettings& s) { s.most_leaves = 100; },
+      [](BuildSettings& s) { s.max_leaves = 100; },
       [](BuildSettings& s) { s.skin = false; },
       [](BuildSettings& s) { s.skin_tolerance_mm = 0.1; },
       [](BuildSettings& s) { s.crease_angle_deg = 40; },

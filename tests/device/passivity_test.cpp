@@ -166,7 +166,7 @@ TEST(PassivityControl, SettingsOutOfRangeAreRefused) {
   s.passivity_damping = 0;
   EXPECT_NE(findFault(s).find("passivity_damping"), std::string::npos);
   s = {};
-  s.delay = kMostDelay + 1;
+  s.delay = kMaxDelay + 1;
   EXPECT_NE(findFault(s).find("delay"), std::string::npos);
 }
 

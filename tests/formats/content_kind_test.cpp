@@ -46,9 +46,9 @@ TEST(ContentKind, BinaryStlIsKnownByItsSizeAlone) {
     EXPECT_FALSE(hasSizeOfBinaryStl({longer.data(), longer.size()})) << triangles;
     EXPECT_FALSE(hasSizeOfBinaryStl({exact.data(), exact.size() - 1})) << triangles;
   }
-  std::string most = binaryStl(0);
-  for (std::size_t i = 80; i < 84; ++i) most[i] = '\xff';  // 2^32 - 1 triangles: their size must not wrap round
-  EXPECT_FALSE(hasSizeOfBinaryStl({most.data(), most.size()}));
+  std::string largest = binaryStl(0);
+  for (std::size_t i = 80; i < 84; ++i) largest[i] = '\xff';  // 2^32 - 1 triangles: their size must not wrap round
+  EXPECT_FALSE(hasSizeOfBinaryStl({largest.data(), largest.size()}));
 }
 
 TEST(ContentKind, IsDescribedForMessages) {

@@ -43,10 +43,10 @@ TEST(GlbWriter, OurOwnReaderGetsTheMeshBack) {  // which shares no code with it
   const MeshFile file = readMesh(folder.path() / "two.glb");
   ASSERT_EQ(file.mesh.part_names.size(), 2u);
   EXPECT_EQ(file.mesh.triangles.size(), 8u);
-  double least = 1e9, most = -1e9;
-  for (const Eigen::Vector3d& p : file.mesh.positions) least = std::min(least, p.x()), most = std::max(most, p.x());
-  EXPECT_NEAR(least, 1000, 1e-3) << "the origin of the node, through metres and back";
-  EXPECT_NEAR(most, 1020, 1e-3);
+  double smallest = 1e9, largest = -1e9;
+  for (const Eigen::Vector3d& p : file.mesh.positions) smallest = std::min(smallest, p.x()), largest = std::max(largest, p.x());
+  EXPECT_NEAR(smallest, 1000, 1e-3) << "the origin of the node, through metres and back";
+  EXPECT_NEAR(largest, 1020, 1e-3);
 }
 
 TEST(GlbWriter, SameCallsSameBytes) { EXPECT_EQ(twoPartGlb(), twoPartGlb()); }

@@ -39,7 +39,7 @@ constexpr const char* kFull = R"({"schema": "spheretree.scene/1", "unit": "cm",
           {"box": {"low_mm": [0, 0, 0], "high_mm": [1, 1, 1]}, "tolerance_mm": 0.01}],
  "reach": {"radius_mm": 0.25, "tolerance_mm": 1}})";
 
-constexpr const char* kLeast = R"({"schema": "spheretree.scene/1", "tool": {"name": "t", "mesh": "t.obj"},
+constexpr const char* kMinimal = R"({"schema": "spheretree.scene/1", "tool": {"name": "t", "mesh": "t.obj"},
  "objects": [{"name": "o", "tree": "o.stree"}]})";
 
 std::string sceneRefusal(const std::string& text) {
@@ -108,7 +108,7 @@ TEST(SceneFile, ReadsEveryField) {
 }
 
 TEST(SceneFile, HasTheDefaultsOfTheContract) {
-  const SceneFile s = parseScene(kLeast, "a.scene.json");
+  const SceneFile s = parseScene(kMinimal, "a.scene.json");
   EXPECT_EQ(s.unit, "mm");
   EXPECT_EQ(s.translation_n_per_mm, 1);
   EXPECT_EQ(s.rotation_n_mm_per_rad, 1000);
@@ -119,7 +119,7 @@ TEST(SceneFile, HasTheDefaultsOfTheContract) {
 }
 
 TEST(SceneFile, SurvivesARoundTrip) {
-  for (const char* text : {kFull, kLeast}) {
+  for (const char* text : {kFull, kMinimal}) {
     const std::string once = sceneText(parseScene(text, "a"));
     EXPECT_EQ(sceneText(parseScene(once, "b")), once);
   }
@@ -144,12 +144,12 @@ TEST(SceneFile, MakesAQuaternionAUnit) {
 }
 
 TEST(SceneFile, KeepsHowTheToolIsHeldAndWhereTheDeviceStands) {
-  EXPECT_EQ(sceneText(parseScene(kLeast, "a")).find("device"), std::string::npos);
-  SceneFile controlled = parseScene(kLeast, "a");
+  EXPECT_EQ(sceneText(parseScene(kMinimal, "a")).find("device"), std::string::npos);
+  SceneFile controlled = parseScene(kMinimal, "a");
   EXPECT_FALSE(controlled.passivity_control);
   controlled.passivity_control = true;
   EXPECT_TRUE(parseScene(sceneText(controlled), "a").passivity_control);
-  std::string text = kLeast;
+  std::string text = kMinimal;
   text.insert(text.find("\"tool\": {") + 9, "\"position_mm\": [0, 0, -60], \"quaternion_wxyz\": [0, 0, 1, 0], ");
   text.insert(1, "\"device\": {\"position_mm\": [5, -40, 7]}, ");
   const SceneFile once = parseScene(text, "a"), again = parseScene(sceneText(once), "b");
@@ -215,7 +215,7 @@ TEST(SceneFile, RefusesWithThePlaceAndWhatToDo) {
   }
   EXPECT_NE(sceneRefusal("").find("is empty, not a scene"), std::string::npos);
   EXPECT_NE(sceneRefusal("[]").find("is not an object"), std::string::npos);
-  EXPECT_NE(sceneRefusal(replaced(kLeast, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
+  EXPECT_NE(sceneRefusal(replaced(kMinimal, "[{\"name\": \"o\", \"tree\": \"o.stree\"}]", "[]")).find("has 0 objects"), std::string::npos);
 }
 
 // A cut or a changed byte gives a scene that can be written and read again, or a refusal, and nothing else.

@@ -15,7 +15,7 @@ namespace {
 
 SphereTree treeOf(const std::string& glb) {
   builder::BuildSettings settings;
-  settings.most_leaves = 24;
+  settings.max_leaves = 24;
   settings.quality = builder::Quality::Quick;
   builder::Progress progress;
   return builder::buildSphereTree(formats::readGltf(test::charsOf(glb), "test.glb").mesh, settings, progress).tree;

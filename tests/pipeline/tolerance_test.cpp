@@ -67,9 +67,9 @@ struct Shape {
   double bound;
 };
 
-std::vector<Shape> buildFull(const TriangleMesh& mesh, BuilderKind kind, int levels, int most_branching, int step) {
+std::vector<Shape> buildFull(const TriangleMesh& mesh, BuilderKind kind, int levels, int max_branching, int step) {
   std::vector<Shape> shapes;
-  for (int branching = 2; branching <= most_branching; branching += step) {
+  for (int branching = 2; branching <= max_branching; branching += step) {
     const BuildResult result = build(mesh, kind, levels, branching, 0);
     shapes.push_back({result.tree.nodeCount(), boundOf(result)});
   }
@@ -83,13 +83,13 @@ std::size_t smallestNodeCount(const std::vector<Shape>& shapes, double tolerance
   return smallest;
 }
 
-// run(mesh, builder) for every mesh and builder; in a short run for two meshes and the builders of `few`.
+// run(mesh, builder) for every mesh and builder; in a short run for two meshes and the builders of `usual`.
 template <class Run>
-void forCases(const std::vector<BuilderKind>& few, Run run) {
+void forCases(const std::vector<BuilderKind>& usual, Run run) {
   std::vector<NamedMesh> meshes = allMeshes();
   if (!isLong()) meshes.resize(2);
   for (const NamedMesh& named : meshes)
-    for (const BuilderKind kind : isLong() ? allBuilders() : few) {
+    for (const BuilderKind kind : isLong() ? allBuilders() : usual) {
       SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
       run(named, kind);
     }
@@ -110,10 +110,10 @@ TEST(Tolerance, KeptWithHardlyMoreNodesThanAFullSearchNeeds) {
     std::vector<Shape> shapes;  // every tree of up to 4 levels
     for (int levels = isLong() ? 2 : 3; levels <= 4; ++levels)
       for (const Shape& s : buildFull(named.mesh, kind, levels, 8, isLong() ? 1 : 3)) shapes.push_back(s);
-    double least = std::numeric_limits<double>::infinity(), most = 0;
-    for (const Shape& s : shapes) least = std::min(least, s.bound), most = std::max(most, s.bound);
+    double min_bound = std::numeric_limits<double>::infinity(), max_bound = 0;
+    for (const Shape& s : shapes) min_bound = std::min(min_bound, s.bound), max_bound = std::max(max_bound, s.bound);
     for (const double share : isLong() ? std::vector<double>{0.1, 0.3, 0.6} : std::vector<double>{0.4}) {
-      const double tolerance = std::exp(std::log(1.2 * least) + share * (std::log(most) - std::log(1.2 * least)));
+      const double tolerance = std::exp(std::log(1.2 * min_bound) + share * (std::log(max_bound) - std::log(1.2 * min_bound)));
       const std::size_t smallest = smallestNodeCount(shapes, tolerance);
       // One node more where 1.2 times a small number is less than one more.
       expectAtMost(named, kind, tolerance, smallest, std::max(1.2 * static_cast<double>(smallest), static_cast<double>(smallest) + 1));

@@ -34,9 +34,9 @@ std::vector<Vector3d> verticesByTetGen(const std::vector<Vector3d>& points) {
 }
 
 double nearest(const Vector3d& p, const std::vector<Vector3d>& all) {
-  double least = 1e300;
-  for (const Vector3d& q : all) least = std::min(least, (p - q).squaredNorm());
-  return std::sqrt(least);
+  double smallest = 1e300;
+  for (const Vector3d& q : all) smallest = std::min(smallest, (p - q).squaredNorm());
+  return std::sqrt(smallest);
 }
 
 TEST(VoronoiOracle, TheSameVerticesAsTetGen) {

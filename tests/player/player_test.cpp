@@ -89,12 +89,12 @@ std::string recordReplay(const runtime::Scene& scene, const std::vector<Configur
 
 double largestForce(ServoLoop& loop, const std::vector<Configuration>& poses) {
   device::DeviceState state;
-  double most = 0;
+  double largest = 0;
   for (const Configuration& pose : poses) {
     state.handle = pose;
-    most = std::max(most, loop.render(state).wrench.force.norm());
+    largest = std::max(largest, loop.render(state).wrench.force.norm());
   }
-  return most;
+  return largest;
 }
 
 TEST(BodyPaths, MoveTheBodiesOfTheScene) {
@@ -145,7 +145,7 @@ TEST(ServoLoop, AHandleFarFromTheToolFeelsTheSameTool) {
   ServoLoop held_by_itself(scene, nullptr, options);
   options.mount = device::ToolMount{{{30, -10, 5}, rotationOf({0.4, 1, -2})}, {{0, 8, -100}, rotationOf({1, 2, 0.5})}};
   ServoLoop held_by_a_handle(scene, nullptr, options);
-  double most = 0;
+  double largest = 0;
   for (const Configuration& tool : pathOverPlate(400)) {
     device::DeviceState at_tool, at_handle;
     at_tool.handle = tool;
@@ -154,9 +154,9 @@ TEST(ServoLoop, AHandleFarFromTheToolFeelsTheSameTool) {
                  expected = device::wrenchOnHandle(*options.mount, at_handle.handle, wrench);
     ASSERT_LT((felt.force - expected.force).norm(), 1e-6);
     ASSERT_LT((felt.torque - expected.torque).norm(), 1e-4);
-    most = std::max(most, wrench.force.norm());
+    largest = std::max(largest, wrench.force.norm());
   }
-  EXPECT_GT(most, 0.1) << "it touched";
+  EXPECT_GT(largest, 0.1) << "it touched";
 }
 
 TEST(ServoLoop, AHingeGoesWhereTheViewWishesAtTheSpeedOfAJaw) {

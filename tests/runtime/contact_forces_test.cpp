@@ -28,7 +28,7 @@ std::unique_ptr<Problem> randomProblem(Random& random, int contacts, int ways, b
   qp.row_count = qp.disc_count = contacts;
   qp.target << random.between(-1, 1), random.between(-1, 1), -random.between(0.5, 2), 0.3 * random.between(-1, 1), 0, 0;
   qp.tolerance = 1e-6;
-  std::array<std::array<double, 12>, kMostForces> factor{};
+  std::array<std::array<double, 12>, kMaxForces> factor{};
   for (std::size_t k = 0; k < static_cast<std::size_t>(contacts); ++k) {
     const Eigen::Vector3d n = (Eigen::Vector3d(0, 0, 1) + 0.5 * random.inCube(1)).normalized(), arm = random.inCube(1),
                           t0 = n.unitOrthogonal(), t1 = n.cross(t0);
@@ -44,8 +44,8 @@ std::unique_ptr<Problem> randomProblem(Random& random, int contacts, int ways, b
     for (const std::size_t i : {k, forceOf(k, 0), forceOf(k, 1)})
       for (int m = 0; m < ways; ++m) factor[i][static_cast<std::size_t>(m)] = random.between(-2, 2);
   }
-  for (std::size_t i = 0; i < kMostForces; ++i)
-    for (std::size_t j = 0; j < kMostForces; ++j)
+  for (std::size_t i = 0; i < kMaxForces; ++i)
+    for (std::size_t j = 0; j < kMaxForces; ++j)
       for (std::size_t m = 0; m < 12; ++m) out->compliance[i][j] += factor[i][m] * factor[j][m];
   return out;
 }
@@ -57,7 +57,7 @@ double faultOf(const Problem& p) {
   const auto contacts = static_cast<std::size_t>(qp.row_count);
   for (std::size_t k = 0; k < contacts; ++k)
     y += qp.rows[k].multiplier * qp.rows[k].a + qp.discs[k].force[0] * qp.discs[k].across[0] + qp.discs[k].force[1] * qp.discs[k].across[1];
-  double most = (y - qp.y).norm();
+  double largest = (y - qp.y).norm();
   const auto given = [&](std::size_t i) {
     double sum = 0;
     for (std::size_t k = 0; k < contacts; ++k) {
@@ -68,16 +68,16 @@ double faultOf(const Problem& p) {
   };
   for (std::size_t k = 0; k < contacts; ++k) {
     const double w = qp.rows[k].a.dot(y) + given(k) - qp.rows[k].b, u = qp.rows[k].multiplier;
-    most = std::max({most, -w, -u, std::min(u, w)});
+    largest = std::max({largest, -w, -u, std::min(u, w)});
     const FrictionDisc& d = qp.discs[k];
     const Eigen::Vector2d f(d.force[0], d.force[1]),
         v(d.across[0].dot(y) + given(forceOf(k, 0)) - d.origin[0], d.across[1].dot(y) + given(forceOf(k, 1)) - d.origin[1]);
     const double radius = d.law > 0 ? d.law * u : d.radius;
-    most = std::max(most, f.norm() - radius);
-    if (v.norm() > 1e-4) most = std::max(most, (f + radius * v / v.norm()).norm() * std::min(1.0, v.norm()));
-    if (f.norm() < radius * (1 - 1e-6) - 1e-5) most = std::max(most, v.norm());
+    largest = std::max(largest, f.norm() - radius);
+    if (v.norm() > 1e-4) largest = std::max(largest, (f + radius * v / v.norm()).norm() * std::min(1.0, v.norm()));
+    if (f.norm() < radius * (1 - 1e-6) - 1e-5) largest = std::max(largest, v.norm());
   }
-  return most;
+  return largest;
 }
 
 TEST(ContactForces, ObeyTheLawOfCoulombOnTissue) {

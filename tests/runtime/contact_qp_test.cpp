@@ -71,7 +71,7 @@ double lacks(const ContactQp& qp, int k) {
 double distanceFromRight(const ContactQp& qp) {
   double primal = 0.5 * (qp.y - qp.target).squaredNorm(), dual = 0;
   Vector6 pull = Vector6::Zero();
-  std::array<double, kMostGroups> group_pull{};
+  std::array<double, kMaxGroups> group_pull{};
   for (int g = 0; g < qp.group_count; ++g) {
     const auto at = static_cast<std::size_t>(g);
     primal += 0.5 * (qp.given[at] - qp.rest[at]) * (qp.given[at] - qp.rest[at]);
@@ -121,13 +121,13 @@ double distanceFromRight(const ContactQp& qp) {
 
 TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
   Random random(1);
-  int most = 0;
+  int largest = 0;
   double total = 0;
   for (int run = 0; run < 10000; ++run) {
     ContactQp qp = randomProblem(random, run);
     solveContactQp(qp);
     ASSERT_TRUE(qp.converged) << run;
-    most = std::max(most, qp.iterations);
+    largest = std::max(largest, qp.iterations);
     total += qp.iterations;
     // The proof bounds the error of the value, and the distance is its square root: rows that lack 1e-8 give 1e-4.
     const Vector6 first = qp.y;
@@ -136,7 +136,7 @@ TEST(ContactQp, RandomProblemsAreSolvedToTheProof) {
     ASSERT_LT(distanceFromRight(qp), 1e-4) << run;
   }
   EXPECT_LT(total / 10000, 15);
-  EXPECT_LT(most, 150);
+  EXPECT_LT(largest, 150);
 }
 
 // A slow independent solver: each multiplier or force in turn is optimised with the others fixed; for a cone, by a
@@ -204,9 +204,9 @@ class SlowSolver {
 
   const ContactQp& qp_;
   Vector6 y_;
-  std::array<double, kMostGroups> given_;
-  std::array<double, kMostContactRows> u_{}, pressure_{};
-  std::array<std::array<double, 2>, kMostContactRows> force_{};
+  std::array<double, kMaxGroups> given_;
+  std::array<double, kMaxContactRows> u_{}, pressure_{};
+  std::array<std::array<double, 2>, kMaxContactRows> force_{};
 };
 
 TEST(ContactQp, AgreesWithASlowSolver) {

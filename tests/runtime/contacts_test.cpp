@@ -62,7 +62,7 @@ TEST(Contacts, BalanceTheSpring) {
         if (k > 0 && (r.wrench.force - last.wrench.force).norm() < 1e-7) break;
       }
       const std::span<const Contact> now = contacts(workspace);
-      ASSERT_LE(now.size(), kMostContacts);
+      ASSERT_LE(now.size(), kMaxContacts);
       for (const Contact& c : now) {
         ASSERT_LT(c.object, 2u);
         ASSERT_NEAR(c.normal.norm(), 1, 1e-5);

@@ -112,12 +112,12 @@ SphereTree thinPlate(double thickness) {
 
 // Smallest distance of a leaf's surface from the middle plane of the plate, on `side` (1: above).
 double clearance(const SphereTree& tool, const Configuration& pose, double side) {
-  double least = 1e9;
+  double smallest = 1e9;
   for (const Sphere& leaf : test::leavesOf(tool)) {
     const double z = (pose.orientation * Eigen::Vector3d(leaf.x, leaf.y, leaf.z) + pose.position).z();
-    least = std::min(least, side * z - static_cast<double>(leaf.radius));
+    smallest = std::min(smallest, side * z - static_cast<double>(leaf.radius));
   }
-  return least;
+  return smallest;
 }
 
 TEST(Crossing, NoneOfPlatesWithASkin) {
@@ -129,7 +129,7 @@ TEST(Crossing, NoneOfPlatesWithASkin) {
       Rig rig(tools[t], thinPlate(thickness));
       Random random(100 * t + static_cast<std::uint64_t>(1e4 * thickness));
       int crossings = 0, penetrations = 0, contacts = 0;
-      double least = 1e9;
+      double smallest = 1e9;
       for (int run = 0; run < runs; ++run) {
         const double side = run % 2 ? 1 : -1, speed = kSpeeds[static_cast<std::size_t>(run) % kSpeeds.size()],
                      tilt = random.between(0, 1.2);
@@ -145,7 +145,7 @@ TEST(Crossing, NoneOfPlatesWithASkin) {
           const Configuration haptic{target + way * s, (rotationOf(n++ * turn) * from).normalized()};
           const StepResult r = step(rig.scene, haptic, Mode::Constrained, *rig.workspace);
           const double clear = clearance(tools[t], r.graphic, side);
-          least = std::min(least, clear);
+          smallest = std::min(smallest, clear);
           penetrations += r.penetration > kGapTolerance;
           contacts += r.active > 0;
           if (clear < -0.5 * 0.6) {
@@ -159,7 +159,7 @@ TEST(Crossing, NoneOfPlatesWithASkin) {
       EXPECT_GT(contacts, 2 * runs);
       // A skin of flat triangles has no tolerance: no leaf is deeper than the tolerance of gaps plus the rounding of
       // positions.
-      EXPECT_GT(least, thickness / 2 - kGapTolerance - 1e-3) << thickness << " mm, tool " << t;
+      EXPECT_GT(smallest, thickness / 2 - kGapTolerance - 1e-3) << thickness << " mm, tool " << t;
     }
   }
 }

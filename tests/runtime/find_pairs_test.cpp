@@ -234,9 +234,9 @@ TEST(FindPairs, AFastSearchMissesNothing) {
     Random random(seed);
     const Configuration pose{test::randomPoint(random, 20), test::randomRotation(random)};
     const auto found = triplesOf(scene, findPairs(pose, 0.5, PairsOf::ContactSurface, 1u << 30, workspace.memory()));
-    const auto least = bruteForce(d, pose, 0.5), most = bruteForce(d, pose, 0.51);
-    EXPECT_TRUE(std::includes(found.begin(), found.end(), least.begin(), least.end())) << seed;
-    EXPECT_TRUE(std::includes(most.begin(), most.end(), found.begin(), found.end())) << seed;
+    const auto smallest = bruteForce(d, pose, 0.5), largest = bruteForce(d, pose, 0.51);
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), smallest.begin(), smallest.end())) << seed;
+    EXPECT_TRUE(std::includes(largest.begin(), largest.end(), found.begin(), found.end())) << seed;
   }
 }
 

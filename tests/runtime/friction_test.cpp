@@ -110,18 +110,18 @@ TEST(Friction, ACircleCostsWhatItRubs) {
   Configuration last;
   const auto at = [&](double turn) { return Vector3d(radius * std::cos(turn), radius * std::sin(turn), 0); };
   for (int n = 0; n < 400; ++n) last = rig.to(at(n * speed / radius)).graphic;
-  double work = 0, path = 0, least = 0;
+  double work = 0, path = 0, smallest = 0;
   for (int n = 400; n < 1500; ++n) {
     const StepResult r = rig.to(at(n * speed / radius));
     const Vector3d way = r.graphic.position - last.position;
     const double done = -r.wrench.force.head<2>().dot(way.head<2>());
     work += done;
-    least = std::min(least, done);
+    smallest = std::min(smallest, done);
     path += way.norm();
     last = r.graphic;
   }
   EXPECT_NEAR(work, 0.25 * 1.0 * path, 0.01 * 0.25 * path);
-  EXPECT_GE(least, -1e-9);
+  EXPECT_GE(smallest, -1e-9);
 }
 
 TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
@@ -240,9 +240,9 @@ TEST(Damping, OfTheStretchAndNoneInFreeSpace) {
   for (int n = 0; n < 50; ++n) r = rig.to({0, 0, 0});
   EXPECT_NEAR(r.wrench.force.z(), 1, 1e-3);
   // On the way out the wall never pulls.
-  double least = 0;
-  for (int n = 1; n <= 100; ++n) least = std::min(least, rig.to({0, 0, 0.05 * n}).wrench.force.z());
-  EXPECT_GE(least, -1e-6);
+  double smallest = 0;
+  for (int n = 1; n <= 100; ++n) smallest = std::min(smallest, rig.to({0, 0, 0.05 * n}).wrench.force.z());
+  EXPECT_GE(smallest, -1e-6);
   for (int n = 0; n < 100; ++n) r = rig.to({0, 0, 5});
   EXPECT_LT(r.wrench.force.norm(), 1e-9);
 }

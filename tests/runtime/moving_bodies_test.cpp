@@ -41,12 +41,12 @@ SceneDescription toolAndPlate(SphereTree tool, SphereTree plate) {
 
 // Smallest distance of a leaf's surface from the plate's middle plane, on the side of its z.
 double clearance(const SphereTree& tool, const Configuration& pose, const Configuration& plate) {
-  double least = 1e9;
+  double smallest = 1e9;
   for (const Sphere& leaf : test::leavesOf(tool)) {
     const Vector3d world = pose.orientation * Vector3d(leaf.x, leaf.y, leaf.z) + pose.position;
-    least = std::min(least, (plate.orientation.conjugate() * (world - plate.position)).z() - static_cast<double>(leaf.radius));
+    smallest = std::min(smallest, (plate.orientation.conjugate() * (world - plate.position)).z() - static_cast<double>(leaf.radius));
   }
-  return least;
+  return smallest;
 }
 
 TEST(MovingBodies, ABodyThatStaysCostsNoByte) {

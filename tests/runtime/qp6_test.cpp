@@ -148,7 +148,7 @@ TEST(Qp6, AgreesWithAnEnumerationOfAllActiveSets) {
 }
 
 // Rows like those of a tool: unit force directions with lever arms, gaps from a feasible pose.
-void contactRows(Random& random, std::size_t n, double least_gap, std::vector<Vec>& normals, std::vector<double>& bounds) {
+void contactRows(Random& random, std::size_t n, double min_gap, std::vector<Vec>& normals, std::vector<double>& bounds) {
   for (std::size_t i = 0; i < n; ++i) {
     Eigen::Vector3d normal(random.between(-1, 1), random.between(-0.3, 0.3), random.between(0.2, 1));
     normal.normalize();
@@ -156,7 +156,7 @@ void contactRows(Random& random, std::size_t n, double least_gap, std::vector<Ve
     Vec row;
     row << normal, arm.cross(normal) / 31.6;
     normals.push_back(row);
-    bounds.push_back(-random.between(least_gap, 1));
+    bounds.push_back(-random.between(min_gap, 1));
   }
 }
 

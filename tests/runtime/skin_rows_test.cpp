@@ -219,12 +219,12 @@ std::optional<Foot> footOf(const SkinPatch& patch, const Vector3d& c) {
     const Vector3d n = valueAt(patch.normal, u, v).normalized(), way = c - valueAt(patch.position, u, v);
     return way - way.dot(n) * n;
   };
-  double u = 0, v = 0, least = std::numeric_limits<double>::infinity();
+  double u = 0, v = 0, smallest = std::numeric_limits<double>::infinity();
   constexpr int kGrid = 24;
   for (int i = 0; i <= kGrid; ++i)
     for (int j = 0; i + j <= kGrid; ++j)
-      if (const double off = rest(1.0 * i / kGrid, 1.0 * j / kGrid).norm(); off < least) {
-        least = off;
+      if (const double off = rest(1.0 * i / kGrid, 1.0 * j / kGrid).norm(); off < smallest) {
+        smallest = off;
         u = 1.0 * i / kGrid;
         v = 1.0 * j / kGrid;
       }
@@ -273,15 +273,15 @@ TEST(FeltRows, HoldABallOnTheSmoothSphere) {
     for (int n = 0; n < 500; ++n) {
       const Vector3d way = random.direction();
       rig.make({6 * way, {1, 0, 0, 0}}, 0.3, true);
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       Vector3d normal = Vector3d::Zero();
       for (std::uint32_t k = rig.rows.guarded; k < rig.rows.rows.count; ++k)
-        if (rig.isIn(k) && rig.gap(k) < least) {
-          least = rig.gap(k);
+        if (rig.isIn(k) && rig.gap(k) < smallest) {
+          smallest = rig.gap(k);
           normal = rig.normal(k);
         }
-      ASSERT_NEAR(least, 0, off) << times << ' ' << way.transpose();
-      ASSERT_NEAR(static_cast<double>(rig.rows.smallest_felt_gap), least, 1e-5);
+      ASSERT_NEAR(smallest, 0, off) << times << ' ' << way.transpose();
+      ASSERT_NEAR(static_cast<double>(rig.rows.smallest_felt_gap), smallest, 1e-5);
       ASSERT_LT((normal - way).norm(), times == 2 ? 0.05 : 0.01) << times << ' ' << way.transpose();
     }
   }
@@ -337,15 +337,15 @@ Skin hillySkin(int n) {
 // anywhere.
 double wayToTouch(const SkinPatch& patch, const Vector3d& c, double r) {
   const bool is_sharp = patch.is_sharp[0] || patch.is_sharp[1] || patch.is_sharp[2];
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   constexpr int kGrid = 12;
   for (int i = 0; i <= kGrid; ++i)
     for (int j = 0; i + j <= kGrid; ++j) {
       const double u = 1.0 * i / kGrid, v = 1.0 * j / kGrid;
       const Vector3d p = valueAt(patch.position, u, v), there = p + r * valueAt(patch.normal, u, v).normalized();
-      least = std::min(least, is_sharp ? (c - p).norm() - r : (c - there).norm());
+      smallest = std::min(smallest, is_sharp ? (c - p).norm() - r : (c - there).norm());
     }
-  return least;
+  return smallest;
 }
 
 TEST(FeltPairs, AreAllThatABallCanComeToTouch) {

@@ -161,16 +161,16 @@ TEST(Step, DeepPenetrationCostsNoMoreThanShallow) {
   Rig rig(scene(test::boxTree({4, 4, 4}, {8, 8, 8}, 0.8), test::boxTree({30, 30, 30}, {20, 20, 20}, 2)));
   const auto workAt = [&](double depth) {
     reset(*rig.workspace);
-    std::uint32_t most = 0;
+    std::uint32_t largest = 0;
     double z = 45;
     for (; z > 36.7 - depth; z -= 0.05) rig.to({{0.3, 0.2, z}, kUpright});
     for (int n = 0; n < 200; ++n) {
       const StepResult r = rig.to({{0.3 + 0.02 * n, 0.2, z}, kUpright});
       EXPECT_LE(r.penetration, kGapTolerance);
       EXPECT_GT(r.active, 0u);
-      if (n > 20) most = std::max(most, r.work);
+      if (n > 20) largest = std::max(largest, r.work);
     }
-    return most;
+    return largest;
   };
   const std::uint32_t shallow = workAt(1), deep = workAt(40);
   EXPECT_LE(deep, 1.5 * shallow) << shallow << ' ' << deep;
@@ -245,11 +245,11 @@ TEST(Step, ANarrowSlotHasTheSmallestWorstViolation) {
   StepResult r;
   for (int n = 0; n < 30; ++n) r = rig.to({{0.3, 0.1, 0.1}, kUpright});
   EXPECT_TRUE(r.faults & kPenetrating);
-  double least = 1;
+  double smallest = 1;
   for (double x = -0.3; x <= 0.3; x += 1e-4)
-    least = std::min(least, deepestOverlap(rig.description, {{x, r.graphic.position.y(), r.graphic.position.z()}, kUpright}));
-  EXPECT_GT(least, 0.01);
-  EXPECT_NEAR(r.penetration, least, 1e-3);
+    smallest = std::min(smallest, deepestOverlap(rig.description, {{x, r.graphic.position.y(), r.graphic.position.z()}, kUpright}));
+  EXPECT_GT(smallest, 0.01);
+  EXPECT_NEAR(r.penetration, smallest, 1e-3);
   EXPECT_TRUE(r.wrench.force.allFinite());
 }
 
@@ -309,7 +309,7 @@ TEST(Step, AllocatesNothing) {
                 for (int n = 0; n < 300; ++n) {
                   const Configuration haptic{test::randomPoint(random, 9), rotationOf(test::randomPoint(random, 1))};
                   step(rig.scene, haptic, mode, *rig.workspace, &times);
-                  EXPECT_LE(contacts(*rig.workspace).size(), kMostContacts);
+                  EXPECT_LE(contacts(*rig.workspace).size(), kMaxContacts);
                   if (n % 3 == 0) {
                     EXPECT_TRUE(moveBody(1, {test::randomPoint(random, 1), haptic.orientation}, *rig.workspace, {{1, 0, 0}, {0, 1, 0}}));
                   }

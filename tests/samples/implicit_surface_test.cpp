@@ -42,14 +42,14 @@ TEST(ImplicitSurface, ATorusKeepsItsHandle) {
 
 TEST(ImplicitSurface, TrianglesAreWellShaped) {
   const TriangleMesh mesh = polygonise(torus, Vector3d(-5, -5, -2), Vector3d(5, 5, 2), 0.3);
-  double least_cosine = -1;  // of the smallest angle
+  double min_cosine = -1;  // of the smallest angle
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const Vector3d u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
-      least_cosine = std::max(least_cosine, u.dot(v) / (u.norm() * v.norm()));
+      min_cosine = std::max(min_cosine, u.dot(v) / (u.norm() * v.norm()));
     }
   }
-  EXPECT_LT(least_cosine, std::cos(25 * std::numbers::pi / 180));
+  EXPECT_LT(min_cosine, std::cos(25 * std::numbers::pi / 180));
 }
 
 TEST(ImplicitSurface, RefusesASolidThatReachesOutOfItsBox) {

@@ -33,14 +33,14 @@ inline std::vector<Eigen::Vector3d> densePoints(const TriangleMesh& mesh, int in
 
 /// Signed distance from a point to the union of balls: the smallest |p - c| - r.
 inline double gapAt(const Eigen::Vector3d& p, std::span<const builder::Ball> balls) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const builder::Ball& b : balls) least = std::min(least, (p - b.centre).norm() - b.radius);
-  return least;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const builder::Ball& b : balls) smallest = std::min(smallest, (p - b.centre).norm() - b.radius);
+  return smallest;
 }
 inline double largestGap(std::span<const Eigen::Vector3d> points, std::span<const builder::Ball> balls) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& p : points) most = std::max(most, gapAt(p, balls));
-  return most;
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : points) largest = std::max(largest, gapAt(p, balls));
+  return largest;
 }
 
 /// Stored spheres as balls in the frame of the mesh; exact for an origin of zero.
@@ -52,10 +52,10 @@ inline std::vector<builder::Ball> toBalls(std::span<const Sphere> spheres, const
 
 /// Distance to the mesh, triangle by triangle.
 inline double bruteDistance(const TriangleMesh& mesh, const Eigen::Vector3d& p) {
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    least = std::min(least, builder::nearestOnTriangle(p, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)).distance);
-  return least;
+    smallest = std::min(smallest, builder::nearestOnTriangle(p, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)).distance);
+  return smallest;
 }
 
 /// The mesh moved by `shift` [mm].

@@ -30,9 +30,9 @@ struct WholeRegion {
       if (ball.radius > 0) pool.push_back({ball.centre, ball.radius, ball.radius});
     }
   }
-  builder::Region region(std::size_t most) const {
+  builder::Region region(std::size_t max_count) const {
     builder::Region region{field, points, pool};
-    region.max_balls = most;
+    region.max_balls = max_count;
     return region;
   }
   using Ball = builder::Ball;
@@ -61,12 +61,12 @@ inline void expectReduces(builder::Reducer reduce, double open = 0) {
   for (const TriangleMesh& mesh : {boxMesh({-1, -2, -3}, {1, 2, 3}), torusMesh(5, 1, 40, 16), sphereMesh(2, 3)}) {
     const WholeRegion whole(mesh, 600);
     double before = std::numeric_limits<double>::infinity();
-    for (const std::size_t most : {1, 3, 8}) {
-      SCOPED_TRACE(std::to_string(mesh.triangles.size()) + " triangles, at most " + std::to_string(most));
-      const builder::Region region = whole.region(most);
+    for (const std::size_t max_count : {1, 3, 8}) {
+      SCOPED_TRACE(std::to_string(mesh.triangles.size()) + " triangles, at most " + std::to_string(max_count));
+      const builder::Region region = whole.region(max_count);
       const std::vector<builder::FittedBall> balls = reduce(region);
       ASSERT_FALSE(balls.empty());
-      EXPECT_LE(balls.size(), most);
+      EXPECT_LE(balls.size(), max_count);
       EXPECT_LE(openShare(region, balls), open);
       for (const builder::FittedBall& b : balls) EXPECT_NEAR(b.clearance, -whole.field.signedDistance(b.centre), 1e-9);
       const std::vector<builder::FittedBall> again = reduce(region);
@@ -76,7 +76,7 @@ inline void expectReduces(builder::Reducer reduce, double open = 0) {
         EXPECT_EQ(again[i].radius, balls[i].radius);
       }
       before = std::min(before, worstOverhang(balls));
-      builder::Region easy = whole.region(most);
+      builder::Region easy = whole.region(max_count);
       easy.target_overhang = 2 * whole.field.diagonal();
       EXPECT_EQ(reduce(easy).size(), 1u);
     }

@@ -310,7 +310,7 @@ case_batch_budget() {
   # A region of work also is a tolerance.
   write_rings site.scene.json ', "tolerance_mm": 4' ', "work": [{"name": "spot", "sphere": {"centre_mm": [130, 0, 0], "radius_mm": 10}, "tolerance_mm": 1}]'
   expect 0 batch site.scene.json -o site --budget 300
-  says '"least_tolerance_mm"' site/report.json
+  says '"min_tolerance_mm"' site/report.json
   for bad in 0 -3 2.5 x 5ms 1e10; do expect 2 batch a.scene.json -o none --budget=$bad; done
   expect 2 batch a.scene.json -o none --budget 2
   expect 2 batch a.scene.json -o none --budget 100 --shard 1/2
@@ -369,7 +369,7 @@ case_batch_tutorial() {
   # 5: certification may enlarge a leaf slightly beyond its tolerance.
   "$program" batch mouth/work.scene.json -o work >out 2>err || [ $? -eq 5 ] || fail "exit code $?"
   says '"name": "cusp"' work/report.json
-  says '"least_tolerance_mm": 0.2' work/report.json
+  says '"min_tolerance_mm": 0.2' work/report.json
   "$program" batch mouth/work.scene.json -o work >out 2>err || [ $? -eq 5 ] || fail "exit code $?"
   says "0 built, 2 unchanged" out
 }

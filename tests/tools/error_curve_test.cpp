@@ -44,23 +44,23 @@ TEST(ErrorCurve, MovesAlongWithAPointOfAnotherQuality) {
 
 TEST(ShareLeaves, IsTheBestOfAllShares) {
   const std::vector<ErrorCurve> curves{powerLaw(10, 1), powerLaw(2, 0.7), powerLaw(30, 1.4)};
-  const std::vector<std::size_t> most{60, 60, 12};  // the third has fewer than it could use
+  const std::vector<std::size_t> largest{60, 60, 12};  // the third has fewer than it could use
   for (const std::size_t total : {3u, 10u, 25u, 60u}) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t a = 1; a <= most[0]; ++a)
-      for (std::size_t b = 1; b <= most[1] && a + b < total; ++b) {
-        const std::size_t c = std::min(most[2], total - a - b);
-        least = std::min(least, std::max({curves[0].errorAt(double(a)), curves[1].errorAt(double(b)), curves[2].errorAt(double(c))}));
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t a = 1; a <= largest[0]; ++a)
+      for (std::size_t b = 1; b <= largest[1] && a + b < total; ++b) {
+        const std::size_t c = std::min(largest[2], total - a - b);
+        smallest = std::min(smallest, std::max({curves[0].errorAt(double(a)), curves[1].errorAt(double(b)), curves[2].errorAt(double(c))}));
       }
-    const LeafShares shares = shareLeaves(curves, most, total);
+    const LeafShares shares = shareLeaves(curves, largest, total);
     EXPECT_LE(std::accumulate(shares.leaves.begin(), shares.leaves.end(), std::size_t{0}), total);
     double worst = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_GE(shares.leaves[i], 1u);
-      EXPECT_LE(shares.leaves[i], most[i]);
+      EXPECT_LE(shares.leaves[i], largest[i]);
       worst = std::max(worst, curves[i].errorAt(static_cast<double>(shares.leaves[i])));
     }
-    EXPECT_NEAR(worst, least, 1e-9);
+    EXPECT_NEAR(worst, smallest, 1e-9);
   }
 }
 

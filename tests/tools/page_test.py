@@ -184,7 +184,7 @@ def main():
         print("skipped: no chromium or no chromedriver")
         sys.exit(77)
     size = options.page.stat().st_size
-    assert size <= options.most_bytes, f"{options.page} has {size} bytes"
+    assert size <= options.max_bytes, f"{options.page} has {size} bytes"
     browser = Browser(options.size, options.dark)
     try:
         page = options.page.resolve().as_uri()

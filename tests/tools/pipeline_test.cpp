@@ -55,7 +55,7 @@ ObjectResult builtObject(const std::string& name) {
   f.levels = {{0, 1, std::nullopt, std::nullopt}, {1, 4, 0.2 / 3, levelAt(1, 2.0 / 3)}};
   f.levels[1].overhang_bound_mm = f.levels[1].measured->overhang.bound;
   f.ratio = ToleranceRatio{1.5, 0.15};
-  f.least_tolerance_mm = 0.05;
+  f.min_tolerance_mm = 0.05;
   f.work = std::vector<WorkFigures>{{"spot", 0.3, 20, 0.29}};
   return object;
 }

@@ -15,7 +15,7 @@ BodyPaths::BodyPaths(const formats::SceneFile& scene, const std::filesystem::pat
       path.poses = formats::readTrajectory(formats::scenePath(scene_path, body.pose_csv)).poses;
     } else {
       path.hinge = *body.hinge;
-      if (hinged_.size() < kMostHinges) {
+      if (hinged_.size() < kMaxHinges) {
         path.number = hinged_.size();
         const auto [low, high] = std::minmax_element(path.hinge.angles.begin(), path.hinge.angles.end(),
                                                      [](const auto& a, const auto& b) { return a.degree < b.degree; });
@@ -29,14 +29,14 @@ BodyPaths::BodyPaths(const formats::SceneFile& scene, const std::filesystem::pat
 HingeAngles BodyPaths::anglesAt(double t) const noexcept {
   HingeAngles angles{};
   for (const Path& path : bodies_)
-    if (path.number < kMostHinges) angles[path.number] = formats::hingeAngle(path.hinge, t);
+    if (path.number < kMaxHinges) angles[path.number] = formats::hingeAngle(path.hinge, t);
   return angles;
 }
 
 Configuration BodyPaths::at(std::size_t body, double t, const HingeAngles& angles) const noexcept {
   const Path& path = bodies_[body - 1];
   if (path.poses.empty())
-    return formats::hingePose(path.hinge, path.number < kMostHinges ? angles[path.number] : formats::hingeAngle(path.hinge, t));
+    return formats::hingePose(path.hinge, path.number < kMaxHinges ? angles[path.number] : formats::hingeAngle(path.hinge, t));
   const double last = static_cast<double>(path.poses.size() - 1);
   return path.poses[static_cast<std::size_t>(std::clamp(std::round(1000 * t), 0.0, last))];
 }

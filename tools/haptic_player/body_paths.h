@@ -21,7 +21,7 @@ class BodyPaths {
   BodyPaths(const formats::SceneFile& scene, const std::filesystem::path& scene_path);
 
   bool empty() const { return bodies_.empty(); }
-  /// The first kMostHinges bodies with a hinge, in the order of the scene.
+  /// The first kMaxHinges bodies with a hinge, in the order of the scene.
   struct HingedBody {
     std::string name;
     double lowest = 0, highest = 0;  // range of the angles on its path [degree]
@@ -41,7 +41,7 @@ class BodyPaths {
   struct Path {
     std::vector<Configuration> poses;  // one for each ms; empty: the hinge is used
     formats::Hinge hinge;
-    std::size_t number = kMostHinges;  // index in hinged(); kMostHinges: not in it
+    std::size_t number = kMaxHinges;  // index in hinged(); kMaxHinges: not in it
   };
   std::vector<Path> bodies_;
   std::vector<HingedBody> hinged_;

@@ -163,7 +163,7 @@ RunIdentity identityOf(const PlaySettings& settings, const std::filesystem::path
   identity.objects.clear();
   for (const formats::SceneItem& object : scene.objects) identity.objects.push_back(object.name);
   for (const formats::SceneBody& body : scene.bodies) identity.hinges += body.hinge ? 1 : 0;
-  identity.hinges = std::min(identity.hinges, kMostHinges);
+  identity.hinges = std::min(identity.hinges, kMaxHinges);
   identity.scene = std::filesystem::proximate(settings.scene, std::filesystem::absolute(recording).parent_path()).string();
   if (identity.scene == kSampleScene) identity.scene = std::string("./") + kSampleScene;
   return identity;
@@ -199,9 +199,9 @@ device::IntendedPath tourOf(const runtime::Scene& scene, double seconds) {
   for (std::size_t i = 0; i < compiled.objects.size(); ++i)
     top = std::max(top, compiled.objects[i].anchor.z() + compiled.shapeOf(i).radius + compiled.tool.reach + 5);
   // One more than the time allows, because the tool already approaches the next one.
-  const double most = std::floor(std::min(seconds, kLongestTourSeconds) / kTourStopSeconds) + 2;
+  const double largest = std::floor(std::min(seconds, kLongestTourSeconds) / kTourStopSeconds) + 2;
   for (const runtime::CompiledObject& object : compiled.objects) {
-    if (static_cast<double>(stops.size()) >= most) break;
+    if (static_cast<double>(stops.size()) >= largest) break;
     const Eigen::Vector3d high(object.anchor.x(), object.anchor.y(), top);
     runtime::resetTo({high, {1, 0, 0, 0}}, workspace);
     Eigen::Vector3d touch = high;

@@ -56,7 +56,7 @@ device::Rendered ServoLoop::render(const device::DeviceState& state) noexcept {
 
 void ServoLoop::steerHinges(const HingeAngles& path) noexcept {
   constexpr double kFastest = 0.06;  // [degree a step]: if a slider jumps, a jaw opens at 60 degrees a second
-  for (std::size_t k = 0; k < kMostHinges; ++k) {
+  for (std::size_t k = 0; k < kMaxHinges; ++k) {
     const double wish = live_ ? live_->hinges.degree[k].load(std::memory_order_relaxed) : std::numeric_limits<double>::quiet_NaN();
     const bool is_wished = !std::isnan(wish);
     const double goal = is_wished ? wish : path[k];

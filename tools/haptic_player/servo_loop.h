@@ -64,7 +64,7 @@ class ServoLoop final : public device::Renderer {
   std::uint64_t ticks_ = 0;
   std::uint32_t tissue_states_ = 0;
   HingeAngles hinges_{};
-  std::array<bool, kMostHinges> is_steered_{};
+  std::array<bool, kMaxHinges> is_steered_{};
   std::atomic<std::uint64_t> begun_{0}, ended_{0};  // steps
   std::atomic<double> force_{0}, time_{0};
   std::atomic<int> priority_error_{-1};

@@ -203,16 +203,16 @@ class Drafting {
 
   /// Notes on sizes: files in another unit than the user expects are the most frequent mistake.
   void checkSizes() {
-    double least = 0, most = 0;
+    double min_diagonal = 0, max_diagonal = 0;
     std::size_t smallest = 0, largest = 0;
     for (const auto& [f, box] : file_boxes_) {
       const double diagonal = box.diagonal().norm();
       if (const std::string hint = builder::unitHint(diagonal); !hint.empty()) draft_.notes.push_back(files_[f].string() + ": " + hint);
-      if (least == 0 || diagonal < least) least = diagonal, smallest = f;
-      if (diagonal > most) most = diagonal, largest = f;
+      if (min_diagonal == 0 || diagonal < min_diagonal) min_diagonal = diagonal, smallest = f;
+      if (diagonal > max_diagonal) max_diagonal = diagonal, largest = f;
     }
-    if (least > 0 && most > kUnlikelySizeRatio * least) {
-      const double ratio = most / least;
+    if (min_diagonal > 0 && max_diagonal > kUnlikelySizeRatio * min_diagonal) {
+      const double ratio = max_diagonal / min_diagonal;
       draft_.notes.push_back(files_[largest].string() + " is " + std::to_string(static_cast<long long>(ratio)) + " times as large as " +
                              files_[smallest].string() + "; if their units differ, set \"unit\" of each object in the scene.");
     }

@@ -60,13 +60,14 @@ std::string explained(const CLI::ParseError& error) {
   return text;
 }
 
-std::function<std::string(const std::string&)> numberIn(double least, double most) {
-  return [least, most](const std::string& text) {
+std::function<std::string(const std::string&)> numberIn(double smallest, double largest) {
+  return [smallest, largest](const std::string& text) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= least && value <= most) return std::string();  // excludes NaN
+    if (error == std::errc() && end == text.data() + text.size() && value >= smallest && value <= largest)
+      return std::string();  // excludes NaN
     char range[64];
-    std::snprintf(range, sizeof range, " is not a number from %.9g to %.9g", least, most);
+    std::snprintf(range, sizeof range, " is not a number from %.9g to %.9g", smallest, largest);
     return text + range;
   };
 }

@@ -19,7 +19,7 @@ void refuseEmptyWords(const std::vector<std::string>& words);
 /// The message of `error` about known options, as one sentence.
 std::string explained(const CLI::ParseError& error);
 
-/// For CLI::Option::check(): a finite number from `least` to `most`.
-std::function<std::string(const std::string&)> numberIn(double least, double most);
+/// For CLI::Option::check(): a finite number from `smallest` to `largest`.
+std::function<std::string(const std::string&)> numberIn(double smallest, double largest);
 
 }  // namespace spheretree::tool

@@ -124,13 +124,13 @@ struct JointBox {
 };
 
 /// The smallest gap of two sets of balls, with b moved by `frame`; negative if they overlap.
-double leastGap(const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, const Eigen::Isometry3d& frame) {
-  double least = std::numeric_limits<double>::infinity();
+double minGap(const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, const Eigen::Isometry3d& frame) {
+  double smallest = std::numeric_limits<double>::infinity();
   for (const LinkBall& of_b : b) {
     const Eigen::Vector3d centre = frame * of_b.centre;
-    for (const LinkBall& of_a : a) least = std::min(least, (centre - of_a.centre).norm() - of_a.radius - of_b.radius);
+    for (const LinkBall& of_a : a) smallest = std::min(smallest, (centre - of_a.centre).norm() - of_a.radius - of_b.radius);
   }
-  return least;
+  return smallest;
 }
 
 double reachOf(const std::vector<LinkBall>& balls) {
@@ -140,7 +140,7 @@ double reachOf(const std::vector<LinkBall>& balls) {
 }
 
 /// Always, Never or neither: determined at the middle of the limits, and then proven box by box.
-std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, std::size_t most_boxes,
+std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>& a, const std::vector<LinkBall>& b, std::size_t max_boxes,
                                  const builder::Progress& progress) {
   if (!chain.isBounded()) return std::nullopt;
   const std::vector<double> speed = chain.speeds(reachOf(a), reachOf(b));
@@ -150,14 +150,14 @@ std::optional<PairReason> decide(const Chain& chain, const std::vector<LinkBall>
     whole.half.push_back((chain.high(v) - chain.low(v)) / 2);
   }
   const double rounding = 1e-9 * (1 + reachOf(a) + reachOf(b));  // generous bound of the rounding errors of frames and distances [mm]
-  const bool touches = leastGap(a, b, chain.frame(whole.middle)) < 0;
+  const bool touches = minGap(a, b, chain.frame(whole.middle)) < 0;
   std::vector<JointBox> boxes{whole};
   for (std::size_t looked = 0; !boxes.empty(); ++looked) {
-    if (looked == most_boxes) return std::nullopt;
+    if (looked == max_boxes) return std::nullopt;
     if (looked % 256 == 0) progress.check();
     const JointBox box = std::move(boxes.back());
     boxes.pop_back();
-    const double gap = leastGap(a, b, chain.frame(box.middle));
+    const double gap = minGap(a, b, chain.frame(box.middle));
     if ((gap < 0) != touches) return std::nullopt;  // they touch in one configuration and not in another
     double swing = rounding;
     std::size_t widest = 0;
@@ -211,7 +211,7 @@ std::vector<IgnoredPair> findIgnoredPairs(const Robot& robot, const RobotCover& 
     Candidate& pair = candidates[c];
     if (pair.reason || progress.cancelled()) return;
     try {
-      pair.reason = decide(Chain(robot, pair.a, pair.b), balls[pair.a], balls[pair.b], search.most_boxes, progress);
+      pair.reason = decide(Chain(robot, pair.a, pair.b), balls[pair.a], balls[pair.b], search.max_boxes, progress);
     } catch (const builder::Cancelled&) {  // reported below, by the calling thread
     }
   });

@@ -21,7 +21,7 @@ struct IgnoredPair {
 };
 
 struct PairSearch {
-  std::size_t most_boxes = 20'000;  // largest number of boxes of joint positions for one pair; beyond it the pair is left undecided
+  std::size_t max_boxes = 20'000;  // largest number of boxes of joint positions for one pair; beyond it the pair is left undecided
 };
 
 /// Sorted by link a, then b. Pairs of no reason are not listed, nor are pairs with a floating or planar joint in
@@ -29,7 +29,7 @@ struct PairSearch {
 /// Method: branch and bound over boxes of joint positions. Within a box a sphere moves relative to the other link by at
 ///         most the sum, over the joints in between, of half the box times the reach of that joint. The gaps at the
 ///         middle of the box, less that motion, therefore hold in the whole box.
-/// Cost: for each pair up to most_boxes times the product of its numbers of spheres, about 2 ns each.
+/// Cost: for each pair up to max_boxes times the product of its numbers of spheres, about 2 ns each.
 /// @throws builder::Cancelled
 std::vector<IgnoredPair> findIgnoredPairs(const Robot& robot, const RobotCover& cover, const PairSearch& search,
                                           builder::Progress& progress);

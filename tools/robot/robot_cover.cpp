@@ -22,7 +22,7 @@ namespace {
 
 using builder::Quality;
 
-constexpr std::size_t kMostLeaves = 4096;   // for one element: the deepest tree that is useful for a planner
+constexpr std::size_t kMaxLeaves = 4096;    // for one element: the deepest tree that is useful for a planner
 constexpr int kRounds = 3;                  // rounds of redistribution by the errors of the final trees
 constexpr std::size_t kProbes[] = {4, 16};  // numbers of leaves of the quick trees that show how an error decreases
 
@@ -188,8 +188,7 @@ class RobotCoverer {
       e.leaves = 0;
       const auto at = e.built.emplace(0, buildElement(e, s, progress)).first;
       if (!at->second.statistics.tolerance_met)
-        e.notes.push_back(nameOf(e) + ": the tolerance is not met; the best result of " + std::to_string(kMostLeaves) +
-                          " spheres is kept.");
+        e.notes.push_back(nameOf(e) + ": the tolerance is not met; the best result of " + std::to_string(kMaxLeaves) + " spheres is kept.");
     });
   }
 
@@ -201,12 +200,12 @@ class RobotCoverer {
     const std::size_t total = group.spheres - (group.elements.size() - meshes.size());
     if (meshes.empty()) return;
     std::vector<pipeline::ErrorCurve> curves(meshes.size());
-    const std::vector<std::size_t> most(meshes.size(), kMostLeaves);
+    const std::vector<std::size_t> largest(meshes.size(), kMaxLeaves);
     if (meshes.size() > 1) probe(meshes, total, curves);
     std::vector<std::size_t> best;
     double best_error = std::numeric_limits<double>::infinity();
     for (int round = 0; round < (meshes.size() > 1 ? kRounds : 1); ++round) {
-      const std::vector<std::size_t> leaves = pipeline::shareLeaves(curves, most, total).leaves;
+      const std::vector<std::size_t> leaves = pipeline::shareLeaves(curves, largest, total).leaves;
       inParallel(meshes.size(), [&](std::size_t i, builder::Progress& progress) {
         Element& e = elements_[meshes[i]];
         if (!e.built.contains(leaves[i]))

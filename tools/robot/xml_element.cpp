@@ -30,8 +30,8 @@ std::optional<std::vector<double>> numbersIn(const char* text) {
 }  // namespace
 
 const XmlElement& readXml(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
-  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
+  const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   const auto* text = reinterpret_cast<const char*>(bytes.data());
   if (document.Parse(text, bytes.size()) != tinyxml2::XML_SUCCESS)
     throw formats::FormatError(formats::shownName(path) + ":" + std::to_string(document.ErrorLineNum()) + ": is not well-formed XML (" +

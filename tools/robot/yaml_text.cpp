@@ -117,8 +117,8 @@ std::string yamlText(const YAML::Node& node) {
 }
 
 YAML::Node readYaml(const std::filesystem::path& path) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
-  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;
+  const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   try {
     return YAML::Load(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   } catch (const YAML::Exception& error) {

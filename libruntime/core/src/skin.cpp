@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr double kOctahedral = 32767;  // largest coordinate
-constexpr int kMostOffset = 127;       // largest component of the offset of an edge's middle, in steps; -128 is not used
+constexpr int kMaxOffset = 127;        // largest component of the offset of an edge's middle, in steps; -128 is not used
 
 bool inRange(float value, float low, float high) { return value >= low && value <= high; }
 
@@ -53,7 +53,7 @@ std::string findElementFault(const Skin& skin) {
     if (bad(e.normal)) return faultOf("edge", i, "its normal is out of range");
     if (e.is_sharp > 1) return faultOf("edge", i, "its flag is neither 0 nor 1");
     for (const std::int8_t x : e.offset)
-      if (x < -kMostOffset || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
+      if (x < -kMaxOffset || (e.is_sharp && x != 0)) return faultOf("edge", i, "its offset is out of range");
     if (!(swingOf(skin, e) <= skin.tolerance)) return faultOf("edge", i, "it swings out farther than the tolerance of the skin");
   }
   for (std::size_t i = 0; i < skin.triangles.size(); ++i) {
@@ -265,8 +265,8 @@ std::string findFault(const Skin& skin) {
   if (std::string fault = findNumberFault(skin); !fault.empty()) return fault;
   if (skin.triangles.empty() || skin.triangles.size() > kMaxSearchItems)
     return describe("the skin has %zu triangles, not 1 to %zu", skin.triangles.size(), kMaxSearchItems);
-  constexpr std::size_t kMost = 65536;  // number of elements that 16 bits can identify
-  if (skin.vertices.size() > kMost || skin.edges.size() > kMost) return "the skin has more vertices or edges than 65536";
+  constexpr std::size_t kMax = 65536;  // number of elements that 16 bits can identify
+  if (skin.vertices.size() > kMax || skin.edges.size() > kMax) return "the skin has more vertices or edges than 65536";
   if (std::string fault = findElementFault(skin); !fault.empty()) return fault;
   if (!skin.search.item.empty()) return "the triangles of a skin stand in the order of its search tree, which needs no list of items";
   if (std::string fault = findTopologyFault(skin.search, skin.triangles.size()); !fault.empty()) return fault.insert(0, "skin: ");

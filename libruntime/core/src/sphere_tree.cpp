@@ -77,22 +77,22 @@ int tangentCentres(std::span<const Ball* const> support, std::array<Eigen::Vecto
   // With the dual basis in the span of q, for which p_i . q_i = 1 and p_i . q_k = 0, x is the sum of p_i times the
   // right-hand sides.
   std::array<Eigen::Vector3d, 3> dual;
-  double square = q[0].squaredNorm(), least = 0;
+  double square = q[0].squaredNorm(), smallest = 0;
   if (count == 1) {
     dual[0] = q[0];
   } else if (count == 2) {
     const Eigen::Vector3d normal = q[0].cross(q[1]);
     dual = {q[1].cross(normal), normal.cross(q[0])};
-    least = kFlat * square * q[1].squaredNorm();
+    smallest = kFlat * square * q[1].squaredNorm();
     square = normal.squaredNorm();
   } else {
     dual = {q[1].cross(q[2]), q[2].cross(q[0]), q[0].cross(q[1])};
     const double volume = dual[0].dot(q[0]);
-    least = kFlat * square * q[1].squaredNorm() * q[2].squaredNorm();
+    smallest = kFlat * square * q[1].squaredNorm() * q[2].squaredNorm();
     square = volume * volume;
     for (Eigen::Vector3d& p : dual) p *= volume;
   }
-  if (!(square > least)) return 0;
+  if (!(square > smallest)) return 0;
   Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = a;  // x = a + b s
   for (std::size_t i = 0; i < count; ++i) {
     a += dual[i] * (constant[i] / square);
@@ -131,8 +131,8 @@ Eigen::Vector3d enclosingCentre(std::span<const Ball> balls) {
     if (ball.radius > basis[0]->radius) basis[0] = &ball;
   Eigen::Vector3d centre = basis[0]->centre, best_centre = centre;
   double basis_radius = basis[0]->radius, best_radius = std::numeric_limits<double>::infinity();
-  constexpr int kMostExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
-  for (int exchange = 0; exchange < kMostExchanges; ++exchange) {
+  constexpr int kMaxExchanges = 1000;  // about 10 are usual; the radius grows with each exchange, so that only rounding can cause a cycle
+  for (int exchange = 0; exchange < kMaxExchanges; ++exchange) {
     const Ball* farthest = nullptr;
     double radius = 0;
     for (const Ball& ball : balls)
@@ -266,8 +266,8 @@ std::string faultInStatistics(const SphereTree& tree) {
   return "";
 }
 
-std::string faultInText(const std::string& text, std::size_t most, const char* name) {
-  if (text.size() > most) return describe("the %s's name has %zu characters, more than %zu", name, text.size(), most);
+std::string faultInText(const std::string& text, std::size_t max_size, const char* name) {
+  if (text.size() > max_size) return describe("the %s's name has %zu characters, more than %zu", name, text.size(), max_size);
   for (const char c : text)
     if (c < 0x20 || c > 0x7e) return describe("the %s's name has a character outside printable ASCII", name);
   return "";

@@ -11,9 +11,9 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kMostFriction = 2;  // rubber on dry stone has 1; no known material has more than 2
-constexpr double kFarthest = 1e7;    // [mm]; beyond it the resolution of float is 1 mm
-constexpr double kMostMass = 1e3;    // more than anything that a hand moves [kg]
+constexpr double kMaxFriction = 2;  // rubber on dry stone has 1; no known material has more than 2
+constexpr double kFarthest = 1e7;   // [mm]; beyond it the resolution of float is 1 mm
+constexpr double kMaxMass = 1e3;    // more than anything that a hand moves [kg]
 
 bool inRange(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -28,16 +28,17 @@ std::string faultInSettings(const SceneDescription& d) {
   if (!inRange(d.coupling.damping, 0, 1e6)) return bad("damping of the translation [N s/mm]", d.coupling.damping, "within 0 .. 1e6");
   if (!inRange(d.coupling.rotation_damping, 0, 1e9))
     return bad("damping of the rotation [N mm s/rad]", d.coupling.rotation_damping, "within 0 .. 1e9");
-  if (!inRange(d.coupling.mass, 0, kMostMass)) return bad("mass of the tool [kg]", d.coupling.mass, "within 0 .. 1e3");
-  if (!inRange(d.coupling.inertia, 0, 1e6 * kMostMass)) return bad("inertia of the tool [kg mm^2]", d.coupling.inertia, "within 0 .. 1e9");
-  if (!inRange(d.tool_friction, 0, kMostFriction)) return bad("friction of the tool", d.tool_friction, "within 0 .. 2");
+  if (!inRange(d.coupling.mass, 0, kMaxMass)) return bad("mass of the tool [kg]", d.coupling.mass, "within 0 .. 1e3");
+  if (!inRange(d.coupling.inertia, 0, 1e6 * kMaxMass)) return bad("inertia of the tool [kg mm^2]", d.coupling.inertia, "within 0 .. 1e9");
+  if (!inRange(d.tool_friction, 0, kMaxFriction)) return bad("friction of the tool", d.tool_friction, "within 0 .. 2");
   if (!inRange(d.step_time, 1e-5, 1)) return bad("time of a step [s]", d.step_time, "within 1e-5 .. 1");
   if (!inRange(d.wrench_limits.force, 1e-9, 1e6)) return bad("force limit [N]", d.wrench_limits.force, "above 0, at most 1e6");
   for (int k = 0; k < 3; ++k)
     if (!inRange(d.wrench_limits.torque[k], 1e-9, 1e9))
       return bad("torque limit [N mm]", d.wrench_limits.torque[k], "above 0, at most 1e9");
-  const double least = std::max<double>(64, 64.0 * static_cast<double>(d.objects.size()));
-  if (!inRange(d.step_limits.max_pairs, least, 1 << 20)) return bad("max_pairs", d.step_limits.max_pairs, "64 for each object .. 1048576");
+  const double smallest = std::max<double>(64, 64.0 * static_cast<double>(d.objects.size()));
+  if (!inRange(d.step_limits.max_pairs, smallest, 1 << 20))
+    return bad("max_pairs", d.step_limits.max_pairs, "64 for each object .. 1048576");
   if (!inRange(d.step_limits.max_work, 1000, 1 << 30)) return bad("max_work", d.step_limits.max_work, "within 1000 .. 1073741824");
   return {};
 }
@@ -84,8 +85,8 @@ class ObjectPlacer {
 
   std::string place(const SceneObject& object) {
     if (!isFinite(object.pose)) return "the pose is not finite or its quaternion is null";
-    if (object.body > kMostBodies) return "its body is " + std::to_string(object.body) + "; at most " + std::to_string(kMostBodies);
-    if (!inRange(object.friction, 0, kMostFriction)) return "its friction is not within 0 .. 2";
+    if (object.body > kMaxBodies) return "its body is " + std::to_string(object.body) + "; at most " + std::to_string(kMaxBodies);
+    if (!inRange(object.friction, 0, kMaxFriction)) return "its friction is not within 0 .. 2";
     if (object.stiffness != 0 && !inRange(object.stiffness, 1e-6, 1e6)) return "its stiffness is neither 0 nor within 1e-6 .. 1e6 N/mm";
     if (object.tissue && &*object.tissue->tree != &*object.tree) return "its tissue is that of another tree";
     if (object.tissue && object.stiffness > 0) return "it has both tissue and a stiffness";
@@ -136,12 +137,12 @@ std::string compileTool(const SceneDescription& d, CompiledScene& out) {
 
 // A ball is kept from leaves at the sum of two radii, and from a skin at its own radius minus the allowance, but at
 // least at half of its radius.
-double leastContact(const CompiledScene& scene) {
+double minContact(const CompiledScene& scene) {
   const auto tool = static_cast<double>(scene.tool.smallest_radius);
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (const CompiledShape& shape : scene.shapes)
-    least = std::min(least, shape.skin.empty() ? tool + static_cast<double>(shape.leaves.smallest_radius) : 0.5 * tool);
-  return least;
+    smallest = std::min(smallest, shape.skin.empty() ? tool + static_cast<double>(shape.leaves.smallest_radius) : 0.5 * tool);
+  return smallest;
 }
 
 }  // namespace
@@ -179,7 +180,7 @@ bool compileScene(const SceneDescription& d, Scene& scene, std::string& fault) {
       return false;
     }
   for (const CompiledShape& shape : out->shapes) out->skin_tolerance = std::max(out->skin_tolerance, shape.skin.tolerance);
-  out->least_contact = leastContact(*out);
+  out->min_contact = minContact(*out);
   scene = Scene(std::move(out));
   return true;
 }

@@ -54,7 +54,7 @@ struct CompiledScene {
   WrenchLimits wrench_limits;
   StepLimits step_limits;
   double angle_length = 0;   // sqrt(rotation / translation stiffness) of the pull: the length that corresponds to 1 rad [mm]
-  double least_contact = 0;  // smallest distance at which a ball of the tool is held: the sum of two radii (leaves), or half of its radius
+  double min_contact = 0;    // smallest distance at which a ball of the tool is held: the sum of two radii (leaves), or half of its radius
                              // (skin) [mm] inside the other [mm]
   float skin_tolerance = 0;  // largest of the shapes [mm]
 

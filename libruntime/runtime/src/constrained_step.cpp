@@ -12,7 +12,7 @@ namespace spheretree::runtime {
 namespace {
 
 constexpr double kPathTolerance = 0.01;  // largest depth of a leaf within a piece [mm]
-constexpr double kLeastMargin = 0.01;    // [mm]
+constexpr double kMinMargin = 0.01;      // [mm]
 constexpr double kContactMargin =
     1;  // largest margin if something is near: beyond it, searching again is cheaper than the rows of far pairs [mm]
 constexpr double kFeltReach = 0.2;   // smooth patches farther away than this get their rows in later pieces [mm]
@@ -20,9 +20,9 @@ constexpr double kConverged = 2e-5;  // the graphic tool rests if the next step 
 constexpr double kRounding = 3e-4;   // steps shorter than this that no longer shrink are float rounding of the gaps [mm, scaled]
 constexpr double kCarriedMargin =
     2;  // times the way of the bodies in a piece: they may push the tool by that way, and approach it by that way themselves
-constexpr int kMostShorter = 5;          // attempts of a piece with moving bodies, each shorter
-constexpr int kMostLinearisations = 48;  // linearisations in one step
-constexpr int kMostHalvings = 5;
+constexpr int kMaxShorter = 5;          // attempts of a piece with moving bodies, each shorter
+constexpr int kMaxLinearisations = 48;  // linearisations in one step
+constexpr int kMaxHalvings = 5;
 constexpr int kFeltHalvings = 2;    // halvings for smooth patches, which must not hold the tool back for long
 constexpr double kPiecesAhead = 8;  // number of pieces for which the pairs in the list should suffice
 constexpr int kPatience = 8;        // pieces after which progress is checked
@@ -61,8 +61,8 @@ class ConstrainedStep {
   void makeRows();
   void addFelt();
   void record();
-  Change mostChange();
-  double partWithin(const Vector6& way, double most) const;
+  Change maxChange();
+  double partWithin(const Vector6& way, double max_part) const;
   double damping(const Vector6& plain) const;
   bool accelerate(const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet pairs);
@@ -102,18 +102,18 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
       memory_(parts.memory),
       result_(parts.result),
       haptic_(haptic),
-      path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.least_contact)),
+      path_tolerance_(std::min(kPathTolerance, 0.1 * scene_.min_contact)),
       largest_turn_(std::sqrt(1.6 * path_tolerance_ / std::max(scene_.tool.reach, 1e-6))),
-      change_(mostChange()),
+      change_(maxChange()),
       start_(memory_.graphic),
       now_(memory_.graphic),
       best_(now_) {
   const double motion = parts_.reach(displacementBetween(memory_.haptic, haptic));
-  margin_ = std::max(kLeastMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
+  margin_ = std::max(kMinMargin, std::min(parts_.reach(displacementBetween(now_, haptic)), 1.5 * motion + 0.05));
   if (memory_.active_count > 0) margin_ = std::min(margin_, kContactMargin);
   // Along surfaces that already hold it, the tool moves about as far as the hand.
   if (memory_.active_count > 0 && !memory_.is_behind && memory_.moving_count == 0)
-    felt_reach_ = std::min(kFeltReach, 1.5 * motion + kLeastMargin);
+    felt_reach_ = std::min(kFeltReach, 1.5 * motion + kMinMargin);
 }
 
 // Each piece is safe as a whole. All pairs that can touch within it are in the list, since no point of the tool moves
@@ -123,7 +123,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
 void ConstrainedStep::run() {
   Piece piece = memory_.moving_count == 0 || carry() ? Piece::GoesOn : Piece::Blocked;
   while (piece == Piece::GoesOn) {
-    if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
+    if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
       break;
     }
@@ -150,13 +150,13 @@ void ConstrainedStep::run() {
 bool ConstrainedStep::carry() {
   const double own_margin = margin_;
   while (memory_.moving_count > 0) {
-    if (result_.linearisations >= kMostLinearisations || !parts_.workLeft()) {
+    if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
       return false;
     }
     const BodyMotion left = motionLeft(memory_);
     if (needs_search_ || margin_ - used_ < kCarriedMargin * left.length) {
-      margin_ = std::max(kLeastMargin, std::min(own_margin + kCarriedMargin * left.length, margin_limit_));
+      margin_ = std::max(kMinMargin, std::min(own_margin + kCarriedMargin * left.length, margin_limit_));
       if (!findPairs()) {
         advanceBodies(1, memory_);
         memory_.sides_known = false;
@@ -171,15 +171,15 @@ bool ConstrainedStep::carry() {
     }
   }
   // A ball that is squeezed in by half may leave a skin on the other side: its side is determined again.
-  if (depth_ > 0.5 * scene_.least_contact) memory_.sides_known = false;
+  if (depth_ > 0.5 * scene_.min_contact) memory_.sides_known = false;
   return true;
 }
 
 bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
   double part = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
   part = std::min(part, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
-  if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.least_contact / left.length);
-  for (int n = 0; n < kMostShorter; ++n) {
+  if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.min_contact / left.length);
+  for (int n = 0; n < kMaxShorter; ++n) {
     parts_.carryRows(pairs_, part, now_.position, rows_);
     const CarriedPiece carried{part};
     if (parts_.rubsOrGives())
@@ -245,9 +245,9 @@ bool ConstrainedStep::findPairs() {
       rows_ = parts_.rows(pairs_, now_);
       parts_.keepNear(margin_, pairs_, rows_);
     }
-    const double least = pairs_.coarse ? kLeastMargin : kContactMargin;
-    if (margin_ <= least || pairs_.pairs.empty() || !parts_.workLeft()) break;
-    margin_ = std::max(least, margin_ / 4);  // a smaller margin has fewer pairs
+    const double smallest = pairs_.coarse ? kMinMargin : kContactMargin;
+    if (margin_ <= smallest || pairs_.pairs.empty() || !parts_.workLeft()) break;
+    margin_ = std::max(smallest, margin_ / 4);  // a smaller margin has fewer pairs
     if (pairs_.coarse) margin_limit_ = margin_;
   }
   if (pairs_.coarse) {
@@ -311,20 +311,20 @@ Piece ConstrainedStep::contactPiece() {
   // An extrapolated solution without active rows does not end at the haptic pose.
   const bool is_straight = !is_accelerated && answer.active_count == 0 && back == 0 && answer.status == QpStatus::Optimal;
   const double length = parts_.reach(step), turn = step.rotation.norm(), left = std::max(0.0, margin_ - used_);
-  double most = std::min(1.0, length > left ? left / length : 1.0);
-  const bool is_short_of_margin = most < 1;
-  if (turn * most > largest_turn_) most = largest_turn_ / turn;
-  double part = partWithin(answer.y, most);
-  const bool is_held_back = part < most;
+  double largest = std::min(1.0, length > left ? left / length : 1.0);
+  const bool is_short_of_margin = largest < 1;
+  if (turn * largest > largest_turn_) largest = largest_turn_ / turn;
+  double part = partWithin(answer.y, largest);
+  const bool is_held_back = part < largest;
   part = std::min(part, damped);
   parts_.keepActive(pairs_);
   // Pieces shrink, so fewer pairs can touch within the next few of them.
-  if (const double next_margin = kPiecesAhead * part * length + kLeastMargin; back == 0 && next_margin < 0.5 * left) {
+  if (const double next_margin = kPiecesAhead * part * length + kMinMargin; back == 0 && next_margin < 0.5 * left) {
     parts_.keepNear(next_margin, pairs_, rows_);
     margin_ = next_margin;
     used_ = 0;
   }
-  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kLeastMargin);
+  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kMinMargin);
   const Configuration from = now_;
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
@@ -341,8 +341,8 @@ Piece ConstrainedStep::contactPiece() {
   record();
   if ((is_straight && part == 1) || is_held_back || hasStalled()) return Piece::Arrived;
   if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - part) * length) {
-    const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - part) * length + kLeastMargin, kContactMargin}));
-    margin_ = std::max(kLeastMargin, std::min(wish, margin_limit_));
+    const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - part) * length + kMinMargin, kContactMargin}));
+    margin_ = std::max(kMinMargin, std::min(wish, margin_limit_));
     needs_search_ = true;
   }
   return Piece::GoesOn;
@@ -353,7 +353,7 @@ Piece ConstrainedStep::contactPiece() {
 double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool is_straight) {
   const Configuration from = now_;
   const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
-  for (int halving = 0; halving <= kMostHalvings; ++halving, part /= 2) {
+  for (int halving = 0; halving <= kMaxHalvings; ++halving, part /= 2) {
     now_ = is_straight && part == 1 ? haptic_ : moved(from, scaled(step, part));
     if (scene_.has_soft) parts_.giveWay(part);
     makeRows();
@@ -435,7 +435,7 @@ bool ConstrainedStep::accelerate(const Vector6& want, const Vector6& plain) {
 // the hand's motion and the perception threshold allow. The projection on a convex set is firmly non-expansive: a
 // motion d of the hand changes the stretch by an s with |s - d/2| <= |d|/2. A tool that did not arrive because the work
 // ran out may catch up without this limit.
-Change ConstrainedStep::mostChange() {
+Change ConstrainedStep::maxChange() {
   stretch_before_ = parts_.scaledVector(displacementBetween(memory_.graphic, memory_.haptic));
   if (memory_.is_behind) return kAnyChange;
   const Vector6 hand = parts_.scaledVector(displacementBetween(memory_.haptic, haptic_)),
@@ -448,20 +448,20 @@ Change ConstrainedStep::mostChange() {
   return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }
 
-// The largest part, up to `most`, of the piece `way` after which the stretch of the springs has changed by no more than
-// the limit.
-double ConstrainedStep::partWithin(const Vector6& way, double most) const {
+// The largest part, up to `max_part`, of the piece `way` after which the stretch of the springs has changed by no more
+// than the limit.
+double ConstrainedStep::partWithin(const Vector6& way, double max_part) const {
   const Vector6 so_far = parts_.scaledVector(displacementBetween(now_, haptic_)) - stretch_before_;
   const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
     const double square = on_the_way.squaredNorm();
-    if (!(square > 0) || (changed - most * on_the_way).norm() <= limit) return;
+    if (!(square > 0) || (changed - max_part * on_the_way).norm() <= limit) return;
     const double along = changed.dot(on_the_way), left = limit * limit - changed.squaredNorm();
-    most = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, most);
+    max_part = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, max_part);
   };
   shorten(so_far, way, change_.both);
   shorten(so_far.head<3>(), way.head<3>(), change_.force);
   shorten(so_far.tail<3>(), way.tail<3>(), change_.torque);
-  return most;
+  return max_part;
 }
 
 // The list is full even for the smallest margin. Inner nodes then replace whole branches, as the balls around their
@@ -475,10 +475,10 @@ void ConstrainedStep::coarseMove(PairSet pairs) {
   parts_.solve(set, parts_.scaledVector(displacementBetween(from, haptic_)));
   parts_.keepActive(pairs);
   const Displacement step = parts_.displacement(memory_.answer.y);
-  const double most = std::min({kLeastMargin, path_tolerance_, 0.25 * scene_.least_contact}), length = parts_.reach(step),
+  const double largest = std::min({kMinMargin, path_tolerance_, 0.25 * scene_.min_contact}), length = parts_.reach(step),
                turn = step.rotation.norm();
   double part = 1;
-  if (length > most) part = most / length;
+  if (length > largest) part = largest / length;
   if (turn * part > largest_turn_) part = largest_turn_ / turn;
   const Configuration to = moved(from, scaled(step, part));
   pairs = parts_.search(to, 0, PairsOf::ContactSurface);

@@ -8,10 +8,10 @@ namespace spheretree::runtime {
 namespace {
 
 constexpr double kYield = 1e-9;  // of what a force does to itself, that it gives way: rows that say the same are then no harm
-constexpr int kMostChanges = 8 * kMostContactRows;
+constexpr int kMaxChanges = 8 * kMaxContactRows;
 // What a change of the rows costs, and more for each row; products of which one group of rows is worth so many.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
-constexpr int kSweeps = 20, kMostRounds = 20;  // between two steps of Newton's method; of both
+constexpr int kSweeps = 20, kMaxRounds = 20;  // between two steps of Newton's method; of both
 
 class Forces {
  public:
@@ -21,7 +21,7 @@ class Forces {
   std::uint32_t work() const { return work_; }
 
  private:
-  using Vector = std::array<double, kMostForces>;
+  using Vector = std::array<double, kMaxForces>;
 
   bool solvePressing();
   void leaveOut(std::size_t index);
@@ -41,16 +41,16 @@ class Forces {
 
   ContactQp& qp_;
   const std::size_t rows_, discs_, count_;  // forces are those of the rows and then two of each disc
-  std::array<Vector, kMostForces> g_;
+  std::array<Vector, kMaxForces> g_;
   Vector q_, p_, w_;
   // Without discs.
   Vector solved_;
-  std::array<std::size_t, kMostContactRows> pressing_;  // rows, in the order of their factor
+  std::array<std::size_t, kMaxContactRows> pressing_;  // rows, in the order of their factor
   std::size_t pressing_count_ = 0;
   // Newton's method: the forces that it changes, and its equations.
-  std::array<std::size_t, kMostForces> changed_;
+  std::array<std::size_t, kMaxForces> changed_;
   std::size_t changed_count_ = 0;
-  std::array<Vector, kMostForces> matrix_;
+  std::array<Vector, kMaxForces> matrix_;
   Vector right_;
 };
 
@@ -58,7 +58,7 @@ Forces::Forces(ContactQp& qp, const SurfaceCompliance& compliance)
     : qp_(qp), rows_(static_cast<std::size_t>(qp.row_count)), discs_(static_cast<std::size_t>(qp.disc_count)), count_(rows_ + 2 * discs_) {
   const auto across = [&](std::size_t i) -> const Vector6& { return qp.discs[(i - rows_) / 2].across[(i - rows_) % 2]; };
   const auto side = [&](std::size_t i) -> const Vector6& { return i < rows_ ? qp.rows[i].a : across(i); };
-  const auto surface = [&](std::size_t i) { return i < rows_ ? i : kMostContactRows + i - rows_; };
+  const auto surface = [&](std::size_t i) { return i < rows_ ? i : kMaxContactRows + i - rows_; };
   for (std::size_t i = 0; i < count_; ++i) {
     for (std::size_t j = 0; j <= i; ++j) g_[i][j] = side(i).dot(side(j)) + compliance[surface(i)][surface(j)];
     q_[i] = side(i).dot(qp.target);
@@ -85,7 +85,7 @@ Forces::Forces(ContactQp& qp, const SurfaceCompliance& compliance)
 
 // Of the rows that press the multipliers with which none of them is violated or slack.
 bool Forces::solvePressing() {
-  double l[kMostContactRows][kMostContactRows];
+  double l[kMaxContactRows][kMaxContactRows];
   Vector& b = solved_;
   for (std::size_t i = 0; i < pressing_count_; ++i) {
     b[i] = -q_[pressing_[i]];
@@ -113,7 +113,7 @@ void Forces::leaveOut(std::size_t index) {
 }
 
 bool Forces::solveRows() {
-  for (int change = 0; change < kMostChanges; ++change) {
+  for (int change = 0; change < kMaxChanges; ++change) {
     ++qp_.iterations;
     work_ += kChangeWork + kRowWork * static_cast<std::uint32_t>(rows_);
     if (!solvePressing()) return false;
@@ -214,17 +214,17 @@ void Forces::sweep() {
 
 // How far the motions are from what the law asks for, at most [mm, scaled]; leaves them in w_.
 double Forces::residual() {
-  double most = 0;
+  double largest = 0;
   findMotions();
-  for (std::size_t i = 0; i < rows_; ++i) most = std::max(most, std::abs(std::max(-w_[i], -g_[i][i] * p_[i])));
+  for (std::size_t i = 0; i < rows_; ++i) largest = std::max(largest, std::abs(std::max(-w_[i], -g_[i][i] * p_[i])));
   for (std::size_t d = 0; d < discs_; ++d) {
     const std::size_t i = rows_ + 2 * d;
     const double size = g_[i][i] + g_[i + 1][i + 1];
     double f0 = p_[i] - w_[i] / size, f1 = p_[i + 1] - w_[i + 1] / size;
     project(d, f0, f1);
-    most = std::max(most, size * std::hypot(f0 - p_[i], f1 - p_[i + 1]));
+    largest = std::max(largest, size * std::hypot(f0 - p_[i], f1 - p_[i + 1]));
   }
-  return most;
+  return largest;
 }
 
 // Of a disc the two equations: it sticks, v = 0, or f = radius z / |z| with z = f - v / size, linearised.
@@ -282,7 +282,7 @@ bool Forces::solveDense(std::size_t size) {
 // From the motions of residual(): of the rows that press or should, and of their discs.
 bool Forces::newtonStep() {
   changed_count_ = 0;
-  std::array<bool, kMostContactRows> presses{};
+  std::array<bool, kMaxContactRows> presses{};
   for (std::size_t i = 0; i < rows_; ++i)
     if (presses[i] = g_[i][i] * p_[i] > w_[i]; presses[i]) changed_[changed_count_++] = i;
   const std::size_t pressing = changed_count_;
@@ -312,7 +312,7 @@ bool Forces::newtonStep() {
 void Forces::solveAll() {
   for (std::size_t d = 0; d < discs_; ++d) project(d, p_[rows_ + 2 * d], p_[rows_ + 2 * d + 1]);
   double left = residual();
-  for (int round = 0; round < kMostRounds && !(left <= 0.1 * qp_.tolerance); ++round) {
+  for (int round = 0; round < kMaxRounds && !(left <= 0.1 * qp_.tolerance); ++round) {
     ++qp_.iterations;
     work_ += static_cast<std::uint32_t>(count_ * count_) / kSweepShare;
     const Vector before = p_;

@@ -22,15 +22,15 @@
 
 namespace spheretree::runtime {
 
-inline constexpr std::size_t kMostForces = 3 * kMostContactRows;  // of rows, and two of each disc
+inline constexpr std::size_t kMaxForces = 3 * kMaxContactRows;  // of rows, and two of each disc
 
 /// The force of disc `disc` along one of its axes; that of a row is the number of the row.
-constexpr std::size_t forceOf(std::size_t disc, std::size_t axis) { return kMostContactRows + 2 * disc + axis; }
+constexpr std::size_t forceOf(std::size_t disc, std::size_t axis) { return kMaxContactRows + 2 * disc + axis; }
 
 /// (force, force) motion of the surface at the point and along the direction of one force, caused by a unit of the
 /// other; 0 unless both are on tissue. Symmetric and positive semidefinite. Only the entries of existing rows and discs
 /// are read.
-using SurfaceCompliance = std::array<std::array<double, kMostForces>, kMostForces>;
+using SurfaceCompliance = std::array<std::array<double, kMaxForces>, kMaxForces>;
 
 /// Solves `qp` with this compliance. Its discs must have a radius or a law; cones are not supported. The forces and
 /// multipliers in `qp` are the initial guess. If `qp.converged` is false, the result is the last iterate. Returns the

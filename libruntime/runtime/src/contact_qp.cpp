@@ -8,21 +8,21 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostCoordinates = 6 + kMostGroups;
-static_assert(kMostCoordinates % 2 == 0);
+constexpr int kMaxCoordinates = 6 + kMaxGroups;
+static_assert(kMaxCoordinates % 2 == 0);
 // Penalties of the augmented Lagrangian, round by round [1]. With nearly correct multipliers a large penalty is best;
 // otherwise the inner problem is smoother with a small one.
-constexpr double kLawPenalty = 3e4, kWarmPenalty = 1e5, kLeastPenalty = 30, kPenaltyGrowth = 10, kMostPenalty = 1e6;
-constexpr int kWarmNewtonSteps = 25;       // if these do not suffice, the initial multipliers were no good guess
-constexpr int kMostMultiplierRounds = 20;  // rounds of multiplier updates
-constexpr int kMostNewtonSteps = 200;      // over all rounds
-constexpr int kMostShorterSteps = 30;
+constexpr double kLawPenalty = 3e4, kWarmPenalty = 1e5, kMinPenalty = 30, kPenaltyGrowth = 10, kMaxPenalty = 1e6;
+constexpr int kWarmNewtonSteps = 25;      // if these do not suffice, the initial multipliers were no good guess
+constexpr int kMaxMultiplierRounds = 20;  // rounds of multiplier updates
+constexpr int kMaxNewtonSteps = 200;      // over all rounds
+constexpr int kMaxShorterSteps = 30;
 constexpr int kWholeSteps = 4;  // for Coulomb's law; then a step may be shortened
 constexpr std::array<double, 4> kShorterParts{0.5, 0.25, 0.1, 0.03};
-constexpr double kSlips = 1 - 1e-9;   // a force of this share of its squared radius is that of a slipping contact
-constexpr std::size_t kFewSides = 3;  // of one contact with friction: the Newton step is found from their equations
+constexpr double kSlips = 1 - 1e-9;      // a force of this share of its squared radius is that of a slipping contact
+constexpr std::size_t kSmallSystem = 3;  // of one contact with friction: the Newton step is found from their equations
 
-using Coordinates = std::array<double, kMostCoordinates>;
+using Coordinates = std::array<double, kMaxCoordinates>;
 typedef double D2 __attribute__((vector_size(16)));
 
 D2 load(const double* p) {
@@ -46,10 +46,10 @@ double dot(const double* a, const double* b, std::size_t size = 6) {
 // One round: minimises the augmented Lagrangian for the multipliers of the problem, or solves for Coulomb's law.
 class Round {
  public:
-  Round(ContactQp& qp, double penalty, int most_newton_steps)
+  Round(ContactQp& qp, double penalty, int max_newton_steps)
       : qp_(qp),
         penalty_(penalty),
-        most_newton_steps_(most_newton_steps),
+        max_newton_steps_(max_newton_steps),
         size_(6 + qp.group_count),
         even_((size_ + 1) / 2 * 2),
         has_law_(qp.disc_count > 0 && qp.discs[0].law > 0) {}
@@ -93,17 +93,17 @@ class Round {
 
   ContactQp& qp_;
   const double penalty_;
-  const int most_newton_steps_;
+  const int max_newton_steps_;
   const int size_, even_;  // number of coordinates; the next even number
   const bool has_law_;
   Coordinates x_, gradient_, step_;
-  double matrix_[kMostCoordinates][kMostCoordinates];
-  std::array<Part, 2 * kMostContactRows + 1> parts_;
+  double matrix_[kMaxCoordinates][kMaxCoordinates];
+  std::array<Part, 2 * kMaxContactRows + 1> parts_;
   std::size_t part_count_, side_count_;
-  std::array<double, kMostContactRows> slack_, multiplier_, pressure_, radius_;
-  std::array<std::array<double, 2>, kMostContactRows> slip_, force_, pull_;
+  std::array<double, kMaxContactRows> slack_, multiplier_, pressure_, radius_;
+  std::array<std::array<double, 2>, kMaxContactRows> slip_, force_, pull_;
   // For each disc: it slipped in the last iterate; it is assumed to stick in the next step.
-  std::array<bool, kMostContactRows> slid_, held_;
+  std::array<bool, kMaxContactRows> slid_, held_;
 };
 
 double& Round::coordinate(int i) { return i < 6 ? qp_.y[i] : qp_.given[static_cast<std::size_t>(i - 6)]; }
@@ -248,7 +248,7 @@ void Round::pull() {
 // Lists the contacts that exert forces, with their slopes.
 void Round::findParts() {
   part_count_ = side_count_ = 0;
-  bool is_joined[kMostContactRows] = {};
+  bool is_joined[kMaxContactRows] = {};
   const auto take = [&](std::size_t row, const FrictionDisc* disc) {
     Part& part = parts_[part_count_];
     if (!(part.slopes[0][0] > 0 || (disc && part.slopes[1][1] + part.slopes[2][2] > 0))) return;
@@ -293,7 +293,7 @@ void Round::sidesOf(const Part& part, Coordinates* side) const {
 
 // Solves matrix_ x = step_ for step_ by Gaussian elimination: for Coulomb's law the matrix is not symmetric.
 bool Round::eliminate(std::size_t size) {
-  double* row[kMostCoordinates];
+  double* row[kMaxCoordinates];
   for (std::size_t i = 0; i < size; ++i) row[i] = matrix_[i];
   for (std::size_t k = 0; k < size; ++k) {
     std::size_t pivot = k;
@@ -323,8 +323,8 @@ bool Round::eliminate(std::size_t size) {
 bool Round::newtonStep() {
   findParts();
   const auto even = static_cast<std::size_t>(even_), size = static_cast<std::size_t>(size_);
-  const bool is_small = has_law_ && side_count_ <= kFewSides;  // the other is more accurate
-  Coordinates side[kFewSides];
+  const bool is_small = has_law_ && side_count_ <= kSmallSystem;  // the other is more accurate
+  Coordinates side[kSmallSystem];
   if (!is_small)
     for (std::size_t i = 0; i < size; ++i) {
       std::memset(matrix_[i], 0, even * sizeof(double));
@@ -352,7 +352,7 @@ bool Round::newtonStep() {
       }
   }
   if (!is_small) return eliminate(size);
-  double product[kFewSides][kFewSides + 1] = {}, fall[kFewSides];
+  double product[kSmallSystem][kSmallSystem + 1] = {}, fall[kSmallSystem];
   for (std::size_t i = 0; i < side_count_; ++i) {
     for (std::size_t j = 0; j <= i; ++j) product[i][j] = product[j][i] = dot(side[i].data(), side[j].data(), even);
     fall[i] = dot(side[i].data(), gradient_.data(), even);
@@ -360,16 +360,16 @@ bool Round::newtonStep() {
   for (std::size_t p = 0, at = 0; p < part_count_; at += parts_[p++].side_count)
     for (std::size_t m = 0; m < parts_[p].side_count; ++m) {
       double* const row = matrix_[at + m];
-      std::memset(row, 0, (kFewSides + 1) * sizeof(double));
+      std::memset(row, 0, (kSmallSystem + 1) * sizeof(double));
       row[at + m] = 1;
       step_[at + m] = 0;
       for (std::size_t n = 0; n < parts_[p].side_count; ++n) {
-        addTimes(row, parts_[p].slopes[m][n], product[at + n], kFewSides + 1);
+        addTimes(row, parts_[p].slopes[m][n], product[at + n], kSmallSystem + 1);
         step_[at + m] -= parts_[p].slopes[m][n] * fall[at + n];
       }
     }
   if (!eliminate(side_count_)) return false;
-  double force[kFewSides];
+  double force[kSmallSystem];
   std::memcpy(force, step_.data(), sizeof force);
   for (std::size_t i = 0; i < even; ++i) step_[i] = -gradient_[i];
   for (std::size_t i = 0; i < side_count_; ++i) addTimes(step_.data(), -force[i], side[i].data(), even);
@@ -390,7 +390,7 @@ bool Round::solveLaw(double gradient_tolerance) {
   pull();
   double left = residual();
   for (int n = 0; left > gradient_tolerance * gradient_tolerance; ++n) {
-    if (qp_.iterations >= most_newton_steps_) return false;
+    if (qp_.iterations >= max_newton_steps_) return false;
     if (holdReversed()) pull();
     if (!newtonStep()) return false;
     ++qp_.iterations;
@@ -436,12 +436,12 @@ bool Round::descend(double gradient_tolerance) {
   for (;;) {
     pull();
     if (residual() <= gradient_tolerance * gradient_tolerance) return true;
-    if (qp_.iterations >= most_newton_steps_ || !newtonStep()) return false;
+    if (qp_.iterations >= max_newton_steps_ || !newtonStep()) return false;
     ++qp_.iterations;
     double slope = 0, part = 1, next = value;
     for (int i = 0; i < size_; ++i) slope += gradient_[static_cast<std::size_t>(i)] * step_[static_cast<std::size_t>(i)];
     const Coordinates from = x_;
-    for (int n = 0; n < kMostShorterSteps; ++n, part /= 2) {
+    for (int n = 0; n < kMaxShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
         x_[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step_[static_cast<std::size_t>(i)];
       next = measure();
@@ -455,9 +455,9 @@ bool Round::descend(double gradient_tolerance) {
 bool Round::solve() {
   for (int i = 0; i < size_; ++i) x_[static_cast<std::size_t>(i)] = coordinate(i);
   const double gradient_tolerance = (has_law_ ? qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
-  const bool is_least = has_law_ ? solveLaw(gradient_tolerance) : descend(gradient_tolerance);
+  const bool is_minimum = has_law_ ? solveLaw(gradient_tolerance) : descend(gradient_tolerance);
   for (int i = 0; i < size_; ++i) coordinate(i) = x_[static_cast<std::size_t>(i)];
-  return is_least;
+  return is_minimum;
 }
 
 double Round::update() {
@@ -480,20 +480,20 @@ void solveContactQp(ContactQp& qp) noexcept {
   qp.iterations = 0;
   qp.converged = false;
   const bool has_law = qp.disc_count > 0 && qp.discs[0].law > 0;
-  const auto rounds = [&qp](double penalty, int most_newton_steps) {
-    for (int n = 0; n < kMostMultiplierRounds && !qp.converged && qp.iterations < most_newton_steps; ++n) {
-      Round round(qp, penalty, most_newton_steps);
+  const auto rounds = [&qp](double penalty, int max_newton_steps) {
+    for (int n = 0; n < kMaxMultiplierRounds && !qp.converged && qp.iterations < max_newton_steps; ++n) {
+      Round round(qp, penalty, max_newton_steps);
       const Vector6 before = qp.y;
-      const bool is_least = round.solve();
-      qp.converged = round.update() <= qp.tolerance && (qp.disc_count > 0 ? is_least : (qp.y - before).norm() <= qp.tolerance);
-      penalty = std::min(kMostPenalty, kPenaltyGrowth * penalty);
+      const bool is_minimum = round.solve();
+      qp.converged = round.update() <= qp.tolerance && (qp.disc_count > 0 ? is_minimum : (qp.y - before).norm() <= qp.tolerance);
+      penalty = std::min(kMaxPenalty, kPenaltyGrowth * penalty);
     }
   };
   double guess = 0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k) guess += qp.rows[k].multiplier;
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp.disc_count); ++k) guess += qp.discs[k].pressure;
   if (guess > 0 || has_law) rounds(has_law ? kLawPenalty : kWarmPenalty, kWarmNewtonSteps);
-  if (!has_law) rounds(kLeastPenalty, kMostNewtonSteps);
+  if (!has_law) rounds(kMinPenalty, kMaxNewtonSteps);
 }
 
 }  // namespace spheretree::runtime

@@ -28,7 +28,7 @@
 
 namespace spheretree::runtime {
 
-inline constexpr int kMostGroups = 8;
+inline constexpr int kMaxGroups = 8;
 
 struct ContactRow {
   Vector6 a = Vector6::Zero();
@@ -51,9 +51,9 @@ struct FrictionDisc {
 };
 
 struct ContactQp {
-  std::array<ContactRow, kMostContactRows> rows;
-  std::array<FrictionDisc, kMostContactRows> discs;
-  std::array<double, kMostGroups> rest{}, given{};  // d that the group would have alone, and d; input of `given`: an initial guess
+  std::array<ContactRow, kMaxContactRows> rows;
+  std::array<FrictionDisc, kMaxContactRows> discs;
+  std::array<double, kMaxGroups> rest{}, given{};  // d that the group would have alone, and d; input of `given`: an initial guess
   int row_count = 0, disc_count = 0, group_count = 0;
   Vector6 target = Vector6::Zero(), y = Vector6::Zero();  // input of y: an initial guess
   double tolerance = 1e-8;                                // of the residuals [mm, scaled]

@@ -96,7 +96,7 @@ struct RowRequest {
   std::uint32_t step;
   bool is_found;
   float inverse_angle_length;
-  float most_gap;   // of felt rows: the plane beside a patch gives a row only up to this gap, otherwise a row that is always satisfied [mm]
+  float max_gap;    // of felt rows: the plane beside a patch gives a row only up to this gap, otherwise a row that is always satisfied [mm]
   float allowance;  // triangles with a curved patch yield by this [mm]
   float behind;     // as in the view
   bool squared;     // RowForm::SquaredDistance, of spheres

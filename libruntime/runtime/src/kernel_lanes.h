@@ -149,16 +149,16 @@ inline Vector8 select(const I8& mask, const Vector8& yes, const Vector8& no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 inline Vector8 splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
-inline F8 least(const F8& a, const F8& b) { return select(a < b, a, b); }
-inline F8 largest(const F8& a, const F8& b) { return select(a > b, a, b); }
-inline F8 size(F8 a) { return largest(a, -a); }
-inline F8 clamp01(const F8& a) { return largest(splat(0), least(a, splat(1))); }
-inline float leastLane(const F8& w) {
+inline F8 minOf(const F8& a, const F8& b) { return select(a < b, a, b); }
+inline F8 maxOf(const F8& a, const F8& b) { return select(a > b, a, b); }
+inline F8 size(F8 a) { return maxOf(a, -a); }
+inline F8 clamp01(const F8& a) { return maxOf(splat(0), minOf(a, splat(1))); }
+inline float minLane(const F8& w) {
   F8 v = w;
 #if defined(__AVX2__)
-  v = least(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
-  v = least(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
-  return least(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6))[0];
+  v = minOf(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+  v = minOf(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+  return minOf(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6))[0];
 #else
   float out = v[0];
   for (unsigned k = 1; k < 8; ++k) out = v[k] < out ? v[k] : out;
@@ -179,7 +179,7 @@ inline F8 squareToTriangle(const Vector8& p0, const Vector8& p1, const Vector8& 
     over = over & (dot(cross(across, side[k]), from) >= zero);
     const F8 length2 = dot(side[k], side[k]);
     const Vector8 to = from - clamp01(dot(from, side[k]) / select(length2 > zero, length2, one)) * side[k];
-    nearest = least(nearest, dot(to, to));
+    nearest = minOf(nearest, dot(to, to));
   }
   const F8 height = dot(across, point - p0);
   return select(over, height * height / select(over, area2, one), nearest);
@@ -416,11 +416,11 @@ float sphereRows(const RowRequest& q) {
     const I8 apart = square > splat(1e-20f);  // otherwise the centres coincide, and the normal is +z
     const F8 d = squareRoot(square), scale = one / select(apart, d, one);
     F8 gap = d - sum;
-    smallest = least(smallest, gap);
+    smallest = minOf(smallest, gap);
     if (q.squared) gap = gap * (d + sum) * (splat(0.5f) * scale);
     storeRows(q, i, balls, select(apart, scale * way, splat(0, 0, 1)), gap, apart | ~apart);
   }
-  return leastLane(smallest);
+  return minLane(smallest);
 }
 
 // 8 patches: the content of eight CompiledPatch, transposed.
@@ -460,7 +460,7 @@ inline F8 wayToPatch(const U8& flags, const F8& allowance, const ToolBalls& ball
            lean = __builtin_convertvector((I8)(flags >> kLeanShift), F8) * splat(1.0f / kLeanMask);
   const I8 is_smooth = (I8)(flags & splatU(7)) == 0, is_curved = (I8)(flags & splatU(kCurved)) != 0;
   const F8 way = distance - balls.radius - swing;
-  return select(is_curved, select(is_smooth, largest(way, beside - swing - lean * balls.radius), way), splat(__builtin_inff()));
+  return select(is_curved, select(is_smooth, maxOf(way, beside - swing - lean * balls.radius), way), splat(__builtin_inff()));
 }
 
 // Keeps the ball, reduced by the allowance, out of the flat triangle, from either side. The triangle is convex, so the
@@ -486,11 +486,11 @@ float flatRows(const RowRequest& q) {
       const F8 inward = dot(cross(upright, side[k]), from), length2 = dot(side[k], side[k]),
                inverse = one / select(length2 > zero, length2, one);
       over = over & (inward >= zero);
-      beside2 = select(inward < zero, largest(beside2, inward * inward * inverse), beside2);
+      beside2 = select(inward < zero, maxOf(beside2, inward * inward * inverse), beside2);
       const Vector8 to = from - clamp01(dot(from, side[k]) * inverse) * side[k];
       const F8 square = dot(to, to);
       way = select(square < nearest, to, way);
-      nearest = least(nearest, square);
+      nearest = minOf(nearest, square);
     }
     const F8 height = dot(upright, balls.centre - p.position[0]);
     const I8 apart = nearest > splat(1e-20f);
@@ -501,12 +501,12 @@ float flatRows(const RowRequest& q) {
     const Vector8 from_edge = select(apart, (one / edge_distance) * way, to_side);
     const F8 distance = select(over, select(is_below, zero - height, height), select(apart, edge_distance, zero));
     const F8 gap =
-        distance - largest(balls.radius - select((I8)(p.flags & splatU(kCurved)) != 0, allowance, zero), splat(0.5f) * balls.radius);
-    smallest = least(smallest, gap);
+        distance - maxOf(balls.radius - select((I8)(p.flags & splatU(kCurved)) != 0, allowance, zero), splat(0.5f) * balls.radius);
+    smallest = minOf(smallest, gap);
     storeRows(q, i, balls, select(over, to_side, from_edge), gap, is_flat | ~is_flat);
     store(q.felt_way + i, wayToPatch(p.flags, allowance, balls, distance, squareRoot(beside2)));
   }
-  return leastLane(smallest);
+  return minLane(smallest);
 }
 
 // A quadratic field over a triangle with six nodes: value = f + u a + v b + u^2 c + u v d + v^2 e, where u and v are
@@ -560,13 +560,13 @@ inline Foot findFoot(const Quadratic& position, const Quadratic& normal, const V
     const I8 regular = det * det > splat(1e-24f);
     const F8 inverse = one / select(regular, det, one);
     F8 du = select(regular, dot(rest, pv_n) * inverse, zero), dv = select(regular, dot(rest, n_pu) * inverse, zero);
-    last = select(regular, largest(size(du), size(dv)), one);
-    const F8 shorter = least(one, splat(kLongestStep) / largest(last, splat(1e-9f)));
+    last = select(regular, maxOf(size(du), size(dv)), one);
+    const F8 shorter = minOf(one, splat(kLongestStep) / maxOf(last, splat(1e-9f)));
     F8 u = foot.u + shorter * du, v = foot.v + shorter * dv;
-    const F8 excess = half * largest(zero, u + v - high);
-    u = largest(low, least(u - excess, high));
-    v = largest(low, least(v - excess, high));
-    const F8 moved = largest(size(u - foot.u), size(v - foot.v));
+    const F8 excess = half * maxOf(zero, u + v - high);
+    u = maxOf(low, minOf(u - excess, high));
+    v = maxOf(low, minOf(v - excess, high));
+    const F8 moved = maxOf(size(u - foot.u), size(v - foot.v));
     foot.u = u;
     foot.v = v;
     if (maskOf(moved > splat(kLastStep)) == 0) break;
@@ -594,7 +594,7 @@ float feltRows(const RowRequest& q) {
     const I8 beyond[3] = {w[2] < seam, w[0] < seam, w[1] < seam};  // sides 01, 12, 20
     const I8 within = ~(beyond[0] | beyond[1] | beyond[2]) & foot.found;
     // The nearest point on the patch's border in weights, or the foot.
-    const F8 u0 = largest(zero, foot.u), v0 = largest(zero, foot.v), sum = u0 + v0, shrink = one / largest(one, sum);
+    const F8 u0 = maxOf(zero, foot.u), v0 = maxOf(zero, foot.v), sum = u0 + v0, shrink = one / maxOf(one, sum);
     const F8 u = select(within, foot.u, u0 * shrink), v = select(within, foot.v, v0 * shrink);
     const Vector8 at = position.at(u, v), n = normal.at(u, v), way = balls.centre - at;
     const F8 square = dot(n, n);
@@ -602,7 +602,7 @@ float feltRows(const RowRequest& q) {
     F8 gap = dot(way, unit) - balls.radius;
     const F8 distance = squareRoot(dot(way, way));
     // The centre must be outside; otherwise the flat triangle holds the ball.
-    I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.most_gap)));
+    I8 in = (within & (gap > -balls.radius)) | (~within & (gap > splat(kClearOfPlane)) & (distance - balls.radius <= splat(q.max_gap)));
 #pragma GCC unroll 1  // few patches are sharp
     for (unsigned k = 0; k < 3; ++k) {
       const I8 is_sharp = (I8)((p.flags >> splatU(k)) & splatU(1)) != 0, on_side = beyond[k] & is_sharp;
@@ -616,10 +616,10 @@ float feltRows(const RowRequest& q) {
       gap = select(apart, off - balls.radius, gap);
       in = (in & ~on_side) | (apart & (gap > splat(-0.5f) * balls.radius));
     }
-    smallest = least(smallest, select(in, gap, splat(__builtin_inff())));
+    smallest = minOf(smallest, select(in, gap, splat(__builtin_inff())));
     storeRows(q, i, balls, unit, gap, in);
   }
-  return leastLane(smallest);
+  return minLane(smallest);
 }
 
 WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, const float* y) {
@@ -633,7 +633,7 @@ WorstRow worstRow(const float* const* a, const float* b, std::uint32_t count, co
     smallest = select(less, s, smallest);
     at = (U8)(((I8)index & less) | ((I8)at & ~less));
   }
-  WorstRow worst{~0u, leastLane(smallest)};
+  WorstRow worst{~0u, minLane(smallest)};
   for (unsigned lanes = maskOf(smallest == splat(worst.slack)); lanes; lanes &= lanes - 1) {
     const std::uint32_t row = at[__builtin_ctz(lanes)];
     worst.row = row < worst.row ? row : worst.row;

@@ -48,10 +48,10 @@ class LinearTissue final : public SoftTissue {
   std::uint32_t beginStep(const Configuration& hand) override {
     const Displacement way = displacementBetween(memory_.haptic, hand);
     const double hand_way = way.translation.norm() + scene_.tool.reach * way.rotation.norm();
-    motion_ = std::min(kMostTissueMotion, kTissueMotion + kHandShare * hand_way);
-    const double most = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
+    motion_ = std::min(kMaxTissueMotion, kTissueMotion + kHandShare * hand_way);
+    const double max_motion = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-      if (surfaces_[i]) surfaces_[i]->beginStep(part_, most, motion_), placeView(i);
+      if (surfaces_[i]) surfaces_[i]->beginStep(part_, max_motion, motion_), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
@@ -126,8 +126,8 @@ class LinearTissue final : public SoftTissue {
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
-  std::array<Pressed, kMostForces> pressed_;
-  std::array<std::vector<double>, kMostForces> fields_;  // (force) displacements of the near nodes for a multiplier of 1
+  std::array<Pressed, kMaxForces> pressed_;
+  std::array<std::vector<double>, kMaxForces> fields_;  // (force) displacements of the near nodes for a multiplier of 1
   SurfaceCompliance compliance_{};
   std::vector<double> sum_;  // scratch
 };
@@ -186,10 +186,10 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
       out.point = surface->pointAt(triangle, turn * Vector3d(ball.x, ball.y, ball.z) + offset - std::min(beside, 1e6) * out.normal);
     }
     out.given = -out.normal.dot(surface->given(out.point));
-    // A point moves no farther than mostGive() from its position at rest, in any direction.
+    // A point moves no farther than maxGive() from its position at rest, in any direction.
     const Vector3d travelled = surface->travelled(out.point);
-    const double pressed_in = -out.normal.dot(travelled), most = surface->mostGive(out.point),
-                 room2 = most * most - (travelled.squaredNorm() - pressed_in * pressed_in);
+    const double pressed_in = -out.normal.dot(travelled), max_give = surface->maxGive(out.point),
+                 room2 = max_give * max_give - (travelled.squaredNorm() - pressed_in * pressed_in);
     out.stop = out.b - static_cast<float>(out.weight * (room2 > 0 ? std::sqrt(room2) - pressed_in : 0));
     if (first == 0) surface->addNear(triangle);
   }

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kMostBend =
+constexpr float kMaxBend =
     1.0f / 8;  // of a side's length: largest bulge beyond that at rest; the normals at its ends then differ by a radian
 
 // Applies the smallest rotation that maps the direction of `from` to that of `to`.
@@ -67,7 +67,7 @@ MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
     longest = std::max(longest, (model.vertices[e.end[1]].position - model.vertices[e.end[0]].position).norm());
   for (const SoftModel::Face& face : model.faces)
     for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (face.rest[(k + 1) % 3] - face.rest[k]).norm());
-  slack_ = 2 * rest_allowance_ + 8.0f / 3 * kMostBend * longest;
+  slack_ = 2 * rest_allowance_ + 8.0f / 3 * kMaxBend * longest;
   block_begin_.push_back(0);
   for (std::size_t b = 0; b < tree.bound.size(); ++b) {
     std::vector<std::uint32_t> nodes;
@@ -141,9 +141,9 @@ float MovedSkin::bulgeAt(std::uint32_t v) const {
     const Vector3f chord = model_.node_places[b] - model_.node_places[a],
                    way = Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{b}) -
                          Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{a});
-    const float most = kMostBend * chord.norm(), bend = bendOf(chord + way, fan_normals_[from], fan_normals_[to]) -
-                                                        bendOf(chord, model_.fans[from].normal, model_.fans[to].normal);
-    sum += both * std::clamp(bend, -most, most);
+    const float largest = kMaxBend * chord.norm(), bend = bendOf(chord + way, fan_normals_[from], fan_normals_[to]) -
+                                                          bendOf(chord, model_.fans[from].normal, model_.fans[to].normal);
+    sum += both * std::clamp(bend, -largest, largest);
   }
   return sum;
 }
@@ -164,8 +164,8 @@ const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
                  chord =
                      chord_at_rest +
                      (model_.points[edge.end[1]].displacementIn(bent_) - model_.points[edge.end[0]].displacementIn(bent_)).cast<float>();
-  const float most = kMostBend * chord_at_rest.norm();
-  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.bend, -most, most);
+  const float largest = kMaxBend * chord_at_rest.norm();
+  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.bend, -largest, largest);
   out.offset = turned(rest.position, normal_at_rest, normal_now) + bend * out.normal;
   return out;
 }

@@ -96,10 +96,10 @@ void startMotions(StepMemory& memory) {
 }
 
 BodyMotion motionLeft(const StepMemory& memory) {
-  BodyMotion most;
+  BodyMotion largest;
   for (const MovingBody* body : memory.movingBodies())
-    most = {std::max(most.length, body->length), std::max(most.turn, body->left.rotation.norm())};
-  return most;
+    largest = {std::max(largest.length, body->length), std::max(largest.turn, body->left.rotation.norm())};
+  return largest;
 }
 
 Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d& x) {
@@ -148,8 +148,8 @@ void advanceBodies(double part, StepMemory& memory) {
 void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) {
   if (memory.away_count == 0 || (centre - memory.away_from).norm() + reach + kApart < memory.away_by) return;
   for (MovingBody& body : memory.bodies) {
-    const double most = body.radius + reach + kApart;
-    if (body.is_away && squaredDistance(body.middle, centre.data()) <= most * most) show(body, memory);
+    const double largest = body.radius + reach + kApart;
+    if (body.is_away && squaredDistance(body.middle, centre.data()) <= largest * largest) show(body, memory);
   }
 }
 

@@ -150,11 +150,11 @@ Vector6 warmStart(const QpRows& rows, const Vector6& target, const QpAnswer& bef
   }
   Vector6 y = set.nearest(target);
   while (set.size > 0) {
-    int least = 0;
+    int smallest = 0;
     for (int k = 1; k < set.size; ++k)
-      if (set.multiplier[k] < set.multiplier[least]) least = k;
-    if (set.multiplier[least] >= 0) break;
-    set.drop(least);
+      if (set.multiplier[k] < set.multiplier[smallest]) smallest = k;
+    if (set.multiplier[smallest] >= 0) break;
+    set.drop(smallest);
     y = set.nearest(target);
   }
   return y;

@@ -30,18 +30,18 @@ enum class QpStatus : std::uint8_t {
   IterationLimit,  // `y` is optimal for the active rows only
 };
 
-inline constexpr int kMostContactRows = 24;  // rows that hold the tool; 6 without friction and tissue
+inline constexpr int kMaxContactRows = 24;  // rows that hold the tool; 6 without friction and tissue
 
 struct QpAnswer {
   Vector6 y = Vector6::Zero();
   QpStatus status = QpStatus::Optimal;
-  std::uint8_t active_count = 0;                         // 0..6; with friction or tissue, more
-  std::array<std::uint32_t, kMostContactRows> active{};  // indices of rows with a_i . y = b_i
-  std::array<double, kMostContactRows> multiplier{};     // > 0; y = target + sum multiplier_i a_i
-  std::uint8_t certificate_count = 0;                    // of an Infeasible answer, 1..7
-  std::array<std::uint32_t, 7> certificate{};            // indices of the rows of the certificate
-  std::array<double, 7> certificate_weight{};            // weights > 0: sum weight_i a_i = 0 and sum weight_i b_i > 0
-  std::uint16_t iterations = 0;                          // rows that entered the active set
+  std::uint8_t active_count = 0;                        // 0..6; with friction or tissue, more
+  std::array<std::uint32_t, kMaxContactRows> active{};  // indices of rows with a_i . y = b_i
+  std::array<double, kMaxContactRows> multiplier{};     // > 0; y = target + sum multiplier_i a_i
+  std::uint8_t certificate_count = 0;                   // of an Infeasible answer, 1..7
+  std::array<std::uint32_t, 7> certificate{};           // indices of the rows of the certificate
+  std::array<double, 7> certificate_weight{};           // weights > 0: sum weight_i a_i = 0 and sum weight_i b_i > 0
+  std::uint16_t iterations = 0;                         // rows that entered the active set
 };
 
 inline constexpr double kQpTolerance = 1e-5;  // a row may be violated by this [mm, scaled]

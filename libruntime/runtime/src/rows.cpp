@@ -33,7 +33,7 @@ class Requests {
     request_.tool = memory.scene.tool.spheres.data();
     request_.inverse_angle_length = static_cast<float>(1 / memory.scene.angle_length);
     request_.squared = false;
-    request_.most_gap = 0;
+    request_.max_gap = 0;
   }
 
   RowRequest& request() { return request_; }
@@ -98,8 +98,8 @@ namespace {
 // the tolerance, which is at most the triangle's allowance. Tissue may come nearer by its motion, and may have moved
 // away by as much before.
 float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
-  const auto most = static_cast<float>(margin * (1 + 1e-6));
-  return most + 2 * (memory.views[object].allowance + memory.views[object].motion);
+  const auto largest = static_cast<float>(margin * (1 + 1e-6));
+  return largest + 2 * (memory.views[object].allowance + memory.views[object].motion);
 }
 
 }  // namespace
@@ -107,10 +107,10 @@ float reachOf(std::uint32_t object, double margin, const StepMemory& memory) {
 void keepNear(double margin, PairSet& pairs, RowSet& rows, StepMemory& memory) noexcept {
   std::uint32_t count = 0;
   for (PairRun& run : memory.runs) {
-    const float most = reachOf(run.object, margin, memory);
+    const float largest = reachOf(run.object, margin, memory);
     const std::uint32_t begin = count;
     for (std::uint32_t i = run.begin; i < run.begin + run.count; ++i) {
-      if (-rows.b[i] > most * rows.weight[i]) continue;
+      if (-rows.b[i] > largest * rows.weight[i]) continue;
       memory.pairs[count] = memory.pairs[i];
       for (std::size_t k = 0; k < kRowArrays; ++k) memory.rowArray(k)[count] = memory.rowArray(k)[i];
       ++count;
@@ -143,10 +143,10 @@ PairSet feltPairs(const PairSet& set, double way, StepMemory& memory) noexcept {
   return out;
 }
 
-void addFeltRows(const PairSet& felt, const Configuration& pose, double most_gap, RowSet& rows, StepMemory& memory) noexcept {
+void addFeltRows(const PairSet& felt, const Configuration& pose, double max_gap, RowSet& rows, StepMemory& memory) noexcept {
   if (felt.pairs.empty()) return;
   Requests requests(pose, memory);
-  requests.request().most_gap = static_cast<float>(most_gap);
+  requests.request().max_gap = static_cast<float>(max_gap);
   for (const PairRun& run : felt.runs) {
     const RowRequest& request = requests.of(memory.views[run.object], run, felt.pairs.data(), rows.rows.count);
     const float gap = memory.isTissue(run.object) ? memory.tissue->patchRows(request) : memory.kernel->feltRows(request);

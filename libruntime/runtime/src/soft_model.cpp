@@ -13,12 +13,12 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kMostShare = 0.5;  // share of the distance to the nearest fixed node: limit of the displacement
+constexpr double kMaxShare = 0.5;  // share of the distance to the nearest fixed node: limit of the displacement
 
 Vector3d vectorOf(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
 
-// kMostShare of the distance from a point to the nearest fixed node.
-float mostGiveOf(const Tissue& tissue, const PressPoint& point) {
+// kMaxShare of the distance from a point to the nearest fixed node.
+float maxGiveOf(const Tissue& tissue, const PressPoint& point) {
   Vector3d at = Vector3d::Zero();
   double held = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -31,7 +31,7 @@ float mostGiveOf(const Tissue& tissue, const PressPoint& point) {
   at /= 1 - held;
   double nearest = std::numeric_limits<double>::infinity();
   for (const std::uint32_t node : tissue.fixed) nearest = std::min(nearest, (vectorOf(tissue.nodes[node]) - at).norm());
-  return static_cast<float>(std::min(kMostShare * nearest, 1e6));
+  return static_cast<float>(std::min(kMaxShare * nearest, 1e6));
 }
 
 void addFaces(const Tissue& tissue, SoftModel& out) {
@@ -61,7 +61,7 @@ void addFans(float crease_angle, SoftModel& out) {
   for (std::uint32_t f = 0; f < out.faces.size(); ++f)
     for (const std::uint32_t node : out.faces[f].node)
       if (node != kHeldNode) round[node].push_back(f);
-  const float least_cosine = std::cos(crease_angle);
+  const float min_cosine = std::cos(crease_angle);
   for (std::uint32_t node = 0; node < out.node_count; ++node) {
     std::vector<std::uint32_t>& left = round[node];
     while (!left.empty()) {
@@ -72,7 +72,7 @@ void addFans(float crease_angle, SoftModel& out) {
       for (std::size_t i = 0; i < fan.faces.size(); ++i)
         for (std::size_t k = 0; k < left.size();) {
           const SoftModel::Face &a = out.faces[fan.faces[i]], &b = out.faces[left[k]];
-          const bool goes_on = shareASide(a, b) && flatNormal(a).dot(flatNormal(b)) >= least_cosine;
+          const bool goes_on = shareASide(a, b) && flatNormal(a).dot(flatNormal(b)) >= min_cosine;
           if (goes_on) fan.faces.push_back(left[k]), left.erase(left.begin() + static_cast<std::ptrdiff_t>(k));
           k += !goes_on;
         }
@@ -154,7 +154,7 @@ std::shared_ptr<SoftModel> softModel(const SharedTree& tree, std::shared_ptr<con
   out->node_count = response.pressed.size();
   out->points = response.points;
   out->matrix = response.matrix;
-  for (const PressPoint& point : response.points) out->most_give.push_back(mostGiveOf(*tissue, point));
+  for (const PressPoint& point : response.points) out->max_give.push_back(maxGiveOf(*tissue, point));
   addFaces(*tissue, *out);
   addSkin(tree->skin, *out);
   addFans(tree->skin.crease_angle, *out);

@@ -36,7 +36,7 @@ struct SoftModel : TissueModel {
 
   std::size_t node_count = 0;          // pressed nodes
   std::span<const PressPoint> points;  // (vertex of the skin) the point with which it moves
-  std::vector<float> most_give;        // (vertex) largest displacement along a normal [mm]
+  std::vector<float> max_give;         // (vertex) largest displacement along a normal [mm]
   std::span<const float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
 
   std::vector<SkinNode> vertices, edge_middles;  // of the skin at rest

@@ -24,17 +24,17 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
                   pv = is_flat ? p.position[2] - p.position[0] : position.alongV(u, v),
                   way = centre - (is_flat ? p.position[0] + u * pu + v * pv : position.at(u, v));
     // A patch that bulges out is farther away on either side of the point; this curvature shortens the steps.
-    const F8 bulge_u = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.c)),
-             bulge_v = is_flat ? zero : largest(zero, splat(-2) * dot(way, position.e));
+    const F8 bulge_u = is_flat ? zero : maxOf(zero, splat(-2) * dot(way, position.c)),
+             bulge_v = is_flat ? zero : maxOf(zero, splat(-2) * dot(way, position.e));
     const F8 uu = dot(pu, pu) + bulge_u, vv = dot(pv, pv) + bulge_v, uv = dot(pu, pv), det = uu * vv - uv * uv;
     const I8 regular = det > splat(1e-6f) * uu * vv;
     const F8 inverse = one / select(regular, det, one), au = dot(way, pu), av = dot(way, pv);
     u = u + select(regular, (vv * au - uv * av) * inverse, zero);
     v = v + select(regular, (uu * av - uv * au) * inverse, zero);
-    const F8 excess = splat(0.5f) * largest(zero, u + v - one);
+    const F8 excess = splat(0.5f) * maxOf(zero, u + v - one);
     u = clamp01(u - excess);
     v = clamp01(v - excess);
-    const F8 shrink = one / largest(one, u + v);
+    const F8 shrink = one / maxOf(one, u + v);
     u = u * shrink;
     v = v * shrink;
   }
@@ -57,17 +57,17 @@ inline void keepStuck(const RowRequest& q, std::uint32_t i, const ToolBalls& bal
   }
   if (!any) return;
   const Vector8 way = balls.centre - position.at(stuck_u, stuck_v), shortest = balls.centre - position.at(u, v);
-  const F8 distance = squareRoot(dot(way, way)), least_distance = squareRoot(dot(shortest, shortest));
-  is_stuck = is_stuck & (distance <= least_distance + splat(kStuckOff));
+  const F8 distance = squareRoot(dot(way, way)), min_distance = squareRoot(dot(shortest, shortest));
+  is_stuck = is_stuck & (distance <= min_distance + splat(kStuckOff));
   u = select(is_stuck, stuck_u, u);
   v = select(is_stuck, stuck_v, v);
-  normal = select(is_stuck, (splat(1) / largest(distance, splat(1e-6f))) * way, normal);
+  normal = select(is_stuck, (splat(1) / maxOf(distance, splat(1e-6f))) * way, normal);
 }
 
 // The ball touches a point of the patch; the normal points from there to its centre. After the first rows of a step,
 // points and normals are fixed: then rows change exactly as the QP predicts, and the step converges.
 float softRows(const RowRequest& q) {
-  const F8 one = splat(1), zero = splat(0), least_distance = splat(1e-6f);
+  const F8 one = splat(1), zero = splat(0), min_distance = splat(1e-6f);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const ToolBalls balls(q, i);
@@ -77,7 +77,7 @@ float softRows(const RowRequest& q) {
     findNearest(p, position, balls.centre, u, v);
     Vector8 way = balls.centre - position.at(u, v);
     const F8 distance = squareRoot(dot(way, way));
-    Vector8 normal = (one / largest(distance, least_distance)) * way;
+    Vector8 normal = (one / maxOf(distance, min_distance)) * way;
     keepStuck(q, i, balls, position, u, v, normal);
     for (unsigned k = 0; k < 8; ++k) {
       SoftPoint& point = q.points[balls.slot[k]];
@@ -92,11 +92,11 @@ float softRows(const RowRequest& q) {
     way = balls.centre - position.at(u, v);
     const F8 gap = dot(way, normal) - balls.radius;
     // The centre must be outside; otherwise the flat triangle holds the ball.
-    const I8 in = (distance > least_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
-    smallest = least(smallest, select(in, gap, splat(__builtin_inff())));
+    const I8 in = (distance > min_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
+    smallest = minOf(smallest, select(in, gap, splat(__builtin_inff())));
     storeRows(q, i, balls, normal, gap, in);
   }
-  return leastLane(smallest);
+  return minLane(smallest);
 }
 
 }  // namespace

@@ -16,12 +16,12 @@ constexpr double kArrived = 1e-4;  // if the base is nearer than this to its tar
 // The largest length of `of` over the x, y, z of each node.
 template <class Of>
 double longest(std::size_t size, const Of& of) {
-  float most2 = 0;
+  float max2 = 0;
   for (std::size_t i = 0; i < size; i += 3) {
     const float x = of(i), y = of(i + 1), z = of(i + 2);
-    most2 = std::max(most2, x * x + y * y + z * z);
+    max2 = std::max(max2, x * x + y * y + z * z);
   }
-  return std::sqrt(static_cast<double>(most2));
+  return std::sqrt(static_cast<double>(max2));
 }
 
 bool anyIn(const std::vector<float>& field) {
@@ -71,9 +71,9 @@ Vector3d SoftSurface::movedInStep(const SkinPoint& point) const {
   return base_moves_ ? Vector3d(by_forces + fieldAt(point, base_way_)) : by_forces;
 }
 
-double SoftSurface::mostGive(const SkinPoint& point) const {
+double SoftSurface::maxGive(const SkinPoint& point) const {
   double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * static_cast<double>(model_.most_give[corners_[point.triangle][k]]);
+  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * static_cast<double>(model_.max_give[corners_[point.triangle][k]]);
   return sum;
 }
 
@@ -203,9 +203,9 @@ void SoftSurface::giveWay(double part) {
   const auto p = static_cast<float>(part), rest = 1 - p;
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = rest * from_[i] + p * to_[i];
   for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = rest * from_now_[i] + p * to_now_[i];
-  const double most = longest(now_.size(), [&](std::size_t i) { return now_[i] - start_[i]; });
-  if (most > motion_) {  // the tissue waits
-    const auto share = static_cast<float>(motion_ / most);
+  const double largest = longest(now_.size(), [&](std::size_t i) { return now_[i] - start_[i]; });
+  if (largest > motion_) {  // the tissue waits
+    const auto share = static_cast<float>(motion_ / largest);
     for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
   }
@@ -223,10 +223,10 @@ void SoftSurface::aim(std::span<const float> surface) {
   left_ = longest(aim_.size(), [&](std::size_t i) { return aim_[i] - base_[i]; });
 }
 
-void SoftSurface::followAim(double part, double most) {
+void SoftSurface::followAim(double part, double max_motion) {
   if (left_ == 0 || !std::isfinite(left_)) return;
   if (left_ <= kArrived) part = 1;
-  if (part * left_ > most) part = most / left_;
+  if (part * left_ > max_motion) part = max_motion / left_;
   for (std::size_t i = 0; i < base_.size(); ++i) {
     base_way_[i] = static_cast<float>(part) * (aim_[i] - base_[i]);
     base_[i] += base_way_[i];
@@ -237,11 +237,11 @@ void SoftSurface::followAim(double part, double most) {
   findShift();
 }
 
-void SoftSurface::beginStep(double part, double most, double motion) {
+void SoftSurface::beginStep(double part, double max_motion, double motion) {
   motion_ = motion;
   base_moves_ = false;
   ahead_ = from_ahead_ = 0;
-  if (aim_.size() == base_.size()) followAim(part, most);
+  if (aim_.size() == base_.size()) followAim(part, max_motion);
   skin_.beginStep();
   if (!has_moved_) return;
   has_moved_ = false;

@@ -36,9 +36,9 @@ class SoftSurface {
   const MovedSkin& skin() const { return skin_; }
   bool isAtRest() const;
 
-  /// Moves the base by `part` of its way, but no node by more than `most` [mm]; in this step, forces move no node by
-  /// more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
-  void beginStep(double part, double most, double motion);
+  /// Moves the base by `part` of its way, but no node by more than `max_motion` [mm]; in this step, forces move no node
+  /// by more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
+  void beginStep(double part, double max_motion, double motion);
   /// Sets the target of the base: x, y, z of each pressed node. `surface` must stay valid until the next call.
   void aim(std::span<const float> surface);
   std::span<const float> forces() const { return force_; }
@@ -53,7 +53,7 @@ class SoftSurface {
   /// Displacement of a point by the forces; travelled() adds that of the base.
   Eigen::Vector3d given(const SkinPoint& point) const { return fieldAt(point, now_); }
   Eigen::Vector3d travelled(const SkinPoint& point) const { return fieldAt(point, shift_); }
-  double mostGive(const SkinPoint& point) const;
+  double maxGive(const SkinPoint& point) const;
   /// Displacement of the point in this step: by the base, as far as the tool has not followed it; by base and forces.
   Eigen::Vector3d ahead(const SkinPoint& point) const;
   Eigen::Vector3d movedInStep(const SkinPoint& point) const;
@@ -92,7 +92,7 @@ class SoftSurface {
   using Field = std::vector<float>;  // (pressed node) x, y, z
 
   Eigen::Vector3d fieldAt(const SkinPoint& point, const Field& field) const;
-  void followAim(double part, double most);
+  void followAim(double part, double max_motion);
   void findShift();
   void applyForces(const Field& forces, Field& out) const;
 

@@ -15,8 +15,8 @@
 namespace spheretree::runtime {
 
 // Largest motion of a point by forces in one step: kTissueMotion plus kHandShare times the way of the hand, at most
-// kMostTissueMotion [mm]. The rim of a dent then gives way to a tool that leaves it.
-inline constexpr double kTissueMotion = 0.25, kHandShare = 2, kMostTissueMotion = 1;
+// kMaxTissueMotion [mm]. The rim of a dent then gives way to a tool that leaves it.
+inline constexpr double kTissueMotion = 0.25, kHandShare = 2, kMaxTissueMotion = 1;
 inline constexpr double kBehind = 0.4;  // a ball at most this far behind a triangle of tissue is pushed out in front of it [mm]
 inline constexpr double kRefitMm =
     0.05;  // padding of the balls of the search: they stay valid while their content moves by at most this [mm]

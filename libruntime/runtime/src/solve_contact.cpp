@@ -9,12 +9,12 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostFrictionRounds = 3;  // first with Coulomb's law itself; if that does not converge, with discs, and then with cones
+constexpr int kMaxFrictionRounds = 3;  // first with Coulomb's law itself; if that does not converge, with discs, and then with cones
 constexpr int kNewtonWork = 40, kRowWork = 5, kDiscWork = 15;  // cost of a Newton step, in groups of rows
-constexpr int kMostScans = 36;                                 // rows that enter
-constexpr int kMostNewRows = 4;           // that join the rows of the last piece before the QP without friction is asked
+constexpr int kMaxScans = 36;                                  // rows that enter
+constexpr int kMaxNewRows = 4;            // that join the rows of the last piece before the QP without friction is asked
 constexpr double kForceTolerance = 1e-6;  // of the residuals: gaps are floats and not known more accurately [mm, scaled]
-constexpr double kMostGive = 0.5;         // share of the smallest distance of two centres: limit by which an object yields
+constexpr double kMaxGive = 0.5;          // share of the smallest distance of two centres: limit by which an object yields
 constexpr float kOutOfTheWay = -1e30f;
 
 struct Tangents {
@@ -73,15 +73,15 @@ class ContactSolver {
   const CarriedPiece* carried_;
   const Eigen::Matrix3d rotation_;  // of the tool, where the rows were made
   ContactQp& qp_;
-  std::array<std::uint32_t, kMostContactRows> row_;              // index in the scan, of each row of the problem
-  std::array<double, kMostContactRows> pressed_;                 // initial multipliers
-  std::array<int, kMostContactRows> disc_;                       // of each row, or -1
-  std::array<double, kMostContactRows> friction_;                // coefficient times weight, for each disc's row
-  std::array<Tangents, kMostContactRows> tangents_;              // of each disc
+  std::array<std::uint32_t, kMaxContactRows> row_;               // index in the scan, of each row of the problem
+  std::array<double, kMaxContactRows> pressed_;                  // initial multipliers
+  std::array<int, kMaxContactRows> disc_;                        // of each row, or -1
+  std::array<double, kMaxContactRows> friction_;                 // coefficient times weight, for each disc's row
+  std::array<Tangents, kMaxContactRows> tangents_;               // of each disc
   enum class Law { Coulomb, Discs, Cones } law_ = Law::Coulomb;  // of the discs
-  std::array<std::uint32_t, kMostGroups> group_object_{};
-  std::array<double, kMostGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
-  std::array<bool, kMostContactRows> is_stop_;     // for each row: of tissue that has reached its largest displacement
+  std::array<std::uint32_t, kMaxGroups> group_object_{};
+  std::array<double, kMaxGroups> group_scale_{};  // [mm] of the object for each mm of the coordinate
+  std::array<bool, kMaxContactRows> is_stop_;     // for each row: of tissue that has reached its largest displacement
 };
 
 template <class Work>
@@ -110,7 +110,7 @@ int ContactSolver::placeOf(std::uint32_t row, bool is_stop) const {
 int ContactSolver::groupOf(std::uint32_t object) {
   for (int g = 0; g < qp_.group_count; ++g)
     if (group_object_[static_cast<std::size_t>(g)] == object) return g;
-  if (qp_.group_count == kMostGroups || qp_.row_count == kMostContactRows) return -1;
+  if (qp_.group_count == kMaxGroups || qp_.row_count == kMaxContactRows) return -1;
   const int g = qp_.group_count++;
   const auto at = static_cast<std::size_t>(g);
   group_object_[at] = object;
@@ -121,7 +121,7 @@ int ContactSolver::groupOf(std::uint32_t object) {
   bound = {};
   bound.group = g;
   bound.give = -1;
-  bound.b = -kMostGive * scene_.least_contact / group_scale_[at];
+  bound.b = -kMaxGive * scene_.min_contact / group_scale_[at];
   row_[static_cast<std::size_t>(qp_.row_count)] = ~0u;
   is_stop_[static_cast<std::size_t>(qp_.row_count)] = false;
   disc_[static_cast<std::size_t>(qp_.row_count++)] = -1;
@@ -135,7 +135,7 @@ int ContactSolver::takeIn(std::uint32_t row, double multiplier, bool is_stop) {
   const RowName name = parts_.nameOfRow(pairs_, row);
   const int group = scene_.objects[name.object].softness > 0 ? groupOf(name.object) : -1;
   int k = qp_.row_count;
-  if (k == kMostContactRows) {  // replaces a row without force and friction
+  if (k == kMaxContactRows) {  // replaces a row without force and friction
     for (k = 0; k < qp_.row_count; ++k) {
       const auto at = static_cast<std::size_t>(k);
       if (qp_.rows[at].multiplier == 0 && disc_[at] < 0 && row_[at] != ~0u) break;
@@ -222,7 +222,7 @@ void ContactSolver::start() {
 bool ContactSolver::holdsAsBefore() {
   if (carried_ || scene_.has_soft || !parts_.rubs || memory_.active_count == 0) return false;
   start();
-  for (int scan = 0; scan < kMostNewRows; ++scan) {
+  for (int scan = 0; scan < kMaxNewRows; ++scan) {
     solve();
     if (!qp_.converged) return false;
     if (!takeInViolated()) return true;
@@ -315,7 +315,7 @@ void ContactSolver::solve() {
 }
 
 void ContactSolver::solveScans() {
-  for (int scan = 0; scan < kMostScans; ++scan) {
+  for (int scan = 0; scan < kMaxScans; ++scan) {
     solve();
     const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0 && !memory_.tissue;
     if (is_lost || !takeInViolated()) break;
@@ -330,7 +330,7 @@ void ContactSolver::solveRounds() {
   solveScans();
   int rounds = 1;
   if (!qp_.converged && !memory_.tissue) {
-    rounds = kMostFrictionRounds;
+    rounds = kMaxFrictionRounds;
     makeDiscs();
     solveScans();
     makeCones();
@@ -423,10 +423,10 @@ void StepParts::shiftSoft(const PairSet& set, std::uint32_t first, RowSet& rows)
     if (!(give > 0)) continue;
     for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) rows.b[i] -= give * rows.weight[i];
   }
-  float least = std::numeric_limits<float>::infinity();
+  float smallest = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = first; i < first + static_cast<std::uint32_t>(set.pairs.size()); ++i)
-    if (rows.weight[i] > 0) least = std::min(least, -rows.b[i] / rows.weight[i]);
-  (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = least;
+    if (rows.weight[i] > 0) smallest = std::min(smallest, -rows.b[i] / rows.weight[i]);
+  (first == 0 ? rows.smallest_gap : rows.smallest_felt_gap) = smallest;
 }
 
 }  // namespace spheretree::runtime

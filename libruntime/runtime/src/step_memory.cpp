@@ -110,7 +110,7 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the angle
       turn = 2 * std::asin(std::min(1.0, chord)),
                farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.shapes[before.shape].radius;
-  if (farthest < 0.5 * scene.least_contact) return;
+  if (farthest < 0.5 * scene.min_contact) return;
   sides_known = false;
   feelSkin(i);
 }

@@ -20,7 +20,7 @@
 
 namespace spheretree::runtime {
 
-static_assert(kMostContacts == kMostContactRows);
+static_assert(kMaxContacts == kMaxContactRows);
 
 inline constexpr std::size_t kRowArrays = 9;  // number of arrays in StepMemory::row_memory: six of coefficients, b, weight, felt way
 
@@ -75,19 +75,19 @@ struct StepMemory {
   Configuration haptic, graphic;  // of the last step
   std::array<double, 3> euler{};  // Euler angles of the graphic tool in the mode of the paper: gamma, beta, alpha [rad]
   Wrench wrench;                  // of the last step, without the limits
-  std::array<RowName, kMostContacts> active_names{};  // rows that were active at the end of the last step
+  std::array<RowName, kMaxContacts> active_names{};  // rows that were active at the end of the last step
   std::uint8_t active_count = 0;
-  std::array<double, kMostContacts> active_multiplier{};        // multipliers of these rows
-  std::array<Eigen::Vector3d, kMostContacts> active_rubbing{};  // friction force, divided by the stiffness of the pull [mm]
-  std::vector<double> give, give_from, give_to;                 // (object) how far it yields: now, and from and to in the next piece [mm]
-  std::vector<float> soft_b;                                    // (row) b, for objects that yield
-  std::unique_ptr<SoftTissue> tissue;                           // null if the scene has no tissue
-  double depth = 0;                                             // penetration of the tool at the end of the last step [mm]
-  Displacement stretch;                                         // of spring and damper at the end of the last step
-  Displacement motion;                                          // motion of the graphic tool in the last step, which its mass continues
-  std::unique_ptr<ContactQp> contact_qp;                        // of the piece; null without friction and compliance
-  QpAnswer answer;                                              // of the last QP
-  std::array<Contact, kMostContacts> contacts{};
+  std::array<double, kMaxContacts> active_multiplier{};        // multipliers of these rows
+  std::array<Eigen::Vector3d, kMaxContacts> active_rubbing{};  // friction force, divided by the stiffness of the pull [mm]
+  std::vector<double> give, give_from, give_to;                // (object) how far it yields: now, and from and to in the next piece [mm]
+  std::vector<float> soft_b;                                   // (row) b, for objects that yield
+  std::unique_ptr<SoftTissue> tissue;                          // null if the scene has no tissue
+  double depth = 0;                                            // penetration of the tool at the end of the last step [mm]
+  Displacement stretch;                                        // of spring and damper at the end of the last step
+  Displacement motion;                                         // motion of the graphic tool in the last step, which its mass continues
+  std::unique_ptr<ContactQp> contact_qp;                       // of the piece; null without friction and compliance
+  QpAnswer answer;                                             // of the last QP
+  std::array<Contact, kMaxContacts> contacts{};
   std::uint8_t contact_count = 0;
 
   bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }

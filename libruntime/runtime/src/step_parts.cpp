@@ -7,7 +7,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr int kMostRelaxations = 16;     // in one QP with conflicting rows
+constexpr int kMaxRelaxations = 16;      // in one QP with conflicting rows
 constexpr std::uint32_t kFeltWork = 12;  // cost of 8 felt rows, in groups of rows
 
 class Stage {
@@ -41,9 +41,9 @@ RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
 
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
-  const std::uint32_t most = scene.step_limits.max_work;
+  const std::uint32_t max_work = scene.step_limits.max_work;
   const double reach = memory.tissue ? margin + memory.tissue->motion() + kRefitMm : margin;
-  const PairSet set = findPairs(pose, reach, of, most > result.work ? most - result.work : 0, memory);
+  const PairSet set = findPairs(pose, reach, of, max_work > result.work ? max_work - result.work : 0, memory);
   result.work += set.work;
   ++result.searches;
   result.pairs = static_cast<std::uint32_t>(set.pairs.size());
@@ -115,7 +115,7 @@ double StepParts::solve(RowSet& set, const Vector6& target) {
     result.qp_iterations += answer.iterations;
     result.work += (answer.iterations + 1u) * groups(set.rows.count);
     if (answer.status != QpStatus::Infeasible) break;
-    if (round == kMostRelaxations || !workLeft()) {
+    if (round == kMaxRelaxations || !workLeft()) {
       allowStaying(set);  // no time to find the smallest distance: y = 0 now satisfies all rows
       solveQp6(*memory.kernel, set.rows, target, answer);
       back = std::max(back, static_cast<double>(-set.smallest_gap));

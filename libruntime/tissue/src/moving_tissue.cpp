@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kLeastPart = 0.05;  // smallest share of a way in one state
+constexpr double kMinPart = 0.05;  // smallest share of a way in one state
 
 }  // namespace
 
@@ -88,7 +88,7 @@ void MovingTissue::relax(std::span<const float> surface) noexcept {
     square += static_cast<double>(change) * static_cast<double>(change);
     ways_[i] = way;
   }
-  if (square > 0) part_ = std::clamp(-part_ * along / square, kLeastPart, 1.0);
+  if (square > 0) part_ = std::clamp(-part_ * along / square, kMinPart, 1.0);
   const auto part = static_cast<float>(part_);
   for (std::size_t i = 0; i < surface.size(); ++i) last_[i] += part * ways_[i];
 }

@@ -15,11 +15,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kTurns = 12;              // iterations for a rotation; 2 or 3 are usual
-constexpr double kTurned = 1e-7;        // a smaller rotation ends the iteration: the remaining error is its square [rad]
-constexpr double kFlat = 0.3;           // share of the volume below which a tetrahedron gets the additional energy
-constexpr double kBarrier = 10;         // its stiffness, as a multiple of the material's bulk resistance
-constexpr double kLeastStretch = 0.05;  // sums of two singular values below this: nearly flat or inverted
+constexpr int kTurns = 12;            // iterations for a rotation; 2 or 3 are usual
+constexpr double kTurned = 1e-7;      // a smaller rotation ends the iteration: the remaining error is its square [rad]
+constexpr double kFlat = 0.3;         // share of the volume below which a tetrahedron gets the additional energy
+constexpr double kBarrier = 10;       // its stiffness, as a multiple of the material's bulk resistance
+constexpr double kMinStretch = 0.05;  // sums of two singular values below this: nearly flat or inverted
 
 // The rotation nearest to `gradient`, starting from `turn`, the rotation of a similar state, by Newton's method. With
 // R^T F = A the derivative of |F - R exp(w)|^2 is zero where  (tr S - S) w = axial vector of A,  with S its symmetric
@@ -33,7 +33,7 @@ Matrix3d turnTowards(const Matrix3d& gradient, Quaterniond& turn) {
     const Vector3d axial(a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1));
     const Matrix3d slope = a.trace() * Matrix3d::Identity() - 0.5 * (a + a.transpose());
     const double minor = slope(0, 0) * slope(1, 1) - slope(0, 1) * slope(0, 1), det = slope.determinant();
-    constexpr double k = kLeastStretch;
+    constexpr double k = kMinStretch;
     const bool is_upright = slope(0, 0) > k && minor > k * k && det > k * k * k;
     const Vector3d omega = is_upright ? Vector3d(slope.inverse() * axial) : Vector3d(axial / (std::abs(a.trace()) + 1));
     const Vector3d half = 0.5 * omega;

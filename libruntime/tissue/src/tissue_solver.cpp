@@ -19,10 +19,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kMemory = 8;    // pairs of L-BFGS
-constexpr int kMostHalvings = 12;     // of a step along a direction
+constexpr int kMaxHalvings = 12;      // of a step along a direction
 constexpr double kSufficient = 1e-4;  // Armijo's constant, as in J. Nocedal, S. Wright, Numerical Optimization
 constexpr double kRounding = 1e-13;   // relative, of a sum of energies
-constexpr double kMostInverted = 0.05;
+constexpr double kMaxInverted = 0.05;
 
 using Field = std::vector<Vector3d>;
 
@@ -68,7 +68,7 @@ struct TissueSolver::State {
   void precondition(Field& v);
   void findDirection();
   double iterate(std::span<const Vector3d> forces, double& value);
-  bool run(std::span<const Vector3d> forces, double tolerance, int most_iterations);
+  bool run(std::span<const Vector3d> forces, double tolerance, int max_iterations);
 };
 
 // Uses plain linear tetrahedra: they are stiffer than the energy at rest, so that full steps seldom overshoot.
@@ -166,7 +166,7 @@ double TissueSolver::State::iterate(std::span<const Vector3d> forces, double& va
     if (!(slope < 0)) return 0;
   }
   double part = 1;
-  for (int halving = 0; halving <= kMostHalvings; ++halving, part /= 2) {
+  for (int halving = 0; halving <= kMaxHalvings; ++halving, part /= 2) {
     for (std::size_t i = 0; i < now.size(); ++i) trial[i] = now[i] + part * direction[i];
     const double reached = total(trial, forces, trial_gradient);
     if (!(reached <= value + kSufficient * part * slope + kRounding * std::abs(value))) continue;
@@ -189,19 +189,19 @@ double TissueSolver::State::iterate(std::span<const Vector3d> forces, double& va
   return 0;
 }
 
-bool TissueSolver::State::run(std::span<const Vector3d> forces, double tolerance, int most_iterations) {
+bool TissueSolver::State::run(std::span<const Vector3d> forces, double tolerance, int max_iterations) {
   const auto isFinite = [](const Vector3d& v) { return v.allFinite(); };
   if (forces.size() != displacement.size() || !std::all_of(forces.begin(), forces.end(), isFinite)) return false;
   now = displacement;
   double value = total(now, forces, gradient);
   last_move = 0;
-  for (int k = 0; k < most_iterations; ++k) {
+  for (int k = 0; k < max_iterations; ++k) {
     last_move = iterate(forces, value);
     if (last_move <= tolerance) break;
   }
   const std::size_t count = elements.inverted(now);
   if (!std::isfinite(value) || !std::all_of(now.begin(), now.end(), isFinite) ||
-      static_cast<double>(count) > kMostInverted * static_cast<double>(elements.elements().size())) {
+      static_cast<double>(count) > kMaxInverted * static_cast<double>(elements.elements().size())) {
     lessons.forget();
     return false;
   }
@@ -229,8 +229,8 @@ std::unique_ptr<TissueSolver> TissueSolver::make(const Tissue& tissue, std::stri
 
 bool TissueSolver::advance(std::span<const Vector3d> forces, int iterations) noexcept { return state_->run(forces, -1, iterations); }
 
-bool TissueSolver::settle(std::span<const Vector3d> forces, double tolerance, int most_iterations) noexcept {
-  return state_->run(forces, tolerance, most_iterations) && state_->last_move <= tolerance;
+bool TissueSolver::settle(std::span<const Vector3d> forces, double tolerance, int max_iterations) noexcept {
+  return state_->run(forces, tolerance, max_iterations) && state_->last_move <= tolerance;
 }
 
 void TissueSolver::reset() noexcept {

@@ -30,9 +30,9 @@ struct Piece {
 Vector3d centroidOf(const Piece& piece) { return (piece.corner[0] + piece.corner[1] + piece.corner[2]) / 3; }
 
 double radiusAbout(const Piece& piece, const Vector3d& c) {
-  double most = 0;
-  for (const Vector3d& p : piece.corner) most = std::max(most, (p - c).squaredNorm());
-  return std::sqrt(most);
+  double largest = 0;
+  for (const Vector3d& p : piece.corner) largest = std::max(largest, (p - c).squaredNorm());
+  return std::sqrt(largest);
 }
 
 Vector3d farthestCorner(const Piece& piece, const Vector3d& c) {
@@ -147,9 +147,9 @@ Piece pieceOf(const TriangleMesh& mesh, std::size_t t, const Vector3d& origin) {
 // Upper bound of the rounding error of a split point or a distance: a split is at most 100 deep, and each midpoint is
 // off by half an ulp.
 double roundingMargin(const TriangleMesh& mesh, const Vector3d& origin) {
-  double most = origin.cwiseAbs().maxCoeff();
-  for (const Vector3d& p : mesh.positions) most = std::max(most, p.cwiseAbs().maxCoeff());
-  return 1e-13 * most;
+  double largest = origin.cwiseAbs().maxCoeff();
+  for (const Vector3d& p : mesh.positions) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  return 1e-13 * largest;
 }
 
 // The ball that needs the smallest growth to contain a piece, among those near it, or among all if none is near. Ties
@@ -159,7 +159,7 @@ struct Growth {
   double need;  // its radius after the growth
   double more;  // increase of its radius: no point of the piece has a larger gap
 };
-Growth leastGrowth(const BallIndex& index, const Piece& piece, std::span<const std::uint32_t> near) {
+Growth minGrowth(const BallIndex& index, const Piece& piece, std::span<const std::uint32_t> near) {
   Growth best{0, 0, std::numeric_limits<double>::infinity()};
   const auto consider = [&](std::uint32_t slot) {
     const Ball& ball = index.balls[slot];
@@ -225,7 +225,7 @@ CertifiedCover certifyCover(const TriangleMesh& mesh, std::span<const Ball> ball
           [&](const Piece& piece, double side, std::span<const std::uint32_t> near) {
             const bool coarse = side > fine;
             if (coarse && near.size() != 1) return false;
-            Growth growth = leastGrowth(index, piece, near);
+            Growth growth = minGrowth(index, piece, near);
             // If only one ball is near, and no other is nearer to the farthest corner, that ball has to grow this far,
             // whether the piece is split or not.
             if (coarse && gapAt(index, farthestCorner(piece, index.balls[growth.slot].centre), growth.more) < growth.more) return false;

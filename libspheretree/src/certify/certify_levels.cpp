@@ -12,8 +12,8 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kResolution = 2e-3;       // of certification, as a share of the stand-off
-constexpr double kLeastResolution = 1e-7;  // ... and of the diagonal
+constexpr double kResolution = 2e-3;     // of certification, as a share of the stand-off
+constexpr double kMinResolution = 1e-7;  // ... and of the diagonal
 
 class Certifier {
  public:
@@ -41,7 +41,7 @@ class Certifier {
     for (const Ended& e : ended_) set.push_back({levels_.balls[e.level][e.index].centre, out_.spheres[e.level][e.index].radius});
     double stand_off = 0;
     for (const Ball& b : set) stand_off = std::max(stand_off, b.radius + target_.field.signedDistance(b.centre));
-    const double resolution = std::max(kResolution * stand_off, kLeastResolution * target_.field.diagonal());
+    const double resolution = std::max(kResolution * stand_off, kMinResolution * target_.field.diagonal());
     CertifiedCover certified = certifyCover(target_.mesh, set, target_.origin, resolution, progress_);
     out_.pieces += certified.pieces;
     out_.largest_growth.push_back(certified.largest_growth);

@@ -41,12 +41,12 @@ class PowerCells {
     double extent2 = 0;
     for (const Eigen::Vector3d& p : triangle) extent2 = std::max(extent2, (p - middle).squaredNorm());
     std::uint32_t first = kNone;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     index_.tree.searchWithin(middle, extent2 * (1 + 1e-12), [&](std::size_t begin, std::size_t count) {
       for (auto slot = static_cast<std::uint32_t>(begin); slot < begin + count; ++slot) {
         if (isAbsent(slot)) continue;
         near_.push_back(slot);
-        if (const double p = power(slot, middle); p < least) least = p, first = slot;
+        if (const double p = power(slot, middle); p < smallest) smallest = p, first = slot;
       }
     });
     if (first == kNone) {
@@ -129,7 +129,7 @@ class PowerCells {
   // compare corners, since the difference of two powers is linear. Returns the ball of least power at the farthest
   // corner that is outside the own ball and where another ball has less power; kNone if there is no such corner.
   std::uint32_t sortOut(std::size_t corner, std::size_t near) {
-    least_ = own_;
+    min_ = own_;
     deepest_.assign(own_.size(), kNone);
     std::size_t kept = near;
     for (std::size_t i = near; i < near_.size(); ++i) {
@@ -138,7 +138,7 @@ class PowerCells {
       for (std::size_t v = 0; v < own_.size(); ++v) {
         const double p = power(slot, corners_[corner + v]);
         is_needed = is_needed || p < own_[v];
-        if (p < least_[v]) least_[v] = p, deepest_[v] = slot;
+        if (p < min_[v]) min_[v] = p, deepest_[v] = slot;
       }
       if (is_needed) near_[kept++] = slot;
     }
@@ -181,7 +181,7 @@ class PowerCells {
   std::vector<std::uint32_t> near_;       // stack: the balls of each of these parts
   // By corner of the current part: the power of its own ball, the least power of all balls, the ball of that power, and
   // the difference of two powers.
-  std::vector<double> own_, least_, difference_;
+  std::vector<double> own_, min_, difference_;
   std::vector<std::uint32_t> deepest_;
 };
 

@@ -18,7 +18,7 @@ constexpr std::size_t kSamplesASphere = 40;
 }  // namespace
 
 std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Vector3d& origin,
-                                       std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t most,
+                                       std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t max_count,
                                        std::uint64_t seed, Progress& progress) {
   SampleSettings sampling;
   sampling.count = kSamplesASphere * spheres.size();
@@ -41,7 +41,7 @@ std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const
     const auto marked_count = static_cast<std::size_t>(std::count(redundant.begin(), redundant.end(), 1));
     for (std::uint32_t b = 0; b < spheres.size(); ++b) {
       if (redundant[b]) continue;
-      if (maybe[b] && candidates.size() < most - marked_count) candidates.push_back(static_cast<std::uint32_t>(left.size()));
+      if (maybe[b] && candidates.size() < max_count - marked_count) candidates.push_back(static_cast<std::uint32_t>(left.size()));
       left.push_back(b);
       left_spheres.push_back(spheres[b]);
     }

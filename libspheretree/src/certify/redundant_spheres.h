@@ -16,10 +16,10 @@ namespace spheretree::builder {
 /// Marks spheres of a cover of `mesh` (centres relative to `origin`) such that the others cover every triangle without
 /// growing, as proven by provenRedundant (certify_cover.h). Candidates are the spheres of which every sample of the
 /// surface lies in another sphere, too. `group` (spheres): the last sphere of a group is kept. Spheres in `fixed` (may
-/// be empty) are kept. At most `most` are marked. Deterministic for any number of threads. Cost: 40 samples a sphere,
-/// then a proof near each candidate.
+/// be empty) are kept. At most `max_count` are marked. Deterministic for any number of threads. Cost: 40 samples a
+/// sphere, then a proof near each candidate.
 std::vector<char> findRedundantSpheres(const TriangleMesh& mesh, std::span<const Sphere> spheres, const Eigen::Vector3d& origin,
-                                       std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t most,
+                                       std::span<const std::uint32_t> group, std::span<const char> fixed, std::size_t max_count,
                                        std::uint64_t seed, Progress& progress);
 
 }  // namespace spheretree::builder

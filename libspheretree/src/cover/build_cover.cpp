@@ -15,10 +15,10 @@ namespace spheretree::builder {
 namespace {
 
 constexpr double kRounded = 1 - 1e-12;  // factor on a tolerance, so that rounded radii still keep it
-constexpr int kMostGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
+constexpr int kMaxGuesses = 4;  // guesses of the number of leaves for a tolerance; each has about half the error of the previous one
 
 struct Effort {
-  std::size_t samples_a_sphere, least_samples;
+  std::size_t samples_a_sphere, min_samples;
   std::size_t candidates_a_sphere;  // of the first choice, from which the cover search starts; more of them hardly improve the result
   std::size_t medial_samples;       // points of the Delaunay triangulation, at least three for each sphere
   std::size_t touching_samples;     // how many of these points get a shrinking ball
@@ -36,7 +36,7 @@ Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
       return {.samples_a_sphere = 12,
-              .least_samples = 300,
+              .min_samples = 300,
               .candidates_a_sphere = 6,
               .medial_samples = 1500,
               .touching_samples = 300,
@@ -50,7 +50,7 @@ Effort effortOf(Quality quality) {
               .removal_moves = 8};
     case Quality::Standard:
       return {.samples_a_sphere = 24,
-              .least_samples = 1000,
+              .min_samples = 1000,
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
@@ -64,7 +64,7 @@ Effort effortOf(Quality quality) {
               .removal_moves = 25};
     case Quality::Best:
       return {.samples_a_sphere = 24,
-              .least_samples = 1000,
+              .min_samples = 1000,
               .candidates_a_sphere = 20,
               .medial_samples = 6000,
               .touching_samples = 1500,
@@ -83,10 +83,10 @@ Effort effortOf(Quality quality) {
 template <class T>
 std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
   if (all.size() <= wanted) return all;
-  std::vector<T> few;
-  few.reserve(wanted);
-  for (std::size_t i = 0; i < wanted; ++i) few.push_back(all[i * all.size() / wanted]);
-  return few;
+  std::vector<T> thinned;
+  thinned.reserve(wanted);
+  for (std::size_t i = 0; i < wanted; ++i) thinned.push_back(all[i * all.size() / wanted]);
+  return thinned;
 }
 
 // Voronoi vertices and shrinking balls of one sampling of the surface, with `count` points.
@@ -123,7 +123,7 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
   }
   std::size_t full = 1;
   for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
-  const std::size_t budget = settings.most_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.most_leaves)) : full;
+  const std::size_t budget = settings.max_leaves > 0 ? std::min(full, static_cast<std::size_t>(settings.max_leaves)) : full;
   if (settings.tolerance_mm > 0) return levelsAbove(coverWithin(settings.tolerance_mm, budget, progress), full, settings, progress);
   fitPool(budget, progress);
   return levelsAbove(cover(budget, progress), full, settings, progress);
@@ -149,7 +149,7 @@ void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
 CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) const {
   const Effort effort = effortOf(quality_);
   SampleSettings sampling;
-  sampling.count = std::max(effort.least_samples, effort.samples_a_sphere * spheres);
+  sampling.count = std::max(effort.min_samples, effort.samples_a_sphere * spheres);
   sampling.seed = seed_ + 1;
   ChoiceSettings choice;
   choice.spheres = spheres;
@@ -184,7 +184,7 @@ const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
 // number.
 std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress) {
   auto guess = static_cast<std::size_t>(std::sqrt(static_cast<double>(max_leaves)));
-  for (int round = 0, last = 0; round < kMostGuesses && last != static_cast<int>(guess); ++round) {
+  for (int round = 0, last = 0; round < kMaxGuesses && last != static_cast<int>(guess); ++round) {
     last = static_cast<int>(guess);
     fitPool(guess, progress);
     SampleSettings sampling;
@@ -219,7 +219,7 @@ LevelBalls CoverBuilder::levelsAbove(Cover leaves, std::size_t full, const Build
   std::vector<std::size_t> counts(static_cast<std::size_t>(settings.levels), 1);
   for (std::size_t level = 1; level < counts.size(); ++level)
     counts[level] = std::min(counts[level - 1] * static_cast<std::size_t>(settings.branching), leaves.balls.size());
-  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.most_leaves > 0))
+  if (leaves.balls.size() < full && (settings.tolerance_mm > 0 || settings.max_leaves > 0))
     counts = levelCounts(leaves.balls.size(), settings.branching);
   std::vector<Cover> covers(counts.size());
   covers.back() = std::move(leaves);

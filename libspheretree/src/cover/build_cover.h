@@ -26,7 +26,7 @@ class CoverBuilder {
   /// level has at most branching^level balls, and at most as many as the level below. With a tolerance, the leaves are
   /// the smallest set that was found whose stand-off stays within it; if the largest allowed number of leaves does not
   /// suffice, that number is used. The same sequence of calls gives the same balls for any number of threads. Calls may
-  /// differ in levels, branching, most_leaves and tolerance_mm; with another quality or seed the builder starts again.
+  /// differ in levels, branching, max_leaves and tolerance_mm; with another quality or seed the builder starts again.
   LevelBalls build(const BuildSettings& settings, Progress& progress);
 
  private:

@@ -24,17 +24,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBisections = 4;                // of the greedy cover; more are not needed, because later steps improve the result anyway
-constexpr double kUncoverableShare = 0.4;     // share of the stand-off: a sample without a candidate this near limits the search
-constexpr int kMostTopUps = 9;                // rounds that add candidates at uncoverable samples, each with a new greedy cover
-constexpr std::size_t kMostTopUpSamples = 8;  // for each sphere: samples that get a candidate of their own in one top-up
+constexpr int kBisections = 4;               // of the greedy cover; more are not needed, because later steps improve the result anyway
+constexpr double kUncoverableShare = 0.4;    // share of the stand-off: a sample without a candidate this near limits the search
+constexpr int kMaxTopUps = 9;                // rounds that add candidates at uncoverable samples, each with a new greedy cover
+constexpr std::size_t kMaxTopUpSamples = 8;  // for each sphere: samples that get a candidate of their own in one top-up
 constexpr double kGoalGrowth =
     1.3;  // of the stand-off if it is too low; the factor is applied again each time, since the estimate from one sphere is far too low
 constexpr double kFull = 0.9;             // share of the spheres that a greedy cover uses if the candidates suffice
 constexpr double kFirstGoalFactor = 1.2;  // first goal, as a multiple of the stand-off that the number of unused spheres suggests
 constexpr std::size_t kDenser = 8;        // times as many samples, from which those of balls with few samples are taken
 constexpr double kHexagon = 2.598;        // area of the largest cell of a flat spot, divided by the square of the spot's radius (Kershner)
-constexpr double kMostSamples = 3;        // times the usual number, for a ball whose patch is a ring
+constexpr double kMaxSamples = 3;         // times the usual number, for a ball whose patch is a ring
 constexpr double kGapSpacing = 0.1;       // distance of the samples in gaps, in widths of a patch: one or a few for each gap
 constexpr double kGapSwapsGoalFactor =
     1.15;  // first goal of the swaps with samples in gaps, as a multiple of the stand-off on the samples so far
@@ -44,9 +44,9 @@ constexpr double kSearchGoalFactor =
 template <class T>
 std::vector<T> everyNth(std::span<const T> all, std::size_t wanted) {
   const std::size_t n = std::max<std::size_t>(1, all.size() / std::max<std::size_t>(wanted, 1));
-  std::vector<T> few;
-  for (std::size_t i = 0; i < all.size(); i += n) few.push_back(all[i]);
-  return few;
+  std::vector<T> thinned;
+  for (std::size_t i = 0; i < all.size(); i += n) thinned.push_back(all[i]);
+  return thinned;
 }
 
 struct Assignment {
@@ -130,14 +130,14 @@ void addBelow(const DistanceField& field, const Vector3d& point, const Vector3d&
 // Adds candidates at the samples that have no candidate nearby: the ball that touches the surface there or, at an edge,
 // smaller ones below it. On a slender part the pool may have no candidate that reaches an end; without new ones the
 // search would stop there, with most of its spheres unused.
-void addWhereUncoverable(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off, std::size_t most,
-                         std::vector<Ball>& candidates) {
+void addWhereUncoverable(const DistanceField& field, const SampleIndex& samples, const GapTable& table, double stand_off,
+                         std::size_t max_count, std::vector<Ball>& candidates) {
   std::vector<std::uint32_t> uncoverable;
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
     const auto near = [&](const GapTable::Entry& e) { return e.gap <= kUncoverableShare * stand_off; };
     if (std::ranges::none_of(table.ofSample(s), near)) uncoverable.push_back(s);
   }
-  uncoverable = everyNth<std::uint32_t>(uncoverable, most);
+  uncoverable = everyNth<std::uint32_t>(uncoverable, max_count);
   std::vector<std::vector<Ball>> found(uncoverable.size());
   tbb::parallel_for(std::size_t{0}, uncoverable.size(), [&](std::size_t i) {
     const NearestPoint here = field.nearest(samples[uncoverable[i]]);
@@ -165,7 +165,7 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const double square = stand_off * (2 * std::max(balls[b].radius, 0.0) + stand_off);  // of the radius of a round spot
     const double spots = static_cast<double>(shares.patch(b).size()) * area_of_sample / (kHexagon * square);
-    wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMostSamples));
+    wanted[b] = static_cast<std::size_t>(static_cast<double>(usual) * std::clamp(spots / 2, 1.0, kMaxSamples));
     sparse_count += patches.patch(b).size() < wanted[b] / 2;
   }
   if (sparse_count <= balls.size() / 4) return {};
@@ -180,8 +180,8 @@ std::vector<Vector3d> samplesWhereFew(const TriangleMesh& mesh, const SampleInde
     const std::size_t has = patches.patch(b).size();
     if (has >= wanted[b]) continue;
     const auto patch = more.patch(b);
-    const std::size_t few = std::min(wanted[b] - has, patch.size());
-    for (std::size_t i = 0; i < few; ++i) added.push_back(patch[i * patch.size() / few]);
+    const std::size_t count = std::min(wanted[b] - has, patch.size());
+    for (std::size_t i = 0; i < count; ++i) added.push_back(patch[i * patch.size() / count]);
   }
   return added;
 }
@@ -192,12 +192,12 @@ struct Greedy {
   std::vector<std::uint32_t> chosen;
   double stand_off;
 };
-Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t most, int steps, const Progress& progress) {
-  Greedy best{greedyCover(table, static_cast<float>(high), most), high};
+Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t max_count, int steps, const Progress& progress) {
+  Greedy best{greedyCover(table, static_cast<float>(high), max_count), high};
   for (int i = 0; i < steps && !best.chosen.empty(); ++i) {
     progress.check();
     const double middle = 0.5 * (low + best.stand_off);
-    std::vector<std::uint32_t> chosen = greedyCover(table, static_cast<float>(middle), most);
+    std::vector<std::uint32_t> chosen = greedyCover(table, static_cast<float>(middle), max_count);
     if (chosen.empty()) {
       low = middle;
     } else {
@@ -207,17 +207,17 @@ Greedy bisectGreedy(const GapTable& table, double low, double high, std::size_t 
   return best;
 }
 
-// The balls of a greedy cover of at most `most` candidates, near stand-off `h` or, if that is too small, above; sets
-// `h` to its stand-off. Adds candidates at uncoverable samples and returns how many.
-std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t most, double low, double& h,
+// The balls of a greedy cover of at most `max_count` candidates, near stand-off `h` or, if that is too small, above;
+// sets `h` to its stand-off. Adds candidates at uncoverable samples and returns how many.
+std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, std::size_t max_count, double low, double& h,
                         std::vector<Ball>& candidates, std::vector<Ball>& balls, const Progress& progress) {
   double rise = kGoalGrowth;
   for (double high = 1.05 * h;; low = high, high *= rise, rise *= kGoalGrowth) {
     thinToFit(samples, high, 0, candidates);
     const GapTable table(samples, candidates, high);
-    const Greedy greedy = bisectGreedy(table, low, high, most, kBisections, progress);
+    const Greedy greedy = bisectGreedy(table, low, high, max_count, kBisections, progress);
     if (greedy.chosen.empty()) {
-      addWhereUncoverable(field, samples, table, high, kMostTopUpSamples * most, candidates);
+      addWhereUncoverable(field, samples, table, high, kMaxTopUpSamples * max_count, candidates);
       continue;
     }
     balls.clear();
@@ -225,8 +225,8 @@ std::size_t greedyBalls(const DistanceField& field, const SampleIndex& samples, 
     h = greedy.stand_off;
     const std::size_t known = candidates.size();
     // If fewer spheres suffice, the stand-off of all of them will be lower, in proportion.
-    addWhereUncoverable(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(most), kMostTopUpSamples * most,
-                        candidates);
+    addWhereUncoverable(field, samples, table, h * static_cast<double>(balls.size()) / static_cast<double>(max_count),
+                        kMaxTopUpSamples * max_count, candidates);
     return candidates.size() - known;
   }
 }
@@ -238,9 +238,9 @@ struct RoughCover {
 };
 RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> points, std::span<const Ball> candidates, std::size_t n,
                        const Progress& progress) {
-  const std::size_t few = std::max<std::size_t>(10 * n, 500);
-  const SampleIndex samples(everyNth<Vector3d>(points, few));
-  const std::vector<Ball> some = everyNth<Ball>(candidates, few);
+  const std::size_t count = std::max<std::size_t>(10 * n, 500);
+  const SampleIndex samples(everyNth<Vector3d>(points, count));
+  const std::vector<Ball> some = everyNth<Ball>(candidates, count);
   // The stand-off is roughly proportional to 1/n. A higher start costs memory, since every candidate would reach every
   // sample.
   const double start = 0.01 * field.diagonal() * std::min(1.0, 512 / static_cast<double>(n));
@@ -250,9 +250,9 @@ RoughCover roughGreedy(const DistanceField& field, std::span<const Vector3d> poi
   }
 }
 
-// Swaps balls for candidates, at stand-offs from `h` downward, with at most `most` balls at the end. The table grows
-// with `h`.
-void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t most, std::uint64_t work,
+// Swaps balls for candidates, at stand-offs from `h` downward, with at most `max_count` balls at the end. The table
+// grows with `h`.
+void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, double h, std::size_t max_count, std::uint64_t work,
                  std::uint64_t seed, std::vector<Ball>& balls, const Progress& progress) {
   std::vector<Ball> all = balls;
   all.insert(all.end(), candidates.begin(), candidates.end());
@@ -261,7 +261,7 @@ void searchSwaps(const SampleIndex& samples, std::span<const Ball> candidates, d
   std::vector<std::uint32_t> chosen(balls.size());
   std::iota(chosen.begin(), chosen.end(), 0u);
   SwapSearch search(table, std::move(chosen), seed);
-  chosen = search.run(static_cast<float>(h * (1 - 0.002)), most, work, progress);
+  chosen = search.run(static_cast<float>(h * (1 - 0.002)), max_count, work, progress);
   balls.clear();
   for (const std::uint32_t c : chosen) balls.push_back(all[c]);
 }
@@ -290,7 +290,7 @@ ChosenBalls chooseBalls(const TriangleMesh& mesh, const DistanceField& field, st
   SampleIndex samples(points);
   std::vector<Ball> balls;
   int top_ups = 0;
-  for (; top_ups <= kMostTopUps; ++top_ups) {
+  for (; top_ups <= kMaxTopUps; ++top_ups) {
     const std::size_t added = greedyBalls(field, samples, n, top_ups == 0 ? 0.5 * h : 0.25 * h, h, candidates, balls, progress);
     const bool was_dry = added > 0 && static_cast<double>(balls.size()) < kFull * static_cast<double>(n);
     const std::vector<Vector3d> more = samplesWhereFew(mesh, uniform, samples, balls, h, field.area(), given.size() / n, random());

@@ -12,11 +12,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint64_t kLeastAttempts = 8;  // the work is divided into at least this many attempts, so that one unreachable goal cannot
-                                             // use all of it where refits are expensive
-constexpr std::uint64_t kTriangleWork = 4;   // cost of a triangle that is searched for gaps, in triangles or points of a refit
-constexpr double kRise = 0.05;               // share by which the first goal rises at first, if it cannot be reached
-constexpr double kClosed = 0.5;              // share of the gap tolerance to which close() closes gaps
+constexpr std::uint64_t kMinAttempts = 8;   // the work is divided into at least this many attempts, so that one unreachable goal cannot
+                                            // use all of it where refits are expensive
+constexpr std::uint64_t kTriangleWork = 4;  // cost of a triangle that is searched for gaps, in triangles or points of a refit
+constexpr double kRise = 0.05;              // share by which the first goal rises at first, if it cannot be reached
+constexpr double kClosed = 0.5;             // share of the gap tolerance to which close() closes gaps
 constexpr std::array<double, 2> kGoalRises{0, 0.5};  // rises of the stand-off that close() tries, as shares of the gap tolerance
 
 }  // namespace
@@ -143,7 +143,7 @@ void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progr
 // that failure.
 void CoverSearch::removeBalls(Progress& progress) {
   const auto all = static_cast<std::uint64_t>(settings_.removal_moves * static_cast<double>(best_.size()));
-  const std::uint64_t max_moves = std::max(all - std::min(all, removal_moves_), all / kLeastAttempts);
+  const std::uint64_t max_moves = std::max(all - std::min(all, removal_moves_), all / kMinAttempts);
   const std::uint64_t max_work = work() + settings_.work;
   double share = settings_.step;
   std::uint64_t begun = state_.moves();
@@ -160,7 +160,7 @@ void CoverSearch::removeBalls(Progress& progress) {
   removal_moves_ += state_.moves() - begun;
 }
 
-std::uint64_t CoverSearch::attempt() const { return settings_.work / kLeastAttempts + kTriangleWork * sampler_.triangles(); }
+std::uint64_t CoverSearch::attempt() const { return settings_.work / kMinAttempts + kTriangleWork * sampler_.triangles(); }
 
 double CoverSearch::toleranceAt(double goal) const { return (goal <= fitted_to_ ? kClosed : 1) * settings_.gap_tolerance; }
 

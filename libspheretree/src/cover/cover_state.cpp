@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kMostTakers = 6;  // largest number of balls that are tried for a sample
-constexpr int kDropRounds = 8;          // rounds in which a ball gives up samples for a new one
+constexpr std::size_t kMaxTakers = 6;  // largest number of balls that are tried for a sample
+constexpr int kDropRounds = 8;         // rounds in which a ball gives up samples for a new one
 constexpr int kRefitSteps = 14;
 constexpr std::uint64_t kTabu = 8;  // largest number of moves for which a ball that gave up samples is tried last
 constexpr double kDepth = 0.5;  // share of the goal: gap of a sample to a new ball for it; at an edge no inscribed ball touches the sample
@@ -68,17 +68,17 @@ void CoverState::append(const Vector3d& p) {
 }
 
 double CoverState::standOff(double guess) const {
-  std::vector<double> least(samples_.size(), kInfinity);
+  std::vector<double> smallest(samples_.size(), kInfinity);
   for (const Ball& b : balls_)
     samples_.within(b.centre, b.radius + guess,
-                    [&](std::uint32_t s, double distance) { least[s] = std::min(least[s], distance - b.radius); });
-  double most = 0;
-  for (std::size_t s = 0; s < least.size(); ++s) {
-    if (least[s] == kInfinity)
-      for (const Ball& b : balls_) least[s] = std::min(least[s], (samples_[s] - b.centre).norm() - b.radius);
-    most = std::max(most, least[s]);
+                    [&](std::uint32_t s, double distance) { smallest[s] = std::min(smallest[s], distance - b.radius); });
+  double largest = 0;
+  for (std::size_t s = 0; s < smallest.size(); ++s) {
+    if (smallest[s] == kInfinity)
+      for (const Ball& b : balls_) smallest[s] = std::min(smallest[s], (samples_[s] - b.centre).norm() - b.radius);
+    largest = std::max(largest, smallest[s]);
   }
-  return most;
+  return largest;
 }
 
 void CoverState::setGoal(double goal) {
@@ -103,7 +103,7 @@ bool CoverState::coverAll(int max_moves, std::uint64_t max_work, const Progress&
 
 void CoverState::removeBall() {
   const auto last = static_cast<std::uint32_t>(balls_.size() - 1);
-  const std::uint32_t b = std::min(leastUsefulBall(), last);
+  const std::uint32_t b = std::min(smallestUsefulBall(), last);
   uncover(b);
   left_.push_back(cells_[b].seen);
   if (b != last) {  // the last ball takes over index b
@@ -119,10 +119,10 @@ void CoverState::removeBall() {
 
 void CoverState::addBall() {
   const auto b = static_cast<std::uint32_t>(balls_.size());
-  std::uint32_t most = 0;
+  std::uint32_t largest = 0;
   for (std::uint32_t k = 1; k < b; ++k)
-    if (cells_[k].own > cells_[most].own) most = k;
-  balls_.push_back(open_.empty() ? balls_[most] : ballFor(samples_[open_.anyOf(random_())]));
+    if (cells_[k].own > cells_[largest].own) largest = k;
+  balls_.push_back(open_.empty() ? balls_[largest] : ballFor(samples_[open_.anyOf(random_())]));
   cells_.push_back({.seen = balls_[b]});
   cover(b);
 }
@@ -169,37 +169,37 @@ void CoverState::uncover(std::uint32_t b) {
 // Gives sample `s` to the ball with the smallest loss.
 void CoverState::place(std::uint32_t s) {
   const Vector3d p = samples_[s];
-  std::array<std::pair<double, std::uint32_t>, kMostTakers> nearest;  // sorted by gap at p
+  std::array<std::pair<double, std::uint32_t>, kMaxTakers> nearest;  // sorted by gap at p
   std::size_t count = 0;
   for (std::uint32_t b = 0; b < balls_.size(); ++b) {
-    const double far = balls_[b].radius + (count == kMostTakers ? nearest[kMostTakers - 1].first : kInfinity);
+    const double far = balls_[b].radius + (count == kMaxTakers ? nearest[kMaxTakers - 1].first : kInfinity);
     const double d2 = (balls_[b].centre - p).squaredNorm();
-    if (count == kMostTakers && !(d2 < far * far)) continue;
-    std::size_t i = count < kMostTakers ? count++ : kMostTakers - 1;
+    if (count == kMaxTakers && !(d2 < far * far)) continue;
+    std::size_t i = count < kMaxTakers ? count++ : kMaxTakers - 1;
     const double gap = std::sqrt(d2) - balls_[b].radius;
     for (; i > 0 && nearest[i - 1].first > gap; --i) nearest[i] = nearest[i - 1];
     nearest[i] = {gap, b};
   }
-  double least_cost = kInfinity;
+  double min_cost = kInfinity;
   std::uint32_t chosen = kNone;
   Ball to;
-  for (std::size_t i = 0; i < 2 * count && least_cost > 0; ++i) {  // tabu balls are tried last
+  for (std::size_t i = 0; i < 2 * count && min_cost > 0; ++i) {  // tabu balls are tried last
     if (i == count && chosen != kNone) break;
     const std::uint32_t b = nearest[i % count].second;
     if ((cells_[b].tabu > move_) != (i >= count)) continue;
     Ball trial = balls_[b];
-    const double cost = costToTake(b, s, least_cost, trial);
-    if (cost < least_cost) least_cost = cost, chosen = b, to = trial;
+    const double cost = costToTake(b, s, min_cost, trial);
+    if (cost < min_cost) min_cost = cost, chosen = b, to = trial;
   }
-  if (least_cost > 0) {
+  if (min_cost > 0) {
     // Alternatively, the ball with the smallest loss, wherever it is, moves here.
-    const std::uint32_t least_useful = leastUsefulBall();
-    if (least_useful != kNone && cells_[least_useful].own < least_cost) {
+    const std::uint32_t min_usefulness = smallestUsefulBall();
+    if (min_usefulness != kNone && cells_[min_usefulness].own < min_cost) {
       const Ball below = ballFor(p);
-      if ((below.centre - p).norm() - below.radius <= goal_) least_cost = cells_[least_useful].own, chosen = least_useful, to = below;
+      if ((below.centre - p).norm() - below.radius <= goal_) min_cost = cells_[min_usefulness].own, chosen = min_usefulness, to = below;
     }
   }
-  if (least_cost > 0) {
+  if (min_cost > 0) {
     for (const std::uint32_t q : open_) ++state_[q].weight;
     if (chosen == kNone) return;  // the raised weight makes the sample less likely to be given up again
     cells_[chosen].tabu = move_ + 1 + random_() % kTabu;
@@ -210,11 +210,11 @@ void CoverState::place(std::uint32_t s) {
 }
 
 // The ball with the smallest weight of samples that only it covers, except tabu balls; kNone if all are tabu.
-std::uint32_t CoverState::leastUsefulBall() const {
-  std::uint32_t least_useful = kNone;
+std::uint32_t CoverState::smallestUsefulBall() const {
+  std::uint32_t min_usefulness = kNone;
   for (std::uint32_t b = 0; b < balls_.size(); ++b)
-    if (cells_[b].tabu <= move_ && (least_useful == kNone || cells_[b].own < cells_[least_useful].own)) least_useful = b;
-  return least_useful;
+    if (cells_[b].tabu <= move_ && (min_usefulness == kNone || cells_[b].own < cells_[min_usefulness].own)) min_usefulness = b;
+  return min_usefulness;
 }
 
 // A ball that covers a point of the surface at the goal, if possible: the largest ball straight below it with a gap of
@@ -263,9 +263,9 @@ double CoverState::costToTake(std::uint32_t b, std::uint32_t s, double target, B
     if (stand_off <= goal_) return trial.radius > 0 || !(balls_[b].radius > 0) ? cost : kInfinity;  // no ball may leave the solid
     if (round == kDropRounds || patch_.size() == 1) return kInfinity;
     // Gives up the farthest of the other samples, down to half of the excess: the next refit improves the rest.
-    double most = 0;
-    for (std::size_t k = 0; k + 1 < patch_.size(); ++k) most = std::max(most, (patch_[k] - trial.centre).norm());
-    const double limit = std::min(trial.radius + 0.5 * (stand_off + goal_), most) * (1 - 1e-12);
+    double largest = 0;
+    for (std::size_t k = 0; k + 1 < patch_.size(); ++k) largest = std::max(largest, (patch_[k] - trial.centre).norm());
+    const double limit = std::min(trial.radius + 0.5 * (stand_off + goal_), largest) * (1 - 1e-12);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < patch_.size(); ++k) {
       if (k + 1 < patch_.size() && (patch_[k] - trial.centre).norm() >= limit) {

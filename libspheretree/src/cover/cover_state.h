@@ -75,7 +75,7 @@ class CoverState {
   void take(std::uint32_t b, std::uint32_t s);
   void uncover(std::uint32_t b);
   void place(std::uint32_t s);
-  std::uint32_t leastUsefulBall() const;
+  std::uint32_t smallestUsefulBall() const;
   Ball ballFor(const Eigen::Vector3d& p) const;
   double comeInside(Ball& trial, double stand_off) const;
   double costToTake(std::uint32_t b, std::uint32_t s, double target, Ball& trial);

@@ -11,7 +11,7 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr std::size_t kMostEntries = 25'000'000, kEntriesASample = 400;
+constexpr std::size_t kMaxEntries = 25'000'000, kEntriesASample = 400;
 
 void compact(std::vector<GapTable::Entry>& entries, std::vector<std::size_t>& begin, float limit) {
   std::size_t to = 0, from = 0;
@@ -74,14 +74,14 @@ void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std:
   std::size_t entries = 0;
   for (std::size_t c = 0; c < candidates.size(); c += kStride)
     samples.within(candidates[c].centre, candidates[c].radius + limit, [&](std::uint32_t, double) { ++entries; });
-  const std::size_t every = 1 + kStride * entries / std::min(kMostEntries, kEntriesASample * samples.size());
+  const std::size_t every = 1 + kStride * entries / std::min(kMaxEntries, kEntriesASample * samples.size());
   if (every == 1) return;
   std::size_t kept = fixed;
   for (std::size_t c = fixed; c < candidates.size(); c += every) candidates[kept++] = candidates[c];
   candidates.resize(kept);
 }
 
-std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most) {
+std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t max_count) {
   struct Gain {
     std::uint32_t gain, candidate;
     bool operator<(const Gain& o) const { return gain != o.gain ? gain < o.gain : candidate > o.candidate; }
@@ -97,7 +97,7 @@ std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size
   std::size_t open = table.samples();
   std::vector<std::uint32_t> chosen;
   while (open > 0) {
-    if (queue.empty() || chosen.size() == most) return {};
+    if (queue.empty() || chosen.size() == max_count) return {};
     Gain top = queue.top();
     queue.pop();
     if (top.gain == 0) return {};

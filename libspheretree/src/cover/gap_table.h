@@ -46,8 +46,8 @@ class GapTable {
 /// exhaust the memory.
 void thinToFit(const SampleIndex& samples, double limit, std::size_t fixed, std::vector<Ball>& candidates);
 
-/// Lazy greedy set cover at stand-off `h`. Empty if it would need more than `most` sets. Ties go to the lower
+/// Lazy greedy set cover at stand-off `h`. Empty if it would need more than `max_count` sets. Ties go to the lower
 /// candidate.
-std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t most);
+std::vector<std::uint32_t> greedyCover(const GapTable& table, float h, std::size_t max_count);
 
 }  // namespace spheretree::builder

@@ -42,9 +42,9 @@ class SwapSearch {
         best = chosen_;
         restart(nextStandOff());
       }
-      if (chosen_.size() >= spheres) remove(leastUseful(), ++clock);
+      if (chosen_.size() >= spheres) remove(smallestUsefulness(), ++clock);
       const std::uint32_t sample = open_.anyOf(random_());
-      const std::uint32_t candidate = mostUseful(sample);
+      const std::uint32_t candidate = largestUsefulness(sample);
       if (candidate == kNone) return best;  // no candidate covers this sample at this stand-off
       add(candidate, ++clock);
       last_added_ = candidate;
@@ -63,11 +63,11 @@ class SwapSearch {
 
   // Slightly below the largest gap of the current cover.
   float nextStandOff() {
-    least_.assign(table_.samples(), std::numeric_limits<float>::infinity());
+    min_.assign(table_.samples(), std::numeric_limits<float>::infinity());
     for (const std::uint32_t c : chosen_)
-      for (const GapTable::Entry& e : table_.ofCandidate(c)) least_[e.id] = std::min(least_[e.id], e.gap);
-    const float most = *std::max_element(least_.begin(), least_.end());
-    return most - 0.004f * std::abs(most);
+      for (const GapTable::Entry& e : table_.ofCandidate(c)) min_[e.id] = std::min(min_[e.id], e.gap);
+    const float largest = *std::max_element(min_.begin(), min_.end());
+    return largest - 0.004f * std::abs(largest);
   }
 
   // Recomputes the counts at stand-off `h`. Only samples that no set or one set covers contribute to a score, so that
@@ -96,7 +96,7 @@ class SwapSearch {
         if (e.gap <= h_ && cover_[e.id] == 1) score_[c] += weight_[e.id];
   }
   // score: weight of the samples that an unselected set would newly cover, or that a selected set alone covers.
-  std::size_t leastUseful() const {
+  std::size_t smallestUsefulness() const {
     std::size_t best = kNone;
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
       const std::uint32_t c = chosen_[i];
@@ -106,7 +106,7 @@ class SwapSearch {
     }
     return best == kNone ? 0 : best;
   }
-  std::uint32_t mostUseful(std::uint32_t sample) const {
+  std::uint32_t largestUsefulness(std::uint32_t sample) const {
     std::uint32_t best = kNone;
     for (const GapTable::Entry& e : table_.ofSample(sample)) {
       if (e.gap > h_ || selected_[e.id] || e.id == last_removed_) continue;
@@ -170,7 +170,7 @@ class SwapSearch {
   std::vector<std::uint32_t> chosen_;
   std::vector<char> selected_;
   std::vector<std::int64_t> weight_, score_, stamp_;
-  std::vector<float> least_;
+  std::vector<float> min_;
   std::vector<std::uint32_t> cover_;
   UncoveredSet open_;  // samples in no chosen set
   std::uint64_t touched_ = 0;

@@ -10,9 +10,10 @@ namespace spheretree::builder {
 namespace {
 
 constexpr int kBins = 16;
-constexpr std::size_t kFew = 16;        // items that are halved by count, since choosing a plane would cost more than searches gain from it
-constexpr double kLeastReach = 1e-150;  // half of the largest side of all boxes, below which its square would underflow
-constexpr int kSahDepth = 40;           // below this depth, halves by count: limits the depth to 40 + log2(n) / 2 for any input
+constexpr std::size_t kMaxHalvedByCount =
+    16;                               // items that are halved by count, since choosing a plane would cost more than searches gain from it
+constexpr double kMinReach = 1e-150;  // half of the largest side of all boxes, below which its square would underflow
+constexpr int kSahDepth = 40;         // below this depth, halves by count: limits the depth to 40 + log2(n) / 2 for any input
 
 double halfArea(const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return 0;
@@ -40,7 +41,7 @@ class BoxTree::Builder {
     const Range all = rangeOf(0, boxes_.size());
     tree_.middle_ = all.box.center();
     const double reach = 0.5 * all.box.sizes().maxCoeff();
-    tree_.to_local_ = reach > kLeastReach ? 1 / reach : 0;  // 0: all boxes are at one point
+    tree_.to_local_ = reach > kMinReach ? 1 / reach : 0;  // 0: all boxes are at one point
     tree_.from_local2_ = kShrink * reach * reach;
     tree_.nodes_.emplace_back();
     tasks_.push_back({all, 0, 0});
@@ -104,7 +105,7 @@ class BoxTree::Builder {
     Eigen::AlignedBox3d centres;
     for (std::size_t i = range.first; i < range.last; ++i) centres.extend(centre_[order_[i]]);
     Cut cut;
-    if (range.size() > kFew && depth < kSahDepth)
+    if (range.size() > kMaxHalvedByCount && depth < kSahDepth)
       for (int axis = 0; axis < 3; ++axis) cutAlong(axis, range, centres, cut);
     const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(range.first);
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(range.last);
@@ -130,9 +131,9 @@ class BoxTree::Builder {
     std::vector<Range> children{task.range};
     while (children.size() < 4) {
       std::size_t pick = children.size();
-      double most = -1;
+      double largest = -1;
       for (std::size_t i = 0; i < children.size(); ++i)
-        if (children[i].size() > leaf_size_ && halfArea(children[i].box) > most) most = halfArea(children[i].box), pick = i;
+        if (children[i].size() > leaf_size_ && halfArea(children[i].box) > largest) largest = halfArea(children[i].box), pick = i;
       if (pick == children.size()) break;
       const auto halves = split(children[pick], task.depth);
       children[pick] = halves[0];

@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kRelativeGap = 0.05;
-constexpr double kLarge = 0.02;                 // as a share of the diagonal
-constexpr std::size_t kMostHalved = 1'000'000;  // number of halved pieces at which the bound is returned as it is, still proven
+constexpr double kLarge = 0.02;                // as a share of the diagonal
+constexpr std::size_t kMaxHalved = 1'000'000;  // number of halved pieces at which the bound is returned as it is, still proven
 
 struct Piece {
   std::array<Vector3d, 3> corner;
@@ -67,7 +67,7 @@ void refine(std::vector<Piece> pieces, Progress& progress, Judge judge, Decide d
 
 /// Distance over a piece: at its middle, and an upper bound.
 struct Reach {
-  double found, most;
+  double found, largest;
 };
 
 Reach reachOf(const DistanceField& field, const Piece& piece) {
@@ -91,8 +91,8 @@ double farthestFrom(const DistanceField& field, const TriangleMesh& mesh, std::s
       piecesOf(mesh, triangles), progress, [&](const Piece& piece) { return reachOf(field, piece); },
       [&](const Piece&, const Reach& reach) {
         found = std::max(found, reach.found);
-        if (reach.most > found * (1 + kRelativeGap) + sufficient_bound && ++judged < kMostHalved) return true;
-        bound = std::max(bound, reach.most);
+        if (reach.largest > found * (1 + kRelativeGap) + sufficient_bound && ++judged < kMaxHalved) return true;
+        bound = std::max(bound, reach.largest);
         return false;
       });
   return std::max(found, bound);

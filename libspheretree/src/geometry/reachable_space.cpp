@@ -26,10 +26,10 @@ class Union {
     for (const TriangleMesh& mesh : solids) fields_.emplace_back(mesh);
   }
   double signedDistance(const Vector3d& p) const {
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (const DistanceField& field : fields_)
-      if (field.box().exteriorDistance(p) <= std::max(least, 0.0)) least = std::min(least, field.signedDistance(p));
-    return least;
+      if (field.box().exteriorDistance(p) <= std::max(smallest, 0.0)) smallest = std::min(smallest, field.signedDistance(p));
+    return smallest;
   }
   Eigen::AlignedBox3d box() const {
     Eigen::AlignedBox3d all;

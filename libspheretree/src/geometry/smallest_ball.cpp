@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kMostPivots = 60;
+constexpr int kMaxPivots = 60;
 
 struct Support {
   std::array<Vector3d, 5> point;
@@ -94,15 +94,15 @@ Ball smallestBall(std::span<const Vector3d> points) {
   Ball ball{points.front(), 0};
   const auto farthest = [&] {
     std::size_t at = 0;
-    double most = -1;
+    double largest = -1;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double d2 = (points[i] - ball.centre).squaredNorm();
-      if (d2 > most) most = d2, at = i;
+      if (d2 > largest) largest = d2, at = i;
     }
-    return std::pair(at, std::sqrt(most));
+    return std::pair(at, std::sqrt(largest));
   };
   auto [index, reach] = farthest();
-  for (int pivot = 0; pivot < kMostPivots && reach > ball.radius * (1 + 1e-12); ++pivot) {
+  for (int pivot = 0; pivot < kMaxPivots && reach > ball.radius * (1 + 1e-12); ++pivot) {
     Support next = support;
     next.point[static_cast<std::size_t>(next.size++)] = points[index];
     Ball grown;

@@ -116,8 +116,8 @@ bool SphereUnion::isBuried(std::size_t i, const Vector3d& a, const Vector3d& b, 
   for (const Cap& cap : caps(i)) {
     // A point of the spherical triangle is y / |y| with y on the flat triangle, flatness <= |y| <= 1, and y . axis is
     // at least the smallest value at the corners.
-    const double least = std::min({a.dot(cap.axis), b.dot(cap.axis), c.dot(cap.axis)});
-    if ((least >= 0 ? least : least / flatness) > cap.threshold + 1e-14) return true;
+    const double smallest = std::min({a.dot(cap.axis), b.dot(cap.axis), c.dot(cap.axis)});
+    if ((smallest >= 0 ? smallest : smallest / flatness) > cap.threshold + 1e-14) return true;
   }
   return false;
 }

@@ -95,11 +95,11 @@ std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleS
     carry -= edge_length;
   }
   // A rough scan has sharp edges everywhere: an even selection of them suffices.
-  const std::size_t most = settings.count / 2;
-  if (features.size() <= most) {
+  const std::size_t largest = settings.count / 2;
+  if (features.size() <= largest) {
     samples.insert(samples.end(), features.begin(), features.end());
   } else {
-    for (std::size_t i = 0; i < most; ++i) samples.push_back(features[i * features.size() / most]);
+    for (std::size_t i = 0; i < largest; ++i) samples.push_back(features[i * features.size() / largest]);
   }
   return samples;
 }

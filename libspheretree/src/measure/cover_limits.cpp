@@ -90,14 +90,14 @@ class BallCount {
 
   /// If every ball contains most of the surface (as for a sphere), the balls are alike, and a subset of them suffices.
   std::size_t strideFor(double h) const {
-    constexpr std::size_t kProbe = 64, kMost = 20'000'000;
+    constexpr std::size_t kProbe = 64, kMax = 20'000'000;
     std::vector<std::uint32_t> held;
     std::size_t held_sum = 0;
     for (std::size_t i = 0; i < inscribed_.size(); i += kProbe) {
       pointsIn(inscribed_[i], h, held);
       held_sum += kProbe * held.size();
     }
-    return 1 + held_sum / kMost;
+    return 1 + held_sum / kMax;
   }
 
   const std::vector<Ball>& inscribed_;
@@ -110,7 +110,7 @@ class BallCount {
 
 Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32_t triangle, double noise_angle) {
   const Vector3d inward = -field.normal(triangle);
-  const double smallest = 1e-9 * field.diagonal(), most_cosine = std::cos(noise_angle);
+  const double smallest = 1e-9 * field.diagonal(), max_cosine = std::cos(noise_angle);
   double radius = field.diagonal();
   for (int step = 0; step < 100 && radius > smallest; ++step) {
     const Vector3d centre = p + radius * inward;
@@ -127,7 +127,7 @@ Ball largestInnerBall(const DistanceField& field, const Vector3d& p, std::uint32
     const Vector3d to_contact = contact.point - (p + smaller * inward);
     // The contact is beside p and has the same orientation: it is roughness, not the other side of a thin curved wire
     // or sheet.
-    const bool is_beside = -inward.dot(to_contact) > most_cosine * to_contact.norm();
+    const bool is_beside = -inward.dot(to_contact) > max_cosine * to_contact.norm();
     if (is_beside && field.normal(contact.triangle).dot(inward) < 0) break;
     radius = smaller;
   }

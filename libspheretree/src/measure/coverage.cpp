@@ -85,7 +85,7 @@ void searchLargestGap(const TriangleMesh& mesh, const SphereUnion& balls, const 
   double coarse = 0;  // bound of the previous round
   while (!pieces.empty()) {
     judged += pieces.size();
-    if (judged > std::max(settings.most_pieces, 2 * mesh.triangles.size())) {
+    if (judged > std::max(settings.max_pieces, 2 * mesh.triangles.size())) {
       out.max_gap_bound = std::max(out.max_gap_bound, coarse);
       return;
     }

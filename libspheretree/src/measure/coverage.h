@@ -25,10 +25,10 @@ struct SurfacePoint {
 std::vector<SurfacePoint> spreadOverSurface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed);
 
 struct CoverageSettings {
-  double tolerance = 0;                 // gaps up to this count as covered [mm]; > 0
-  std::size_t samples = 200000;         // of the surface, by area
-  std::uint64_t seed = 1;               // of the samples
-  std::size_t most_pieces = 4'000'000;  // then the search for the largest gap ends with its current bound
+  double tolerance = 0;                // gaps up to this count as covered [mm]; > 0
+  std::size_t samples = 200000;        // of the surface, by area
+  std::uint64_t seed = 1;              // of the samples
+  std::size_t max_pieces = 4'000'000;  // then the search for the largest gap ends with its current bound
 };
 
 /// Cost: a search for each sample, and for each piece into which the triangles must be cut (a few for each triangle in

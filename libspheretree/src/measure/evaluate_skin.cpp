@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kOfStated = 0.25;   // share of the distance that a skin states: absolute accuracy of the bounds
-constexpr double kLeastGap = 1e-7;   // as a share of the diagonal, if the skin states no distance
+constexpr double kMinGap = 1e-7;     // as a share of the diagonal, if the skin states no distance
 constexpr std::size_t kRecord = 48;  // bytes of a section SKIN without its arrays
 constexpr std::size_t kVertex = 12;  // bytes of a vertex there
 
@@ -81,7 +81,7 @@ SkinEvaluation evaluateSkin(const Skin& skin, const Vector3d& origin, const Tria
                             Progress& progress) {
   SkinEvaluation out = skinFigures(skin);
   const TriangleMesh flat = flatTriangles(skin, origin);
-  const double target = std::max(kOfStated * out.mesh_distance, kLeastGap * field.diagonal());
+  const double target = std::max(kOfStated * out.mesh_distance, kMinGap * field.diagonal());
   const auto all = [](const TriangleMesh& m) {
     std::vector<std::uint32_t> list(m.triangles.size());
     std::iota(list.begin(), list.end(), 0u);

@@ -57,9 +57,9 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   const auto share = [&](auto whole) { return static_cast<std::size_t>(std::ceil(settings.effort * static_cast<double>(whole))); };
   OverhangSettings outside;
   outside.samples = share(outside.samples);
-  outside.least_a_ball = share(outside.least_a_ball);
-  outside.most_a_ball = share(outside.most_a_ball);
-  outside.most_patches = share(outside.most_patches);
+  outside.min_per_ball = share(outside.min_per_ball);
+  outside.max_per_ball = share(outside.max_per_ball);
+  outside.max_patches = share(outside.max_patches);
   Evaluation out;
   out.diagonal = field.diagonal();
   out.tolerance = kTolerance * field.diagonal();
@@ -68,7 +68,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
   gaps.tolerance = out.tolerance;
   gaps.samples = share(gaps.samples);
   gaps.seed = settings.seed;
-  gaps.most_pieces = share(gaps.most_pieces);
+  gaps.max_pieces = share(gaps.max_pieces);
   const TriangleMesh to_cover = joined(mesh, cover_too);
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   for (int level = 0; level < tree.levelCount(); ++level) {

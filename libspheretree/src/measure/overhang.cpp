@@ -59,13 +59,13 @@ class Overhangs {
 
   Vector3d point(std::size_t i, const Vector3d& u) const { return balls_.balls()[i].centre + balls_.balls()[i].radius * u; }
 
-  /// Signed distance at direction `u` of ball `i`, which must be at most `most`; if it is at most -most, the result is
-  /// any value of at most -most.
-  double at(std::size_t i, const Vector3d& u, double most, NearestPoint* nearest = nullptr) const {
+  /// Signed distance at direction `u` of ball `i`, which must be at most `max_distance`; if it is at most
+  /// -max_distance, the result is any value of at most -max_distance.
+  double at(std::size_t i, const Vector3d& u, double max_distance, NearestPoint* nearest = nullptr) const {
     const Vector3d p = point(i, u);
-    const NearestPoint q = field_.nearest(p, most + rounding_);
+    const NearestPoint q = field_.nearest(p, max_distance + rounding_);
     if (nearest) *nearest = q;
-    if (!std::isfinite(q.distance)) return -most;
+    if (!std::isfinite(q.distance)) return -max_distance;
     return field_.isInside(p, q) ? -q.distance : q.distance;
   }
 
@@ -162,8 +162,8 @@ Sampled sampleBoundary(const Overhangs& overhangs, const OverhangSettings& setti
   for (std::size_t i = 0; i < balls.size(); ++i) {
     if (balls.isHidden(i) || overhangs.reach(i) <= 0) continue;
     const double radius = balls.balls()[i].radius, share = radius * radius / squares;
-    const auto count = std::clamp(static_cast<std::size_t>(std::ceil(static_cast<double>(settings.samples) * share)), settings.least_a_ball,
-                                  settings.most_a_ball);
+    const auto count = std::clamp(static_cast<std::size_t>(std::ceil(static_cast<double>(settings.samples) * share)), settings.min_per_ball,
+                                  settings.max_per_ball);
     for (std::size_t k = 0; k < count; k += kRun) runs.push_back({static_cast<std::uint32_t>(i), count, k, std::min(k + kRun, count)});
   }
 
@@ -238,11 +238,12 @@ struct PatchVerdict {
 /// its corners u and of u / flatness: each of its points is y / |y|, with y on the flat triangle and flatness <= |y| <=
 /// 1.
 double boundByTriangle(const Overhangs& overhangs, const Patch& patch, double flatness, const std::array<Vector3d, 3>& triangle) {
-  double most = 0;
+  double largest = 0;
   for (const Vector3d& u : patch.corner)
     for (const double scale : {1.0, 1.0 / flatness})
-      most = std::max(most, nearestOnTriangle(overhangs.point(patch.ball, scale * u), triangle[0], triangle[1], triangle[2]).distance);
-  return most + overhangs.rounding();
+      largest =
+          std::max(largest, nearestOnTriangle(overhangs.point(patch.ball, scale * u), triangle[0], triangle[1], triangle[2]).distance);
+  return largest + overhangs.rounding();
 }
 
 PatchVerdict judge(const Overhangs& overhangs, const Patch& patch, double threshold) {
@@ -296,10 +297,10 @@ class HighestSearch {
 
   const Summit& highest() const { return highest_; }
 
-  /// Climbs from the highest `most` of the places, and keeps the highest place reached.
-  void climbFrom(std::vector<Summit>& starts, std::size_t most) {
+  /// Climbs from the highest `max_count` of the places, and keeps the highest place reached.
+  void climbFrom(std::vector<Summit>& starts, std::size_t max_count) {
     std::stable_sort(starts.begin(), starts.end(), [](const Summit& a, const Summit& b) { return a.overhang > b.overhang; });
-    if (starts.size() > most) starts.resize(most);
+    if (starts.size() > max_count) starts.resize(max_count);
     tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
       if (!progress_.cancelled()) climb(overhangs_, starts[i]);
     });
@@ -319,7 +320,7 @@ class HighestSearch {
     while (!patches.empty()) {
       const double limit = threshold();
       judged += patches.size();
-      if (judged > settings_.most_patches) {
+      if (judged > settings_.max_patches) {
         for (const Patch& patch : patches) proven = std::max(proven, patch.bound);
         break;
       }
@@ -392,7 +393,7 @@ class HighestSearch {
 }  // namespace
 
 Overhang measureOverhang(const DistanceField& field, const SphereUnion& balls, const OverhangSettings& settings, Progress& progress) {
-  if (settings.least_a_ball == 0 || settings.most_a_ball < settings.least_a_ball || !(settings.relative_gap >= 0) ||
+  if (settings.min_per_ball == 0 || settings.max_per_ball < settings.min_per_ball || !(settings.relative_gap >= 0) ||
       !(settings.absolute_gap > 0))
     throw std::invalid_argument("overhang: settings out of range");
   Overhang out;

@@ -16,11 +16,11 @@ namespace spheretree::builder {
 
 struct OverhangSettings {
   std::size_t samples = 400000;  // distributed over the balls by area
-  std::size_t least_a_ball = 400;
-  std::size_t most_a_ball = 40000;
-  double relative_gap = 1e-4;            // the proof ends once bound <= max (1 + relative_gap) ...
-  double absolute_gap = 1e-6;            // ... or bound <= max + absolute_gap of the mesh's diagonal; > 0
-  std::size_t most_patches = 8'000'000;  // then the proof ends with its current bound, which is still proven
+  std::size_t min_per_ball = 400;
+  std::size_t max_per_ball = 40000;
+  double relative_gap = 1e-4;           // the proof ends once bound <= max (1 + relative_gap) ...
+  double absolute_gap = 1e-6;           // ... or bound <= max + absolute_gap of the mesh's diagonal; > 0
+  std::size_t max_patches = 8'000'000;  // then the proof ends with its current bound, which is still proven
 };
 
 /// The sign of the distance is DistanceField's: the mesh must be closed, oriented and free of self-intersections.

@@ -186,9 +186,9 @@ Volumes measureVolumes(const TriangleMesh& mesh, std::span<const Ball> balls, st
   const Vector3d size = posed.box.sizes();
   grid.step = std::sqrt(std::max(size.x() * size.y(), 1e-12 * size.squaredNorm()) / static_cast<double>(lines));
   if (!(grid.step > 0)) return out;
-  const double most = static_cast<double>(4 * lines + 16);
-  grid.columns = static_cast<int>(std::min(std::ceil(size.x() / grid.step) + 1, most));
-  grid.rows = static_cast<int>(std::min(std::ceil(size.y() / grid.step) + 1, most));
+  const double largest = static_cast<double>(4 * lines + 16);
+  grid.columns = static_cast<int>(std::min(std::ceil(size.x() / grid.step) + 1, largest));
+  grid.rows = static_cast<int>(std::min(std::ceil(size.y() / grid.step) + 1, largest));
   grid.low_x = posed.box.min().x() - 0.5 * grid.step;
   grid.low_y = posed.box.min().y() - 0.5 * grid.step;
 

@@ -222,9 +222,9 @@ void AdaptiveMedialAxis::Impl::refineRegions(const std::function<std::uint32_t(c
   for (std::uint32_t region = 0; region < regions.size(); ++region) {
     progress.check();
     const Target& target = regions[region];
-    for (std::size_t inserted = 0; inserted < target.most_sites && !queues[region].empty();) {
+    for (std::size_t inserted = 0; inserted < target.max_sites && !queues[region].empty();) {
       const Entry worst = queues[region].top();
-      if (worst.overhang <= smallest || (worst.overhang <= target.overhang && count[region] >= target.least_balls)) break;
+      if (worst.overhang <= smallest || (worst.overhang <= target.overhang && count[region] >= target.min_balls)) break;
       queues[region].pop();
       if (cells[worst.cell].birth != worst.birth) continue;
       const Vector3d touch = cells[worst.cell].touch;

@@ -28,9 +28,9 @@ class AdaptiveMedialAxis {
   AdaptiveMedialAxis& operator=(const AdaptiveMedialAxis&) = delete;
 
   struct Target {
-    double overhang = 0;          // refine until no ball of the region has a larger overhang [mm], >= 0
-    std::size_t least_balls = 0;  // ... and until the region has at least this many balls
-    std::size_t most_sites = 0;   // ... but insert at most this many sites for it
+    double overhang = 0;        // refine until no ball of the region has a larger overhang [mm], >= 0
+    std::size_t min_balls = 0;  // ... and until the region has at least this many balls
+    std::size_t max_sites = 0;  // ... but insert at most this many sites for it
   };
   /// Refines region by region: takes the ball of the region with the largest overhang, inserts the surface point
   /// nearest to its centre as a new site, and repeats. `region_of` maps a surface point to its region; a ball belongs

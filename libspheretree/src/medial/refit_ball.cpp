@@ -12,18 +12,18 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMostNear = 12;  // number of stored surface points
-constexpr std::size_t kMostFar = 48;   // patch points of the epsilon-subdifferential
+constexpr std::size_t kMaxNear = 12;  // number of stored surface points
+constexpr std::size_t kMaxFar = 48;   // patch points of the epsilon-subdifferential
 constexpr int kGilbertSteps = 24;
 constexpr double kFlat = 0.05;  // subgradients shorter than this count as zero
 
 // The first of the points with the smallest projection on a direction.
-std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all) {
+std::size_t minAlong(const Vector3d& direction, std::span<const Vector3d> all) {
   std::size_t at = 0;
-  double least = all[0].dot(direction);
+  double lowest = all[0].dot(direction);
   for (std::size_t i = 1; i < all.size(); ++i) {
     const double along = all[i].dot(direction);
-    if (along < least) least = along, at = i;
+    if (along < lowest) lowest = along, at = i;
   }
   return at;
 }
@@ -36,7 +36,7 @@ std::size_t leastAlong(const Vector3d& direction, std::span<const Vector3d> all)
 Vector3d shortestDifference(std::span<const Vector3d> pull, std::span<const Vector3d> push) {
   Vector3d g = pull[0] - push[0], last = g;
   for (int k = 0; k < kGilbertSteps; ++k) {
-    const Vector3d w = pull[leastAlong(g, pull)] - push[leastAlong(-g, push)];
+    const Vector3d w = pull[minAlong(g, pull)] - push[minAlong(-g, push)];
     const double gain = g.squaredNorm() - g.dot(w);
     if (gain <= 0.02 * g.squaredNorm() || g.squaredNorm() < kFlat * kFlat) break;
     if (k == 0)
@@ -58,42 +58,42 @@ NearestPoint nearestWithin(const DistanceField& field, const Vector3d& p, double
 }  // namespace
 
 double farthest(std::span<const Vector3d> points, const Vector3d& centre) {
-  double most = 0;
-  for (const Vector3d& p : points) most = std::max(most, (p - centre).squaredNorm());
-  return std::sqrt(most);
+  double largest = 0;
+  for (const Vector3d& p : points) largest = std::max(largest, (p - centre).squaredNorm());
+  return std::sqrt(largest);
 }
 
 Refit refitBall(const DistanceField& field, std::span<const Vector3d> patch, const Vector3d& start, double clearance, double first_step,
-                int most_steps, double target) {
+                int max_steps, double target) {
   Refit best{start, clearance, farthest(patch, start) - clearance};
   if (patch.empty()) return best;
   double reach = best.stand_off + clearance;
-  std::array<Vector3d, kMostNear> near;  // surface points found so far; the oldest is replaced first
-  std::array<double, kMostNear> slack;   // slack of each
-  std::array<double, kMostNear> away;    // 1: the clearance increases away from it; -1: it increases towards it, for a centre outside
+  std::array<Vector3d, kMaxNear> near;  // surface points found so far; the oldest is replaced first
+  std::array<double, kMaxNear> slack;   // slack of each
+  std::array<double, kMaxNear> away;    // 1: the clearance increases away from it; -1: it increases towards it, for a centre outside
   std::size_t near_count = 0, near_next = 0;
   const auto remember = [&](const NearestPoint& s, bool inside) {
     near[near_next] = s.point;
     slack[near_next] = s.slack;
     away[near_next] = inside ? 1 : -1;
-    near_next = (near_next + 1) % kMostNear;
-    near_count = std::min(near_count + 1, kMostNear);
+    near_next = (near_next + 1) % kMaxNear;
+    near_count = std::min(near_count + 1, kMaxNear);
   };
   if (best.stand_off <= target) return best;
   remember(nearestWithin(field, start, std::abs(clearance)), clearance > 0);
 
-  std::array<Vector3d, kMostFar> pull;
-  std::array<Vector3d, kMostNear> push;
+  std::array<Vector3d, kMaxFar> pull;
+  std::array<Vector3d, kMaxNear> push;
   double step = first_step;
   const double smallest = 1e-3 * first_step;
-  for (int i = 0; i < most_steps && step > smallest && best.stand_off > target; ++i) {
+  for (int i = 0; i < max_steps && step > smallest && best.stand_off > target; ++i) {
     // Unit gradients of |p - c| for the farthest patch points and of d for the nearest surface points, with a tolerance
     // of `step`.
     std::size_t pulls = 0, pushes = 0;
     const double active2 = (reach - 0.5 * step) * (reach - 0.5 * step);
     for (const Vector3d& p : patch) {
       const double d2 = (best.centre - p).squaredNorm();
-      if ((d2 >= active2 || reach <= 0.5 * step) && d2 > 0 && pulls < kMostFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
+      if ((d2 >= active2 || reach <= 0.5 * step) && d2 > 0 && pulls < kMaxFar) pull[pulls++] = (best.centre - p) / std::sqrt(d2);
     }
     for (std::size_t k = 0; k < near_count; ++k) {
       const double d = (best.centre - near[k]).norm();

@@ -26,8 +26,8 @@ double farthest(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& 
 /// a decreasing step. The result is never worse than the start. In a solid thinner than the stand-off the best centre
 /// may lie slightly outside. Stops early when the stand-off is at most `target`.
 /// Method: C. Lemarechal's epsilon-steepest descent, with E. Gilbert's algorithm (SIAM J. Control 4(1), 1966) for the
-/// shortest vector. Cost: one distance query and one pass over the patch for each of at most `most_steps` steps.
+/// shortest vector. Cost: one distance query and one pass over the patch for each of at most `max_steps` steps.
 Refit refitBall(const DistanceField& field, std::span<const Eigen::Vector3d> patch, const Eigen::Vector3d& start, double clearance,
-                double first_step, int most_steps, double target = 0);
+                double first_step, int max_steps, double target = 0);
 
 }  // namespace spheretree::builder

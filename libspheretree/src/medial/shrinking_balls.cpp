@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kClose = 1e-3;       // a ball counts as inscribed if it is empty up to this share of its radius
 constexpr double kGuessFactor = 1.2;  // factor on a guess: the ball shrinks from there
-constexpr int kMostRounds = 40;       // each round touches at least one new feature; ten rounds are rare
+constexpr int kMaxRounds = 40;        // each round touches at least one new feature; ten rounds are rare
 
 }  // namespace
 
@@ -26,7 +26,7 @@ Ball shrinkingBall(const DistanceField& field, const Vector3d& point, const Vect
     r = std::min(2 * r, largest);
   const double vanishing = 1e-7 * field.diagonal();
   Vector3d c = point + r * inward;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     NearestPoint touch = field.nearest(c, (r - stand_off) * (1 - kClose));
     if (!std::isfinite(touch.distance)) {
       // Empty up to the tolerance. But a solid thinner than that share of the radius may lie between the centre and the

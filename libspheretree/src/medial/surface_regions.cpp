@@ -23,7 +23,7 @@ constexpr std::size_t kPointsAChunk = 512;
 constexpr std::size_t kDensityEvery = 4;  // points for each inner ball: a ball_density may be that of a neighbour
 constexpr int kRefitSteps = 16;
 constexpr int kBalanceRounds = 40;
-constexpr std::size_t kFewBalls = 16;  // number of balls up to which an index does not pay
+constexpr std::size_t kMaxUnindexedBalls = 16;  // number of balls up to which an index does not pay
 
 // Enlarged by 1e-9, so that a point on a ball's surface counts as inside, whatever the rounding.
 BallIndex indexOf(std::span<const FittedBall> balls) {
@@ -108,30 +108,30 @@ SurfacePoints sampleRegions(const TriangleMesh& mesh, const DistanceField& field
 
 std::vector<std::uint32_t> assignDeepest(std::span<const Vector3d> points, std::vector<FittedBall>& balls) {
   std::vector<std::uint32_t> owner(points.size(), kNoParent);
-  if (balls.size() <= kFewBalls) {
+  if (balls.size() <= kMaxUnindexedBalls) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       for (std::uint32_t b = 0; b < balls.size(); ++b) {
         const double distance = (points[i] - balls[b].centre).norm(), gap = distance - balls[b].clearance;
-        if (distance <= balls[b].radius * (1 + 1e-9) && gap < least) least = gap, owner[i] = b;
+        if (distance <= balls[b].radius * (1 + 1e-9) && gap < smallest) smallest = gap, owner[i] = b;
       }
     }
   } else {
     const BallIndex index = indexOf(balls);
     forChunks(points.size(), [&](std::size_t i) {
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       forHolders(index, points[i], [&](std::uint32_t b, double distance) {
         const double gap = distance - balls[b].clearance;
-        if (gap < least || (gap == least && b < owner[i])) least = gap, owner[i] = b;
+        if (gap < smallest || (gap == smallest && b < owner[i])) smallest = gap, owner[i] = b;
       });
     });
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner[i] != kNoParent) continue;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (std::uint32_t b = 0; b < balls.size(); ++b) {
       const double growth = (points[i] - balls[b].centre).norm() - balls[b].radius;
-      if (growth < least) least = growth, owner[i] = b;
+      if (growth < smallest) smallest = growth, owner[i] = b;
     }
     FittedBall& ball = balls[owner[i]];
     ball.radius = std::max(ball.radius, (points[i] - ball.centre).norm() * (1 + 1e-12));
@@ -151,25 +151,25 @@ void refitToPatch(const DistanceField& field, std::span<const Vector3d> patch, F
   ball.radius = farthest(patch, ball.centre) * (1 + 1e-12);
 }
 
-std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t most) {
-  if (all.size() <= most) return {all.begin(), all.end()};
+std::vector<Vector3d> farthestFirst(std::span<const Vector3d> all, std::size_t max_count) {
+  if (all.size() <= max_count) return {all.begin(), all.end()};
   std::vector<double> distance2(all.size(), std::numeric_limits<double>::infinity());
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : all) mean += p / static_cast<double>(all.size());
   std::size_t next = 0;
   for (std::size_t i = 1; i < all.size(); ++i)
     if ((all[i] - mean).squaredNorm() > (all[next] - mean).squaredNorm()) next = i;
-  std::vector<Vector3d> few;
-  for (std::size_t k = 0; k < most; ++k) {
+  std::vector<Vector3d> sparse;
+  for (std::size_t k = 0; k < max_count; ++k) {
     const Vector3d p = all[next];
-    few.push_back(p);
+    sparse.push_back(p);
     next = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
       distance2[i] = std::min(distance2[i], (all[i] - p).squaredNorm());
       if (distance2[i] > distance2[next]) next = i;
     }
   }
-  return few;
+  return sparse;
 }
 
 std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<const Vector3d> points, std::vector<FittedBall>& balls,
@@ -259,10 +259,10 @@ std::vector<std::uint32_t> assignToRegions(std::span<const Vector3d> points, std
     std::vector<double> sum = fixed_sum;
     for (std::size_t k = 0; k < shared.size(); ++k) {
       const Vector3d& p = points[shared[k]];
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       for (const std::uint32_t b : holders.of(shared[k])) {
         const double power = (p - balls[b].centre).squaredNorm() - balls[b].radius * balls[b].radius + shift[b];
-        if (power < least) least = power, choice[k] = b;
+        if (power < smallest) smallest = power, choice[k] = b;
       }
       sum[choice[k]] += ball_density[shared[k]];
     }

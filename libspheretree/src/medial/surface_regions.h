@@ -47,10 +47,10 @@ std::vector<std::uint32_t> refitBalls(const DistanceField& field, std::span<cons
 /// A patch without points gives radius 0.
 void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> patch, FittedBall& ball, double target = 0);
 
-/// At most `most` of the points. Each is the farthest from those chosen before, so that corners come first and the
+/// At most `max_count` of the points. Each is the farthest from those chosen before, so that corners come first and the
 /// others are evenly spread. If a reducer does not see a corner, its balls miss the corner by far more than the spacing
 /// of its points. O(points * most).
-std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t most);
+std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t max_count);
 
 /// The balls that contain each point.
 struct Holders {

@@ -23,7 +23,7 @@ namespace {
 constexpr double kAlike = 1e-3;        // relative to their sum: variances that differ by less do not distinguish axes
 constexpr double kSignificant = 1e-3;  // a skewness, or a share of aligned normals, below this counts as 0
 constexpr double kTie = 1e-6;
-constexpr std::size_t kMostFaces = 64;  // number of largest faces whose normals are tried as an axis
+constexpr std::size_t kMaxFaces = 64;  // number of largest faces whose normals are tried as an axis
 constexpr double kGrid = 0x1p-25;
 
 // Twice the area, in the direction of the normal.
@@ -73,10 +73,10 @@ double skewness(const TriangleMesh& mesh, const Moments& m, const Vector3d& axis
 Vector3d commonestNormal(const TriangleMesh& mesh) {
   std::vector<std::pair<double, std::size_t>> by_area;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) by_area.emplace_back(-areaVector(mesh, t).norm(), t);
-  const std::size_t tried = std::min(kMostFaces, by_area.size());
+  const std::size_t tried = std::min(kMaxFaces, by_area.size());
   std::partial_sort(by_area.begin(), by_area.begin() + static_cast<std::ptrdiff_t>(tried), by_area.end());
   Vector3d best = Vector3d::UnitZ();
-  double most = 0;
+  double largest = 0;
   for (std::size_t i = 0; i < tried; ++i) {
     const Vector3d n = areaVector(mesh, by_area[i].second).normalized();
     double aligned = 0;
@@ -85,7 +85,7 @@ Vector3d commonestNormal(const TriangleMesh& mesh) {
       const double area2 = v.squaredNorm(), along = v.dot(n);
       if (area2 > 0) aligned += along * along * along * along / (area2 * std::sqrt(area2));
     }
-    if (aligned > most * (1 + kTie)) most = aligned, best = n;
+    if (aligned > largest * (1 + kTie)) largest = aligned, best = n;
   }
   return best;
 }
@@ -93,9 +93,9 @@ Vector3d commonestNormal(const TriangleMesh& mesh) {
 // Completes one axis to three: the other two are the directions to which most normals perpendicular to it are aligned,
 // according to the fourth harmonic of their angles.
 Matrix3d axesAbout(const Vector3d& axis, const TriangleMesh& mesh) {
-  int least = 0;
-  axis.cwiseAbs().minCoeff(&least);
-  const Vector3d u = (Vector3d::Unit(least) - axis[least] * axis).normalized(), v = axis.cross(u);
+  int smallest = 0;
+  axis.cwiseAbs().minCoeff(&smallest);
+  const Vector3d u = (Vector3d::Unit(smallest) - axis[smallest] * axis).normalized(), v = axis.cross(u);
   std::complex<double> harmonic = 0;
   double across = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -153,7 +153,7 @@ Pose canonicalPose(const TriangleMesh& mesh) {
 
   // Of the 24 right-handed ways to order and orient the axes: the longest first, then the largest skewness.
   std::vector<Matrix3d> turns;
-  double most_skew = -std::numeric_limits<double>::infinity();
+  double max_skew = -std::numeric_limits<double>::infinity();
   std::array<int, 3> order{0, 1, 2};
   do {
     if (variance[order[0]] < variance[order[1]] - kAlike * total || variance[order[1]] < variance[order[2]] - kAlike * total) continue;
@@ -166,8 +166,8 @@ Pose canonicalPose(const TriangleMesh& mesh) {
         turn.col(k) = sign * axes.col(axis);
         skews += sign * skew[axis] * (4 >> k);  // weights that distinguish any two ways
       }
-      if (turn.determinant() < 0 || skews < most_skew - kTie) continue;
-      if (skews > most_skew + kTie) most_skew = skews, turns.clear();
+      if (turn.determinant() < 0 || skews < max_skew - kTie) continue;
+      if (skews > max_skew + kTie) max_skew = skews, turns.clear();
       turns.push_back(turn);
     }
   } while (std::next_permutation(order.begin(), order.end()));

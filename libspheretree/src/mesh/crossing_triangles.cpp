@@ -53,7 +53,7 @@ bool isFlat(const std::vector<Eigen::Vector3d>& positions, const Triangle& trian
 
 bool isFlat(const TriangleMesh& mesh, std::size_t triangle) { return isFlat(mesh.positions, mesh.triangles[triangle]); }
 
-CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most) {
+CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t max_pairs) {
   using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
   std::vector<Box> boxes;
   boxes.reserve(mesh.triangles.size());
@@ -67,7 +67,7 @@ CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t mo
   try {
     CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
       if (!doCross(mesh.positions, mesh.triangles[a.info()], mesh.triangles[b.info()])) return;
-      if (found.pairs.size() == most) throw Enough{};
+      if (found.pairs.size() == max_pairs) throw Enough{};
       found.pairs.push_back(std::minmax(a.info(), b.info()));
     });
   } catch (const Enough&) {

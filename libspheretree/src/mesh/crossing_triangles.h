@@ -13,7 +13,7 @@ namespace spheretree::builder {
 
 struct CrossingTriangles {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // lower triangle first, sorted
-  bool is_stopped = false;  // stopped at `most` pairs: there may be more, and which ones were found is arbitrary
+  bool is_stopped = false;  // stopped at `max_pairs` pairs: there may be more, and which ones were found is arbitrary
 };
 
 /// Two triangles cross if they have a common point that is neither a shared corner nor on a shared edge; two triangles
@@ -21,7 +21,7 @@ struct CrossingTriangles {
 /// Flat triangles (corners repeated or exactly in line) are ignored, and duplicates are not pairs. Indices and
 /// coordinates must be valid.
 /// Cost: O(n log n) plus one test for each pair of triangles whose boxes overlap.
-CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t most);
+CrossingTriangles findCrossingTriangles(const TriangleMesh& mesh, std::size_t max_pairs);
 
 /// The test of one pair; neither triangle may be flat.
 bool doCross(const std::vector<Eigen::Vector3d>& positions, const Triangle& a, const Triangle& b);

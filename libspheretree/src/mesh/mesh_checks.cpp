@@ -286,10 +286,10 @@ class MeshCheck {
       area[report_.component_of[t]] += unitArea(t);
     }
     // The thickness that rounding of the coordinates alone can give to a sheet without thickness.
-    const double least_thickness = 16 * std::numeric_limits<double>::epsilon() * std::max(1.0, largest_coordinate_ / scale_);
+    const double min_thickness = 16 * std::numeric_limits<double>::epsilon() * std::max(1.0, largest_coordinate_ / scale_);
     for (std::size_t c = 0; c < components.size(); ++c) {
       components[c].volume = volume[c] * scale_ * scale_ * scale_;
-      if (!(2 * std::abs(volume[c]) > least_thickness * area[c])) add(DefectKind::NoVolume, triangleAt(components[c].first_triangle));
+      if (!(2 * std::abs(volume[c]) > min_thickness * area[c])) add(DefectKind::NoVolume, triangleAt(components[c].first_triangle));
     }
     if (report_.has(DefectKind::NoVolume)) return;
     if (!crossings_known_) {

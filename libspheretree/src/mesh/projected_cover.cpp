@@ -10,9 +10,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLeastSlope = 0.1;       // smallest cosine between the normals: steeper triangles cover too little
+constexpr double kMinSlope = 0.1;         // smallest cosine between the normals: steeper triangles cover too little
 constexpr double kWidening = 1e-11;       // as a share of the triangle's size: widening, so that rounding leaves no gaps between neighbours
-constexpr double kMostSlack = 0.01;       // largest share of the allowed distance that the widening may add
+constexpr double kMaxSlack = 0.01;        // largest share of the allowed distance that the widening may add
 constexpr double kHeightRounding = 1e-9;  // margin for the rounding of the heights of cut corners
 constexpr std::size_t kMaxParts = 512;    // parts of a triangle at any time; then the rest counts as not covered
 
@@ -61,25 +61,25 @@ struct Shadow {
 bool makeShadow(const std::array<Vector3d, 3>& corners, const Frame& frame, double size, double allowed, Shadow& shadow) {
   const Vector3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
   const double along = n.dot(frame.z);
-  if (!(std::abs(along) > kLeastSlope)) return false;
+  if (!(std::abs(along) > kMinSlope)) return false;
   std::array<Vector2d, 3> p{frame.flat(corners[0]), frame.flat(corners[1]), frame.flat(corners[2])};
   shadow.slope = -Vector2d(n.dot(frame.x), n.dot(frame.y)) / along;
   shadow.level = frame.height(corners[0]) - shadow.slope.dot(p[0]);
   if (along < 0) std::swap(p[1], p[2]);  // counter-clockwise
   const double widening = kWidening * size;
-  double least = 1;  // sine of the smallest angle
+  double smallest = 1;  // sine of the smallest angle
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector2d u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
     const double length = u.norm();
     if (!(length > 0 && v.norm() > 0)) return false;
-    least = std::min(least, (u.x() * v.y() - u.y() * v.x()) / (length * v.norm()));
+    smallest = std::min(smallest, (u.x() * v.y() - u.y() * v.x()) / (length * v.norm()));
     const Vector2d out(u.y() / length, -u.x() / length);
     shadow.half[k] = {out, out.dot(p[k]) + widening};
   }
   // A widened corner of angle alpha is widening / sin(alpha / 2) beyond the original corner; in the triangle's own
   // plane, that distance is divided by the cosine of the slope.
-  shadow.slack = 2 * widening / (least * kLeastSlope);
-  if (!(least > 0 && shadow.slack < kMostSlack * allowed)) return false;
+  shadow.slack = 2 * widening / (smallest * kMinSlope);
+  if (!(smallest > 0 && shadow.slack < kMaxSlack * allowed)) return false;
   const double height = (1 - kHeightRounding) * (allowed - shadow.slack);
   shadow.half[3] = {shadow.slope, height - shadow.level};
   shadow.half[4] = {-shadow.slope, height + shadow.level};

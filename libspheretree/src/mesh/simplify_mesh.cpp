@@ -23,10 +23,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMostTurn = 0.5;        // cosine of the largest rotation of a triangle in one collapse
-constexpr double kLeastShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
-constexpr double kRoundShare = 0.1;      // largest share of the possible collapses, cheapest first, that a round tries
-constexpr double kLeastProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
+constexpr double kMaxTurn = 0.5;       // cosine of the largest rotation of a triangle in one collapse
+constexpr double kMinShape = 0.05;     // twice the area divided by the square of the longest side: triangles below it are slivers
+constexpr double kRoundShare = 0.1;    // largest share of the possible collapses, cheapest first, that a round tries
+constexpr double kMinProgress = 0.01;  // share of the triangles that a round must remove; otherwise the reduction ends
 constexpr std::size_t kGrain = 4096;
 constexpr double kTightShare = 0.25;  // share of the allowed distance: larger bounds of a whole triangle are improved by projection,
 constexpr double kLooseness = 1.25;   // ... unless they are below this multiple of a distance that was found
@@ -87,7 +87,7 @@ class Simplifier {
                         std::log(from / static_cast<double>(std::max<std::size_t>(wanted, 1))));
       const std::size_t removed = round(left - wanted);
       left -= removed;
-      if (static_cast<double>(removed) < kLeastProgress * static_cast<double>(left)) break;
+      if (static_cast<double>(removed) < kMinProgress * static_cast<double>(left)) break;
     }
     return collect();
   }
@@ -124,10 +124,10 @@ class Simplifier {
       const Vector3d bc = at(c) - at(b);
       const Vector3d before = (at(b) - p).cross(at(c) - p), after = (at(b) - q).cross(at(c) - q);
       const double n2 = before.squaredNorm(), m2 = after.squaredNorm(), dot = before.dot(after);
-      if (!(dot > 0) || dot * dot < kMostTurn * kMostTurn * n2 * m2) return false;
+      if (!(dot > 0) || dot * dot < kMaxTurn * kMaxTurn * n2 * m2) return false;
       const double longest2 = std::max({bc.squaredNorm(), (at(b) - q).squaredNorm(), (at(c) - q).squaredNorm()});
       const double longest2_before = std::max({bc.squaredNorm(), (at(b) - p).squaredNorm(), (at(c) - p).squaredNorm()});
-      if (m2 < kLeastShape * kLeastShape * longest2 * longest2 && m2 * longest2_before * longest2_before < n2 * longest2 * longest2)
+      if (m2 < kMinShape * kMinShape * longest2 * longest2 && m2 * longest2_before * longest2_before < n2 * longest2 * longest2)
         return false;
     }
     return true;
@@ -146,8 +146,8 @@ class Simplifier {
   }
 
   /// One round of collapses that do not touch each other; returns the number of removed triangles, at most about
-  /// `most`.
-  std::size_t round(std::size_t most) {
+  /// `limit`.
+  std::size_t round(std::size_t limit) {
     progress_.check();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), kGrain), [&](const auto& range) {
       for (std::size_t v = range.begin(); v < range.end(); ++v)
@@ -165,7 +165,7 @@ class Simplifier {
     std::sort(order.begin(), order.end(), before);
     std::size_t removed = 0;
     for (const std::uint32_t v : order) {
-      if (removed >= most) break;
+      if (removed >= limit) break;
       const Halfedge h = best_[v].halfedge;
       if (needs_update_[v]) continue;
       if (!connectivity_.is_collapse_ok(h)) {
@@ -241,7 +241,7 @@ class PieceBound {
       const std::array<Corner, 3> piece = stack_.back();
       stack_.pop_back();
       const double here = boundOf(piece);
-      if (here <= allowed_ || pieces >= kMostPieces) {
+      if (here <= allowed_ || pieces >= kMaxPieces) {
         bound = std::max(bound, here);
         continue;
       }
@@ -265,21 +265,21 @@ class PieceBound {
   }
 
  private:
-  static constexpr std::size_t kMostPieces = 1024;
+  static constexpr std::size_t kMaxPieces = 1024;
   static double side2(const std::array<Corner, 3>& piece, std::size_t opposite) {
     return (piece[(opposite + 1) % 3].p - piece[(opposite + 2) % 3].p).squaredNorm();
   }
   double boundOf(const std::array<Corner, 3>& piece) const {
     const std::array<std::uint32_t, 3> face{piece[0].nearest, piece[1].nearest, piece[2].nearest};
     if (face[0] == face[1] && face[1] == face[2]) return std::max({piece[0].distance, piece[1].distance, piece[2].distance});
-    double least = kInfinity;
+    double smallest = kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
       // The distance is 1-Lipschitz.
-      least = std::min(least, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
-      if (face[k] != face[next]) least = std::min(least, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
+      smallest = std::min(smallest, piece[k].distance + std::max((piece[next].p - piece[k].p).norm(), (piece[last].p - piece[k].p).norm()));
+      if (face[k] != face[next]) smallest = std::min(smallest, boundByTwo(piece, field_.corners(face[k]), field_.corners(face[next])));
     }
-    return least;
+    return smallest;
   }
 
   /// The distance to one triangle is convex, and therefore largest at a corner. If the corners are nearest to two
@@ -290,15 +290,15 @@ class PieceBound {
   static double boundByTwo(const std::array<Corner, 3>& piece, const std::array<Vector3d, 3>& one, const std::array<Vector3d, 3>& two) {
     std::array<Vector3d, 3> foot;
     std::array<bool, 3> on_one{};
-    double most = 0;
+    double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const NearestPoint first = nearestOnTriangle(piece[k].p, one[0], one[1], one[2]);
       const NearestPoint second = nearestOnTriangle(piece[k].p, two[0], two[1], two[2]);
       on_one[k] = first.distance <= second.distance;
       foot[k] = on_one[k] ? first.point : second.point;
-      most = std::max(most, std::min(first.distance, second.distance));
+      largest = std::max(largest, std::min(first.distance, second.distance));
     }
-    if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return most;
+    if (on_one[0] == on_one[1] && on_one[1] == on_one[2]) return largest;
     std::size_t alone = 0;
     while (on_one[alone] == on_one[(alone + 1) % 3] || on_one[alone] == on_one[(alone + 2) % 3]) ++alone;
     std::array<Vector3d, 3> shared;  // corners that both faces share
@@ -307,7 +307,7 @@ class PieceBound {
       if (p == two[0] || p == two[1] || p == two[2]) shared[count++] = p;
     if (count == 0) return kInfinity;
     const Vector3d &a = foot[alone], &b = foot[(alone + 1) % 3], &c = foot[(alone + 2) % 3], &from = shared[0], &to = shared[count - 1];
-    return most + std::max(distanceOfSegments(a, b, from, to), distanceOfSegments(a, c, from, to));
+    return largest + std::max(distanceOfSegments(a, b, from, to), distanceOfSegments(a, c, from, to));
   }
 
   /// An upper bound of the distance between two segments; exact unless they are nearly parallel.

@@ -26,17 +26,17 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kFirstSites = 300;  // give about 1,000 balls, the initial set of the paper
-constexpr std::size_t kLeastBalls = 200;  // for a region, as in the paper
+constexpr std::size_t kMinBalls = 200;    // for a region, as in the paper
 constexpr double kErrorFactor = 2;        // ratio of the overhangs of the resulting spheres and the medial balls, as in the paper
 constexpr int kRootRefits = 3;            // as in the paper
 constexpr double kNegligible = 1e-6;      // as a share of the diagonal: radius of a ball that no point needs
-constexpr std::size_t kLeastPoints = 1000;
-constexpr std::size_t kFirstSteps = 8;  // for a tolerance: bisection ends within 1/kFirstSteps of the smallest number of balls
-constexpr std::size_t kStepsDown = 25;  // ... and then the number decreases by 1/kStepsDown in each step
-constexpr std::size_t kFewBalls = 64;   // fewer balls have more points each: the work of a level is that of so many balls more
+constexpr std::size_t kMinPoints = 1000;
+constexpr std::size_t kFirstSteps = 8;       // for a tolerance: bisection ends within 1/kFirstSteps of the smallest number of balls
+constexpr std::size_t kStepsDown = 25;       // ... and then the number decreases by 1/kStepsDown in each step
+constexpr std::size_t kExtraWorkBalls = 64;  // fewer balls have more points each: the work of a level is that of so many balls more
 
 struct Effort {
-  std::size_t points_a_ball, most_points, reducer_points, reducer_balls;
+  std::size_t points_a_ball, max_points, reducer_points, reducer_balls;
   int exchange_rounds;
   double search_moves;  // for each ball
   double search_step;
@@ -49,7 +49,7 @@ Effort effortOf(Quality quality) {
   switch (quality) {
     case Quality::Quick:
       return {.points_a_ball = 8,
-              .most_points = 200'000,
+              .max_points = 200'000,
               .reducer_points = 120,
               .reducer_balls = 120,
               .exchange_rounds = 4,
@@ -62,7 +62,7 @@ Effort effortOf(Quality quality) {
       break;
     case Quality::Best:
       return {.points_a_ball = 48,
-              .most_points = 800'000,
+              .max_points = 800'000,
               .reducer_points = 1000,
               .reducer_balls = 1000,
               .exchange_rounds = 40,
@@ -73,7 +73,7 @@ Effort effortOf(Quality quality) {
               .gap_tolerance = 0.01};
   }
   return {.points_a_ball = 12,
-          .most_points = 400'000,
+          .max_points = 400'000,
           .reducer_points = 100,
           .reducer_balls = 150,
           .exchange_rounds = 8,
@@ -84,14 +84,14 @@ Effort effortOf(Quality quality) {
           .gap_tolerance = 0.04};
 }
 
-// At most `most` elements of a list, evenly selected.
+// At most `count` elements of a list, evenly selected.
 template <class T>
-std::vector<T> thinned(const std::vector<T>& all, std::size_t most) {
-  if (all.size() <= most) return all;
-  std::vector<T> few;
-  few.reserve(most);
-  for (std::size_t i = 0; i < most; ++i) few.push_back(all[i * all.size() / most]);
-  return few;
+std::vector<T> thinned(const std::vector<T>& all, std::size_t count) {
+  if (all.size() <= count) return all;
+  std::vector<T> out;
+  out.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) out.push_back(all[i * all.size() / count]);
+  return out;
 }
 
 double worstOverhang(std::span<const FittedBall> balls) {
@@ -119,13 +119,13 @@ class TopDownBuilder {
 
   Levels run(double done, double share) {
     Levels levels{{rootBall()}};
-    std::size_t most = 1;
+    std::size_t count = 1;
     for (int level = 1; level < settings_.levels; ++level) {
       progress_.advance(done + share * (level - 1) / (settings_.levels - 1));
       if (isGoodEnough(levels.back())) break;
-      most *= static_cast<std::size_t>(settings_.branching);
+      count *= static_cast<std::size_t>(settings_.branching);
       levels.push_back(reduceAll(levels.back()));
-      evenOut(levels.back(), most);
+      evenOut(levels.back(), count);
     }
     if (settings_.tolerance_mm > 0 && isGoodEnough(levels.back())) takeFewest(levels);
     return levels;
@@ -140,23 +140,23 @@ class TopDownBuilder {
   FittedBall rootBall() {
     const Ball smallest = smallestBall(surface_.points);
     std::vector<FittedBall> starts{{smallest.centre, smallest.radius, -field_.signedDistance(smallest.centre)}};
-    const std::vector<Vector3d> few = farthestFirst(thinned(surface_.points, kLeastPoints), 200);
+    const std::vector<Vector3d> sparse = farthestFirst(thinned(surface_.points, kMinPoints), 200);
     FittedBall inner;
-    double least = kInfinity;
-    for (const Vector3d& p : few) {
+    double lowest = kInfinity;
+    for (const Vector3d& p : sparse) {
       const Ball ball = shrinkingBall(field_, p, field_.pseudonormal(field_.nearest(p)));
       if (!(ball.radius > 0)) continue;
       double reach = 0;
-      for (const Vector3d& q : few) reach = std::max(reach, (q - ball.centre).norm());
-      if (reach - ball.radius < least) least = reach - ball.radius, inner = {ball.centre, reach, ball.radius};
+      for (const Vector3d& q : sparse) reach = std::max(reach, (q - ball.centre).norm());
+      if (reach - ball.radius < lowest) lowest = reach - ball.radius, inner = {ball.centre, reach, ball.radius};
     }
     if (inner.clearance > 0) starts.push_back(inner);
     FittedBall best;
-    least = kInfinity;
+    lowest = kInfinity;
     for (const FittedBall& start : starts) {
       std::vector<FittedBall> one{start};
       refitBalls(field_, surface_.points, one, kRootRefits, progress_);
-      if (one[0].overhang() < least) least = one[0].overhang(), best = one[0];
+      if (one[0].overhang() < lowest) lowest = one[0].overhang(), best = one[0];
     }
     return best;
   }
@@ -193,14 +193,14 @@ class TopDownBuilder {
 
   std::vector<FittedBall> reduceOne(const std::vector<Vector3d>& points, const std::vector<FittedBall>& pool, const FittedBall& own) {
     if (points.size() < 2) return {own};
-    const std::vector<Vector3d> few = farthestFirst(thinned(points, 4 * effort_.reducer_points), effort_.reducer_points);
-    Region region{field_, few, pool};
+    const std::vector<Vector3d> sparse = farthestFirst(thinned(points, 4 * effort_.reducer_points), effort_.reducer_points);
+    Region region{field_, sparse, pool};
     region.max_balls = static_cast<std::size_t>(settings_.branching);
     region.target_overhang = settings_.tolerance_mm;
     region.seed = settings_.seed;
     std::vector<FittedBall> balls = method_.reduce(region);
     if (balls.empty()) return {own};
-    refitBalls(field_, few, balls, 1, progress_);
+    refitBalls(field_, sparse, balls, 1, progress_);
     std::erase_if(balls, [](const FittedBall& b) { return !(b.radius > 0); });
     return balls;
   }
@@ -210,7 +210,7 @@ class TopDownBuilder {
     for (const FittedBall& node : nodes) mean += node.overhang() / static_cast<double>(nodes.size());
     std::vector<AdaptiveMedialAxis::Target> targets;
     for (const FittedBall& node : nodes)
-      targets.push_back({std::min(node.overhang(), mean) / kErrorFactor, kLeastBalls, effort_.reducer_balls});
+      targets.push_back({std::min(node.overhang(), mean) / kErrorFactor, kMinBalls, effort_.reducer_balls});
     std::vector<Eigen::AlignedBox3d> boxes;
     for (const Vector3d& p : surface_.points) boxes.emplace_back(p, p);
     const BoxTree tree(boxes, 8);
@@ -232,18 +232,18 @@ class TopDownBuilder {
   // Evens out the level as a whole, since a ball may also serve its neighbours' regions. Exchanges distribute the
   // balls; then a local search in continuous space lowers the common stand-off and covers the surface between the
   // points.
-  void evenOut(std::vector<FittedBall>& balls, std::size_t most) {
-    std::vector<Vector3d> points = levelPoints(most);
-    splitAndDrop(field_, points, balls, {most, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
+  void evenOut(std::vector<FittedBall>& balls, std::size_t count) {
+    std::vector<Vector3d> points = levelPoints(count);
+    splitAndDrop(field_, points, balls, {count, kNegligible * field_.diagonal(), effort_.exchange_rounds}, progress_);
     std::vector<Ball> inscribed;
     for (const FittedBall& b : balls) inscribed.push_back({b.centre, b.clearance});
     // Unused balls start as copies; the search moves each to where it is most useful.
     if (!isGoodEnough(balls))
-      for (std::size_t i = 0; inscribed.size() < most; ++i) inscribed.push_back(inscribed[i]);
+      for (std::size_t i = 0; inscribed.size() < count; ++i) inscribed.push_back(inscribed[i]);
     SearchSettings lowering;
     lowering.step = effort_.search_step;
     lowering.moves = 10 + static_cast<int>(effort_.search_moves * static_cast<double>(balls.size()));
-    lowering.work = effort_.search_work * (balls.size() + kFewBalls);
+    lowering.work = effort_.search_work * (balls.size() + kExtraWorkBalls);
     lowering.failures = effort_.search_failures;
     lowering.gap_tolerance = effort_.gap_tolerance;
     ChosenBalls start{.balls = std::move(inscribed), .samples = std::move(points), .seed = settings_.seed};
@@ -257,7 +257,7 @@ class TopDownBuilder {
   std::vector<Vector3d> levelPoints(std::size_t balls) const {
     std::vector<Vector3d> even, special;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) (surface_.ball_density[i] > 0 ? even : special).push_back(surface_.points[i]);
-    const std::size_t wanted = std::max(kLeastPoints, balls * effort_.points_a_ball);
+    const std::size_t wanted = std::max(kMinPoints, balls * effort_.points_a_ball);
     even = thinned(even, wanted);
     special = thinned(special, wanted);
     even.insert(even.end(), special.begin(), special.end());
@@ -358,7 +358,7 @@ LevelBalls buildByRegions(const TriangleMesh& mesh, const DistanceField& field, 
   std::size_t leaves = 1;
   for (int level = 1; level < settings.levels; ++level) leaves *= static_cast<std::size_t>(settings.branching);
   const Effort effort = effortOf(settings.quality);
-  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kLeastPoints, effort.most_points);
+  const std::size_t points = std::clamp<std::size_t>(leaves * effort.points_a_ball, 2 * kMinPoints, effort.max_points);
   const SurfacePoints surface =
       sampleRegions(mesh, field, points, leaves, settings.seed, std::ranges::any_of(methods, &Method::uses_medial_axis));
   std::vector<Levels> members;

@@ -36,13 +36,13 @@ Burst plan(const std::vector<MedialCluster>& clusters, const MedialCluster& burs
   for (const Vector3d& p : bursting.points) {
     // A neighbour that already contains the point comes first, otherwise the one with the smallest overhang afterwards.
     bool held = false;
-    double least = std::numeric_limits<double>::infinity(), reach = 0;
+    double smallest = std::numeric_limits<double>::infinity(), reach = 0;
     std::uint32_t heir = 0;
     for (std::uint32_t k = 0; k < near.size(); ++k) {
       const FittedBall& ball = clusters[near[k]].ball;
       const double distance = (p - ball.centre).norm(), gap = distance - ball.clearance;
       const bool holds = distance <= burst.radius[k];
-      if (holds == held ? gap < least : holds) held = holds, least = gap, heir = k, reach = distance;
+      if (holds == held ? gap < smallest : holds) held = holds, smallest = gap, heir = k, reach = distance;
     }
     burst.heir.push_back(heir);
     burst.radius[heir] = std::max(burst.radius[heir], reach);

@@ -33,9 +33,9 @@ class Gaps {
   std::vector<float> gap_;
 };
 
-// Greedy set cover at one stand-off; empty if it would need more than `most` balls. Counts are upper bounds, and are
-// recomputed only for the ball on top (they can only decrease).
-std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t most) {
+// Greedy set cover at one stand-off; empty if it would need more than `max_count` balls. Counts are upper bounds, and
+// are recomputed only for the ball on top (they can only decrease).
+std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::size_t max_count) {
   struct Gain {
     std::uint32_t gain;
     std::size_t ball;
@@ -54,11 +54,11 @@ std::vector<std::size_t> greedyCover(const Gaps& gaps, float stand_off, std::siz
   std::size_t left = m;
   std::vector<std::size_t> chosen;
   while (left > 0) {
-    if (queue.empty() || chosen.size() == most) return {};
+    if (queue.empty() || chosen.size() == max_count) return {};
     const Gain top = queue.top();
     queue.pop();
     // Even the best remaining balls could not cover all remaining points.
-    if (static_cast<std::size_t>(top.gain) * (most - chosen.size()) < left) return {};
+    if (static_cast<std::size_t>(top.gain) * (max_count - chosen.size()) < left) return {};
     const float* gap = gaps.of(top.ball);
     std::uint32_t gain = 0;
     for (std::size_t i = 0; i < m; ++i) gain += static_cast<std::uint32_t>((gap[i] <= stand_off) & open[i]);
@@ -84,12 +84,12 @@ std::vector<FittedBall> reduceExpand(const Region& region) {
   std::size_t widest = 0;
   for (std::size_t b = 0; b < gaps.balls(); ++b) {
     const float* gap = gaps.of(b);
-    float most = 0;
+    float largest = 0;
     for (std::size_t i = 0; i < gaps.points(); ++i) {
-      most = std::max(most, gap[i]);
+      largest = std::max(largest, gap[i]);
       nearest[i] = std::min(nearest[i], gap[i]);
     }
-    if (most < high) high = most, widest = b;
+    if (largest < high) high = largest, widest = b;
   }
   for (const float gap : nearest) low = std::max(low, gap);
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kFinest = 0.125;            // smallest cell, as a share of the extent of the points
 constexpr double kGrow = 1.189207115002721;  // ratio of the cells of consecutive grids: the fourth root of 2, so that halves occur
-constexpr std::size_t kMostAlong = 16;       // largest number of cells along an axis; more than 1 / kFinest
+constexpr std::size_t kMaxAlong = 16;        // largest number of cells along an axis; more than 1 / kFinest
 
 // Columns: the principal axes, the longest extent last.
 Matrix3d principalAxes(std::span<const Vector3d> points) {
@@ -31,11 +31,11 @@ Matrix3d principalAxes(std::span<const Vector3d> points) {
 }
 
 // The occupied cells of a grid that starts at `low`, as lists of points in the order of their first point. Empty as
-// soon as there are more than `most`, which a few points show for most grids. `points`: in the axes of the grid,
-// nowhere below `low` and less than kMostAlong cells from it.
+// soon as there are more than `max_count`, which a few points show for most grids. `points`: in the axes of the grid,
+// nowhere below `low` and less than kMaxAlong cells from it.
 class Cells {
  public:
-  explicit Cells(std::size_t most) : list_at_(kMostAlong * kMostAlong * kMostAlong, most), place_(most), points_(most) {}
+  explicit Cells(std::size_t max_count) : list_at_(kMaxAlong * kMaxAlong * kMaxAlong, max_count), place_(max_count), points_(max_count) {}
 
   bool sort(std::span<const Vector3d> points, const Vector3d& low, double size) {
     for (std::size_t cell = 0; cell < count_; ++cell) list_at_[place_[cell]] = points_.size();
@@ -44,7 +44,7 @@ class Cells {
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       const Vector3d q = per_cell * (points[i] - low);
       const std::size_t place =
-          (static_cast<std::size_t>(q.x()) * kMostAlong + static_cast<std::size_t>(q.y())) * kMostAlong + static_cast<std::size_t>(q.z());
+          (static_cast<std::size_t>(q.x()) * kMaxAlong + static_cast<std::size_t>(q.y())) * kMaxAlong + static_cast<std::size_t>(q.z());
       std::size_t& cell = list_at_[place];
       if (cell == points_.size()) {
         if (count_ == points_.size()) return false;
@@ -65,8 +65,8 @@ class Cells {
   std::vector<std::vector<std::uint32_t>> points_;
 };
 
-// The smallest ball of the points of each cell; empty as soon as one has an overhang of more than `most`.
-std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double most, std::vector<Vector3d>& in_cell) {
+// The smallest ball of the points of each cell; empty as soon as one has an overhang of more than `max_overhang`.
+std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double max_overhang, std::vector<Vector3d>& in_cell) {
   std::vector<FittedBall> balls;
   for (const std::vector<std::uint32_t>& list : cells.lists()) {
     in_cell.clear();
@@ -74,11 +74,11 @@ std::vector<FittedBall> ballsOf(const Cells& cells, const Region& region, double
     const Ball ball = smallestBall(in_cell);
     // The distance of the centre to the surface is at most that to the nearest of the points. This excludes most grids
     // without a distance query.
-    double most_clearance2 = std::numeric_limits<double>::infinity();
-    for (const Vector3d& p : in_cell) most_clearance2 = std::min(most_clearance2, (p - ball.centre).squaredNorm());
-    if (ball.radius - std::sqrt(most_clearance2) > most) return {};
+    double max_clearance2 = std::numeric_limits<double>::infinity();
+    for (const Vector3d& p : in_cell) max_clearance2 = std::min(max_clearance2, (p - ball.centre).squaredNorm());
+    if (ball.radius - std::sqrt(max_clearance2) > max_overhang) return {};
     balls.push_back({ball.centre, ball.radius, -region.field.signedDistance(ball.centre)});
-    if (balls.back().overhang() > most) return {};
+    if (balls.back().overhang() > max_overhang) return {};
   }
   return balls;
 }
@@ -93,8 +93,8 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
   // One ball: in a rod it is better than cells on all sides of it.
   const Ball whole = smallestBall(region.points);
   std::vector<FittedBall> best{{whole.centre, whole.radius, -region.field.signedDistance(whole.centre)}};
-  double least = best[0].overhang();
-  if (least <= region.target_overhang) return best;
+  double smallest = best[0].overhang();
+  if (smallest <= region.target_overhang) return best;
   std::vector<Vector3d> turned(region.points.size()), in_cell;
   Cells cells(region.max_balls);
   for (const Matrix3d& turn : turns) {
@@ -109,11 +109,11 @@ std::vector<FittedBall> reduceGrid(const Region& region) {
       const Vector3d shift(offset & 1 ? 0.5 : 0, offset & 2 ? 0.5 : 0, offset & 4 ? 0.5 : 0);
       for (double size = kFinest * extent; size < kGrow * extent; size *= kGrow) {
         if (!cells.sort(turned, box.min() - size * shift, size)) continue;
-        std::vector<FittedBall> balls = ballsOf(cells, region, std::max(least, region.target_overhang), in_cell);
+        std::vector<FittedBall> balls = ballsOf(cells, region, std::max(smallest, region.target_overhang), in_cell);
         if (balls.empty()) continue;
         double worst = 0;
         for (const FittedBall& ball : balls) worst = std::max(worst, ball.overhang());
-        if (least > region.target_overhang ? worst < least : balls.size() < best.size()) least = worst, best = std::move(balls);
+        if (smallest > region.target_overhang ? worst < smallest : balls.size() < best.size()) smallest = worst, best = std::move(balls);
       }
     }
   }

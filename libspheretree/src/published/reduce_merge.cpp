@@ -22,9 +22,9 @@ FittedBall bestOfThree(const Region& region, const MedialCluster& a, const Media
   united.insert(united.end(), b.points.begin(), b.points.end());
   const Ball smallest = smallestBall(united);
   // The clearance is 1-Lipschitz in the centre: most third candidates need no distance query.
-  const double most_clearance =
+  const double max_clearance =
       std::min(a.ball.clearance + (smallest.centre - a.ball.centre).norm(), b.ball.clearance + (smallest.centre - b.ball.centre).norm());
-  if (smallest.radius - most_clearance < best.overhang()) {
+  if (smallest.radius - max_clearance < best.overhang()) {
     const FittedBall third{smallest.centre, smallest.radius, -region.field.signedDistance(smallest.centre)};
     if (third.overhang() < best.overhang()) best = third;
   }

@@ -138,9 +138,9 @@ class Halving {
     worst_.emplace(cells_[0].ball.overhang(), 0);
   }
 
-  // Halves until no cell has an overhang above `target` or there are `most` cells.
-  void run(std::size_t most, double target, Progress& progress) {
-    while (cells_.size() < most && worst() > target) {
+  // Halves until no cell has an overhang above `target` or there are `max_count` cells.
+  void run(std::size_t max_count, double target, Progress& progress) {
+    while (cells_.size() < max_count && worst() > target) {
       progress.check();
       const std::size_t at = worst_.top().second;
       worst_.pop();
@@ -202,16 +202,16 @@ void takeHeld(FittedBall& ball, double target, Cell& cell) {
 }
 
 // One after the other, cells absorb the cells that they touch, as long as one ball around all has an overhang of at
-// most `target`. Pieces of other cells that the ball contains are removed from those cells. Empty if more than `most`
-// cells remain.
-std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t most, double target,
+// most `target`. Pieces of other cells that the ball contains are removed from those cells. Empty if more than
+// `max_count` cells remain.
+std::vector<FittedBall> joinNeighbours(std::vector<FittedCell> cells, const DistanceField& field, std::size_t max_count, double target,
                                        Progress& progress) {
   const std::vector<std::vector<std::uint32_t>> near = neighbours(cells);
   std::vector<std::size_t> tried_by(cells.size(), cells.size());
   std::vector<FittedBall> out;
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     if (cells[i].cell.pieces.empty()) continue;  // absorbed
-    if (out.size() == most) return {};
+    if (out.size() == max_count) return {};
     progress.check();
     FittedCell grown = std::exchange(cells[i], {});
     std::vector<std::uint32_t> members{i}, others;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMostPoints = 400;
+constexpr std::size_t kMaxPoints = 400;
 constexpr std::size_t kStarts = 4;
 constexpr int kHalvings = 4;
 constexpr int kSpawnBisections = 8;
@@ -27,13 +27,13 @@ struct Placed {
 
 class Spawner {
  public:
-  explicit Spawner(const Region& region) : region_(region), points_(region.points.first(std::min(kMostPoints, region.points.size()))) {
+  explicit Spawner(const Region& region) : region_(region), points_(region.points.first(std::min(kMaxPoints, region.points.size()))) {
     for (const Vector3d& p : points_) start_.push_back(touchingBall(region.field, p));
   }
   std::span<const Vector3d> points() const { return points_; }
   const std::vector<Ball>& starts() const { return start_; }
 
-  // Balls of one stand-off; empty if more than `most` would be needed.
+  // Balls of one stand-off; empty if more than `max_balls` would be needed.
   std::vector<FittedBall> attempt(double stand_off) const {
     std::vector<Vector3d> open(points_.begin(), points_.end());
     std::vector<std::size_t> index(open.size());

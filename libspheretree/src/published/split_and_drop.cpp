@@ -24,10 +24,10 @@ constexpr double
     kListedStandOff = 1.05,
     kOutdatedStandOff =
         1.4;  // points of a ball are listed for a stand-off this much larger, and listed again when it is larger by the second factor
-constexpr int kHalvesRounds = 2;       // of refits, after a split
-constexpr int kPatience = 5;           // consecutive rounds without gain
-constexpr std::size_t kMostParts = 8;  // largest number of parts of a ball if two halves are no better
-constexpr std::size_t kFew = 16;       // number of balls up to which a start of its own is tried
+constexpr int kHalvesRounds = 2;            // of refits, after a split
+constexpr int kPatience = 5;                // consecutive rounds without gain
+constexpr std::size_t kMaxParts = 8;        // largest number of parts of a ball if two halves are no better
+constexpr std::size_t kMaxTriedTwice = 16;  // number of balls up to which a start of its own is tried
 
 double gapOf(const Vector3d& p, const FittedBall& b) { return (p - b.centre).norm() - b.clearance; }
 
@@ -82,10 +82,10 @@ class Level {
   std::size_t count() const { return balls_.size(); }
 
   // With few balls, none of which can be split alone, a different start may be better: divides all points at once.
-  void startAgain(std::size_t most) {
+  void startAgain(std::size_t max_count) {
     std::vector<Vector3d> all;
     for (std::uint32_t i = 0; i < points_.size(); ++i) all.push_back(points_[i]);
-    std::vector<FittedBall> parts = breakUp(all, worst(), most);
+    std::vector<FittedBall> parts = breakUp(all, worst(), max_count);
     if (parts.empty()) return;
     balls_ = std::move(parts);
     state_.clear();
@@ -93,11 +93,11 @@ class Level {
     removeEmpty();
   }
 
-  // Removes balls until `most` remain, those with the smallest loss first; their neighbours take over the points.
-  void shrinkTo(std::size_t most) {
-    while (balls_.size() > most) {
+  // Removes balls until `max_count` remain, those with the smallest loss first; their neighbours take over the points.
+  void shrinkTo(std::size_t max_count) {
+    while (balls_.size() > max_count) {
       begin();
-      std::size_t wanted = balls_.size() - most;
+      std::size_t wanted = balls_.size() - max_count;
       for (const std::uint32_t b : byLoss()) {
         if (wanted == 0) break;
         if (!touched_[b] && drop(b)) --wanted;
@@ -107,10 +107,10 @@ class Level {
   }
 
   // One round of exchanges; the other balls with a large overhang are refitted. Returns false if there was no exchange.
-  bool exchange(std::size_t most, double relaxed) {
+  bool exchange(std::size_t max_count, double relaxed) {
     begin();
     const double worst = this->worst();
-    std::size_t spare = most - balls_.size();
+    std::size_t spare = max_count - balls_.size();
     std::vector<std::uint32_t> wide;
     for (std::uint32_t b = 0; b < balls_.size(); ++b)
       if (balls_[b].overhang() > kNearWorst * worst || (spare > 0 && !state_[b].split_is_useless)) wide.push_back(b);
@@ -131,7 +131,7 @@ class Level {
       const std::uint32_t b = wide[k];
       if (touched_[b]) continue;
       // Half a cube has a larger overhang than the cube, an octant does not.
-      for (std::size_t more = std::min<std::size_t>(spare + 1, kMostParts); parts[k].empty() && more > 2; --more)
+      for (std::size_t more = std::min<std::size_t>(spare + 1, kMaxParts); parts[k].empty() && more > 2; --more)
         parts[k] = breakUp(b, more);
       if (parts[k].empty()) continue;
       const std::size_t needed = parts[k].size() - 1;
@@ -305,7 +305,7 @@ void splitAndDrop(const DistanceField& field, std::span<const Vector3d> points, 
   level.assign();
   level.removeEmpty();
   level.shrinkTo(settings.max_balls);
-  if (settings.max_balls > 1 && settings.max_balls <= kFew && settings.max_rounds > 0 && level.worst() > settings.target_overhang)
+  if (settings.max_balls > 1 && settings.max_balls <= kMaxTriedTwice && settings.max_rounds > 0 && level.worst() > settings.target_overhang)
     level.startAgain(settings.max_balls);
   double before = level.worst();
   for (int round = 0, rounds_without_gain = 0;

@@ -112,7 +112,7 @@ void refineSpan(TriangleMesh& mesh, std::vector<Triangle>& span, double density)
   }
 }
 
-std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t most_edges) {
+std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t max_edges) {
   TriangleMesh& mesh = soup.mesh;
   std::vector<FilledHole> holes;
   for (const std::vector<std::uint32_t>& loop : findHoleLoops(mesh)) {
@@ -128,7 +128,7 @@ std::vector<FilledHole> fillHoles(RepairSoup& soup, std::size_t most_edges) {
     }
     hole.across = box.diagonal().norm();
     std::vector<Triangle> filling;
-    if (loop.size() <= most_edges) filling = spanLoop(mesh, loop);
+    if (loop.size() <= max_edges) filling = spanLoop(mesh, loop);
     if (filling.empty()) {
       const auto hub = static_cast<std::uint32_t>(mesh.positions.size());
       mesh.positions.push_back(middle);

@@ -24,7 +24,7 @@ namespace {
 constexpr std::array kTolerances{0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4};  // of the diagonal
 constexpr double kShareOfSide = 0.25;                                             // share of its shortest side by which a vertex may move
 constexpr double kNearlyAll = 0.02;                                               // share of the closable edges that may stay open
-constexpr double kMostFinArea = 0.03;                                             // share of the total area
+constexpr double kMaxFinArea = 0.03;                                              // share of the total area
 constexpr double kFinSize = 0.1;                                                  // as a share of the diagonal: size of a fin's box
 
 struct Side {
@@ -128,10 +128,10 @@ class Stitcher {
     std::vector<double> reach(mesh.positions.size(), tolerance);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) {
-        const double most = kShareOfSide * (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm();
+        const double largest = kShareOfSide * (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm();
         for (const int end : {k, (k + 1) % 3}) {
           double& r = reach[mesh.triangles[t][static_cast<std::size_t>(end)]];
-          r = std::min(r, most);
+          r = std::min(r, largest);
         }
       }
     const BoxTree tree = treeOfPoints(mesh, vertices);
@@ -423,8 +423,8 @@ std::size_t turnInward(RepairSoup& soup, const std::vector<std::uint32_t>& compo
 
 std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
   double left = 0;  // area that may still be removed
-  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMostFinArea * triangleArea(soup.mesh, t);
-  const double most_size = kFinSize * diagonalOf(soup.mesh);
+  for (std::size_t t = 0; t < soup.mesh.triangles.size(); ++t) left += kMaxFinArea * triangleArea(soup.mesh, t);
+  const double max_size = kFinSize * diagonalOf(soup.mesh);
   std::vector<std::uint32_t> dropped;
   for (bool again = true; again;) {  // a fin may be attached to a fin
     again = false;
@@ -446,8 +446,7 @@ std::vector<std::uint32_t> dropFins(RepairSoup& soup) {
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area[a] < area[b]; });
     std::vector<char> goes(patches.count, 0);
     for (const std::uint32_t p : order)
-      if (is_free[p] && is_joined[p] && area[p] <= left && box[p].diagonal().norm() <= most_size)
-        goes[p] = 1, left -= area[p], again = true;
+      if (is_free[p] && is_joined[p] && area[p] <= left && box[p].diagonal().norm() <= max_size) goes[p] = 1, left -= area[p], again = true;
     const auto removed = filter(soup, [&](std::size_t t) { return !goes[patches.of[t]]; });
     dropped.insert(dropped.end(), removed.begin(), removed.end());
   }

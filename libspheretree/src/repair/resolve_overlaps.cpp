@@ -309,9 +309,9 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> list) {
 
 }  // namespace
 
-Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_lost, Progress& progress) {
+Resolved resolveOverlaps(RepairSoup& soup, std::size_t max_pairs, double max_lost, Progress& progress) {
   Resolved result;
-  const CrossingTriangles crossing = findCrossingTriangles(soup.mesh, most_pairs);
+  const CrossingTriangles crossing = findCrossingTriangles(soup.mesh, max_pairs);
   result.crossing_pairs = crossing.pairs.size();
   result.is_stopped = crossing.is_stopped;
   if (crossing.is_stopped) return result;
@@ -331,7 +331,7 @@ Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_l
     return sum;
   };
   result.lost_area = lostArea();
-  if (result.lost_area > most_lost) {
+  if (result.lost_area > max_lost) {
     result.is_either_way = true;
     result.lost_area = lostArea();
   }

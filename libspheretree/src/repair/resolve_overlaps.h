@@ -17,7 +17,7 @@ namespace spheretree::builder {
 
 struct Resolved {
   std::size_t crossing_pairs = 0;
-  bool is_stopped = false;                   // more than `most_pairs` pairs cross: the soup is unchanged
+  bool is_stopped = false;                   // more than `max_pairs` pairs cross: the soup is unchanged
   bool is_either_way = false;                // points with a winding number of at most -1 also count as solid
   double lost_area = 0;                      // area of pieces of the input with nothing solid on either side [mm^2]
   std::vector<std::uint32_t> within;         // sources of which nothing remains, because they lie within solid matter; sorted
@@ -28,9 +28,9 @@ struct Resolved {
 /// The soup should have no open edges (fill_holes.h), so that the solid is unambiguous; otherwise the winding number is
 /// rounded. The result may touch itself in vertices and edges (separate_fans.h), and rounding may leave crossings: then
 /// call it again.
-/// `most_lost` [mm^2]: if more area than this would have nothing solid on either side, negative winding numbers count
+/// `max_lost` [mm^2]: if more area than this would have nothing solid on either side, negative winding numbers count
 /// as solid, too. Such is a scan that its own cap crosses: it encloses matter on both sides of the cap.
 /// Cost: about 0.2 ms a crossing pair.
-Resolved resolveOverlaps(RepairSoup& soup, std::size_t most_pairs, double most_lost, Progress& progress);
+Resolved resolveOverlaps(RepairSoup& soup, std::size_t max_pairs, double max_lost, Progress& progress);
 
 }  // namespace spheretree::builder

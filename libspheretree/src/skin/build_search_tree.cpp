@@ -146,20 +146,20 @@ class BinaryTree {
   std::uint32_t bestPlace(std::uint32_t n, std::uint32_t otherwise, float limit) {
     const Node& node = nodes_[n];
     std::uint32_t best = otherwise;
-    float least = limit * (1 - 1e-5f);
+    float smallest = limit * (1 - 1e-5f);
     open_.assign(1, {root_, 0});
     for (int looks = 0; looks < kMaxLooks && !open_.empty(); ++looks) {
       const auto [at, above] = open_.back();  // increase of area of all nodes above, if `n` is inserted below this node
       open_.pop_back();
-      if (above + node.area >= least) continue;
+      if (above + node.area >= smallest) continue;
       const float both = nodes_[at].extent.join(node.extent).area();
-      if (above + both < least) {
-        least = above + both;
+      if (above + both < smallest) {
+        smallest = above + both;
         best = at;
       }
       if (isItem(at)) continue;
       const float below = above + both - nodes_[at].area;
-      if (below + node.area < least)
+      if (below + node.area < smallest)
         for (const std::uint32_t p : nodes_[at].part) open_.push_back({p, below});
     }
     return best;

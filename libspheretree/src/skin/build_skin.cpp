@@ -79,10 +79,11 @@ class SkinBuilder {
     if (solid_.triangles.size() <= kManyTriangles) return given();
     const double allowed = kDistanceShare * settings_.tolerance;
     for (const double share : kErrorShares) {
-      TriangleMesh few = simplifyMesh(solid_, kManyTriangles / 2, progress_, share * allowed);
-      const bool is_worth_it = static_cast<double>(few.triangles.size()) <= kWorthIt * static_cast<double>(solid_.triangles.size());
-      if (!is_worth_it || few.triangles.size() > kMaxTriangles) break;
-      if (const double distance = provenDistance(few, allowed); distance <= allowed) return withSheets(std::move(few), distance);
+      TriangleMesh simplified = simplifyMesh(solid_, kManyTriangles / 2, progress_, share * allowed);
+      const bool is_worth_it = static_cast<double>(simplified.triangles.size()) <= kWorthIt * static_cast<double>(solid_.triangles.size());
+      if (!is_worth_it || simplified.triangles.size() > kMaxTriangles) break;
+      if (const double distance = provenDistance(simplified, allowed); distance <= allowed)
+        return withSheets(std::move(simplified), distance);
     }
     return given();
   }
@@ -95,12 +96,12 @@ class SkinBuilder {
 
   // Reduces to a number of triangles, however far that moves the surface from the mesh.
   BaseSurface fewer(std::size_t triangles) const {
-    TriangleMesh few = simplifyMesh(solid_, triangles, progress_);
-    const double there = distanceBound(solid_, DistanceField(few, {}, sheets_), progress_);
+    TriangleMesh simplified = simplifyMesh(solid_, triangles, progress_);
+    const double there = distanceBound(solid_, DistanceField(simplified, {}, sheets_), progress_);
     double back = std::numeric_limits<double>::infinity();
     for (double target = 2 * there; !(back < std::numeric_limits<double>::infinity()); target *= 2)
-      back = distanceBound(few, field_, progress_, target);
-    return withSheets(std::move(few), std::max(there, back));
+      back = distanceBound(simplified, field_, progress_, target);
+    return withSheets(std::move(simplified), std::max(there, back));
   }
 
   // Two-sided distance between the original solid and a simplified one with the sheets; above `allowed` if it is not
@@ -154,9 +155,9 @@ class Packer {
   /// Packs the offsets of the middles, reduced where patches would swing out of a triangle by more than `allowed`
   /// (triangles) [mm].
   void packOffsets(const SurfaceEdges& edges, const SmoothSurface& smooth, const std::vector<double>& allowed) {
-    const double most = *std::max_element(allowed.begin(), allowed.end());
+    const double max_allowed = *std::max_element(allowed.begin(), allowed.end());
     const double rounding =
-        std::sqrt(0.75) * most / (kSwing * kMaxOffset);  // of an offset whose components are rounded to half a step each
+        std::sqrt(0.75) * max_allowed / (kSwing * kMaxOffset);  // of an offset whose components are rounded to half a step each
     std::vector<Vector3d> offset(edges.kind.size(), Vector3d::Zero());
     double largest = 0;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)

@@ -60,12 +60,12 @@ Vector3d ringNormal(const Ring& ring) {
 /// Whether the angle between `n` and each vector of `about` is at most the largest angle between two of these, plus
 /// kLean. Unit vectors.
 bool leansWithin(const Vector3d& n, const std::vector<Vector3d>& about) {
-  double least = 1, between = 1;  // cosines
+  double smallest = 1, between = 1;  // cosines
   for (std::size_t i = 0; i < about.size(); ++i) {
-    least = std::min(least, n.dot(about[i]));
+    smallest = std::min(smallest, n.dot(about[i]));
     for (std::size_t j = 0; j < i; ++j) between = std::min(between, about[i].dot(about[j]));
   }
-  return least >= std::cos(std::min(std::acos(std::clamp(between, -1.0, 1.0)) + kLean, 0.5 * std::numbers::pi));
+  return smallest >= std::cos(std::min(std::acos(std::clamp(between, -1.0, 1.0)) + kLean, 0.5 * std::numbers::pi));
 }
 
 struct MeshCorner {

@@ -24,9 +24,9 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;
 
-constexpr int kBaseRings = 10;        // rings of triangles at the scan's border that are tested against the base
-constexpr int kMostTrims = 10;        // rounds of trimming the border
-constexpr int kMostSmoothing = 2000;  // rounds of smoothing until the outline of the base does not cross itself
+constexpr int kBaseRings = 10;       // rings of triangles at the scan's border that are tested against the base
+constexpr int kMaxTrims = 10;        // rounds of trimming the border
+constexpr int kMaxSmoothing = 2000;  // rounds of smoothing until the outline of the base does not cross itself
 
 void addTriangles(ScanSurface& s, const std::vector<Triangle>& triangles) {
   for (const Triangle& t : triangles) {
@@ -80,7 +80,7 @@ std::vector<Kernel::Point_2> outlineOf(const TriangleMesh& mesh, const Loop& loo
   std::vector<Kernel::Point_2> points;
   for (const std::uint32_t i : loop) points.emplace_back(mesh.positions[i].dot(u), mesh.positions[i].dot(v));
   const std::size_t n = points.size();
-  for (int round = 0; round < kMostSmoothing && !CGAL::is_simple_2(points.begin(), points.end()); ++round) {
+  for (int round = 0; round < kMaxSmoothing && !CGAL::is_simple_2(points.begin(), points.end()); ++round) {
     std::vector<Kernel::Point_2> next;
     for (std::size_t i = 0; i < n; ++i) {
       const Kernel::Point_2 &a = points[(i + n - 1) % n], &b = points[i], &c = points[(i + 1) % n];
@@ -100,9 +100,9 @@ Base baseUnder(const TriangleMesh& mesh, const Loop& loop, const Vector3d& up, d
   double lowest = 1e300;
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t) lowest = std::min(lowest, mesh.positions[v].dot(up));
-  int least = 0;
-  up.cwiseAbs().minCoeff(&least);
-  const Vector3d u = up.cross(Vector3d::Unit(least)).normalized(), v = up.cross(u);
+  int smallest = 0;
+  up.cwiseAbs().minCoeff(&smallest);
+  const Vector3d u = up.cross(Vector3d::Unit(smallest)).normalized(), v = up.cross(u);
   const std::vector<Kernel::Point_2> outline = outlineOf(mesh, loop, u, v);
   const auto n = static_cast<std::uint32_t>(loop.size()), first = static_cast<std::uint32_t>(mesh.positions.size());
   Base base;
@@ -133,7 +133,7 @@ std::vector<char> crossedByBase(const TriangleMesh& mesh, const Loop& loop, cons
   both.triangles.insert(both.triangles.end(), base.triangles.begin(), base.triangles.end());
   std::vector<char> is_dropped(mesh.triangles.size(), 0), is_bad(mesh.positions.size(), 0);
   bool is_any = false;
-  for (const auto& [a, b] : findCrossingTriangles(both, kMostSplitCrossings).pairs) {
+  for (const auto& [a, b] : findCrossingTriangles(both, kMaxSplitCrossings).pairs) {
     if (b < index.size()) continue;  // a pair within the mesh
     is_any = true;
     if (a < index.size()) {
@@ -171,7 +171,7 @@ std::vector<std::uint32_t> findOuterLoop(const TriangleMesh& mesh) {
 }
 
 void clearBase(ScanSurface& s, const Vector3d& up, double depth) {
-  for (int round = 0; round < kMostTrims; ++round) {
+  for (int round = 0; round < kMaxTrims; ++round) {
     const Loop loop = findOuterLoop(s.mesh);
     if (loop.empty()) return;
     const std::vector<char> is_dropped = crossedByBase(s.mesh, loop, baseUnder(s.mesh, loop, up, depth));

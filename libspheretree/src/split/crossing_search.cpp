@@ -10,7 +10,7 @@ namespace spheretree::builder {
 
 namespace {
 
-constexpr double kMostCells = 64;  // largest number of cells in which a triangle is stored
+constexpr double kMaxCells = 64;  // largest number of cells in which a triangle is stored
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void CrossingSearch::add(const Triangle& triangle) {
   boxes_.push_back(boxOf(triangle));
   if (isFlat(positions_, triangle)) return;
   const Cell low = cellOf(boxes_.back().min()), high = cellOf(boxes_.back().max());
-  if (cellCount(low, high) > kMostCells) {
+  if (cellCount(low, high) > kMaxCells) {
     large_.push_back(index);
     return;
   }

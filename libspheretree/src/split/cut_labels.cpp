@@ -116,9 +116,9 @@ class Cutter {
   double fitted(std::uint32_t v, std::int32_t region) const {
     const Vector3d& p = mesh_.positions[v];
     const Vector3d n = normal_[v].normalized();
-    int least = 0;
-    n.cwiseAbs().minCoeff(&least);
-    const Vector3d u = n.cross(Vector3d::Unit(least)).normalized(), w = n.cross(u);
+    int smallest = 0;
+    n.cwiseAbs().minCoeff(&smallest);
+    const Vector3d u = n.cross(Vector3d::Unit(smallest)).normalized(), w = n.cross(u);
     Eigen::Matrix3d sums = Eigen::Matrix3d::Zero();
     Vector3d right = Vector3d::Zero();
     const auto add = [&](const Vector3d& q, double value) {

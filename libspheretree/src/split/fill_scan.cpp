@@ -19,11 +19,11 @@ namespace {
 
 using Loop = std::vector<std::uint32_t>;
 
-constexpr std::size_t kMostSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
-constexpr int kMostWidened = 20;            // rounds of widening holes whose filling crosses something
-constexpr double kFillDensity = 1.5;        // of the finer filling, in triangles along the edges of its border
-constexpr int kNearRings = 3;               // rings of the scan around a hole against which its filling is tested
-constexpr double kSearchCell = 3;           // side of a cube of the search, in mean edges of the scan
+constexpr std::size_t kMaxSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
+constexpr int kMaxWidened = 20;            // rounds of widening holes whose filling crosses something
+constexpr double kFillDensity = 1.5;       // of the finer filling, in triangles along the edges of its border
+constexpr int kNearRings = 3;              // rings of the scan around a hole against which its filling is tested
+constexpr double kSearchCell = 3;          // side of a cube of the search, in mean edges of the scan
 
 /// Every border loop except the outer one.
 std::vector<Loop> loopsToFill(const TriangleMesh& mesh) {
@@ -64,7 +64,7 @@ class Filling {
     const std::size_t points = mesh_.positions.size();
     for (int attempt = 0; attempt < 3; ++attempt) {
       std::vector<Triangle> filling;
-      if (attempt < 2 && loop.size() <= kMostSpanned) filling = spanLoop(mesh_, loop);
+      if (attempt < 2 && loop.size() <= kMaxSpanned) filling = spanLoop(mesh_, loop);
       if (attempt == 1 && !filling.empty()) refineSpan(mesh_, filling, kFillDensity);
       if (attempt == 2) filling = fan(loop);
       if (filling.empty()) continue;
@@ -73,7 +73,7 @@ class Filling {
       const bool is_good = pairs.empty() && std::count(is_bad.begin(), is_bad.end(), 1) == 0;
       if (is_good || (is_last && attempt == 2)) return accept(filling, loop);
       mesh_.positions.resize(points);
-      if (attempt == (loop.size() <= kMostSpanned ? 0 : 2)) noteBad(filling, pairs, is_bad, widen);
+      if (attempt == (loop.size() <= kMaxSpanned ? 0 : 2)) noteBad(filling, pairs, is_bad, widen);
     }
     is_any_dropped_ = true;
   }
@@ -151,7 +151,7 @@ class Filling {
 }  // namespace
 
 std::size_t dropCrossings(ScanSurface& s) {
-  const auto pairs = findCrossingTriangles(s.mesh, kMostSplitCrossings).pairs;
+  const auto pairs = findCrossingTriangles(s.mesh, kMaxSplitCrossings).pairs;
   std::map<std::uint32_t, std::vector<std::uint32_t>> crossed;
   for (const auto& [a, b] : pairs) crossed[a].push_back(b), crossed[b].push_back(a);
   using Entry = std::tuple<std::size_t, double, std::uint32_t>;  // number of pairs, - area, triangle
@@ -180,7 +180,7 @@ std::size_t fillScanHoles(ScanSurface& s) {
   for (int round = 0;; ++round) {
     const std::size_t scanned = s.mesh.triangles.size(), points = s.mesh.positions.size();
     const std::vector<Loop> loops = loopsToFill(s.mesh);
-    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMostWidened);
+    const std::vector<char> is_dropped = Filling(s).run(loops, round > 0, round == kMaxWidened);
     if (is_dropped.empty()) return loops.size();
     s.mesh.positions.resize(points);
     s.vertex_region.resize(points);

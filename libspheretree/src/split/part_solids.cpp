@@ -23,16 +23,16 @@ namespace {
 
 using Line = std::vector<std::uint32_t>;  // vertices
 
-constexpr double kStep = 0.5;        // length of the first straight part of a wall, in mean border edges
-constexpr int kWayRounds = 4;        // rounds of smoothing the directions of these parts
-constexpr double kLeastShare = 0.5;  // smallest remaining share of the slope of the bisecting direction after smoothing
-constexpr int kMostHalvings = 40;    // halvings of a length where it crosses something
-constexpr double kFlatArc = 2;       // mean edges by which an arc must rise above the line between its ends to get a window
+constexpr double kStep = 0.5;      // length of the first straight part of a wall, in mean border edges
+constexpr int kWayRounds = 4;      // rounds of smoothing the directions of these parts
+constexpr double kMinShare = 0.5;  // smallest remaining share of the slope of the bisecting direction after smoothing
+constexpr int kMaxHalvings = 40;   // halvings of a length where it crosses something
+constexpr double kFlatArc = 2;     // mean edges by which an arc must rise above the line between its ends to get a window
 constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
 constexpr double kCell = 3;                                                  // side of a cube of the search, in mean edges of the scan
 constexpr double kClear = 0.1;        // distance of a wall from what it crossed, in mean edges of its border
 constexpr double kWallDensity = 0.5;  // of a wall that is moved, in triangles along the edges of its border
-constexpr int kMostMoves = 25;        // rounds of moving a wall without a reduction of its crossings
+constexpr int kMaxMoves = 25;         // rounds of moving a wall without a reduction of its crossings
 constexpr int kMovesAHalving = 10;    // rounds after which triangles that still cross are halved
 constexpr double kStubTaper = 0.4;    // width of the end of a stub, as a share of its beginning: about that of a root's tip
 
@@ -139,7 +139,7 @@ class WallFinder {
     std::vector<Vector3d> best_positions;
     std::vector<InnerWall> best_walls;
     std::size_t fewest_crossings = std::numeric_limits<std::size_t>::max();
-    for (int round = 0, best_round = 0; fewest_crossings > 0 && round < best_round + kMostMoves; ++round) {
+    for (int round = 0, best_round = 0; fewest_crossings > 0 && round < best_round + kMaxMoves; ++round) {
       const std::vector<Triangle> walls = trianglesFrom(first);
       const Pairs pairs = search_->against(walls);
       if (pairs.size() < fewest_crossings) {
@@ -280,7 +280,7 @@ class WallFinder {
     }
     const std::vector<Triangle> strips = trianglesFrom(0);
     const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
-    for (int round = 0; round < kMostHalvings; ++round) {
+    for (int round = 0; round < kMaxHalvings; ++round) {
       const auto pairs = search_->against(strips);
       if (pairs.empty()) return;
       std::vector<char> is_long(steps.size(), 0);
@@ -335,10 +335,10 @@ class WallFinder {
       std::vector<Vector3d> sum = way;
       for (const auto& [a, b] : borders) sum[a] += way[b], sum[b] += way[a];
       for (std::size_t i = 0; i < way.size(); ++i) {
-        const double least = kLeastShare * straight[i].dot(planes[i][0]);
+        const double smallest = kMinShare * straight[i].dot(planes[i][0]);
         for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
           way[i] = ((1 - share) * sum[i].normalized() + share * straight[i]).normalized();
-          if (way[i].dot(planes[i][0]) <= least && way[i].dot(planes[i][1]) <= least) break;
+          if (way[i].dot(planes[i][0]) <= smallest && way[i].dot(planes[i][1]) <= smallest) break;
         }
       }
     }

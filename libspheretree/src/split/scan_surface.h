@@ -16,7 +16,7 @@ namespace spheretree::builder {
 
 inline constexpr std::int32_t kGumRegion = 0;  // all pieces of the gum; every other region is a single piece of a label
 
-inline constexpr std::size_t kMostSplitCrossings = 100'000;  // the count of crossing pairs stops here
+inline constexpr std::size_t kMaxSplitCrossings = 100'000;  // the count of crossing pairs stops here
 
 struct ScanSurface {
   TriangleMesh mesh;

@@ -209,7 +209,7 @@ class Splitter {
       }
       first += static_cast<std::uint32_t>(out_.parts[p].mesh.positions.size());
     }
-    for (const auto& [a, b] : findCrossingTriangles(all, kMostSplitCrossings).pairs) {
+    for (const auto& [a, b] : findCrossingTriangles(all, kMaxSplitCrossings).pairs) {
       if (part_of[a] == part_of[b]) continue;  // counted by the checks of the part
       ++out_.crossing_pairs;
       for (const std::uint32_t t : {a, b}) {

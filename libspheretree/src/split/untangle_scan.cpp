@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMostNoise = 3;     // largest motion, in standard deviations of the noise
+constexpr double kMaxNoise = 3;      // largest motion, in standard deviations of the noise
 constexpr int kUntangleRounds = 30;  // rounds of moving
 constexpr int kUntangledRings = 2;   // rings around the crossing triangles whose vertices may move
 constexpr double kUntangleCell = 3;  // side of a cube of the search, in mean edges of the scan
@@ -26,11 +26,11 @@ class Untangling {
 
   MovedVertices run() {
     std::vector<std::uint32_t> corners;
-    for (const auto& [a, b] : findCrossingTriangles(mesh_, kMostSplitCrossings).pairs)
+    for (const auto& [a, b] : findCrossingTriangles(mesh_, kMaxSplitCrossings).pairs)
       for (const std::uint32_t t : {a, b}) corners.insert(corners.end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
     if (corners.empty()) return {};
     findMovable(corners);
-    const double most = kMostNoise * noise();
+    const double largest = kMaxNoise * noise();
     for (int round = 0; round < kUntangleRounds; ++round) {
       const std::vector<char> is_crossing = crossingVertices();
       if (std::find(is_crossing.begin(), is_crossing.end(), 1) == is_crossing.end()) break;
@@ -38,7 +38,7 @@ class Untangling {
       for (std::uint32_t v = 0; v < next.size(); ++v) {
         if (!is_crossing[v]) continue;
         const Vector3d way = (mesh_.positions[v] + meanOfNeighbours(v)) / 2 - origin_[v];
-        next[v] = origin_[v] + (way.norm() > most ? most / way.norm() : 1) * way;
+        next[v] = origin_[v] + (way.norm() > largest ? largest / way.norm() : 1) * way;
       }
       mesh_.positions.swap(next);
     }

@@ -47,8 +47,8 @@ std::vector<TissueVertex> bindSurface(const TriangleMesh& mesh, const Tetrahedra
         for (std::size_t slot = first; slot < first + count; ++slot) {
           const std::uint32_t t = tree.order()[slot];
           const Vector3d w = inverse[t] * (p - solid.nodes[solid.corners[t][3]]);
-          const double least = std::min(w.minCoeff(), 1 - w.sum());
-          if (least > best || (least == best && t < best_tetrahedron)) best = least, best_tetrahedron = t, best_weight = w;
+          const double smallest = std::min(w.minCoeff(), 1 - w.sum());
+          if (smallest > best || (smallest == best && t < best_tetrahedron)) best = smallest, best_tetrahedron = t, best_weight = w;
         }
       });
       const Vector3d rest = p - origin;

@@ -86,12 +86,12 @@ class Cutter {
   // The leaf for which the polygon's largest distance outside the leaf is smallest.
   std::uint32_t bestHolder(const std::vector<Vector3d>& corners, const std::vector<std::uint32_t>& near) const {
     if (near.empty()) refuseHole(0, corners[0]);
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     std::uint32_t best = near.front();
     for (const std::uint32_t slot : near) {
-      double most = -std::numeric_limits<double>::infinity();
-      for (const Vector3d& p : corners) most = std::max(most, power(slot, p));
-      if (most < least) least = most, best = slot;
+      double largest = -std::numeric_limits<double>::infinity();
+      for (const Vector3d& p : corners) largest = std::max(largest, power(slot, p));
+      if (largest < smallest) smallest = largest, best = slot;
     }
     return best;
   }

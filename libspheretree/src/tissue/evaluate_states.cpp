@@ -85,9 +85,9 @@ class Evaluator {
     TriangleMesh moved = mesh_;
     std::copy_n(positions.begin(), moved.positions.size(), moved.positions.begin());
     const DistanceField field(moved);
-    double most = 0;
-    for (const Sphere& leaf : leaves) most = std::max(most, overhangBound(field, Vector3d::Zero(), leaf));
-    return most;
+    double largest = 0;
+    for (const Sphere& leaf : leaves) largest = std::max(largest, overhangBound(field, Vector3d::Zero(), leaf));
+    return largest;
   }
 
  private:

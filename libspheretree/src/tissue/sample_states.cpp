@@ -92,10 +92,10 @@ class States {
   TissueState noise(const char* kind, double share) {
     double sum = 0;
     for (const auto& c : tissue_.tetrahedra) sum += (nodes_[c[0]] - nodes_[c[1]]).norm();
-    const double most = share * sum / static_cast<double>(tissue_.tetrahedra.size());
+    const double largest = share * sum / static_cast<double>(tissue_.tetrahedra.size());
     return mapped(kind, share, [&](const Vector3d& p) {
       const Vector3d to = direction();
-      return Vector3d(p + most * unit() * to);
+      return Vector3d(p + largest * unit() * to);
     });
   }
 

@@ -29,7 +29,7 @@ TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& bound
   response.pressed.erase(std::unique(response.pressed.begin(), response.pressed.end()), response.pressed.end());
   const std::vector<std::uint32_t>& pressed = response.pressed;
   const std::size_t rows = 3 * pressed.size();
-  if (rows * rows * sizeof(float) > kMostResponseBytes) return {};
+  if (rows * rows * sizeof(float) > kMaxResponseBytes) return {};
   response.matrix.assign(rows * rows, 0);
   tbb::parallel_for(std::size_t{0}, (pressed.size() + kNodesAtATime - 1) / kNodesAtATime, [&](std::size_t batch) {
     progress.check();

@@ -21,9 +21,9 @@
 namespace spheretree::builder {
 
 /// Largest size of the matrix [bytes]; 6 MB are usual for 3,000 tetrahedra.
-inline constexpr std::size_t kMostResponseBytes = 128 << 20;
+inline constexpr std::size_t kMaxResponseBytes = 128 << 20;
 
-/// Nodes and matrix of the response; empty if it would be larger than kMostResponseBytes. `boundary`: from
+/// Nodes and matrix of the response; empty if it would be larger than kMaxResponseBytes. `boundary`: from
 /// boundaryOf(). Deterministic for any number of threads.
 /// Cost: three solves for each free node of the boundary, 24 at a time: about 6 s of one core for 450 nodes.
 /// @throws Cancelled.

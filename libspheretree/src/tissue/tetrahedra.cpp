@@ -19,7 +19,7 @@ namespace {
 constexpr double kVolumeError = 1e-6;  // relative error of a volume; the rounding errors of sums of products are far smaller
 // A tetrahedron with less than this share of the volume of a cube of its longest edge is flat: it would cost the
 // stiffness matrix 12 of its 16 digits.
-constexpr double kLeastShape = 1e-9;
+constexpr double kMinShape = 1e-9;
 
 // Sides of a tetrahedron, opposite each corner, wound outward if the volume is positive.
 constexpr std::array<std::array<std::size_t, 3>, 4> kSides{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
@@ -72,7 +72,7 @@ bool isFlat(const Tetrahedra& solid, std::size_t t) {
   double longest = 0;
   for (std::size_t a = 0; a < 4; ++a)
     for (std::size_t b = a + 1; b < 4; ++b) longest = std::max(longest, (solid.nodes[c[a]] - solid.nodes[c[b]]).norm());
-  return !(volumeOf(solid, t) > kLeastShape * longest * longest * longest);
+  return !(volumeOf(solid, t) > kMinShape * longest * longest * longest);
 }
 
 // Four coplanar vertices of the surface can make a flat tetrahedron along it. Without it the surface is the same up to

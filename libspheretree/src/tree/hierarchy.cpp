@@ -39,17 +39,17 @@ Ball enclosing(std::span<const Ball> balls) {
   Vector3d c = box.center();
   Ball best{c, std::numeric_limits<double>::infinity()};
   for (int i = 0; i < kCentring; ++i) {
-    double most = 0;
+    double largest = 0;
     const Ball* far = nullptr;
     for (const Ball& b : balls) {
       const double reach = (b.centre - c).norm() + b.radius;
-      if (reach > most) most = reach, far = &b;
+      if (reach > largest) largest = reach, far = &b;
     }
-    if (most < best.radius) best = {c, most};
+    if (largest < best.radius) best = {c, largest};
     const Vector3d to = far->centre - c;
     const double distance = to.norm();
     if (!(distance > 0)) break;
-    c += to * ((most / distance) / (i + 2) * 0.5);
+    c += to * ((largest / distance) / (i + 2) * 0.5);
   }
   return best;
 }
@@ -143,10 +143,10 @@ class Grouping {
     for (const std::uint32_t c : members) middle += children_[c].centre / static_cast<double>(count);
     std::vector<std::uint32_t> best_order = members;
     std::size_t best_count = min_left;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, std::uint32_t>> keyed(count);
     std::vector<Ball> sorted(count);
-    std::vector<double> left_least(count + 1), right_least(count + 1);  // lower bounds of the radii around the first and the last members
+    std::vector<double> left_min(count + 1), right_min(count + 1);  // lower bounds of the radii around the first and the last members
     for (int key = 0; key < 5; ++key) {
       for (std::size_t i = 0; i < count; ++i) {
         const Ball& b = children_[members[i]];
@@ -157,21 +157,21 @@ class Grouping {
       for (std::size_t i = 0; i < count; ++i) {
         sorted[i] = children_[keyed[i].second];
         extendBy(sorted[i], box);
-        left_least[i + 1] = 0.5 * box.sizes().maxCoeff();
+        left_min[i + 1] = 0.5 * box.sizes().maxCoeff();
       }
       box.setEmpty();
       for (std::size_t i = count; i-- > 0;) {
         extendBy(sorted[i], box);
-        right_least[i] = 0.5 * box.sizes().maxCoeff();
+        right_min[i] = 0.5 * box.sizes().maxCoeff();
       }
       const std::size_t step = std::max<std::size_t>(1, (max_left - min_left) / kCuts);
       for (std::size_t here = min_left; here <= max_left; here += step) {
         if (here == 0 || here == count) continue;
-        if (cost(here, left_least[here]) + cost(count - here, right_least[here]) >= least) continue;
+        if (cost(here, left_min[here]) + cost(count - here, right_min[here]) >= smallest) continue;
         const std::span<const Ball> all(sorted);
         const double sum = cost(here, enclosing(all.first(here)).radius) + cost(count - here, enclosing(all.subspan(here)).radius);
-        if (sum >= least) continue;
-        least = sum;
+        if (sum >= smallest) continue;
+        smallest = sum;
         best_count = here;
         for (std::size_t i = 0; i < count; ++i) best_order[i] = keyed[i].second;
       }
@@ -195,11 +195,11 @@ class Grouping {
                        [&](std::uint32_t x, std::uint32_t y) { return parents_[x].radius > parents_[y].radius; });
       for (const std::uint32_t p : by_size) {
         Group* best = nullptr;
-        double least = std::numeric_limits<double>::infinity();
+        double smallest = std::numeric_limits<double>::infinity();
         for (Group& g : groups_) {
           if (g.parent != kNoParent) continue;
           const double more = price(g, p) - price(g, kNoParent);
-          if (!best || more < least) least = more, best = &g;
+          if (!best || more < smallest) smallest = more, best = &g;
         }
         best->parent = p;
       }
@@ -224,10 +224,10 @@ class Grouping {
     for (std::uint32_t g = 0; g < groups_.size(); ++g) {
       if (!groups_[g].members.empty() || groups_[g].parent == kNoParent) continue;
       std::uint32_t best = kNoParent;
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       for (std::uint32_t c = 0; c < children_.size(); ++c) {
         const double distance = (children_[c].centre - parents_[groups_[g].parent].centre).norm();
-        if (groups_[group_of_[c]].members.size() > 1 && distance < least) least = distance, best = c;
+        if (groups_[group_of_[c]].members.size() > 1 && distance < smallest) smallest = distance, best = c;
       }
       if (best == kNoParent) return;
       std::erase(groups_[group_of_[best]].members, best);
@@ -272,7 +272,7 @@ class Grouping {
       if (b == a) continue;
       const Group& to = groups_[b];
       const double before = cost(from) + cost(to);
-      const double joint = leastRadius(to, c, kNoParent);
+      const double joint = minRadius(to, c, kNoParent);
       if (to.members.size() < capacity_ && before - cost_moved - cost(to.members.size() + 1, joint) > best_gain) {
         with = to.members;
         with.push_back(c);
@@ -281,7 +281,7 @@ class Grouping {
       }
       for (std::size_t i = 0; is_outer && i < to.members.size(); ++i) {
         const std::uint32_t other = to.members[i];
-        if (before - cost_swapped - cost(to.members.size(), leastRadius(to, c, other)) <= best_gain) continue;
+        if (before - cost_swapped - cost(to.members.size(), minRadius(to, c, other)) <= best_gain) continue;
         with = without;
         with.push_back(other);
         const double cost_a = cost(with.size(), boundOf(from.parent, with).radius);
@@ -311,7 +311,7 @@ class Grouping {
   }
 
   // A lower bound of the radius around a group with one more child and, optionally, without another one.
-  double leastRadius(const Group& group, std::uint32_t more, std::uint32_t less) const {
+  double minRadius(const Group& group, std::uint32_t more, std::uint32_t less) const {
     double radius = group.parent == kNoParent ? 0 : jointRadius(children_[more], parents_[group.parent]);
     for (const std::uint32_t c : group.members)
       if (c != less) radius = std::max(radius, jointRadius(children_[more], children_[c]));
@@ -394,11 +394,11 @@ std::vector<std::vector<std::uint32_t>> groupLevels(std::vector<std::vector<Sphe
 
 std::vector<std::size_t> levelCounts(std::size_t leaves, int branching) {
   const auto full = static_cast<std::size_t>(branching);
-  std::vector<std::size_t> most{1};  // for each level
-  while (most.back() < leaves) most.push_back(most.back() * full);
-  std::vector<std::size_t> counts(most.size(), leaves);
+  std::vector<std::size_t> largest{1};  // for each level
+  while (largest.back() < leaves) largest.push_back(largest.back() * full);
+  std::vector<std::size_t> counts(largest.size(), leaves);
   for (std::size_t level = counts.size() - 1; level-- > 0;)
-    counts[level] = std::min(most[level], (4 * counts[level + 1] + 3 * full - 1) / (3 * full));
+    counts[level] = std::min(largest[level], (4 * counts[level + 1] + 3 * full - 1) / (3 * full));
   return counts;
 }
 

@@ -51,8 +51,8 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
     std::vector<Sphere>&own = levels[level], &leaves = levels.back();
     // A sphere that becomes a leaf removes the capacity for its children, and just above the leaves one child, too.
     const std::size_t room = own.size() * full, children = levels[level + 1].size(), takes = level + 2 == levels.size() ? full - 1 : full;
-    const std::size_t most = std::min({room > children ? (room - children) / takes : 0, own.size() - 1, leaves.size() - 1});
-    if (most == 0) continue;
+    const std::size_t largest = std::min({room > children ? (room - children) / takes : 0, own.size() - 1, leaves.size() - 1});
+    if (largest == 0) continue;
     std::vector<std::uint32_t> leaf = standIns(own, leaves);
     // First finds the spheres that are redundant if the leaves of all spheres are added; then, among these, those that
     // are redundant if only their own leaves are added; and so on.
@@ -66,7 +66,7 @@ std::vector<std::size_t> promoteLeaves(const TriangleMesh& mesh, const Eigen::Ve
       set.insert(set.end(), ended.begin(), ended.end());
       fixed.resize(set.size(), 1);
       const std::vector<std::uint32_t> one_group(set.size(), 0);
-      const std::vector<char> redundant = findRedundantSpheres(mesh, set, origin, one_group, fixed, most, seed, progress);
+      const std::vector<char> redundant = findRedundantSpheres(mesh, set, origin, one_group, fixed, largest, seed, progress);
       wanted = 0;
       for (std::size_t i = 0; i < own.size(); ++i) {
         if (!redundant[i]) leaf[i] = kNone;

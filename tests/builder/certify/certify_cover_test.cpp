@@ -32,9 +32,9 @@ std::vector<CoverGap> gapsOf(const TriangleMesh& mesh, std::span<const Ball> bal
 }
 
 double deepest(const std::vector<CoverGap>& gaps) {
-  double most = 0;
-  for (const CoverGap& g : gaps) most = std::max(most, g.gap);
-  return most;
+  double largest = 0;
+  for (const CoverGap& g : gaps) largest = std::max(largest, g.gap);
+  return largest;
 }
 
 // An open mesh: certification does not need a closed one.
@@ -81,14 +81,14 @@ TEST(CertifyCover, NeverShrinksNorMovesABall) {
   const TriangleMesh mesh = test::torusMesh(5, 2, 24, 12);
   const std::vector<Ball> balls = scattered(mesh, 60, 1.6, 3);
   const CertifiedCover cover = certify(mesh, balls, 0.02);
-  double most = 0;
+  double largest = 0;
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Sphere& s = cover.spheres[i];
     EXPECT_EQ(Vector3d(s.x, s.y, s.z), balls[i].centre.cast<float>().cast<double>());
     EXPECT_GE(s.radius, static_cast<float>(balls[i].radius));
-    most = std::max(most, static_cast<double>(s.radius) - static_cast<double>(static_cast<float>(balls[i].radius)));
+    largest = std::max(largest, static_cast<double>(s.radius) - static_cast<double>(static_cast<float>(balls[i].radius)));
   }
-  EXPECT_NEAR(cover.largest_growth, most, 1e-6);
+  EXPECT_NEAR(cover.largest_growth, largest, 1e-6);
 }
 
 TEST(CertifyCover, ACoverDoesNotGrow) {
@@ -233,15 +233,15 @@ TEST(FindCoverGaps, MissesNoPlaceFartherThanTheTolerance) {
     for (std::size_t b = 0; b < count; ++b) balls.push_back({random.inCube(1.2), random.between(0.05, trial % 2 ? 0.5 : 1.2)});
     const double tolerance = trial % 3 == 0 ? 0 : random.between(0, 0.1);
     const std::vector<CoverGap> gaps = gapsOf(mesh, balls, tolerance);
-    double most = 0;
+    double largest = 0;
     for (int i = 0; i <= kGrid; ++i)
       for (int j = 0; i + j <= kGrid; ++j) {
         const Vector3d p = (i * mesh.positions[0] + j * mesh.positions[1] + (kGrid - i - j) * mesh.positions[2]) / kGrid;
-        most = std::max(most, test::gapAt(p, balls));
+        largest = std::max(largest, test::gapAt(p, balls));
       }
     (gaps.empty() ? closed : open)++;
     if (gaps.empty()) {
-      EXPECT_LE(most, tolerance + 1e-12) << trial;
+      EXPECT_LE(largest, tolerance + 1e-12) << trial;
     }
     for (const CoverGap& g : gaps) {
       EXPECT_GT(g.gap, tolerance - 1e-12) << trial;

@@ -29,14 +29,14 @@ std::vector<Sphere> twice() {
 struct Asked {
   std::vector<std::uint32_t> group = std::vector<std::uint32_t>(16, 0);
   std::vector<char> fixed{};
-  std::size_t most = 16;
+  std::size_t max_count = 16;
 };
 
 std::vector<char> redundantOf(const std::vector<Sphere>& spheres, const Asked& asked, const Vector3d& origin = Vector3d::Zero()) {
   TriangleMesh mesh = kCube;
   for (Vector3d& p : mesh.positions) p += origin;
   Progress progress;
-  return findRedundantSpheres(mesh, spheres, origin, asked.group, asked.fixed, asked.most, 1, progress);
+  return findRedundantSpheres(mesh, spheres, origin, asked.group, asked.fixed, asked.max_count, 1, progress);
 }
 
 TEST(RedundantSpheres, OneOfTwoIsRedundantAndTheOthersStillCover) {
@@ -75,11 +75,11 @@ TEST(RedundantSpheres, TheLastOfAGroupStays) {
 }
 
 TEST(RedundantSpheres, NoMoreThanAskedFor) {
-  for (const std::size_t most : {0, 3, 8}) {
+  for (const std::size_t max_count : {0, 3, 8}) {
     Asked asked;
-    asked.most = most;
+    asked.max_count = max_count;
     const std::vector<char> redundant = redundantOf(twice(), asked);
-    EXPECT_EQ(std::count(redundant.begin(), redundant.end(), 1), static_cast<std::ptrdiff_t>(most));
+    EXPECT_EQ(std::count(redundant.begin(), redundant.end(), 1), static_cast<std::ptrdiff_t>(max_count));
   }
 }
 

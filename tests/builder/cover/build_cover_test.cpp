@@ -30,14 +30,14 @@ LevelBalls build(const TriangleMesh& mesh, const BuildSettings& settings) {
 
 // The common stand-off of all balls of a level.
 double standOff(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
-  double least = 1e9, most = 0;
+  double smallest = 1e9, largest = 0;
   for (const Ball& b : balls) {
     const double h = b.radius - test::bruteDistance(mesh, b.centre);
-    least = std::min(least, h);
-    most = std::max(most, h);
+    smallest = std::min(smallest, h);
+    largest = std::max(largest, h);
   }
-  EXPECT_NEAR(least, most, 1e-12 * most + 1e-13);
-  return most;
+  EXPECT_NEAR(smallest, largest, 1e-12 * largest + 1e-13);
+  return largest;
 }
 
 // A sheet whose thickness is 1e-5 of its width: its medial balls are smaller than any spacing of samples, and centres
@@ -68,8 +68,8 @@ TEST(BuildCover, LevelsFillTheBudgetStandOffAlikeAndCover) {
   ASSERT_EQ(levels.balls.size(), 4u);
   const std::vector<Eigen::Vector3d> points = test::densePoints(mesh, 60, 1);
   double above = 1e9;
-  for (std::size_t level = 0, most = 1; level < 4; ++level, most *= 4) {
-    EXPECT_EQ(levels.balls[level].size(), most);
+  for (std::size_t level = 0, largest = 1; level < 4; ++level, largest *= 4) {
+    EXPECT_EQ(levels.balls[level].size(), largest);
     const double h = standOff(mesh, levels.balls[level]);
     EXPECT_LT(h, above);
     EXPECT_LE(test::largestGap(points, levels.balls[level]), 0.08 * h) << "twice the gap that `quick` leaves to the certificate";
@@ -82,10 +82,10 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
   BuildSettings settings = quick(4, 4);
   const double whole = standOff(mesh, build(mesh, settings).balls.back());
   settings.tolerance_mm = 2 * whole;
-  const LevelBalls few = build(mesh, settings);
-  EXPECT_LE(standOff(mesh, few.balls.back()), settings.tolerance_mm);
-  EXPECT_LT(few.balls.back().size(), 50u) << "the stand-off falls about as 1/n: half of 64, and some";
-  for (std::size_t level = 1; level < few.balls.size(); ++level) EXPECT_LE(few.balls[level - 1].size(), few.balls[level].size());
+  const LevelBalls small = build(mesh, settings);
+  EXPECT_LE(standOff(mesh, small.balls.back()), settings.tolerance_mm);
+  EXPECT_LT(small.balls.back().size(), 50u) << "the stand-off falls about as 1/n: half of 64, and some";
+  for (std::size_t level = 1; level < small.balls.size(); ++level) EXPECT_LE(small.balls[level - 1].size(), small.balls[level].size());
   settings.tolerance_mm = 0.1 * whole;
   EXPECT_EQ(build(mesh, settings).balls.back().size(), 64u) << "out of reach: the whole budget";
 }
@@ -94,13 +94,13 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
 // tolerance.
 TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheBallOfSmallestStandOff) {
   const TriangleMesh mesh = test::sphereMesh(10, 3);
-  const double least = 10 - test::bruteDistance(mesh, {0, 0, 0});
-  for (const double tolerance : {1.5 * least, 4 * least, 20 * least}) {
+  const double smallest = 10 - test::bruteDistance(mesh, {0, 0, 0});
+  for (const double tolerance : {1.5 * smallest, 4 * smallest, 20 * smallest}) {
     BuildSettings settings = quick(3, 8);
     settings.tolerance_mm = tolerance;
     const LevelBalls levels = build(mesh, settings);
     ASSERT_EQ(levels.balls.back().size(), 1u) << tolerance;
-    EXPECT_LE(standOff(mesh, levels.balls.back()), 1.2 * least) << tolerance;
+    EXPECT_LE(standOff(mesh, levels.balls.back()), 1.2 * smallest) << tolerance;
   }
 }
 
@@ -140,7 +140,7 @@ TEST(BuildCover, KeepsToANumberOfLeavesAndUsesIt) {
   double above = 1e9;
   for (const int leaves : {1, 7, 8, 50, 200}) {
     BuildSettings settings = quick(4, 8);
-    settings.most_leaves = leaves;
+    settings.max_leaves = leaves;
     const LevelBalls levels = build(mesh, settings);
     ASSERT_EQ(levels.balls.back().size(), static_cast<std::size_t>(leaves));
     for (std::size_t level = 1; level < levels.balls.size(); ++level)
@@ -150,10 +150,10 @@ TEST(BuildCover, KeepsToANumberOfLeavesAndUsesIt) {
     above = h;
   }
   BuildSettings more = quick(3, 8);  // more than the levels allow
-  more.most_leaves = 100;
+  more.max_leaves = 100;
   EXPECT_EQ(build(mesh, more).balls.back().size(), 64u);
   more.tolerance_mm = 1e-6;  // out of reach: all leaves are used, and no more
-  more.most_leaves = 20;
+  more.max_leaves = 20;
   EXPECT_EQ(build(mesh, more).balls.back().size(), 20u);
 }
 

@@ -31,13 +31,13 @@ struct Trial {
     }
   }
   double standOff(const std::vector<Ball>& of) const {
-    double most = 0;
+    double largest = 0;
     for (const Vector3d& p : samples) {
-      double least = 1e9;
-      for (const Ball& b : of) least = std::min(least, (p - b.centre).norm() - b.radius);
-      most = std::max(most, least);
+      double smallest = 1e9;
+      for (const Ball& b : of) smallest = std::min(smallest, (p - b.centre).norm() - b.radius);
+      largest = std::max(largest, smallest);
     }
-    return most;
+    return largest;
   }
 };
 

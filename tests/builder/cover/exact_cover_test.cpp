@@ -22,8 +22,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostSamples = 512;
-using Held = std::bitset<kMostSamples>;
+constexpr std::size_t kMaxSamples = 512;
+using Held = std::bitset<kMaxSamples>;
 
 // Exact decision: does a choice of at most n sets cover everything? Branches on the open sample that the fewest sets
 // contain.
@@ -43,8 +43,8 @@ class SetCover {
     std::size_t widest = 0;
     for (const Held& s : sets_) widest = std::max(widest, (s & open).count());
     if (widest * n < open.count()) return false;
-    std::size_t rarest = kMostSamples, holders = sets_.size() + 1;
-    for (std::size_t i = open._Find_first(); i < kMostSamples; i = open._Find_next(i)) {
+    std::size_t rarest = kMaxSamples, holders = sets_.size() + 1;
+    for (std::size_t i = open._Find_first(); i < kMaxSamples; i = open._Find_next(i)) {
       std::size_t count = 0;
       for (const Held& s : sets_) count += s[i];
       if (count < holders) holders = count, rarest = i;
@@ -119,7 +119,7 @@ TEST(ExactCover, TheSearchIsNearTheOptimum) {
     SampleSettings sampling;
     sampling.count = 120;
     const std::vector<SurfaceSample> samples = sampleSurface(mesh, sampling);
-    ASSERT_LE(samples.size(), kMostSamples);
+    ASSERT_LE(samples.size(), kMaxSamples);
     std::vector<Vector3d> points;
     for (const SurfaceSample& s : samples) points.push_back(s.point);
     sampling.count = 60;

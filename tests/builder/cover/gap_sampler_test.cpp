@@ -29,9 +29,9 @@ std::vector<Ball> inscribedBalls(const DistanceField& field, std::size_t count) 
 }
 
 double gapAt(const Vector3d& p, std::span<const Ball> balls) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Ball& b : balls) least = std::min(least, (p - b.centre).norm() - b.radius);
-  return least;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Ball& b : balls) smallest = std::min(smallest, (p - b.centre).norm() - b.radius);
+  return smallest;
 }
 
 struct GapSamplerOnATorus : testing::Test {

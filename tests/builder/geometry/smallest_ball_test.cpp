@@ -14,9 +14,9 @@ namespace {
 using Eigen::Vector3d;
 
 double farthest(const std::vector<Vector3d>& points, const Vector3d& c) {
-  double most = 0;
-  for (const Vector3d& p : points) most = std::max(most, (p - c).norm());
-  return most;
+  double largest = 0;
+  for (const Vector3d& p : points) largest = std::max(largest, (p - c).norm());
+  return largest;
 }
 
 TEST(SmallestBall, KnownAnswers) {

@@ -14,11 +14,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<Ball> randomBalls(test::Random& random, std::size_t count, double least, double most) {
+std::vector<Ball> randomBalls(test::Random& random, std::size_t count, double smallest, double largest) {
   std::vector<Ball> balls;
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3d centre = random.inCube(1);
-    balls.push_back({centre, random.between(least, most)});
+    balls.push_back({centre, random.between(smallest, largest)});
   }
   return balls;
 }

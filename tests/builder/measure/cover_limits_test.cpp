@@ -22,13 +22,13 @@ CoverLimits limits(const TriangleMesh& mesh, std::size_t balls) {
 }
 
 // Under the middle of every n-th triangle of a mesh of uniform thickness; flat faces reduce the radius slightly.
-void expectInnerRadius(const TriangleMesh& mesh, std::uint32_t n, double least, double most) {
+void expectInnerRadius(const TriangleMesh& mesh, std::uint32_t n, double smallest, double largest) {
   const DistanceField field(mesh);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); t += n) {
     const Vector3d middle = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
     const double radius = largestInnerBall(field, middle, t, 0.5235987756).radius;
-    EXPECT_GE(radius, least) << "triangle " << t;
-    EXPECT_LE(radius, most) << "triangle " << t;
+    EXPECT_GE(radius, smallest) << "triangle " << t;
+    EXPECT_LE(radius, largest) << "triangle " << t;
   }
 }
 

@@ -138,7 +138,7 @@ TEST(Overhang, ABudgetEndsTheProofWithABoundThatHolds) {
   Progress progress;
   const Overhang whole = measureOverhang(field, balls, {}, progress);
   for (const std::size_t budget : {0, 20, 100, 1000}) {
-    const Overhang cut = measureOverhang(field, balls, {.most_patches = budget}, progress);
+    const Overhang cut = measureOverhang(field, balls, {.max_patches = budget}, progress);
     EXPECT_GE(cut.bound, whole.max);
     EXPECT_GE(cut.bound, cut.max);
     EXPECT_LE(cut.bound, 5);
@@ -149,7 +149,7 @@ TEST(Overhang, CancelsAndRefusesSettingsOutOfRange) {
   const DistanceField field(kUnitCube);
   const SphereUnion balls(std::vector<Ball>{{{0, 0, 0}, 1.5}});
   Progress progress;
-  EXPECT_THROW(measureOverhang(field, balls, {.least_a_ball = 0}, progress), std::invalid_argument);
+  EXPECT_THROW(measureOverhang(field, balls, {.min_per_ball = 0}, progress), std::invalid_argument);
   EXPECT_THROW(measureOverhang(field, balls, {.absolute_gap = 0}, progress), std::invalid_argument);
   progress.cancel();
   EXPECT_THROW(measureOverhang(field, balls, {}, progress), Cancelled);

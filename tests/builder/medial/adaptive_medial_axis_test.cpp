@@ -26,9 +26,9 @@ std::vector<Vector3d> sitesOf(const TriangleMesh& mesh, std::size_t count) {
 std::uint32_t everywhere(const Vector3d&) { return 0; }
 
 double worst(const std::vector<FittedBall>& balls) {
-  double most = 0;
-  for (const FittedBall& b : balls) most = std::max(most, b.radius - b.clearance);
-  return most;
+  double largest = 0;
+  for (const FittedBall& b : balls) largest = std::max(largest, b.radius - b.clearance);
+  return largest;
 }
 
 TEST(AdaptiveMedialAxis, BallsAreInsideAndClearancesTrue) {

@@ -19,9 +19,9 @@ namespace {
 using Eigen::Vector3d;
 
 double farthest(std::span<const Vector3d> patch, const Vector3d& c) {
-  double most = 0;
-  for (const Vector3d& p : patch) most = std::max(most, (p - c).norm());
-  return most;
+  double largest = 0;
+  for (const Vector3d& p : patch) largest = std::max(largest, (p - c).norm());
+  return largest;
 }
 
 // A disc of points about (x, y) at height z.

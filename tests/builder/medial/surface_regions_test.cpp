@@ -59,13 +59,13 @@ TEST(SurfaceRegions, AssignDeepestAgreesWithBruteForce) {
   const std::vector<std::uint32_t> owner = assignDeepest(s.surface.points, s.balls);
   for (std::size_t i = 0; i < owner.size(); ++i) {
     const Vector3d& p = s.surface.points[i];
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (const FittedBall& b : before)
-      if ((p - b.centre).norm() <= b.radius) least = std::min(least, (p - b.centre).norm() - b.clearance);
+      if ((p - b.centre).norm() <= b.radius) smallest = std::min(smallest, (p - b.centre).norm() - b.clearance);
     const FittedBall& own = s.balls[owner[i]];
     EXPECT_LE((p - own.centre).norm(), own.radius * (1 + 1e-8));
-    if (std::isfinite(least)) {
-      EXPECT_NEAR((p - own.centre).norm() - own.clearance, least, 1e-8);
+    if (std::isfinite(smallest)) {
+      EXPECT_NEAR((p - own.centre).norm() - own.clearance, smallest, 1e-8);
     }
   }
 }
@@ -136,13 +136,13 @@ TEST(SurfaceRegions, RegionsHaveEqualDensities) {
   for (int i = 0; i < 4000; ++i) points.push_back(random.inBox({0, 0, 0}, {10, 1, 1})), ball_density.push_back(1);
   const std::vector<FittedBall> balls{{{5, 0, 0}, 20, 0}, {{9, 0, 0}, 20, 0}};
   const std::vector<std::uint32_t> owner = assignToRegions(points, ball_density, balls);
-  double low = 0, first = 0, second_least = 10;
+  double low = 0, first = 0, second_min = 10;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner[i] == 0) ++first, low = std::max(low, points[i].x());
-    if (owner[i] == 1) second_least = std::min(second_least, points[i].x());
+    if (owner[i] == 1) second_min = std::min(second_min, points[i].x());
   }
   EXPECT_NEAR(first / 4000, 0.5, 0.05);
-  EXPECT_LE(low, second_least + 1e-9);  // a plane across x
+  EXPECT_LE(low, second_min + 1e-9);  // a plane across x
 }
 
 }  // namespace

@@ -64,10 +64,10 @@ TEST(GradedTolerance, FieldWithSlackIsTheLeastOfDistanceAndSlack) {
   const DistanceField plain(mesh), graded(mesh, slack);
   for (int i = 0; i < 300; ++i) {
     const Vector3d p = random.inCube(14);
-    double least = 1e9;
+    double smallest = 1e9;
     for (std::size_t t = 0; t < slack.size(); ++t)
-      least = std::min(least, nearestOnTriangle(p, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)).distance + slack[t]);
-    EXPECT_NEAR(std::abs(graded.signedDistance(p)), least, 1e-12);
+      smallest = std::min(smallest, nearestOnTriangle(p, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)).distance + slack[t]);
+    EXPECT_NEAR(std::abs(graded.signedDistance(p)), smallest, 1e-12);
     EXPECT_EQ(graded.signedDistance(p) < 0, plain.signedDistance(p) < 0);
   }
 }
@@ -104,8 +104,8 @@ TEST(GradedTolerance, HoldsInTheRegionAndElsewhere) {
       const double out = field.signedDistance(p, &nearest);
       const bool at_site = (nearest.point - site.centre).norm() < site.radius;
       EXPECT_LE(out, at_site ? 0.3 : 1.2);
-      double& most = at_site ? near_site : elsewhere;
-      most = std::max(most, out);
+      double& largest = at_site ? near_site : elsewhere;
+      largest = std::max(largest, out);
     }
   }
   EXPECT_GT(near_site, 0.1);  // otherwise nothing was tested

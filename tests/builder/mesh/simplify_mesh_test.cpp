@@ -29,21 +29,21 @@ double boundTo(const TriangleMesh& mesh, const TriangleMesh& other) {
 
 double largestDistance(const TriangleMesh& mesh, const TriangleMesh& other, int inner) {
   const DistanceField field(other);
-  double most = 0;
-  for (const Vector3d& p : test::densePoints(mesh, inner, 5)) most = std::max(most, field.distance(p));
-  return most;
+  double largest = 0;
+  for (const Vector3d& p : test::densePoints(mesh, inner, 5)) largest = std::max(largest, field.distance(p));
+  return largest;
 }
 
 TEST(SimplifyMesh, TheResultIsSoundAndOfTheSizeAskedFor) {
   for (const TriangleMesh& mesh : {test::sphereMesh(5, 5), test::torusMesh(10, 3, 80, 50)}) {
     const std::size_t wanted = mesh.triangles.size() / 10;
-    const TriangleMesh few = simplified(mesh, wanted);
-    const MeshReport before = checkMesh(mesh), after = checkMesh(few);
+    const TriangleMesh coarse = simplified(mesh, wanted);
+    const MeshReport before = checkMesh(mesh), after = checkMesh(coarse);
     EXPECT_TRUE(after.clean()) << after.summary();
-    EXPECT_LE(few.triangles.size(), wanted + 2);
+    EXPECT_LE(coarse.triangles.size(), wanted + 2);
     EXPECT_NEAR(after.volume, before.volume, 0.03 * before.volume);
     std::size_t v = 0;  // a subset of the vertices, in their order
-    for (const Vector3d& p : few.positions) {
+    for (const Vector3d& p : coarse.positions) {
       while (v < mesh.positions.size() && mesh.positions[v] != p) ++v;
       ASSERT_LT(v, mesh.positions.size());
     }
@@ -53,16 +53,16 @@ TEST(SimplifyMesh, TheResultIsSoundAndOfTheSizeAskedFor) {
 TEST(SimplifyMesh, FlatFacesCostNothing) {
   TriangleMesh grid = test::boxMesh({-1, -2, -3}, {4, 5, 6});
   for (int round = 0; round < 4; ++round) grid = test::quartered(grid);
-  const TriangleMesh few = simplified(grid, 100);
-  EXPECT_LE(few.triangles.size(), 100u);
-  EXPECT_LT(boundTo(grid, few), 2e-5) << "a box of 3072 triangles is a box of 100";
-  EXPECT_NEAR(checkMesh(few).volume, 5 * 7 * 9, 1e-9);
+  const TriangleMesh coarse = simplified(grid, 100);
+  EXPECT_LE(coarse.triangles.size(), 100u);
+  EXPECT_LT(boundTo(grid, coarse), 2e-5) << "a box of 3072 triangles is a box of 100";
+  EXPECT_NEAR(checkMesh(coarse).volume, 5 * 7 * 9, 1e-9);
 }
 
 TEST(SimplifyMesh, TheBoundHoldsAndIsTight) {
   for (const TriangleMesh& mesh : {test::sphereMesh(5, 5), test::torusMesh(10, 3, 80, 50)}) {
-    const TriangleMesh few = simplified(mesh, mesh.triangles.size() / 8);
-    const double found = largestDistance(mesh, few, 4), bound = boundTo(mesh, few);
+    const TriangleMesh coarse = simplified(mesh, mesh.triangles.size() / 8);
+    const double found = largestDistance(mesh, coarse, 4), bound = boundTo(mesh, coarse);
     EXPECT_GE(bound, found);
     EXPECT_LE(bound, 1.3 * found);
     EXPECT_LE(bound, 0.3) << "triangles are 1 mm wide here";

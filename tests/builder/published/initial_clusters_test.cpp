@@ -21,9 +21,9 @@ TEST(InitialClusters, EachPointLiesInTheBallThatItIsDeepestIn) {
     EXPECT_FALSE(c.points.empty());
     points += c.points.size();
     for (const Vector3d& p : c.points) {
-      double least = std::numeric_limits<double>::infinity();
-      for (const FittedBall& b : region.pool) least = std::min(least, (p - b.centre).norm() - b.clearance);
-      EXPECT_NEAR((p - c.ball.centre).norm() - c.ball.clearance, least, 1e-12);
+      double smallest = std::numeric_limits<double>::infinity();
+      for (const FittedBall& b : region.pool) smallest = std::min(smallest, (p - b.centre).norm() - b.clearance);
+      EXPECT_NEAR((p - c.ball.centre).norm() - c.ball.clearance, smallest, 1e-12);
       EXPECT_LE((p - c.ball.centre).norm(), c.ball.radius * (1 + 1e-12));
     }
   }
@@ -53,10 +53,10 @@ TEST(InitialClusters, MergesTheCheapestPairFirst) {
   };
   const std::vector<FittedBall> balls = mergeClusters(whole.region(8), by_count);
   ASSERT_EQ(balls.size(), 8u);
-  double least = std::numeric_limits<double>::infinity(), most = 0, sum = 0;
-  for (const FittedBall& b : balls) least = std::min(least, b.radius), most = std::max(most, b.radius), sum += b.radius;
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0, sum = 0;
+  for (const FittedBall& b : balls) smallest = std::min(smallest, b.radius), largest = std::max(largest, b.radius), sum += b.radius;
   EXPECT_EQ(sum, static_cast<double>(whole.points.size()));
-  EXPECT_LE(most, 5 * least);
+  EXPECT_LE(largest, 5 * smallest);
 }
 
 }  // namespace

@@ -191,14 +191,14 @@ TEST(ReduceOctree, EveryLevelCoversForAToleranceToo) {
 TEST(ReduceOctree, AToleranceOutOfReachGivesWhatTheBudgetCan) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 30, 12);
   const DistanceField field(mesh);
-  double least = 8;  // tolerance that the budget allows
-  for (double tolerance = least; worstOverhang(field, buildFor(mesh, tolerance, 3).balls.back()) <= tolerance; tolerance /= 1.1)
-    least = tolerance;
-  EXPECT_LT(least, 1);
+  double smallest = 8;  // tolerance that the budget allows
+  for (double tolerance = smallest; worstOverhang(field, buildFor(mesh, tolerance, 3).balls.back()) <= tolerance; tolerance /= 1.1)
+    smallest = tolerance;
+  EXPECT_LT(smallest, 1);
   const LevelBalls tree = buildFor(mesh, 1e-3, 3);
   ASSERT_EQ(tree.balls.size(), 3u);
   EXPECT_LE(tree.balls.back().size(), 64u);
-  EXPECT_LE(worstOverhang(field, tree.balls.back()), 1.1 * least);
+  EXPECT_LE(worstOverhang(field, tree.balls.back()), 1.1 * smallest);
 }
 
 TEST(ReduceOctree, RefusesLevelsOutOfRange) { EXPECT_THROW(buildFor(test::boxMesh({0, 0, 0}, {1, 1, 1}), 0.2, 9), std::invalid_argument); }

@@ -48,10 +48,10 @@ TEST(SplitAndDrop, StaysWithinTheBudgetAndNeverGetsWorse) {
       for (const FittedBall& b : balls) EXPECT_NEAR(b.clearance, -whole.field.signedDistance(b.centre), 1e-9);
     }
     // More balls than allowed: the least useful ones are removed.
-    for (const std::size_t most : {20, 7, 1}) {
+    for (const std::size_t max_count : {20, 7, 1}) {
       std::vector<FittedBall> balls = start;
-      splitAndDrop(whole.field, whole.points, balls, {most, 0, 10}, progress);
-      EXPECT_LE(balls.size(), most);
+      splitAndDrop(whole.field, whole.points, balls, {max_count, 0, 10}, progress);
+      EXPECT_LE(balls.size(), max_count);
       EXPECT_EQ(test::openShare(whole.region(8), balls), 0);
     }
   }

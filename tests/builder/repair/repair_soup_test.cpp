@@ -43,13 +43,13 @@ TEST(DropFlat, KeepsWhatHasAnArea) {
 TEST(AlignWinding, AgreesWithTheLargerArea) {
   const TriangleMesh sphere = test::sphereMesh(1, 3);
   std::mt19937_64 random(1);
-  for (const bool most : {false, true}) {
+  for (const bool largest : {false, true}) {
     RepairSoup soup = soupOf(sphere);
     std::size_t turned = 0;
     for (Triangle& t : soup.mesh.triangles)
-      if ((random() % 4 == 0) != most) std::swap(t[0], t[1]), ++turned;
-    EXPECT_EQ(alignWinding(soup), most ? sphere.triangles.size() - turned : turned);
-    EXPECT_NEAR(test::volumeOf(soup.mesh), (most ? -1 : 1) * test::volumeOf(sphere), 1e-12);
+      if ((random() % 4 == 0) != largest) std::swap(t[0], t[1]), ++turned;
+    EXPECT_EQ(alignWinding(soup), largest ? sphere.triangles.size() - turned : turned);
+    EXPECT_NEAR(test::volumeOf(soup.mesh), (largest ? -1 : 1) * test::volumeOf(sphere), 1e-12);
     EXPECT_TRUE(findOpenEdges(soup.mesh).empty());
   }
 }

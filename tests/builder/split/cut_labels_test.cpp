@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 
 struct Error {
-  double mean = 0, most = 0;
+  double mean = 0, largest = 0;
 };
 
 ScanSurface cutScan(const samples::SampleScan& scan, double smooth) {
@@ -38,14 +38,14 @@ Error marginError(const samples::SampleScan& scan, const ScanSurface& surface) {
       const std::uint32_t a = surface.mesh.triangles[t][k], b = surface.mesh.triangles[t][(k + 1) % 3], other = faces.face(b, a);
       if (other == EdgeFaces::kNone || surface.region[t] == 0 || surface.region[other] == surface.region[t]) continue;
       const Vector3d p = (surface.mesh.positions[a] + surface.mesh.positions[b]) / 2;
-      double least = 1e9;
+      double smallest = 1e9;
       for (const auto& margin : scan.margins)
         for (std::size_t i = 0; i < margin.size(); ++i) {
           const Vector3d &q = margin[i], way = margin[(i + 1) % margin.size()] - q;
           const double at = way.squaredNorm() > 0 ? std::clamp((p - q).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0;
-          least = std::min(least, (p - q - at * way).norm());
+          smallest = std::min(smallest, (p - q - at * way).norm());
         }
-      error.mean += least, error.most = std::max(error.most, least), ++count;
+      error.mean += smallest, error.largest = std::max(error.largest, smallest), ++count;
     }
   error.mean /= static_cast<double>(count);
   return error;
@@ -60,12 +60,12 @@ TEST(CutLabels, IsAtTheMarginAndSmoothWhereLabelsAreJagged) {
   const samples::SampleScan rough = samples::makeScan(mouth, settings);
   const Error whole = marginError(exact, cutScan(exact, 0.15)), jagged = marginError(rough, cutScan(rough, 0.15));
   const Error raw = marginError(rough, cutScan(rough, 0));
-  std::printf("margin: exact %.3f %.3f, jagged %.3f %.3f, without smoothing %.3f %.3f mm (mean, largest)\n", whole.mean, whole.most,
-              jagged.mean, jagged.most, raw.mean, raw.most);
+  std::printf("margin: exact %.3f %.3f, jagged %.3f %.3f, without smoothing %.3f %.3f mm (mean, largest)\n", whole.mean, whole.largest,
+              jagged.mean, jagged.largest, raw.mean, raw.largest);
   // The vertices on the margin are labelled as teeth, so that the midpoints of the edges lie half an edge beside it.
   EXPECT_LT(whole.mean, 0.6 * edge);
-  EXPECT_LT(whole.most, edge);
-  EXPECT_LT(jagged.most, raw.most);
+  EXPECT_LT(whole.largest, edge);
+  EXPECT_LT(jagged.largest, raw.largest);
   EXPECT_LT(jagged.mean, 0.3);
 }
 
@@ -104,13 +104,13 @@ TEST(CutLabels, AStraightBorderMovesByNoMoreThanAllowed) {
     surface.region_label = {0, 11};
     const std::size_t old_points = surface.mesh.positions.size();
     cutLabels(surface, smooth);
-    double most = 0;
+    double largest = 0;
     for (std::size_t v = old_points; v < surface.mesh.positions.size(); ++v) {
       const Vector3d& p = surface.mesh.positions[v];
       EXPECT_EQ(p.z(), 0);
-      most = std::max(most, std::abs(p.x() + 0.11 / 0.3 * p.y() - 12) / std::hypot(1, 0.11 / 0.3));
+      largest = std::max(largest, std::abs(p.x() + 0.11 / 0.3 * p.y() - 12) / std::hypot(1, 0.11 / 0.3));
     }
-    EXPECT_LT(most, 0.3 / 2 * std::sqrt(2) + smooth);
+    EXPECT_LT(largest, 0.3 / 2 * std::sqrt(2) + smooth);
   }
 }
 

@@ -30,7 +30,7 @@ ScanSurface scanOf(TriangleMesh mesh, const IsLeftOut& isLeftOut) {
   return scan;
 }
 
-std::size_t crossings(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMostSplitCrossings).pairs.size(); }
+std::size_t crossings(const TriangleMesh& mesh) { return findCrossingTriangles(mesh, kMaxSplitCrossings).pairs.size(); }
 
 /// A square sheet z = 0 of 20 by 20 cells of 1 mm.
 TriangleMesh sheet() {

@@ -38,7 +38,7 @@ ScanSurface noisyDome(unsigned seed) {
   return scanOf(std::move(mesh));
 }
 
-std::size_t crossings(const ScanSurface& scan) { return findCrossingTriangles(scan.mesh, kMostSplitCrossings).pairs.size(); }
+std::size_t crossings(const ScanSurface& scan) { return findCrossingTriangles(scan.mesh, kMaxSplitCrossings).pairs.size(); }
 
 TEST(UntangleScan, LeavesASurfaceThatDoesNotCrossItselfAlone) {
   ScanSurface scan = scanOf(test::sphereMesh(kRadius, 3));

@@ -91,10 +91,10 @@ void expectEquilibrium(const Rig& rig, const SphereTree& tool, const StepResult&
     const Vector3d p = rig.place.orientation.conjugate() * (in_world - rig.place.position);
     return test::distanceToTriangle(p, cornersOf(triangle, u)) - static_cast<double>(a.radius);
   };
-  double least = 1;
+  double smallest = 1;
   for (const std::uint32_t node : levelSet(tool, tool.levelCount() - 1))
-    for (std::uint32_t t = 0; t < block().shared->skin.triangles.size(); ++t) least = std::min(least, gap(node, t));
-  EXPECT_GT(least, -bulge);
+    for (std::uint32_t t = 0; t < block().shared->skin.triangles.size(); ++t) smallest = std::min(smallest, gap(node, t));
+  EXPECT_GT(smallest, -bulge);
   Vector3d sum = Vector3d::Zero(), pressing = Vector3d::Zero();
   for (const runtime::Contact& contact : contacts(*rig.workspace)) {
     EXPECT_GE(contact.force, 0);
@@ -230,17 +230,17 @@ TEST(PressedTissue, AHandThatHoldsAndSlidesFeelsNoJumpsAndGainsNothing) {
   for (int i = 0; i <= 300; ++i) path.emplace_back(9 + 0.02 * i, 8 + 0.01 * i, 10);
   for (int i = 0; i <= 300; ++i) path.emplace_back(15 - 0.02 * i, 11 - 0.01 * i, 10 + 0.02 * i);
   Vector3d last_force = rig.to(path[0]).wrench.force, last = path[0];
-  double work = 0, largest = 0, least_work = 0;
+  double work = 0, largest = 0, min_work = 0;
   for (const Vector3d& p : path) {
     const Vector3d force = rig.to(p).wrench.force;
     EXPECT_LE((force - last_force).norm(), 2 * (p - last).norm() + 0.02) << "coupling of 1 N/mm; faces bulge a step later";
     work -= 0.5 * (force + last_force).dot(p - last);  // energy that the hand puts in [mJ]
-    least_work = std::min(least_work, work);
+    min_work = std::min(min_work, work);
     largest = std::max(largest, force.norm());
     last_force = force, last = p;
   }
   EXPECT_GT(largest, 0.1);
-  EXPECT_GT(least_work, -0.05);
+  EXPECT_GT(min_work, -0.05);
   EXPECT_GT(work, -0.05);
   Rig held(test::oneBallTree(1.5));
   held.to({11, 9, 15});

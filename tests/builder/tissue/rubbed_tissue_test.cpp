@@ -29,8 +29,8 @@ struct RubbedBlock {
   tissue::TissueState states[2];
   double friction;
   int steps = 0;
-  double taken = 0, most_taken = 0, given_back = 0;  // by friction, so far; what of it was given back [mJ]
-  double over_cone = 0;                              // the most that a force across was above friction times that along the normal [N]
+  double taken = 0, max_taken = 0, given_back = 0;  // by friction, so far; what of it was given back [mJ]
+  double over_cone = 0;                             // the most that a force across was above friction times that along the normal [N]
 
   RubbedBlock(const test::SoftBlock& of, SphereTree tool, double mu, double stiffness = 1, bool is_large = false)
       : block(of), friction(mu) {
@@ -60,8 +60,8 @@ struct RubbedBlock {
       over_cone = std::max(over_cone, c.friction.norm() - friction * c.force);
       taken -= 1e-3 * c.friction.dot(c.slip);
     }
-    most_taken = std::max(most_taken, taken);
-    given_back = std::max(given_back, most_taken - taken);
+    max_taken = std::max(max_taken, taken);
+    given_back = std::max(given_back, max_taken - taken);
     return r;
   }
   StepResult along(const Vector3d& from, const Vector3d& to_place, double speed) {  // mm a step

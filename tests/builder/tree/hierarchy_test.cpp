@@ -57,10 +57,10 @@ Parents nearestFirst(const Levels& levels, std::size_t capacity) {
     std::vector<std::size_t> members(levels[level - 1].size(), 0);
     for (const Sphere& s : levels[level]) {
       std::uint32_t best = 0;
-      double least = std::numeric_limits<double>::infinity();
+      double smallest = std::numeric_limits<double>::infinity();
       for (std::uint32_t p = 0; p < members.size(); ++p) {
         const double distance = (centre(s) - centre(levels[level - 1][p])).norm();
-        if (members[p] < capacity && distance < least) least = distance, best = p;
+        if (members[p] < capacity && distance < smallest) smallest = distance, best = p;
       }
       ++members[best];
       parents[level].push_back(best);
@@ -80,13 +80,13 @@ TEST(Hierarchy, CountsOfTheShallowestTree) {
       const std::vector<std::size_t> counts = levelCounts(leaves, branching);
       ASSERT_EQ(counts.front(), 1u);
       ASSERT_EQ(counts.back(), leaves);
-      std::size_t most = 1;
+      std::size_t largest = 1;
       for (std::size_t level = 1; level < counts.size(); ++level) {
         ASSERT_LE(counts[level - 1], counts[level]);
         ASSERT_LE(counts[level], counts[level - 1] * static_cast<std::size_t>(branching));
-        if (level + 1 < counts.size()) most *= static_cast<std::size_t>(branching);
+        if (level + 1 < counts.size()) largest *= static_cast<std::size_t>(branching);
       }
-      ASSERT_TRUE(leaves == 1 || most < leaves) << "a level less would do";
+      ASSERT_TRUE(leaves == 1 || largest < leaves) << "a level less would do";
     }
 }
 

@@ -18,7 +18,7 @@ constexpr int kMoves = 5;          // moves to a time of impact in a step
 constexpr double kNear = 0.2;      // points nearer than this become constraints [mm]
 constexpr double kOff = 0.01;      // distance that points keep from the surface [mm]
 constexpr double kLanded = 0.005;  // in excess of kOff: within this distance, a point has hit the surface [mm]
-constexpr std::size_t kMostRows = 512;
+constexpr std::size_t kMaxRows = 512;
 
 /// Rows of a QP in the layout of qp6.h.
 class Rows {
@@ -27,7 +27,7 @@ class Rows {
   std::size_t count() const { return count_; }
   /// direction . (translation + rotation x arm) >= bound, rotations in units of `lever` [mm].
   void add(const Eigen::Vector3d& arm, const Eigen::Vector3d& direction, double bound, double lever) {
-    if (count_ == kMostRows) return;
+    if (count_ == kMaxRows) return;
     runtime::Vector6 a;
     a << direction, arm.cross(direction) / lever;
     const double length = a.norm();
@@ -48,7 +48,7 @@ class Rows {
   }
 
  private:
-  std::array<std::array<float, kMostRows + 16>, 7> values_{};
+  std::array<std::array<float, kMaxRows + 16>, 7> values_{};
   std::size_t count_ = 0;
 };
 

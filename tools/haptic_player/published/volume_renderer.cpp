@@ -14,8 +14,8 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kVolumeStiffness = 300;          // force for each mm^3, divided by the coupling's for each mm [1/mm^2]
-constexpr std::size_t kLeast = 50, kMost = 5000;  // spheres of a body
+constexpr double kVolumeStiffness = 300;       // force for each mm^3, divided by the coupling's for each mm [1/mm^2]
+constexpr std::size_t kMin = 50, kMax = 5000;  // spheres of a body
 
 struct Lens {
   double volume, slope;  // [mm^3], and its decrease for each mm that the centres move apart [mm^2]
@@ -42,7 +42,7 @@ class VolumeRenderer final : public PenaltyRenderer {
 
  private:
   static std::size_t countFor(const RendererScene& scene) {
-    return std::clamp(scene.bytes / InnerSpheres::kBytes / (scene.objects.size() + 1), kLeast, kMost);
+    return std::clamp(scene.bytes / InnerSpheres::kBytes / (scene.objects.size() + 1), kMin, kMax);
   }
 
   Penalty penaltyAt(const Configuration& tool) const override {

@@ -17,9 +17,9 @@ Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
 /// Applies `value(before, after)` to consecutive elements and returns the largest result.
 template <class Value>
 double largestOverSteps(std::span<const RecordedStep> rows, const Value& value) {
-  double most = 0;
-  for (std::size_t i = 1; i < rows.size(); ++i) most = std::max(most, value(rows[i - 1], rows[i]));
-  return most;
+  double largest = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) largest = std::max(largest, value(rows[i - 1], rows[i]));
+  return largest;
 }
 
 }  // namespace

@@ -53,8 +53,8 @@ struct ScenarioContext {
   BodyLibrary& bodies;
   ScenarioSettings settings;
   builder::Progress& progress;
-  /// `full` times the share, but not fewer than `least`.
-  int repetitions(int full, int least) const { return std::max(least, static_cast<int>(full * settings.share)); }
+  /// `full` times the share, but not fewer than `min`.
+  int repetitions(int full, int min) const { return std::max(min, static_cast<int>(full * settings.share)); }
 };
 
 struct Scenario {

@@ -12,7 +12,7 @@
 
 namespace spheretree::player {
 
-constexpr std::size_t kMostRows = 200'000;
+constexpr std::size_t kMaxRows = 200'000;
 constexpr double kSpacing = 0.02;  // default spacing of the points by which meshes are compared, as a share of the tool's diagonal
 
 std::string text(double value, int digits) {
@@ -129,7 +129,7 @@ runtime::StepResult ScenarioRun::to(const Configuration& haptic) {
     penetration = renderer_ ? mesh_penetration_ : leaves_.at(raw.graphic);
     leaf_penetration_ = std::max(leaf_penetration_, penetration);
   }
-  if (options_.keep_rows && rows_.size() < kMostRows) {
+  if (options_.keep_rows && rows_.size() < kMaxRows) {
     rows_.push_back(last_);
     row_penetration_.push_back(static_cast<float>(penetration));
   }

@@ -125,7 +125,7 @@ Outcome noMoreThanNeeded(ScenarioContext& context, Mode mode) {
   Outcome out;
   builder::BuildSettings settings;
   settings.quality = context.bodies.quality();
-  double leaves = 0, all = 0, over = 0, most_of_teeth = 0;
+  double leaves = 0, all = 0, over = 0, max_of_teeth = 0;
   for (const auto& [name, tolerance] : publishedObjects(context.settings.share)) {
     const TriangleMesh mesh = BodyLibrary::mesh(name);
     settings.tolerance_mm = tolerance;
@@ -143,11 +143,11 @@ Outcome noMoreThanNeeded(ScenarioContext& context, Mode mode) {
     leaves += last.sphere_count;
     ++all;
     if (name.starts_with("tooth"))
-      most_of_teeth = std::max(most_of_teeth, static_cast<double>(last.sphere_count));
+      max_of_teeth = std::max(max_of_teeth, static_cast<double>(last.sphere_count));
     else
       out.note += name + ": " + std::to_string(last.sphere_count) + " leaves within " + text(static_cast<double>(reached)) + " mm. ";
   }
-  out.note += "The largest of the teeth: " + text(most_of_teeth) + " leaves.";
+  out.note += "The largest of the teeth: " + text(max_of_teeth) + " leaves.";
   out.add("objects that need 512 leaves or more for their tolerance", "%", 100 * over / all, 50);
   out.add("leaves of all of them, share of 512 for each", "%", 100 * leaves / (512 * all), 100);
   settings.quality = builder::Quality::Quick;

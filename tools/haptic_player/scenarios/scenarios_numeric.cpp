@@ -35,7 +35,7 @@ Outcome euler(ScenarioContext& context, Mode mode) {
   options.reference_point = kProbeReference;
   const Body &probe = context.bodies.get("probe"), &slab = context.bodies.get("slab");
   const Quaternion turned = rotationOf({0.4, -0.9, 0.7});
-  double translation = 0, rotation = 0, torque = 0, most_work = 0;
+  double translation = 0, rotation = 0, torque = 0, max_work = 0;
   for (const double spin : {0.0, 45.0, 170.0}) {
     ScenarioRun trial(probe, {{&slab, {}}}, mode, options);
     ScenarioRun reference(probe, {{&slab, {{0, 0, 0}, turned}}}, Mode::Constrained, options);
@@ -47,7 +47,7 @@ Outcome euler(ScenarioContext& context, Mode mode) {
       translation = std::max(translation, d.translation.norm());
       rotation = std::max(rotation, d.rotation.norm() / kDegree);
       torque = std::max(torque, (a.wrench.torque - turned.conjugate() * b.wrench.torque).norm());
-      most_work = std::max(most_work, double(a.work));
+      max_work = std::max(max_work, double(a.work));
     };
     // Pitch beta about y tilts the probe's axis; the reference point moves such that the tip stays 0.3 below the
     // plane's top.
@@ -110,7 +110,7 @@ Outcome missedPairs(ScenarioContext& context, Mode mode) {
   Outcome out;
   Random random(10);
   int missed = 0, extra = 0;
-  double most_tests = 0;
+  double max_tests = 0;
   const int poses = context.repetitions(100'000, 500);
   for (const auto& [tool_name, object_name] :
        {std::pair{"cube", "molar"}, std::pair{"dental_probe", "molar"}, std::pair{"cylinder", "groove"}}) {
@@ -147,13 +147,13 @@ Outcome missedPairs(ScenarioContext& context, Mode mode) {
       extra += static_cast<int>(only.size());
       // Poses that touch slightly: the cost of a first contact.
       if (!found.empty() && found.size() < 8)
-        most_tests = std::max(most_tests, 100.0 * 8 * set.work / (double(tool.size()) * double(object.size())));
+        max_tests = std::max(max_tests, 100.0 * 8 * set.work / (double(tool.size()) * double(object.size())));
       if (n % 256 == 0) context.progress.check();
     }
   }
   out.add("pairs missed in " + std::to_string(3 * poses) + " poses", "1", missed, 0);
   out.add("pairs too many", "1", extra, 0);
-  out.add("tests at a first contact, share of all pairs", "%", most_tests, 5);
+  out.add("tests at a first contact, share of all pairs", "%", max_tests, 5);
   return out;
 }
 
@@ -181,10 +181,10 @@ Outcome redundantRows(ScenarioContext& context, Mode mode) {
   const Body &cube = context.bodies.get("cube"), &block = context.bodies.get("block");
   ScenarioRun flat(cube, {{&block, {}}}, mode);
   std::uint32_t iterations = 0;
-  std::uint32_t most_rows = 0;
+  std::uint32_t max_rows = 0;
   const auto look = [&](const runtime::StepResult& r) {
     iterations = std::max(iterations, r.qp_iterations / std::max(1u, r.linearisations));
-    most_rows = std::max(most_rows, r.rows);
+    max_rows = std::max(max_rows, r.rows);
   };
   flat.to({{0, 0, 13}, kUpright});
   flat.moveTo({0, 0, 9.5}, 100);
@@ -250,7 +250,7 @@ Outcome redundantRows(ScenarioContext& context, Mode mode) {
   out.add("apart from an exact solver, 400 rows of rank 3", "mm", apart, 1e-6);
   out.add("apart with the rows in reverse order", "mm", order, 1e-6);
   out.note =
-      "QPs of 200 and 400 rows from a cold start. Steps of the cube and of the cylinder had up to " + std::to_string(most_rows) + " rows.";
+      "QPs of 200 and 400 rows from a cold start. Steps of the cube and of the cylinder had up to " + std::to_string(max_rows) + " rows.";
   flat.finish(out);
   return out;
 }

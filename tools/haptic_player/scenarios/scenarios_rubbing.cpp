@@ -206,7 +206,7 @@ Outcome encoderNoise(ScenarioContext& context, Mode mode) {
   for (int n = 0; n < 200; ++n) trial.to({{0.999, 0, z}, kUpright});
   Random random(28);
   const Vector3d start = trial.last().graphic.position;
-  double swing = 0, most_given = 0, given = 0;
+  double swing = 0, max_given = 0, given = 0;
   Vector3d last = trial.last().graphic.position;
   const int steps = context.repetitions(20'000, 2000);
   for (int n = 0; n < steps; ++n) {
@@ -215,12 +215,12 @@ Outcome encoderNoise(ScenarioContext& context, Mode mode) {
     const runtime::StepResult r = trial.to({{0.999 + x, y, z + count()}, kUpright});
     swing = std::max(swing, (r.graphic.position - start).head<2>().norm());
     given += r.wrench.force.head<2>().dot((r.graphic.position - last).head<2>());  // friction only dissipates energy
-    most_given = std::max(most_given, given);
+    max_given = std::max(max_given, given);
     last = r.graphic.position;
   }
   out.add("way of the tool that a tremor of a count moves", "mm", swing, 2 * kCount);
   out.figures.back().informative = mode != Mode::Constrained;
-  out.add("energy that friction gives", "mJ", most_given, 1e-6);
+  out.add("energy that friction gives", "mJ", max_given, 1e-6);
   out.figures.back().informative = mode != Mode::Constrained;
   out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
   trial.finish(out);

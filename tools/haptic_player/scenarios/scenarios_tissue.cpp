@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTipRadius = 3;      // of the tip
-constexpr double kMostForce = 8;      // WrenchLimits [N]
+constexpr double kMaxForce = 8;       // WrenchLimits [N]
 constexpr double kEnergyPass = 0.05;  // [mJ]
 
 ScenarioRun::Options tissueOptions(bool is_large) {
@@ -49,10 +49,10 @@ double energyGiven(const ScenarioRun& trial) {
   return given;
 }
 
-double mostForce(const ScenarioRun& trial) {
-  double most = 0;
-  for (const RecordedStep& row : trial.rows()) most = std::max(most, runtime::limited(row.wrench, {}).force.norm());
-  return most;
+double maxForce(const ScenarioRun& trial) {
+  double largest = 0;
+  for (const RecordedStep& row : trial.rows()) largest = std::max(largest, runtime::limited(row.wrench, {}).force.norm());
+  return largest;
 }
 
 /// How tissue that the tool touches from `side` of z, 1 or -1, pulls it in the opposite direction.
@@ -79,7 +79,7 @@ Pull pullOf(const ScenarioRun& trial, double side) {
 void addRules(Outcome& out, const ScenarioRun& trial, const std::string& which) {
   out.add("force step over max(0.1 N, 7 %)" + which, "1", largestForceJump(trial.rows(), trial.coupling()), 1);
   out.add("energy given beyond the sampling's own leak" + which, "mJ", energyGiven(trial), kEnergyPass);
-  out.add("force after the limit" + which, "N", mostForce(trial), kMostForce + 1e-9);
+  out.add("force after the limit" + which, "N", maxForce(trial), kMaxForce + 1e-9);
 }
 
 /// F29: the tip is pressed 2 mm into a block, held for two seconds, and moves out. Repeated ten times as slowly: energy
@@ -188,7 +188,7 @@ Outcome fastCheek(ScenarioContext& context, Mode mode) {
     hold(trial, past, 20);
     trial.moveTo(start, 500);
     hold(trial, start, 50);
-    force = std::max(force, mostForce(trial));
+    force = std::max(force, maxForce(trial));
     late = std::max(late, trial.last().wrench.force.norm());
     const Pull pulled = pullOf(trial, side);
     through[is_large] += pulled.isThrough();
@@ -199,7 +199,7 @@ Outcome fastCheek(ScenarioContext& context, Mode mode) {
   out.add("crossings in as many runs, small motion", "1", through[false], 0);
   out.add("force that holds the tool back as it comes out", "N", caught[true], 0.1);
   out.add("force that holds the tool back as it comes out, small motion", "N", caught[false], 0.1);
-  out.add("force after the limit", "N", force, kMostForce + 1e-9);
+  out.add("force after the limit", "N", force, kMaxForce + 1e-9);
   out.add("force that pushes the tool off, 50 ms after it is back", "N", late, 0);
   out.figures.back().informative = true;
   return out;

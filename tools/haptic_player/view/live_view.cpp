@@ -24,8 +24,8 @@ void RunShown::setScene(const runtime::SceneDescription& scene, const std::files
                                                   : path.filename().string();
   bodies_ = readBodyPaths(path);
   for (const BodyPaths::HingedBody& body : bodies_.hinged()) {
-    constexpr double kLeastRange = 20;  // [degree]: a body that rests on its path can also be rotated
-    const double middle = (body.lowest + body.highest) / 2, half = std::max(kLeastRange, body.highest - body.lowest) / 2;
+    constexpr double kMinRange = 20;  // [degree]: a body that rests on its path can also be rotated
+    const double middle = (body.lowest + body.highest) / 2, half = std::max(kMinRange, body.highest - body.lowest) / 2;
     state.hinges.push_back({body.name, std::min(body.lowest, middle - half), std::max(body.highest, middle + half), 0, {}});
   }
   view::Pane pane;

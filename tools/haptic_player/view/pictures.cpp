@@ -33,9 +33,9 @@ std::vector<std::uint64_t> numbersIn(std::string_view text, char divider) {
 
 PictureSteps pictureSteps(const std::string& text) {
   const std::vector<std::uint64_t> n = numbersIn(text, ':');
-  constexpr std::uint64_t kMost = 86'400'000;  // a day
-  if (n.size() == 1 && n[0] <= kMost) return {n[0], n[0], 1};
-  if (n.size() == 3 && n[0] <= n[1] && n[1] <= kMost && n[2] > 0) return {n[0], n[1], n[2]};
+  constexpr std::uint64_t kMax = 86'400'000;  // a day
+  if (n.size() == 1 && n[0] <= kMax) return {n[0], n[0], 1};
+  if (n.size() == 3 && n[0] <= n[1] && n[1] <= kMax && n[2] > 0) return {n[0], n[1], n[2]};
   throw tool::UsageError("--at " + text + ": give a step, such as 2000, or FROM:TO:EVERY, such as 0:9900:100");
 }
 

@@ -51,7 +51,7 @@ class RunReader {
   HingeAngles angles() const {
     HingeAngles out{};
     std::string_view field = table_.field(*hinges_);
-    for (std::size_t k = 0; k < kMostHinges && !field.empty(); ++k) {
+    for (std::size_t k = 0; k < kMaxHinges && !field.empty(); ++k) {
       const std::size_t end = std::min(field.find(';'), field.size());
       const auto [stop, error] = std::from_chars(field.data(), field.data() + end, out[k]);
       if (error != std::errc() || stop != field.data() + end || !(std::abs(out[k]) <= 360))

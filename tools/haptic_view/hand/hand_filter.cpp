@@ -16,8 +16,8 @@ Eigen::Vector3d step(const Eigen::Vector3d& from_target, Eigen::Vector3d& speed,
   const Eigen::Vector3d j = (speed + kOmega * from_target) * dt;
   Eigen::Vector3d way = (from_target + j) * decay - from_target;
   speed = (speed - kOmega * j) * decay;
-  const double length = way.norm(), most = fastest * dt;
-  if (length > most) way *= most / length;
+  const double length = way.norm(), largest = fastest * dt;
+  if (length > largest) way *= largest / length;
   if (speed.norm() > fastest) speed *= fastest / speed.norm();
   return way;
 }

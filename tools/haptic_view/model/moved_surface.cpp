@@ -19,9 +19,9 @@ Vector3f placeOf(const TissueVertex& v) { return Eigen::Vector3d(v.rest.data()).
 /// A vertex of the tissue at `p`, or the nearest one.
 std::uint32_t nearestVertex(const Vector3f& p, const std::vector<TissueVertex>& surface) {
   std::uint32_t nearest = 0;
-  float least = std::numeric_limits<float>::infinity();
+  float smallest = std::numeric_limits<float>::infinity();
   for (std::uint32_t v = 0; v < surface.size(); ++v)
-    if (const float square = (placeOf(surface[v]) - p).squaredNorm(); square < least) least = square, nearest = v;
+    if (const float square = (placeOf(surface[v]) - p).squaredNorm(); square < smallest) smallest = square, nearest = v;
   return nearest;
 }
 

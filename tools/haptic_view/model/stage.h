@@ -48,7 +48,7 @@ struct Body {
   std::vector<std::vector<Ball>> levels;   // cover spheres of each level set; the last level has the leaves
   std::vector<std::vector<Ball>> bounds;   // bounding spheres of the inner nodes of each level
   std::vector<TintedSurface> overhangs;    // (levels) the balls, coloured by their local overhang; empty: unknown
-  std::vector<double> overhang_most;       // (levels) overhang of the strongest colour [mm]
+  std::vector<double> overhang_max;        // (levels) overhang of the strongest colour [mm]
   std::vector<std::optional<Spot>> worst;  // (levels) the ball with the largest overhang
   Colour colour;                           // of the mesh
   Eigen::AlignedBox3d box;                 // of the mesh, or of the leaves

@@ -81,7 +81,7 @@ Surface surfaceOf(const TriangleMesh& mesh, double crease) {
   std::vector<Vector3d> area(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     area[t] = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
-  const double least = std::cos(crease);
+  const double smallest = std::cos(crease);
   Surface out;
   out.corners.reserve(mesh.positions.size() + mesh.positions.size() / 4);
   out.indices.reserve(3 * mesh.triangles.size());
@@ -91,7 +91,7 @@ Surface surfaceOf(const TriangleMesh& mesh, double crease) {
       Vector3d sum = Vector3d::Zero();
       for (std::uint32_t k = around.begin[v]; k < around.begin[v + 1]; ++k) {
         const Vector3d& other = area[around.face[k]];
-        if (other.dot(area[t]) >= least * other.norm() * area[t].norm()) sum += other;
+        if (other.dot(area[t]) >= smallest * other.norm() * area[t].norm()) sum += other;
       }
       const double length = sum.norm();
       const Eigen::Vector3f normal = (length > 0 ? Vector3d(sum / length) : Vector3d::UnitZ()).cast<float>();

@@ -329,12 +329,12 @@ void drawLabels(const ViewerState& state, const Layout& layout, double scale, co
 
 void drawOverhangScale(const ViewerState& state, const Viewport& place, const Theme& theme) {
   if (!state.look.overhang) return;
-  double most = 0;
+  double largest = 0;
   for (const Pane& pane : state.panes)
     for (const Body& body : pane.stage->bodies)
-      if (!body.overhang_most.empty())
-        most = std::max(
-            most, body.overhang_most[std::min(static_cast<std::size_t>(std::max(state.look.level, 0)), body.overhang_most.size() - 1)]);
+      if (!body.overhang_max.empty())
+        largest = std::max(
+            largest, body.overhang_max[std::min(static_cast<std::size_t>(std::max(state.look.level, 0)), body.overhang_max.size() - 1)]);
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const float text = ImGui::GetFontSize(), width = 12 * text;
   const ImVec2 at{static_cast<float>(place.x + place.width) - width - text, static_cast<float>(place.y + place.height) - 1.6f * text};
@@ -342,7 +342,7 @@ void drawOverhangScale(const ViewerState& state, const Viewport& place, const Th
     list.AddRectFilled({at.x + width * static_cast<float>(k) / 64, at.y},
                        {at.x + width * static_cast<float>(k + 1) / 64, at.y + 0.6f * text}, packed(heat((k + 0.5) / 64)));
   char name[64];
-  std::snprintf(name, sizeof name, "overhang: 0 to %.3g mm", most);
+  std::snprintf(name, sizeof name, "overhang: 0 to %.3g mm", largest);
   list.AddText({at.x, at.y - 1.3f * text}, packed(theme.text), name);
 }
 

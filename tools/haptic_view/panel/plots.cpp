@@ -28,8 +28,8 @@ Axis axisOf(const Plot& plot, double begin, double end) {
   // A limit appears when the curve comes near it; values far beyond it are cut off, so that one bad step does not
   // flatten the others.
   if (plot.limit && high > 0.6 * *plot.limit) high = std::clamp(high, *plot.limit * 1.05, *plot.limit * 2);
-  if (plot.from_zero) return {0, roundEnd(std::max(high, plot.least_span))};
-  const double half = roundEnd(std::max({high, -low, plot.least_span}));
+  if (plot.from_zero) return {0, roundEnd(std::max(high, plot.min_span))};
+  const double half = roundEnd(std::max({high, -low, plot.min_span}));
   return {-half, half};
 }
 

@@ -26,7 +26,7 @@ struct Plot {
   std::string title, unit;
   std::vector<Curve> curves;
   bool from_zero = true;        // the axis begins at 0 and has no negative part
-  double least_span = 1;        // smallest length of the axis [unit]
+  double min_span = 1;          // smallest length of the axis [unit]
   std::optional<double> limit;  // a line that a run should stay below
 };
 

@@ -73,14 +73,14 @@ Camera firstCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, cons
   }
   constexpr std::array<std::array<double, 2>, 7> kDirections{
       {{-1.1, 0.45}, {-2.0, 0.45}, {1.1, 0.45}, {2.0, 0.45}, {1.57, 0.15}, {-1.57, 0.15}, {-1.1, 1.0}}};
-  int least = 1 << 30;
+  int smallest = 1 << 30;
   Camera best = camera;
   for (const auto& [azimuth, elevation] : kDirections) {
     camera.azimuth = azimuth;
     camera.elevation = elevation;
     const int count = hiding(stage, camera.eye(), *tool);
-    if (count < least) best = camera;
-    least = std::min(least, count);
+    if (count < smallest) best = camera;
+    smallest = std::min(smallest, count);
   }
   return best;
 }

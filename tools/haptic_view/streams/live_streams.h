@@ -22,13 +22,13 @@ struct ShownContact {
   Eigen::Vector3f friction{0, 0, 0};                // tangential, on the tool [N]
   std::uint32_t object = 0;                         // index in the scene
 };
-inline constexpr std::size_t kMostContacts = 16;  // more than a step can have
+inline constexpr std::size_t kMaxContacts = 16;  // more than a step can have
 
 /// The data of one servo step that a picture shows.
 struct LiveState {
   player::RecordedStep step;
   std::uint32_t contact_count = 0;
-  std::array<ShownContact, kMostContacts> contacts{};
+  std::array<ShownContact, kMaxContacts> contacts{};
 };
 
 /// The target pose of the hand from a mouse or another input.
@@ -44,7 +44,7 @@ inline constexpr std::size_t kStepRing = 1 << 15;
 /// A requested angle for each hinge of the scene, from the view's thread to that of the steps [degree]; NaN: the body
 /// follows the scene.
 struct HingeWishes {
-  std::array<std::atomic<double>, player::kMostHinges> degree;
+  std::array<std::atomic<double>, player::kMaxHinges> degree;
   HingeWishes() {
     for (auto& wish : degree) wish.store(std::numeric_limits<double>::quiet_NaN());
   }

@@ -11,8 +11,8 @@
 
 namespace spheretree::player {
 
-inline constexpr std::size_t kMostHinges = 8;         // hinges that can be steered and recorded; further ones follow the path of the scene
-using HingeAngles = std::array<double, kMostHinges>;  // [degree]
+inline constexpr std::size_t kMaxHinges = 8;         // hinges that can be steered and recorded; further ones follow the path of the scene
+using HingeAngles = std::array<double, kMaxHinges>;  // [degree]
 
 inline constexpr std::uint32_t kUntouched = ~std::uint32_t{0};
 

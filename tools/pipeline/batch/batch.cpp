@@ -92,7 +92,7 @@ formats::SceneFile compiledScene(const Task& task, const BatchSettings& settings
 /// Leaves that levels and branching allow, but that the tolerance did not need.
 std::size_t savedLeaves(const BatchItem& item) {
   const builder::BuildSettings& settings = item.job.settings;
-  if (item.key.empty() || settings.most_leaves > 0 || item.job.is_for_error || !(settings.tolerance_mm > 0)) return 0;
+  if (item.key.empty() || settings.max_leaves > 0 || item.job.is_for_error || !(settings.tolerance_mm > 0)) return 0;
   std::size_t allowed = 1;
   for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
   return allowed - std::min(allowed, item.result.figures.leaves);

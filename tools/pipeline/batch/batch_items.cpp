@@ -62,7 +62,7 @@ void load(BatchItem& item, const formats::SceneFile& scene, const std::filesyste
 double effortOf(const TreeJob& job) {
   std::size_t leaves = 1;
   for (int level = 1; level < job.settings.levels; ++level) leaves *= static_cast<std::size_t>(job.settings.branching);
-  if (job.settings.most_leaves > 0) leaves = std::min(leaves, static_cast<std::size_t>(job.settings.most_leaves));
+  if (job.settings.max_leaves > 0) leaves = std::min(leaves, static_cast<std::size_t>(job.settings.max_leaves));
   return (4000 + static_cast<double>(job.triangles)) * (50 + static_cast<double>(leaves));
 }
 
@@ -240,16 +240,16 @@ std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::fil
   return items;
 }
 
-std::size_t mostLeaves(const formats::SceneFile& scene, const BatchItem& item) {
+std::size_t maxLeaves(const formats::SceneFile& scene, const BatchItem& item) {
   const int levels = formats::mergedSettings(item.source->settings, scene.defaults).levels.value_or(kMaxLevels);
-  std::size_t most = 1;
-  for (int level = 1; level < levels; ++level) most *= static_cast<std::size_t>(item.job.settings.branching);
-  return most;
+  std::size_t largest = 1;
+  for (int level = 1; level < levels; ++level) largest *= static_cast<std::size_t>(item.job.settings.branching);
+  return largest;
 }
 
 void limitLeaves(builder::BuildSettings& settings, std::size_t leaves) {
   const auto branching = static_cast<std::size_t>(settings.branching);
-  settings.most_leaves = static_cast<int>(leaves);
+  settings.max_leaves = static_cast<int>(leaves);
   settings.levels = kMinLevels;
   for (std::size_t full = branching; full < leaves; full *= branching) ++settings.levels;
 }

@@ -54,7 +54,7 @@ std::vector<BatchItem> loadItems(const formats::SceneFile& scene, const std::fil
 
 /// The largest number of leaves of an item for which the program chooses the number: from the levels in the scene, or
 /// else that of the deepest tree.
-std::size_t mostLeaves(const formats::SceneFile& scene, const BatchItem& item);
+std::size_t maxLeaves(const formats::SceneFile& scene, const BatchItem& item);
 
 /// Limits the number of leaves, in the shallowest tree that can have them.
 void limitLeaves(builder::BuildSettings& settings, std::size_t leaves);

@@ -21,7 +21,7 @@ constexpr std::size_t kFirstLeaves = 64;  // for each object in the first round
 constexpr double kSameLeaves = 0.04;      // a smaller relative change does not justify another quick build
 constexpr double kMoreIfQuick = 1.1;      // leaves of quick trees as a multiple of those of better trees with the same error
 constexpr double kWellSpent = 0.95;       // share of the budget that is enough
-constexpr double kLeastStep = 0.005;      // relative change of the error between two rounds
+constexpr double kMinStep = 0.005;        // relative change of the error between two rounds
 constexpr double kAim = 0.995;            // share of the budget that is requested, so that the trees stay within it
 constexpr std::size_t kRoomForMore = 4;   // the levels of a tree hold this multiple of the leaves that are expected
 
@@ -31,7 +31,7 @@ std::size_t leavesOf(const BatchItem& item) { return item.result.figures.leaves;
 /// none.
 double errorOf(const BatchItem& item) {
   const TreeFigures& figures = item.result.figures;
-  return figures.isGraded() ? item.job.scale * figures.ratio->least_met_mm.value() / *figures.least_tolerance_mm : figures.ratio->ratio;
+  return figures.isGraded() ? item.job.scale * figures.ratio->min_met_mm.value() / *figures.min_tolerance_mm : figures.ratio->ratio;
 }
 
 class BudgetSearch {
@@ -49,7 +49,7 @@ class BudgetSearch {
                                std::string(builder::name(settings.builder)) + ". Give it that builder, or build without a budget.");
       if (!(settings.tolerance_mm > 0)) settings.tolerance_mm = common;
       waiting_.push_back(i);
-      most_.push_back(mostLeaves(context.scene, items[i]));
+      max_.push_back(maxLeaves(context.scene, items[i]));
     }
     if (!budget.is_time && budget.amount < static_cast<double>(fixed_ + waiting_.size()))
       throw tool::UsageError("a budget of " + std::to_string(static_cast<std::size_t>(budget.amount)) +
@@ -75,11 +75,11 @@ class BudgetSearch {
       const double last = scale_;
       shares_ = shareOf(static_cast<std::size_t>(share * static_cast<double>(aim_)));
       scale_ = shares_.error;
-      if (round > 0) scale_ = fits ? std::min(scale_, (1 - kLeastStep) * last) : std::max(scale_, (1 + kLeastStep) * last);
+      if (round > 0) scale_ = fits ? std::min(scale_, (1 - kMinStep) * last) : std::max(scale_, (1 + kMinStep) * last);
       const Round built = build(Aim::Error, false, round);
       keep(built);
       fits = built.fits;
-      if (fits && (built.spent > kWellSpent * budget_.amount || shares_.leaves == most_)) break;
+      if (fits && (built.spent > kWellSpent * budget_.amount || shares_.leaves == max_)) break;
     }
     if (!best_.fits && !waiting_.empty()) {
       shares_ = shareOf(aim_);
@@ -117,7 +117,7 @@ class BudgetSearch {
     if (best_.items.empty() || is_better) best_ = built;
   }
 
-  LeafShares shareOf(std::size_t leaves) const { return shareLeaves(curves_, most_, std::max(leaves, fixed_ + waiting_.size()) - fixed_); }
+  LeafShares shareOf(std::size_t leaves) const { return shareLeaves(curves_, max_, std::max(leaves, fixed_ + waiting_.size()) - fixed_); }
 
   /// Distributes the leaves again. Small changes are not made.
   void redistribute() {
@@ -138,7 +138,7 @@ class BudgetSearch {
   }
 
   /// Whether tree `k` is built for a number of leaves: all that it may have, if these do not reach the error.
-  bool isForLeaves(Aim aim, std::size_t k) const { return aim == Aim::Leaves || shares_.leaves[k] >= most_[k]; }
+  bool isForLeaves(Aim aim, std::size_t k) const { return aim == Aim::Leaves || shares_.leaves[k] >= max_[k]; }
 
   void prepare(TreeJob& job, std::size_t k, Aim aim, bool search) const {
     builder::BuildSettings& settings = job.settings;
@@ -146,8 +146,8 @@ class BudgetSearch {
       limitLeaves(settings, shares_.leaves[k]);
       if (job.work && settings.tolerance_mm > 0) job.scale = scale_;
     } else {
-      limitLeaves(settings, std::min(most_[k], kRoomForMore * shares_.leaves[k]));
-      settings.most_leaves = 0;
+      limitLeaves(settings, std::min(max_[k], kRoomForMore * shares_.leaves[k]));
+      settings.max_leaves = 0;
       job.is_for_error = true;
       job.scale = scale_;
     }
@@ -203,7 +203,7 @@ class BudgetSearch {
       if (source_[waiting_[k]].status == ItemStatus::Waiting) continue;
       const auto at = static_cast<std::ptrdiff_t>(k);
       waiting_.erase(waiting_.begin() + at);
-      most_.erase(most_.begin() + at);
+      max_.erase(max_.begin() + at);
       curves_.erase(curves_.begin() + at);
       shares_.leaves.erase(shares_.leaves.begin() + at);
     }
@@ -235,7 +235,7 @@ class BudgetSearch {
   const BatchContext& context_;
   std::vector<BatchItem> source_;     // as read
   std::vector<std::size_t> waiting_;  // indices of those to build
-  std::vector<std::size_t> most_;     // largest numbers of leaves of these
+  std::vector<std::size_t> max_;      // largest numbers of leaves of these
   std::vector<ErrorCurve> curves_;    // of these
   std::size_t fixed_ = 0;             // leaves of the items that came as trees
   std::size_t aim_ = 0;               // number of leaves to request

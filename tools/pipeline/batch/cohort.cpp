@@ -153,9 +153,9 @@ std::vector<std::size_t> shareOut(const std::vector<double>& work, std::size_t s
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
   std::vector<double> load(shards, 0);
   for (const std::size_t i : order) {
-    const auto least = std::min_element(load.begin(), load.end());
-    *least += work[i];
-    shard_of[i] = static_cast<std::size_t>(least - load.begin()) + 1;
+    const auto smallest = std::min_element(load.begin(), load.end());
+    *smallest += work[i];
+    shard_of[i] = static_cast<std::size_t>(smallest - load.begin()) + 1;
   }
   return shard_of;
 }

@@ -13,9 +13,9 @@ namespace {
 constexpr double kSteepest = 2, kFlattest = 0.5, kUsual = 1;
 constexpr double kClose = 0.02;  // logarithm of a ratio of leaves: two points this close do not determine a slope
 
-/// The smallest number of leaves with at most this error, or `most`.
-std::size_t leavesFor(const ErrorCurve& curve, double error, std::size_t most) {
-  std::size_t low = 0, high = most;  // `low` is too small
+/// The smallest number of leaves with at most this error, or `max_count`.
+std::size_t leavesFor(const ErrorCurve& curve, double error, std::size_t max_count) {
+  std::size_t low = 0, high = max_count;  // `low` is too small
   while (high - low > 1) {
     const std::size_t middle = low + (high - low) / 2;
     (curve.errorAt(static_cast<double>(middle)) <= error ? high : low) = middle;
@@ -60,10 +60,10 @@ double ErrorCurve::errorAt(double leaves) const {
   return std::exp(end.error - power * (x - end.leaves));
 }
 
-LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::size_t> most, std::size_t total) {
+LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::size_t> max_leaves, std::size_t total) {
   const auto sharesOf = [&](double error) {
     LeafShares out{{}, error};
-    for (std::size_t i = 0; i < curves.size(); ++i) out.leaves.push_back(leavesFor(curves[i], error, most[i]));
+    for (std::size_t i = 0; i < curves.size(); ++i) out.leaves.push_back(leavesFor(curves[i], error, max_leaves[i]));
     return out;
   };
   const auto fits = [&](const LeafShares& shares) {
@@ -71,7 +71,7 @@ LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::
   };
   double low = 0, high = 1e-300;  // logarithms from here on
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    const double coarsest = curves[i].errorAt(1), finest = curves[i].errorAt(static_cast<double>(most[i]));
+    const double coarsest = curves[i].errorAt(1), finest = curves[i].errorAt(static_cast<double>(max_leaves[i]));
     low = i == 0 ? finest : std::min(low, finest);
     high = std::max(high, coarsest);
   }

@@ -32,8 +32,8 @@ struct LeafShares {
   double error = 0;  // common error of all trees that could have more leaves
 };
 
-/// Integer numbers of leaves, each from 1 to `most`, with a sum of at most `total` (>= number of trees), that minimise
-/// the largest error; all trees that could have more leaves have about the same error.
-LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::size_t> most, std::size_t total);
+/// Integer numbers of leaves, each from 1 to `max_leaves`, with a sum of at most `total` (>= number of trees), that
+/// minimise the largest error; all trees that could have more leaves have about the same error.
+LeafShares shareLeaves(std::span<const ErrorCurve> curves, std::span<const std::size_t> max_leaves, std::size_t total);
 
 }  // namespace spheretree::pipeline

@@ -10,7 +10,7 @@
 namespace spheretree::pipeline {
 namespace {
 
-constexpr std::size_t kLeastLeaves = 8, kMostLeaves = 4096;
+constexpr std::size_t kMinLeaves = 8, kMaxLeaves = 4096;
 constexpr std::size_t kObjectContacts = 40;
 
 /// The setting of a row: a number of leaves for each tree, a tolerance, or neither: the chosen trees.
@@ -22,14 +22,14 @@ struct Setting {
 
 std::vector<Setting> settingsFor(const formats::SceneFile& scene, const std::vector<BatchItem>& source) {
   std::vector<Setting> out;
-  std::size_t most = 0;
+  std::size_t largest = 0;
   std::set<double> tolerances;
   for (const BatchItem& item : source) {
     if (item.status != ItemStatus::Waiting) continue;
-    most = std::max(most, mostLeaves(scene, item));
+    largest = std::max(largest, maxLeaves(scene, item));
     if (item.job.settings.tolerance_mm > 0) tolerances.insert(item.job.settings.tolerance_mm);
   }
-  for (std::size_t leaves = kLeastLeaves; leaves <= std::min(most, kMostLeaves); leaves *= 2) out.push_back({leaves, 0});
+  for (std::size_t leaves = kMinLeaves; leaves <= std::min(largest, kMaxLeaves); leaves *= 2) out.push_back({leaves, 0});
   for (const double t : tolerances) out.push_back({0, t});
   return out;
 }
@@ -45,7 +45,7 @@ std::vector<BatchItem> itemsFor(const Setting& setting, const formats::SceneFile
     settings.tolerance_mm = setting.tolerance;
     item.job.work = nullptr;  // the same tolerance everywhere: the chosen trees may be better than that
     if (setting.leaves == 0 || settings.builder != builder::BuilderKind::Cover) continue;
-    limitLeaves(settings, std::min(setting.leaves, mostLeaves(scene, item)));
+    limitLeaves(settings, std::min(setting.leaves, maxLeaves(scene, item)));
   }
   return items;
 }

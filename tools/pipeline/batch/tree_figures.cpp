@@ -82,9 +82,9 @@ Json toJson(const TreeFigures& figures) {
   for (const LevelFigures& level : figures.levels) out["levels"].push_back(toJson(level));
   if (figures.ratio) {
     out["tolerance_ratio"] = figures.ratio->ratio;
-    if (figures.ratio->least_met_mm) out["least_met_mm"] = *figures.ratio->least_met_mm;
+    if (figures.ratio->min_met_mm) out["min_met_mm"] = *figures.ratio->min_met_mm;
   }
-  if (figures.least_tolerance_mm) out["least_tolerance_mm"] = *figures.least_tolerance_mm;
+  if (figures.min_tolerance_mm) out["min_tolerance_mm"] = *figures.min_tolerance_mm;
   if (figures.skin) out["skin"] = skinJson(*figures.skin);
   if (figures.work) {
     out["work"] = Json::array();
@@ -113,8 +113,8 @@ TreeFigures treeFiguresFromJson(const Json& json) {
   figures.notes = json.at("notes").get<std::vector<std::string>>();
   for (const Json& level : json.at("levels")) figures.levels.push_back(levelFiguresFromJson(level));
   if (const auto ratio = optionalAt<double>(json, "tolerance_ratio"))
-    figures.ratio = ToleranceRatio{*ratio, optionalAt<double>(json, "least_met_mm")};
-  figures.least_tolerance_mm = optionalAt<double>(json, "least_tolerance_mm");
+    figures.ratio = ToleranceRatio{*ratio, optionalAt<double>(json, "min_met_mm")};
+  figures.min_tolerance_mm = optionalAt<double>(json, "min_tolerance_mm");
   if (json.contains("skin")) figures.skin = skinFromJson(json.at("skin"));
   if (json.contains("work")) {
     figures.work.emplace();

@@ -31,8 +31,8 @@ struct WorkFigures {
 
 /// For a tree whose number of leaves was chosen by a budget: how its overhang compares with its tolerances.
 struct ToleranceRatio {
-  double ratio = 0;                    // proven overhang as a multiple of the tolerance (of 1 mm without one). Graded: the largest multiple
-  std::optional<double> least_met_mm;  // graded: the smallest tolerance_mm of the object that its leaves meet
+  double ratio = 0;                  // proven overhang as a multiple of the tolerance (of 1 mm without one). Graded: the largest multiple
+  std::optional<double> min_met_mm;  // graded: the smallest tolerance_mm of the object that its leaves meet
 };
 
 /// A repair step that changed the mesh before the build.
@@ -55,7 +55,7 @@ struct TreeFigures {
   std::vector<LevelFigures> levels;
   std::optional<ToleranceRatio> ratio;
   std::optional<builder::SkinEvaluation> skin;   // stated in a tree that has a skin
-  std::optional<double> least_tolerance_mm;      // graded: the smallest tolerance of any triangle
+  std::optional<double> min_tolerance_mm;        // graded: the smallest tolerance of any triangle
   std::optional<std::vector<WorkFigures>> work;  // if the scene has regions of work
 
   /// Largest motion of the surface by the repair; 0 without a repair.
@@ -63,7 +63,7 @@ struct TreeFigures {
   /// Whether the repair changed the surface by more than the tolerance or 1 % of the diagonal, so that the user should
   /// check it.
   bool isRepairLarge() const;
-  bool isGraded() const { return least_tolerance_mm.has_value(); }
+  bool isGraded() const { return min_tolerance_mm.has_value(); }
   /// Proven overhang bound of the leaves; 0 if there is none.
   double leafBound() const { return levels.empty() ? 0 : levels.back().overhang_bound_mm.value_or(0); }
 };

@@ -45,9 +45,9 @@ double diagonalOf(const TriangleMesh& mesh) {
 
 // If all places have the same tolerance, uses the plain search for it.
 void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
-  const auto [least, most] = std::minmax_element(tolerances.begin(), tolerances.end());
-  settings.tolerance_mm = *least;
-  if (*least < *most) settings.tolerance_of_triangle_mm = std::move(tolerances);
+  const auto [smallest, largest] = std::minmax_element(tolerances.begin(), tolerances.end());
+  settings.tolerance_mm = *smallest;
+  if (*smallest < *largest) settings.tolerance_of_triangle_mm = std::move(tolerances);
 }
 
 // The tolerances then only determine where an overhang matters less, and by how much.
@@ -141,18 +141,18 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
     own.tolerance_mm = scale * wanted;
   if (is_for_error && own.skin_tolerance_mm == 0)
     own.skin_tolerance_mm = settings.tolerance_mm > 0 ? own.tolerance_mm / scale : kSkinShare * diagonalOf(mesh);
-  const double least_tolerance = own.tolerance_mm;
-  if (own.most_leaves > 0) useAllLeaves(own);
+  const double min_tolerance = own.tolerance_mm;
+  if (own.max_leaves > 0) useAllLeaves(own);
   builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);
 
   TreeFigures figures = figuresOf(built, repaired, settings.tolerance_mm);
   figures.notes = file->mesh.notes;
   figures.levels = levelsOf(repaired, built.tree, progress);
-  if (is_graded) figures.least_tolerance_mm = least_tolerance;
-  if (own.most_leaves > 0 || is_for_error) {
-    const double met = built.statistics.least_tolerance_mm;
+  if (is_graded) figures.min_tolerance_mm = min_tolerance;
+  if (own.max_leaves > 0 || is_for_error) {
+    const double met = built.statistics.min_tolerance_mm;
     // Graded: every tolerance is met if all are multiplied by this ratio.
-    const double ratio = is_graded ? scale * std::max(1.0, met / least_tolerance) : met / wanted;
+    const double ratio = is_graded ? scale * std::max(1.0, met / min_tolerance) : met / wanted;
     if (settings.tolerance_mm > 0) figures.tolerance_met = ratio <= 1;
     figures.ratio = ToleranceRatio{ratio, is_graded ? std::optional<double>(met) : std::nullopt};
   }

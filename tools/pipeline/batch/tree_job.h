@@ -31,7 +31,7 @@ struct TreeJob {
   builder::BuildSettings settings;
   Configuration pose;                       // of the object in the world
   std::shared_ptr<const WorkRegions> work;  // null: the same tolerance everywhere
-  // With settings.most_leaves > 0 the tree has exactly this number of leaves. The scene's tolerances, multiplied by
+  // With settings.max_leaves > 0 the tree has exactly this number of leaves. The scene's tolerances, multiplied by
   // `scale`, decide where they are; the leaves meet them as well as possible.
   double scale = 1;
   // For a budget: the tree has as few leaves as the tolerances allow after they are multiplied by `scale`. Without a

@@ -55,12 +55,12 @@ std::vector<WorkFigures> workFigures(const WorkRegions& work, const TriangleMesh
       if (inside[t] <= kNone) part.triangles.push_back(mesh.triangles[t]);
     if (part.triangles.empty()) continue;
     const builder::DistanceField field(part);
-    double most = 0;
+    double largest = 0;
     for (const std::uint32_t leaf : leaves) {
       const Sphere& s = tree.cover[leaf];
-      most = std::max(most, s.radius - field.distance(origin + Vector3d(s.x, s.y, s.z)));
+      largest = std::max(largest, s.radius - field.distance(origin + Vector3d(s.x, s.y, s.z)));
     }
-    out.push_back({region.name, region.tolerance_mm, part.triangles.size(), most});
+    out.push_back({region.name, region.tolerance_mm, part.triangles.size(), largest});
   }
   return out;
 }

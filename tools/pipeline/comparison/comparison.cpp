@@ -309,7 +309,7 @@ LeafFigures leafFigures(const Comparison& comparison, const Run& run) {
 }
 
 std::vector<MeanFigures> geometricMeans(const Comparison& comparison) {
-  constexpr double kLeast = 1e-9;  // a figure of 0 has no logarithm
+  constexpr double kMin = 1e-9;  // a figure of 0 has no logarithm
   struct Sum {
     Method method;
     LeafFigures logs;
@@ -323,7 +323,7 @@ std::vector<MeanFigures> geometricMeans(const Comparison& comparison) {
     const LeafFigures figures = leafFigures(comparison, run);
     auto at = std::find_if(sums.begin(), sums.end(), [&](const Sum& sum) { return sum.method == run.method; });
     if (at == sums.end()) at = sums.insert(at, {run.method, {}, 0});
-    for (const auto field : kFields) at->logs.*field += std::log(std::max(figures.*field, kLeast));
+    for (const auto field : kFields) at->logs.*field += std::log(std::max(figures.*field, kMin));
     ++at->runs;
   }
   std::vector<MeanFigures> means;

@@ -22,7 +22,7 @@ using formats::FormatError;
 using formats::MeshFile;
 using Labels = std::vector<std::int32_t>;
 
-constexpr std::size_t kMostColours = 100;       // more colours are a texture, not labels
+constexpr std::size_t kMaxColours = 100;        // more colours are a texture, not labels
 constexpr std::int32_t kFirstUnnumbered = 101;  // label of the first part whose name has no number
 
 /// Converts labels from the order of the file to the vertices of the mesh.
@@ -50,9 +50,9 @@ Labels fromTriangles(const TriangleMesh& mesh, const Labels& of_triangle) {
   Labels labels;
   for (const auto& by_label : area) {
     std::int32_t best = 0;
-    double most = -1;
+    double largest = -1;
     for (const auto& [label, a] : by_label)
-      if (a > most) most = a, best = label;
+      if (a > largest) largest = a, best = label;
     labels.push_back(best);
   }
   return labels;
@@ -66,7 +66,7 @@ std::string sizesDiffer(std::size_t labels, std::size_t elements, const std::str
 Labels ofColours(const std::vector<double>& values, const std::string& name) {
   std::map<double, std::size_t> count;
   for (const double v : values) ++count[v];
-  if (count.size() > kMostColours)
+  if (count.size() > kMaxColours)
     throw FormatError(name + ": has " + std::to_string(count.size()) + " different colours, too many for labels. Name a scalar property.");
   const auto gum = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
   std::map<double, std::int32_t> label_of;

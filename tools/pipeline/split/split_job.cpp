@@ -31,8 +31,8 @@ using Json = nlohmann::ordered_json;
 using tool::UsageError;
 
 constexpr double kToothTolerance = 0.1, kGumTolerance = 0.3;  // tolerances in the scene [mm]
-constexpr double kLeastMolar = 8, kMostMolar = 14;            // range of the width of a first molar [mm]
-constexpr double kLeastArch = 40, kMostArch = 80;             // range of the distance between the two teeth farthest apart [mm]
+constexpr double kMinMolar = 8, kMaxMolar = 14;               // range of the width of a first molar [mm]
+constexpr double kMinArch = 40, kMaxArch = 80;                // range of the distance between the two teeth farthest apart [mm]
 // Bonwill (1887): the middle between the condyles is 86.6 mm behind the incisors; Balkwill (1866): 25 degrees above the
 // occlusal plane.
 constexpr double kHingeDistance = 86.6, kHingeAngle = 25 * M_PI / 180;
@@ -95,15 +95,15 @@ void checkSizes(Jaw& jaw) {
       const Vector3d arm = p - centre;
       reach = std::max(reach, (arm - arm.dot(jaw.split.up) * jaw.split.up).norm());
     }
-    if (2 * reach < kLeastMolar || 2 * reach > kMostMolar * 1.3)  // diagonal
+    if (2 * reach < kMinMolar || 2 * reach > kMaxMolar * 1.3)  // diagonal
       jaw.notes.push_back("the first molar " + std::to_string(part.label) + " is " + millimetres(2 * reach) + " wide, not " +
-                          millimetres(kLeastMolar) + " to " + millimetres(kMostMolar) + ". Is the unit right? See --unit.");
+                          millimetres(kMinMolar) + " to " + millimetres(kMaxMolar) + ". Is the unit right? See --unit.");
   }
   double width = 0;
   for (const Vector3d& a : centres)
     for (const Vector3d& b : centres) width = std::max(width, (a - b).norm());
-  if (centres.size() >= 10 && (width < kLeastArch || width > kMostArch))
-    jaw.notes.push_back("the arch is " + millimetres(width) + " wide, not " + millimetres(kLeastArch) + " to " + millimetres(kMostArch) +
+  if (centres.size() >= 10 && (width < kMinArch || width > kMaxArch))
+    jaw.notes.push_back("the arch is " + millimetres(width) + " wide, not " + millimetres(kMinArch) + " to " + millimetres(kMaxArch) +
                         ". Is the unit right? See --unit.");
 }
 

@@ -22,8 +22,8 @@ constexpr double kTetrahedraATriangle = 3;  // approximately what TetGen makes f
 /// About `triangles`, or more if fewer would cross or fold.
 TriangleMesh simplified(const TriangleMesh& mesh, std::size_t triangles, builder::Progress& progress) {
   for (; triangles < mesh.triangles.size(); triangles *= 2) {
-    TriangleMesh few = builder::simplifyMesh(mesh, triangles, progress);
-    if (builder::checkMesh(few).clean()) return few;
+    TriangleMesh coarse = builder::simplifyMesh(mesh, triangles, progress);
+    if (builder::checkMesh(coarse).clean()) return coarse;
     progress.check();
   }
   return mesh;

@@ -98,7 +98,7 @@ std::shared_ptr<PythonTree> build(const py::object& mesh, const py::object& tria
   s.levels = levels;
   s.branching = branching;
   if (leaves && *leaves < 1) throw py::value_error("leaves must be at least 1.");
-  s.most_leaves = leaves.value_or(0);
+  s.max_leaves = leaves.value_or(0);
   s.quality = kindNamed(pipeline::kQualities, quality, "quality");
   s.builder = kindNamed(pipeline::kBuilders, builder, "builder");
   for (const std::string& member : combine) s.combine.push_back(kindNamed(pipeline::kMembers, member, "combine"));

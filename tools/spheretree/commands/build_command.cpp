@@ -48,7 +48,7 @@ struct BuildOptions {
 void checkOptions(const BuildOptions& options, const RunFiles& files) {
   if (!options.combine.empty() && options.builder != "combined")
     throw UsageError("--combine is for --builder combined. Leave one of them out.");
-  if (options.settings.most_leaves > 0 && options.builder != "cover")
+  if (options.settings.max_leaves > 0 && options.builder != "cover")
     throw UsageError("--leaves is for --builder cover. Leave one of them out.");
   if (options.settings.soft_share > 0 && options.builder != "cover")
     throw UsageError("--soft is for --builder cover. Leave one of them out.");
@@ -69,7 +69,7 @@ Json reportOf(const BuildOptions& options, const builder::RepairedMesh& repaired
   settings["combine"] = options.combine;
   settings["levels"] = s.levels;
   settings["branching"] = s.branching;
-  settings["leaves"] = s.most_leaves > 0 ? Json(s.most_leaves) : Json(nullptr);
+  settings["leaves"] = s.max_leaves > 0 ? Json(s.max_leaves) : Json(nullptr);
   settings["quality"] = name(s.quality);
   settings["tolerance_mm"] = s.tolerance_mm > 0 ? Json(s.tolerance_mm) : Json(nullptr);
   settings["soft_share"] = s.soft_share > 0 ? Json(s.soft_share) : Json(nullptr);
@@ -136,7 +136,7 @@ void printSummary(const BuildOptions& options, const builder::BuildResult& resul
 bool leavesBind(const builder::BuildSettings& settings) {
   std::size_t allowed = 1;
   for (int level = 1; level < settings.levels; ++level) allowed *= static_cast<std::size_t>(settings.branching);
-  return settings.most_leaves > 0 && static_cast<std::size_t>(settings.most_leaves) <= allowed;
+  return settings.max_leaves > 0 && static_cast<std::size_t>(settings.max_leaves) <= allowed;
 }
 
 /// Parses a length above 0; empty for any other text.
@@ -268,7 +268,7 @@ void addBuildCommand(Program& program) {
       ->type_name("DEG")
       ->check(numberIn(1, 180))
       ->each([options](const std::string&) { options->crease_angle_is_given = true; });
-  app->add_option("--leaves", options->settings.most_leaves,
+  app->add_option("--leaves", options->settings.max_leaves,
                   "Largest number of leaves, 1 to 32768; builder cover only; default: as many as --levels and --branching allow")
       ->type_name("N")
       ->check(CLI::Range(1, 32768));

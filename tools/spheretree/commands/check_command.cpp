@@ -65,8 +65,8 @@ std::vector<PartLine> partsOf(const TriangleMesh& mesh, const builder::MeshRepor
   by_component.part = report.component_of;
   by_component.part_names.clear();
   for (std::size_t c = 0; c < report.components.size(); ++c) by_component.part_names.push_back("#" + std::to_string(c));
-  constexpr std::size_t kMostComponents = 1000;  // each is checked separately
-  for (std::size_t c = 0; c < std::min(kMostComponents, report.components.size()); ++c)
+  constexpr std::size_t kMaxComponents = 1000;  // each is checked separately
+  for (std::size_t c = 0; c < std::min(kMaxComponents, report.components.size()); ++c)
     add(by_component.part_names[c], formats::selectPart(by_component, by_component.part_names[c]));
   return lines;
 }
@@ -108,7 +108,7 @@ Json surveyJson(const builder::MeshSurvey& survey) {
   out["leaf_estimates"] = Json::array();
   if (!survey.has_inside) return out;
   const builder::Thickness& t = survey.thickness;
-  out["thickness_mm"] = {{"min", t.least}, {"p05", t.fifth_percentile}, {"median", t.median}, {"max", t.most}};
+  out["thickness_mm"] = {{"min", t.smallest}, {"p05", t.fifth_percentile}, {"median", t.median}, {"max", t.largest}};
   for (const builder::LeafEstimate& e : survey.leaf_estimates)
     out["leaf_estimates"].push_back({{"overhang_mm", e.overhang}, {"leaves", e.leaves}});
   return out;
@@ -190,7 +190,7 @@ void printText(const std::filesystem::path& input, const formats::MeshFile& file
   if (survey.has_inside) {
     const builder::Thickness& t = survey.thickness;
     printResult("thickness: median %.4g mm, 5 %% of the surface below %.4g mm, smallest %.4g mm\nleaves for an overhang of", t.median,
-                t.fifth_percentile, t.least);
+                t.fifth_percentile, t.smallest);
     const char* separator = " ";
     for (const builder::LeafEstimate& e : survey.leaf_estimates) {
       printResult("%s%.3g mm: %zu", separator, e.overhang, e.leaves);

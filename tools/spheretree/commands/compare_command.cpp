@@ -28,7 +28,7 @@ using pipeline::Comparison;
 using pipeline::MeanFigures;
 using pipeline::Run;
 
-constexpr std::size_t kMostPageBytes = 2'000'000;
+constexpr std::size_t kMaxPageBytes = 2'000'000;
 
 struct CompareOptions {
   std::vector<fs::path> meshes;
@@ -123,7 +123,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   options.settings.methods = pipeline::methods(builders, qualities);
 
   const Comparison comparison = pipeline::runComparison(meshes, options.settings, progress);
-  const std::string page = comparisonPage(comparison, folder, kMostPageBytes, progress);
+  const std::string page = comparisonPage(comparison, folder, kMaxPageBytes, progress);
   progress.check();
   writeComparisonCharts(comparison, folder);
   formats::writeWhole(folder / "index.html", page);

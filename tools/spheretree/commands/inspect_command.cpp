@@ -163,8 +163,8 @@ void printText(const SphereTree& tree, const std::filesystem::path& path, const 
 
 /// With --json, the error of a file without a sound tree is also part of the JSON.
 void inspectOne(const std::filesystem::path& path, const InspectOptions& options, Json& list) {
-  constexpr std::uint64_t kMostBytes = 16 << 20;
-  const std::vector<std::byte> bytes = formats::readFile(path, kMostBytes);
+  constexpr std::uint64_t kMaxBytes = 16 << 20;
+  const std::vector<std::byte> bytes = formats::readFile(path, kMaxBytes);
   SphereTree tree;
   try {
     tree = formats::parseSphereTree(bytes, formats::shownName(path));

@@ -25,7 +25,7 @@ struct ReportOptions {
   bool json = false;
 };
 
-constexpr std::size_t kMostComparisonBytes = 2'000'000, kMostBytes = 5'000'000;
+constexpr std::size_t kMaxComparisonBytes = 2'000'000, kMaxBytes = 5'000'000;
 
 Report makeReport(const ReportOptions& options, builder::Progress& progress) {
   const fs::path& in = options.input;
@@ -38,19 +38,19 @@ Report makeReport(const ReportOptions& options, builder::Progress& progress) {
   std::error_code none;
   if (!fs::is_directory(in, none)) {
     if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
-    return recordingReport(in, given(options.scene), kMostBytes, progress);
+    return recordingReport(in, given(options.scene), kMaxBytes, progress);
   }
   if (!options.scene.empty()) throw UsageError("--scene is for a recording; a folder contains its scene. Leave it out.");
-  if (fs::exists(in / "report.json", none)) return batchReport(in, given(options.recording), kMostBytes, progress);
+  if (fs::exists(in / "report.json", none)) return batchReport(in, given(options.recording), kMaxBytes, progress);
   if (!options.recording.empty()) throw UsageError("--recording is for the folder of a batch. Leave it out.");
   if (fs::exists(in / "compare.json", none)) {
     Report report;
     const pipeline::Comparison comparison = pipeline::readComparison(in / "compare.json");
     report.figures = toJson(comparison);
-    report.html = comparisonPage(comparison, in, kMostComparisonBytes, progress);
+    report.html = comparisonPage(comparison, in, kMaxComparisonBytes, progress);
     return report;
   }
-  if (fs::exists(in / "stability.json", none)) return stabilityReport(in, kMostBytes, progress);
+  if (fs::exists(in / "stability.json", none)) return stabilityReport(in, kMaxBytes, progress);
   throw formats::FileError(in.string() +
                            ": neither report.json (batch) nor compare.json nor stability.json is in this folder. Name the folder that one "
                            "of these programs wrote.");

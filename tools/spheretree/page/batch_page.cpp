@@ -193,7 +193,7 @@ std::string tissueList(const BatchResult& result) {
 
 }  // namespace
 
-Report batchReport(const fs::path& folder, const std::optional<fs::path>& recording_file, std::size_t most_bytes,
+Report batchReport(const fs::path& folder, const std::optional<fs::path>& recording_file, std::size_t max_bytes,
                    builder::Progress& progress) {
   Report out;
   const BatchResult result = pipeline::readBatchResult(folder / "report.json");
@@ -244,7 +244,7 @@ Report batchReport(const fs::path& folder, const std::optional<fs::path>& record
                       runVerdict(recordingFigures(*recording)) + (remark.empty() ? "" : "<p>" + escaped(remark) + "</p>") +
                           recordingBoxes(recordingFigures(*recording)) + recordingCharts(*recording));
     out.html = scene ? page.html(std::array{embedded::viewScript(), embedded::reportScript()}) : page.html({});
-    if (out.html.size() <= most_bytes) break;
+    if (out.html.size() <= max_bytes) break;
   }
   if (recording) out.figures["recording"] = recordingFigures(*recording);
   return out;

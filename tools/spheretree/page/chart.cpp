@@ -58,8 +58,8 @@ struct Axis {
   }
 };
 
-Axis logAxis(double least, double most, double place0, double place1) {
-  Axis axis{least / 1.25, most * 1.25, place0, place1, true, {}};
+Axis logAxis(double smallest, double largest, double place0, double place1) {
+  Axis axis{smallest / 1.25, largest * 1.25, place0, place1, true, {}};
   if (axis.to / axis.from < 2) {  // a smaller range would magnify noise
     const double middle = std::sqrt(axis.from * axis.to);
     axis.from = middle / std::numbers::sqrt2, axis.to = middle * std::numbers::sqrt2;
@@ -77,17 +77,17 @@ Axis logAxis(double least, double most, double place0, double place1) {
   return axis;
 }
 
-Axis linearAxis(double least, double most, double place0, double place1, int about) {
-  if (!(most > least)) most = least + std::max(1.0, std::abs(least));
-  const double raw = (most - least) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
+Axis linearAxis(double smallest, double largest, double place0, double place1, int about) {
+  if (!(largest > smallest)) largest = smallest + std::max(1.0, std::abs(smallest));
+  const double raw = (largest - smallest) / about, power = std::pow(10.0, std::floor(std::log10(raw)));
   double step = power;
   for (const double digit : {1.0, 2.0, 5.0, 10.0})
     if (digit * power >= raw * 0.999) {
       step = digit * power;
       break;
     }
-  Axis axis{least, most, place0, place1, false, {}};
-  for (double k = std::ceil(least / step - 1e-9); k * step <= most + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
+  Axis axis{smallest, largest, place0, place1, false, {}};
+  for (double k = std::ceil(smallest / step - 1e-9); k * step <= largest + 1e-9 * step; ++k) axis.ticks.push_back(k == 0 ? 0 : k * step);
   return axis;
 }
 
@@ -244,16 +244,16 @@ std::string scatterSvg(const ScatterChart& chart) {
   for (const ChartPoint& p : chart.points)
     if (std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0 && p.y > 0) points.push_back(p);
   if (points.empty()) return wrapped(kWidth, kHeight, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
-  double least_x = points[0].x, most_x = least_x, least_y = points[0].y, most_y = least_y;
+  double min_x = points[0].x, max_x = min_x, min_y = points[0].y, max_y = min_y;
   for (const ChartPoint& p : points) {
-    least_x = std::min(least_x, p.x), most_x = std::max(most_x, p.x);
-    least_y = std::min(least_y, p.y), most_y = std::max(most_y, p.y);
+    min_x = std::min(min_x, p.x), max_x = std::max(max_x, p.x);
+    min_y = std::min(min_y, p.y), max_y = std::max(max_y, p.y);
   }
   const bool has_limit = chart.limit && std::isfinite(chart.limit->y) && chart.limit->y > 0;
-  if (has_limit) least_y = std::min(least_y, chart.limit->y), most_y = std::max(most_y, chart.limit->y);
-  const double end_y = has_limit ? most_y : axisEnd(points);
-  const Axis x = logAxis(least_x, most_x, kLeft, kWidth - kRight);
-  const Axis y = logAxis(least_y, end_y, kHeight - kBottom, end_y < most_y ? kTop + kStrip : kTop);
+  if (has_limit) min_y = std::min(min_y, chart.limit->y), max_y = std::max(max_y, chart.limit->y);
+  const double end_y = has_limit ? max_y : axisEnd(points);
+  const Axis x = logAxis(min_x, max_x, kLeft, kWidth - kRight);
+  const Axis y = logAxis(min_y, end_y, kHeight - kBottom, end_y < max_y ? kTop + kStrip : kTop);
   const auto placeOf = [&](const ChartPoint& p) { return p.y > y.to ? kTop + kStrip / 2 - 2 : y.at(p.y); };
 
   std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);
@@ -306,20 +306,21 @@ std::string scatterSvg(const ScatterChart& chart) {
 }
 
 std::string traceSvg(const TraceChart& chart) {
-  double least = std::numeric_limits<double>::infinity(), most = -least;
+  double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
   for (const Trace& trace : chart.traces)
     for (const float value : trace.y)
-      if (std::isfinite(value) && (!chart.log_y || value > 0)) least = std::min<double>(least, value), most = std::max<double>(most, value);
-  if (chart.x.empty() || !(most >= least))
+      if (std::isfinite(value) && (!chart.log_y || value > 0))
+        smallest = std::min<double>(smallest, value), largest = std::max<double>(largest, value);
+  if (chart.x.empty() || !(largest >= smallest))
     return wrapped(kTraceWidth, 40, chart.title, text("ct", kLeft, 18, "start", chart.title + ": nothing to show"));
-  if (chart.limit) least = std::min(least, chart.limit->y), most = std::max(most, chart.limit->y);
-  if (chart.log_y) least = std::max(least, most * 1e-6);
-  const double clear = chart.log_y ? 0 : 0.05 * (most - least);  // between the curves and the frame
-  if (least != 0) least -= clear;
-  most += clear;
+  if (chart.limit) smallest = std::min(smallest, chart.limit->y), largest = std::max(largest, chart.limit->y);
+  if (chart.log_y) smallest = std::max(smallest, largest * 1e-6);
+  const double clear = chart.log_y ? 0 : 0.05 * (largest - smallest);  // between the curves and the frame
+  if (smallest != 0) smallest -= clear;
+  largest += clear;
   const double right = kTraceWidth - kTraceRight, bottom = kTraceHeight - kBottom;
-  const Axis y =
-      chart.log_y ? logAxis(least, most, bottom, kTop) : linearAxis(least > 0 && least < 0.5 * most ? 0 : least, most, bottom, kTop, 5);
+  const Axis y = chart.log_y ? logAxis(smallest, largest, bottom, kTop)
+                             : linearAxis(smallest > 0 && smallest < 0.5 * largest ? 0 : smallest, largest, bottom, kTop, 5);
   const Axis x = linearAxis(chart.x.front(), chart.x.back(), kLeft, right, 10);
 
   std::string out = frame(chart.title, chart.x_label, chart.y_label, x, y);

@@ -60,21 +60,21 @@ TriangleMesh thinned(const TriangleMesh& mesh, std::size_t triangles) {
 }  // namespace
 
 Json packMesh(PageData& data, const TriangleMesh& mesh, const builder::SurfaceWithSheets& surface, std::size_t triangles) {
-  const TriangleMesh few = inOrderOfUse(joined(thinned(mesh, triangles), surface.sheets));
+  const TriangleMesh coarse = inOrderOfUse(joined(thinned(mesh, triangles), surface.sheets));
   const Eigen::AlignedBox3d& box = surface.field.box();
   const Eigen::Vector3d low = box.min();
   const double step = std::max(box.sizes().maxCoeff() / (kSteps / 2), 1e-30);  // half of the range, since differences need a sign
   std::vector<std::uint16_t> positions;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<std::uint32_t> values;
-    for (const Eigen::Vector3d& p : few.positions)
+    for (const Eigen::Vector3d& p : coarse.positions)
       values.push_back(
           static_cast<std::uint32_t>(std::clamp(std::lround((p[axis] - low[axis]) / step), 0L, static_cast<long>(kSteps / 2))));
     const auto packed = differences<std::uint16_t>(values);
     positions.insert(positions.end(), packed.begin(), packed.end());
   }
   std::vector<std::uint32_t> indices;
-  for (const Triangle& t : few.triangles) indices.insert(indices.end(), t.begin(), t.end());
+  for (const Triangle& t : coarse.triangles) indices.insert(indices.end(), t.begin(), t.end());
   return {{"low", {low.x(), low.y(), low.z()}},
           {"step", step},
           {"triangles", mesh.triangles.size() + surface.sheets.triangles.size()},
@@ -113,15 +113,15 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
   if (!field) return out;
   // Relative to each level, since the root's overhang would dwarf that of the leaves: 255 is the largest of its level.
   std::vector<std::uint8_t> shares;
-  Json most = Json::array();
+  Json overhang_max = Json::array();
   for (std::size_t level = 0; level + 1 < tree.level_begin.size(); ++level) {
     const auto begin = overhang.begin() + tree.level_begin[level], end = overhang.begin() + tree.level_begin[level + 1];
     const double top = begin == end ? 0 : *std::max_element(begin, end);
-    most.push_back(top);
+    overhang_max.push_back(top);
     for (auto at = begin; at != end; ++at) shares.push_back(static_cast<std::uint8_t>(top > 0 ? std::lround(*at / top * 255) : 0));
   }
   out["overhang"] = data.add(std::span<const std::uint8_t>(shares));
-  out["overhang_most"] = most;
+  out["overhang_max"] = overhang_max;
   return out;
 }
 

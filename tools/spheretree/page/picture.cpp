@@ -289,7 +289,7 @@ std::vector<std::byte> encodePng(const Image& pixels) {
 }
 
 /// A panel for the mesh, if there is one, and one for each level.
-std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const SphereTree& tree, SphereKind kind, int most_levels,
+std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const SphereTree& tree, SphereKind kind, int max_levels,
                             const Camera& camera) {
   // The child of the root from which each node descends.
   std::vector<std::uint32_t> family(tree.nodeCount(), 0);
@@ -303,7 +303,7 @@ std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const Sphe
     for (const Vector3d& p : mesh_points) panel.extent.add(p.x(), p.y(), 0);
   }
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
-  for (int level = 0; level < std::min(most_levels, tree.levelCount()); ++level) {
+  for (int level = 0; level < std::min(max_levels, tree.levelCount()); ++level) {
     Panel& panel = panels.emplace_back();
     panel.mesh = !mesh_points.empty() && level == 0;
     for (const std::uint32_t node : levelSet(tree, level)) {

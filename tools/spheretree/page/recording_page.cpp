@@ -205,7 +205,7 @@ std::string recordingBoxes(const Json& f) {
          touchedTable(f);
 }
 
-Report recordingReport(const fs::path& file, const std::optional<fs::path>& scene_file, std::size_t most_bytes,
+Report recordingReport(const fs::path& file, const std::optional<fs::path>& scene_file, std::size_t max_bytes,
                        builder::Progress& progress) {
   progress.stage("recording");
   const Recording recording = readRecording(file);
@@ -232,19 +232,19 @@ Report recordingReport(const fs::path& file, const std::optional<fs::path>& scen
       page.addSection("run", "The run", run);
       report.html = page.html({});
     }
-    if (report.html.size() <= most_bytes) break;
+    if (report.html.size() <= max_bytes) break;
   }
   return report;
 }
 
-Report stabilityReport(const fs::path& folder, std::size_t most_bytes, builder::Progress& progress) {
+Report stabilityReport(const fs::path& folder, std::size_t max_bytes, builder::Progress& progress) {
   return pipeline::readJsonAs(folder / "stability.json", "spheretree.stability/1", [&](const Json& stability) {
     Report report;
     report.figures = stability;
     for (const std::size_t triangles : kTriangles) {
       report.html =
           stabilityPage(stability, folder, triangles, progress).html(std::array{embedded::viewScript(), embedded::reportScript()});
-      if (report.html.size() <= most_bytes) break;
+      if (report.html.size() <= max_bytes) break;
     }
     return report;
   });

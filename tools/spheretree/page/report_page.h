@@ -17,18 +17,18 @@ struct Report {
 };
 
 /// The page of a folder that `spheretree batch` wrote; optionally with the recording of a run in its scene.
-Report batchReport(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& recording, std::size_t most_bytes,
+Report batchReport(const std::filesystem::path& folder, const std::optional<std::filesystem::path>& recording, std::size_t max_bytes,
                    builder::Progress& progress);
 
 /// The page of a folder that `spheretree batch --cohort` wrote: its patients, the worst first.
 Report cohortReport(const std::filesystem::path& folder);
 
 /// The page of a recording; optionally with the compiled scene in which it was made.
-Report recordingReport(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& scene, std::size_t most_bytes,
+Report recordingReport(const std::filesystem::path& recording, const std::optional<std::filesystem::path>& scene, std::size_t max_bytes,
                        builder::Progress& progress);
 
 /// The page of a folder with the stability.json of haptic-player --scenario.
-Report stabilityReport(const std::filesystem::path& folder, std::size_t most_bytes, builder::Progress& progress);
+Report stabilityReport(const std::filesystem::path& folder, std::size_t max_bytes, builder::Progress& progress);
 
 /// The 3D section: the view, and a time slider if there is a replay.
 std::string viewSection(bool has_replay, const std::string& note);

@@ -247,7 +247,7 @@ class ViewModel {
     if (!tree.overhang) return 0;
     let level = 0;
     while (node >= tree.levels[level + 1]) ++level;
-    return tree.overhang[node] / 255 * tree.overhang_most[level];
+    return tree.overhang[node] / 255 * tree.overhang_max[level];
   }
 
   setLevel(level) {

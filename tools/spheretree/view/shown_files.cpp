@@ -36,7 +36,7 @@ std::string number(const char* format, double value) {
   return text;
 }
 
-constexpr int kMostTriangles = 200'000;  // for the balls of a level, coloured by their overhang
+constexpr int kMaxTriangles = 200'000;  // for the balls of a level, coloured by their overhang
 
 /// The ball with the largest overhang over the mesh, and its place.
 std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const builder::DistanceField& field) {
@@ -57,18 +57,18 @@ std::optional<view::Spot> worstOf(const std::vector<view::Ball>& balls, const bu
 void addOverhangs(view::Body& body, const builder::DistanceField& field, builder::Progress& progress) {
   for (const std::vector<view::Ball>& level : body.levels) {
     int rounds = 1;
-    while (rounds < 5 && static_cast<double>(level.size()) * 20 * std::pow(4, rounds + 1) <= kMostTriangles) ++rounds;
+    while (rounds < 5 && static_cast<double>(level.size()) * 20 * std::pow(4, rounds + 1) <= kMaxTriangles) ++rounds;
     view::TintedSurface& tinted = body.overhangs.emplace_back();
     for (const view::Ball& ball : level) view::addBall(tinted.surface, {ball.x, ball.y, ball.z}, static_cast<double>(ball.radius), rounds);
     std::vector<double> outside;
-    double most = 0;
+    double largest = 0;
     for (const view::SurfaceCorner& corner : tinted.surface.corners) {
       if (outside.size() % 4096 == 0) progress.check();
       outside.push_back(std::max(0.0, field.signedDistance(corner.position.cast<double>())));
-      most = std::max(most, outside.back());
+      largest = std::max(largest, outside.back());
     }
-    for (const double distance : outside) tinted.colours.push_back(view::heat(most > 0 ? distance / most : 0));
-    body.overhang_most.push_back(most);
+    for (const double distance : outside) tinted.colours.push_back(view::heat(largest > 0 ? distance / largest : 0));
+    body.overhang_max.push_back(largest);
     body.worst.push_back(worstOf(level, field));
   }
 }
@@ -159,7 +159,7 @@ void addComparison(Files& out, const fs::path& path, const std::string& wanted, 
     if (run.mesh == figures->name && run.isBuilt()) runs.push_back(&run);
   const auto overhang = [](const pipeline::Run* run) { return run->levels.empty() ? 0 : run->levels.back().overhang.max; };
   std::stable_sort(runs.begin(), runs.end(), [&](const pipeline::Run* a, const pipeline::Run* b) { return overhang(a) < overhang(b); });
-  runs.resize(std::min(runs.size(), kMostPanes - std::min(kMostPanes, out.size())));
+  runs.resize(std::min(runs.size(), kMaxPanes - std::min(kMaxPanes, out.size())));
   for (const pipeline::Run* run : runs) {
     out.push_back(shownTree(path.parent_path() / run->tree, &mesh, progress));
     out.back()->title = idOf(run->method) + number(": %.4g mm", overhang(run));
@@ -208,8 +208,8 @@ Files shownFiles(const std::vector<fs::path>& files, const std::string& mesh_nam
     }
   }
   showMesh();
-  if (out.size() > kMostPanes)
-    throw UsageError(std::to_string(out.size()) + " things to show; a window has room for " + std::to_string(kMostPanes));
+  if (out.size() > kMaxPanes)
+    throw UsageError(std::to_string(out.size()) + " things to show; a window has room for " + std::to_string(kMaxPanes));
   return out;
 }
 

@@ -13,7 +13,7 @@
 
 namespace spheretree::tool {
 
-inline constexpr std::size_t kMostPanes = 6;
+inline constexpr std::size_t kMaxPanes = 6;
 
 struct ShownFile {
   std::string title;
@@ -26,7 +26,7 @@ struct ShownFile {
 /// and the overhang of the balls is measured against it. A scene is shown with its poses. A comparison (its folder or
 /// compare.json) is shown as the trees of one mesh (`mesh`, or the first one), the smallest overhang first. `unit_mm`:
 /// one unit of a mesh without a unit.
-/// @throws UsageError for more than kMostPanes; the exceptions of the readers
+/// @throws UsageError for more than kMaxPanes; the exceptions of the readers
 std::vector<std::unique_ptr<ShownFile>> shownFiles(const std::vector<std::filesystem::path>& files, const std::string& mesh, double unit_mm,
                                                    builder::Progress& progress);
 

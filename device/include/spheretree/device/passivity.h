@@ -13,14 +13,14 @@
 
 namespace spheretree::device {
 
-inline constexpr int kMostDelay = 7;  // largest delay: whole servo steps from a pose to the wrench that responds to it
+inline constexpr int kMaxDelay = 7;  // largest delay: whole servo steps from a pose to the wrench that responds to it
 
 class PassivityControl {
  public:
   PassivityControl() : PassivityControl(0, 0) {}
-  /// `delay`: 0..kMostDelay. `most_damping`: of the translation [N s/mm]; the limit for the rotation is kLever^2 times
+  /// `delay`: 0..kMaxDelay. `max_damping`: of the translation [N s/mm]; the limit for the rotation is kLever^2 times
   /// that.
-  PassivityControl(int delay, double most_damping) noexcept : delay_(delay), most_damping_(most_damping) {}
+  PassivityControl(int delay, double max_damping) noexcept : delay_(delay), max_damping_(max_damping) {}
 
   /// The wrench to send at this pose in place of `wrench`. Both are about the position of the pose. In each servo step
   /// call control() and then sent(), or, if the pose is unknown, lose() and then sent().
@@ -42,14 +42,14 @@ class PassivityControl {
 
  private:
   int delay_;
-  double most_damping_;
+  double max_damping_;
   bool has_pose_ = false;
   Configuration pose_;
   Wrench meant_wrench_;           // intended wrench of the step before
   double taken_ = 0, meant_ = 0;  // energy received from the hand: with the wrenches that were sent, and with those that were intended [mJ]
-  std::array<Displacement, kSpan> ways_{};        // displacements of the last steps, the latest first
-  std::array<Wrench, kMostDelay + 1> sent_{};     // wrenches of the last steps, the latest first
-  std::array<Wrench, kMostDelay + 1> actions_{};  // the part of them that this class added
+  std::array<Displacement, kSpan> ways_{};       // displacements of the last steps, the latest first
+  std::array<Wrench, kMaxDelay + 1> sent_{};     // wrenches of the last steps, the latest first
+  std::array<Wrench, kMaxDelay + 1> actions_{};  // the part of them that this class added
 };
 
 }  // namespace spheretree::device

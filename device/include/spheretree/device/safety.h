@@ -56,7 +56,7 @@ struct SafetySettings {
   std::uint32_t release_buttons = 1;         // bits of buttons; zero while one of them is held
   bool passivity_control = false;            // remove the energy that sampling and delay add: passivity.h
   double passivity_damping = 0.01;           // largest damping for that [N s/mm]
-  int delay = 0;                             // steps from a pose to its wrench, 0..kMostDelay; set by the device
+  int delay = 0;                             // steps from a pose to its wrench, 0..kMaxDelay; set by the device
 };                                           // Members without a range above: (0, 1e6]
 
 /// Bits: the rules that took effect in a step.

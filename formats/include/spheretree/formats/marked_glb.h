@@ -21,7 +21,7 @@ struct Marks {
   std::vector<Eigen::Vector3d> points;   // [mm]
 };
 
-inline constexpr std::size_t kMostMarkedPoints = 20000;  // of each of `marks`: further points get no octahedron
+inline constexpr std::size_t kMaxMarkedPoints = 20000;  // of each of `marks`: further points get no octahedron
 
 /// GLB, glTF 2.0 in metres: a node "mesh" and a node for each non-empty element of `marks`. A triangle in several marks
 /// has the colour of the first. Triangles with missing vertices and points that are not finite are left out. Faces are

@@ -37,11 +37,11 @@ std::optional<std::string_view> nearestWord(std::string_view word, const Words& 
     for (const std::string_view k : known)
       if (k.starts_with(word) && (!best || k.size() < best->size())) best = k;
   if (best) return best;
-  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  std::size_t smallest = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string_view k : known) {
     const std::size_t distance = editDistance(word, k);
-    if (distance < least && distance < word.size()) {
-      least = distance;
+    if (distance < smallest && distance < word.size()) {
+      smallest = distance;
       best = k;
     }
   }

@@ -30,7 +30,7 @@ struct BuildStatistics {
   std::vector<LevelBuildStatistics> levels;
   std::size_t certified_pieces = 0;
   bool tolerance_met = true;
-  double least_tolerance_mm = 0;  // the smallest tolerance_mm that the leaves meet; tolerances of triangles keep their difference to it
+  double min_tolerance_mm = 0;  // the smallest tolerance_mm that the leaves meet; tolerances of triangles keep their difference to it
   struct Stage {
     std::string name;
     double seconds;

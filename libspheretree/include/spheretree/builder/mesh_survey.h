@@ -34,7 +34,7 @@ struct Seam {
 
 /// Diameters of the largest inner balls that touch the surface, weighted by area.
 struct Thickness {
-  double least = 0, fifth_percentile = 0, median = 0, most = 0;  // [mm]
+  double smallest = 0, fifth_percentile = 0, median = 0, largest = 0;  // [mm]
 };
 
 /// Number of leaves that cover the solid with this overhang, by the formula h_fin of docs/measures.md. Builds at

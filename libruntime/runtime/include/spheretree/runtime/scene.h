@@ -85,13 +85,13 @@ std::shared_ptr<const TissueModel> tissueModel(const SharedTree& tree, std::shar
 struct SceneObject {
   SharedTree tree;         // copies of one SharedTree are checked, compiled and stored once
   Configuration pose;      // of the tree's mesh frame in the world when the scene starts
-  std::uint32_t body = 0;  // body that it belongs to, 0..kMostBodies; 0: the world, which does not move. moveBody() moves the other bodies
+  std::uint32_t body = 0;  // body that it belongs to, 0..kMaxBodies; 0: the world, which does not move. moveBody() moves the other bodies
   double friction = 0;     // Coulomb's coefficient, 0 .. 2; a contact uses the larger of the object's and the tool's
   double stiffness = 0;    // against force, > 0 [N/mm]; 0: rigid
   std::shared_ptr<const TissueModel> tissue = nullptr;  // of this tree: the object deforms where it is pressed; null: it does not deform
 };
 
-inline constexpr std::uint32_t kMostBodies = 4096;
+inline constexpr std::uint32_t kMaxBodies = 4096;
 
 struct SceneDescription {
   SphereTree tool;

@@ -70,7 +70,7 @@ struct Contact {
   Eigen::Vector3d slip{0, 0, 0};      // tangential velocity of the tool's point relative to the object, world axes [mm/s]
 };
 
-inline constexpr std::size_t kMostContacts = 24;  // without friction at most 6, since 6 contacts determine the pose of a rigid body
+inline constexpr std::size_t kMaxContacts = 24;  // without friction at most 6, since 6 contacts determine the pose of a rigid body
 
 struct StepMemory;
 
@@ -97,7 +97,7 @@ class Workspace {
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace,
                 StageTimes* times = nullptr) noexcept;
 
-/// The contacts that held the graphic tool at the end of the last step, at most kMostContacts. Valid until the next
+/// The contacts that held the graphic tool at the end of the last step, at most kMaxContacts. Valid until the next
 /// step. Empty in free space and in the mode of the paper.
 std::span<const Contact> contacts(const Workspace& workspace) noexcept;
 

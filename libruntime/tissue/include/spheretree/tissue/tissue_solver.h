@@ -42,8 +42,8 @@ class TissueSolver {
   bool advance(std::span<const Eigen::Vector3d> forces, int iterations) noexcept;
 
   /// Iterates until no node moves by more than `tolerance` in an iteration [mm]. Also returns false if
-  /// `most_iterations` do not suffice.
-  bool settle(std::span<const Eigen::Vector3d> forces, double tolerance, int most_iterations) noexcept;
+  /// `max_iterations` do not suffice.
+  bool settle(std::span<const Eigen::Vector3d> forces, double tolerance, int max_iterations) noexcept;
 
   /// Returns to the shape at rest, without forces.
   void reset() noexcept;
