@@ -80,13 +80,20 @@ double faultOf(const Problem& p) {
   return largest;
 }
 
-TEST(ContactForces, ObeyTheLawOfCoulombOnTissue) {
+struct LawCase {
+  int contacts;
+  double converged, iterations;  // least share, and largest mean
+};
+
+class ContactForcesLaw : public testing::TestWithParam<LawCase> {};
+
+TEST_P(ContactForcesLaw, IsObeyedOnTissue) {
   Random random(1);
   int converged = 0;
   double iterations = 0;
   constexpr int kRuns = 3000;
   for (int run = 0; run < kRuns; ++run) {
-    const auto p = randomProblem(random, 1 + run % 10, 12, true);
+    const auto p = randomProblem(random, 1 + run % GetParam().contacts, 12, true);
     solveForces(p->qp, p->compliance);
     for (int d = 0; d < p->qp.disc_count; ++d) {
       const FrictionDisc& disc = p->qp.discs[static_cast<std::size_t>(d)];
@@ -99,8 +106,33 @@ TEST(ContactForces, ObeyTheLawOfCoulombOnTissue) {
     ++converged;
     ASSERT_LT(faultOf(*p), 2e-5) << run;
   }
-  EXPECT_GT(converged, 0.998 * kRuns);
-  EXPECT_LT(iterations / kRuns, 12);
+  EXPECT_GE(converged, GetParam().converged * kRuns);
+  EXPECT_LT(iterations / kRuns, GetParam().iterations);
+}
+INSTANTIATE_TEST_SUITE_P(FewAndAll, ContactForcesLaw, testing::Values(LawCase{10, 0.999, 3}, LawCase{kMaxContactRows, 0.99, 5}));
+
+// With the forces of the discs held, the multipliers are those of a problem without friction, under these forces.
+TEST(ContactForces, HeldFrictionIsALoad) {
+  Random random(4);
+  for (int run = 0; run < 500; ++run) {
+    const auto p = randomProblem(random, 1 + run % 8, 12, true);
+    ContactQp& qp = p->qp;
+    auto loaded = std::make_unique<Problem>(*p);
+    loaded->qp.disc_count = 0;
+    for (std::size_t d = 0; d < static_cast<std::size_t>(qp.disc_count); ++d)
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double f = qp.discs[d].force[axis] = random.between(-0.2, 0.2);
+        loaded->qp.target += f * qp.discs[d].across[axis];
+        for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
+          loaded->qp.rows[k].b -= f * p->compliance[k][forceOf(d, axis)];
+      }
+    solveForces(qp, p->compliance, true);
+    solveForces(loaded->qp, p->compliance);
+    ASSERT_TRUE(qp.converged && loaded->qp.converged) << run;
+    ASSERT_LT((qp.y - loaded->qp.y).norm(), 1e-8) << run;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
+      ASSERT_NEAR(qp.rows[k].multiplier, loaded->qp.rows[k].multiplier, 1e-6) << run;
+  }
 }
 
 // Where the radii of the discs are given the problem is convex, and has one answer: that of the other solver.

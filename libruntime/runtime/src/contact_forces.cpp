@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace spheretree::runtime {
 namespace {
@@ -11,11 +12,19 @@ constexpr double kYield = 1e-9;  // of what a force does to itself, that it give
 constexpr int kMaxChanges = 8 * kMaxContactRows;
 // What a change of the rows costs, and more for each row; products of which one group of rows is worth so many.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
-constexpr int kSweeps = 20, kMaxRounds = 20;  // between two steps of Newton's method; of both
+constexpr int kMaxRounds = 20;
+// Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time.
+constexpr double kFirstSweeps = 10, kSweeps = 20, kSweepGrowth = 1.5, kMaxSweeps = 200;
+constexpr double kDamping = 1e-4;  // of the diagonal: contacts side by side have nearly the same equations
+constexpr double kSteepness = 10;  // of residual(), in Newton's method
+constexpr double kSolved = 0.02;   // share of the tolerance at which Newton's method stops
+constexpr std::array<double, 5> kParts{1, 0.5, 0.25, 0.125, 0.0625};  // of a Newton step, in the order in which they are tried
+constexpr double kDecrease = 0.1;                                     // share of the residual by which a whole step must lower it
 
 class Forces {
  public:
   Forces(ContactQp& qp, const SurfaceCompliance& compliance);
+  void holdFriction();
   bool solveRows();
   void solveAll();
   std::uint32_t work() const { return work_; }
@@ -31,9 +40,14 @@ class Forces {
   void change(std::size_t force, double by);
   double radiusOf(std::size_t disc) const;
   void project(std::size_t disc, double& f0, double& f1) const;
+  void projectAll();
   void sweep();
-  double residual();
+  void sweeps(double count);
+  double sizeOf(std::size_t disc) const { return g_[rows_ + 2 * disc][rows_ + 2 * disc] + g_[rows_ + 2 * disc + 1][rows_ + 2 * disc + 1]; }
+  double damped(std::size_t i, std::size_t j) const { return i == j ? (1 + kDamping) * g_[i][i] : g_[i][j]; }
+  double residual(double steepness);
   bool newtonStep();
+  double goAlong(double left);
   void addEquations(std::size_t disc, std::size_t at);
   bool solveDense(std::size_t size);
 
@@ -81,6 +95,11 @@ Forces::Forces(ContactQp& qp, const SurfaceCompliance& compliance)
     g_[i][i] *= 1 + kYield;
     for (std::size_t j = 0; j < i; ++j) g_[j][i] = g_[i][j];
   }
+}
+
+void Forces::holdFriction() {
+  for (std::size_t j = rows_; j < count_; ++j)
+    for (std::size_t i = 0; i < rows_; ++i) q_[i] += p_[j] * g_[j][i];
 }
 
 // Of the rows that press the multipliers with which none of them is violated or slack.
@@ -193,6 +212,10 @@ void Forces::project(std::size_t disc, double& f0, double& f1) const {
   f0 *= scale, f1 *= scale;
 }
 
+void Forces::projectAll() {
+  for (std::size_t d = 0; d < discs_; ++d) project(d, p_[rows_ + 2 * d], p_[rows_ + 2 * d + 1]);
+}
+
 // Each row the best that it can be with the others as they are; of a disc the force that would let it stick, or, if it
 // may not have that, the nearest to that of a step against the slip.
 void Forces::sweep() {
@@ -212,14 +235,15 @@ void Forces::sweep() {
   }
 }
 
-// How far the motions are from what the law asks for, at most [mm, scaled]; leaves them in w_.
-double Forces::residual() {
+// How far the motions are from what the law asks for, at most [mm, scaled]; leaves them in w_. A force of a disc obeys
+// the law if it is the nearest allowed one to  f - `steepness` v / size,  for any steepness.
+double Forces::residual(double steepness) {
   double largest = 0;
   findMotions();
   for (std::size_t i = 0; i < rows_; ++i) largest = std::max(largest, std::abs(std::max(-w_[i], -g_[i][i] * p_[i])));
   for (std::size_t d = 0; d < discs_; ++d) {
     const std::size_t i = rows_ + 2 * d;
-    const double size = g_[i][i] + g_[i + 1][i + 1];
+    const double size = sizeOf(d) / steepness;
     double f0 = p_[i] - w_[i] / size, f1 = p_[i + 1] - w_[i + 1] / size;
     project(d, f0, f1);
     largest = std::max(largest, size * std::hypot(f0 - p_[i], f1 - p_[i + 1]));
@@ -227,29 +251,34 @@ double Forces::residual() {
   return largest;
 }
 
-// Of a disc the two equations: it sticks, v = 0, or f = radius z / |z| with z = f - v / size, linearised.
+// Of a disc the two equations: it sticks, v = 0, or f = radius z / |z| with z = f - v / size, linearised. The
+// derivative of the direction of z is taken with the part of f that the disc allows in place of z (Hueber et al.): it
+// is the same in a solution, and keeps the step short where f is far from there.
 void Forces::addEquations(std::size_t disc, std::size_t at) {
   const std::size_t i = rows_ + 2 * disc, row = static_cast<std::size_t>(qp_.discs[disc].row);
-  const double size = g_[i][i] + g_[i + 1][i + 1], z0 = p_[i] - w_[i] / size, z1 = p_[i + 1] - w_[i + 1] / size,
-               length = std::hypot(z0, z1), radius = radiusOf(disc);
-  const bool slips = length > radius;
-  const double d[2] = {slips ? z0 / length : 0, slips ? z1 / length : 0}, across = slips ? radius / length : 0;
+  const double size = sizeOf(disc) / kSteepness, z0 = p_[i] - w_[i] / size, z1 = p_[i + 1] - w_[i + 1] / size, length = std::hypot(z0, z1),
+               radius = radiusOf(disc);
+  if (length <= radius) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      for (std::size_t k = 0; k < changed_count_; ++k) matrix_[at + axis][k] = damped(i + axis, changed_[k]);
+      right_[at + axis] = -w_[i + axis];
+    }
+    return;
+  }
+  const double to[2] = {z0 / length, z1 / length}, part = radius / length, allowed = std::max(radius, std::hypot(p_[i], p_[i + 1]));
   for (std::size_t axis = 0; axis < 2; ++axis) {
     Vector& equation = matrix_[at + axis];
-    const double along0 = (axis == 0 ? 1 : 0) - d[axis] * d[0], along1 = (axis == 1 ? 1 : 0) - d[axis] * d[1];
+    const double turn0 = part * ((axis == 0 ? 1 : 0) - to[axis] * p_[i] / allowed),
+                 turn1 = part * ((axis == 1 ? 1 : 0) - to[axis] * p_[i + 1] / allowed);
     for (std::size_t k = 0; k < changed_count_; ++k) {
       const std::size_t j = changed_[k];
-      if (!slips) {
-        equation[k] = g_[i + axis][j];
-        continue;
-      }
-      equation[k] = across * (along0 * g_[i][j] + along1 * g_[i + 1][j]) / size;
-      if (j == i + axis) equation[k] += 1;
-      if (j == i) equation[k] -= across * along0;
-      if (j == i + 1) equation[k] -= across * along1;
-      if (j == row && qp_.discs[disc].law > 0) equation[k] -= qp_.discs[disc].law * d[axis];
+      equation[k] = turn0 * damped(i, j) + turn1 * damped(i + 1, j);
+      if (j == i + axis) equation[k] += size;
+      if (j == i) equation[k] -= size * turn0;
+      if (j == i + 1) equation[k] -= size * turn1;
+      if (j == row && qp_.discs[disc].law > 0) equation[k] -= size * qp_.discs[disc].law * to[axis];
     }
-    right_[at + axis] = slips ? radius * d[axis] - p_[i + axis] : -w_[i + axis];
+    right_[at + axis] = size * (radius * to[axis] - p_[i + axis]);
   }
 }
 
@@ -279,7 +308,8 @@ bool Forces::solveDense(std::size_t size) {
   return true;
 }
 
-// From the motions of residual(): of the rows that press or should, and of their discs.
+// From the motions of residual(), for the rows that press or should and their discs; the forces of the others are 0
+// from now on. The step is in right_.
 bool Forces::newtonStep() {
   changed_count_ = 0;
   std::array<bool, kMaxContactRows> presses{};
@@ -297,46 +327,74 @@ bool Forces::newtonStep() {
   }
   findMotions();
   for (std::size_t k = 0; k < pressing; ++k) {
-    for (std::size_t j = 0; j < changed_count_; ++j) matrix_[k][j] = g_[changed_[k]][changed_[j]];
+    for (std::size_t j = 0; j < changed_count_; ++j) matrix_[k][j] = damped(changed_[k], changed_[j]);
     right_[k] = -w_[changed_[k]];
   }
   for (std::size_t k = pressing; k < changed_count_; k += 2) addEquations((changed_[k] - rows_) / 2, k);
   work_ += static_cast<std::uint32_t>(changed_count_ * changed_count_ * changed_count_) / kDenseShare;
-  if (!solveDense(changed_count_)) return false;
-  for (std::size_t k = 0; k < changed_count_; ++k) p_[changed_[k]] += right_[k];
-  for (std::size_t i = 0; i < rows_; ++i) p_[i] = std::max(0.0, p_[i]);
-  for (std::size_t d = 0; d < discs_; ++d) project(d, p_[rows_ + 2 * d], p_[rows_ + 2 * d + 1]);
-  return true;
+  return solveDense(changed_count_);
+}
+
+// Takes the first part of the step that lowers the residual or, if none does, the one with the smallest. Returns it.
+double Forces::goAlong(double left) {
+  const Vector from = p_;
+  double smallest = std::numeric_limits<double>::infinity(), best = 0;
+  const auto go = [&](double part) {
+    p_ = from;
+    for (std::size_t k = 0; k < changed_count_; ++k) p_[changed_[k]] += part * right_[k];
+    for (std::size_t i = 0; i < rows_; ++i) p_[i] = std::max(0.0, p_[i]);
+    return residual(kSteepness);
+  };
+  for (const double part : kParts) {
+    const double next = go(part);
+    if (next < smallest) smallest = next, best = part;
+    if (next < (1 - kDecrease * part) * left) return next;
+  }
+  return go(best);
+}
+
+void Forces::sweeps(double count) {
+  projectAll();
+  findMotions();
+  const auto n = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < n; ++i) sweep();
+  work_ += static_cast<std::uint32_t>(n * count_ * count_) / kDenseShare;
 }
 
 void Forces::solveAll() {
-  for (std::size_t d = 0; d < discs_; ++d) project(d, p_[rows_ + 2 * d], p_[rows_ + 2 * d + 1]);
-  double left = residual();
-  for (int round = 0; round < kMaxRounds && !(left <= 0.1 * qp_.tolerance); ++round) {
+  sweeps(kFirstSweeps);
+  double left = residual(kSteepness), count = kSweeps;
+  for (int round = 0; round < kMaxRounds && !(left <= kSolved * qp_.tolerance); ++round) {
     ++qp_.iterations;
     work_ += static_cast<std::uint32_t>(count_ * count_) / kSweepShare;
-    const Vector before = p_;
-    double next = newtonStep() ? residual() : left;
-    if (!(next < 0.5 * left)) {  // it came no nearer from there
-      p_ = before;
-      findMotions();
-      for (int n = 0; n < kSweeps; ++n) sweep();
-      work_ += static_cast<std::uint32_t>(kSweeps * count_ * count_) / kDenseShare;
-      next = residual();
-    }
-    left = next;
+    const double before = left;
+    if (newtonStep()) left = goAlong(left);
+    if (left < 0.5 * before) continue;
+    const Vector reached = p_;
+    sweeps(count);
+    count = std::min(kSweepGrowth * count, kMaxSweeps);
+    if (const double next = residual(kSteepness); next < left)
+      left = next;
+    else
+      p_ = reached, findMotions();
   }
-  qp_.converged = left <= qp_.tolerance;
+  projectAll();
+  qp_.converged = residual(1) <= qp_.tolerance;
   keep();
 }
 
 }  // namespace
 
-std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept {
+std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance, bool holds_friction) noexcept {
   qp.iterations = 0;
   qp.converged = false;
   Forces forces(qp, compliance);
-  if (qp.disc_count > 0 || !forces.solveRows()) forces.solveAll();
+  if (holds_friction) {
+    forces.holdFriction();
+    forces.solveRows();
+  } else if (qp.disc_count > 0 || !forces.solveRows()) {
+    forces.solveAll();
+  }
   return forces.work();
 }
 

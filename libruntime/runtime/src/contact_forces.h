@@ -7,13 +7,14 @@
 //
 // Method without discs: an exact active-set method. It solves for the active rows, removes a row whose force would
 // pull, and adds the row that is violated most. The objective decreases with each change, so no active set occurs
-// twice. Method with discs: rounds of a Newton step on the active rows and all their discs, projected onto the cones.
-// The step is accepted if it halves the residual. If not, some sweeps of projected Gauss-Seidel over the contacts
-// replace it. The forces are therefore in their cones whenever the rounds end.
+// twice. Method with discs: some sweeps of projected Gauss-Seidel over the contacts, and then rounds of a Newton step
+// on the active rows and all their discs, with a line search on the residual. A step that does not halve it is followed
+// by more sweeps each time; they are kept if they lower it. In the end the forces are projected onto their cones.
 // Papers: C. Lawson, R. Hanson. Solving Least Squares Problems. Prentice Hall 1974, chapter 23. M. Jean. The non-smooth
-//         contact dynamics method. Comput. Methods Appl. Mech. Engrg. 177, 1999. P. Alart, A. Curnier. A mixed
-//         formulation for frictional contact problems prone to Newton like solution methods. Ibid. 92, 1991.
-// Units: as in contact_qp.h. No allocation. Deterministic.
+// contact dynamics method. Comput. Methods Appl. Mech. Engrg. 177, 1999. P. Alart, A. Curnier. A mixed formulation for
+// frictional contact problems prone to Newton like solution methods. Ibid. 92, 1991. S. Hueber, G. Stadler, B.
+// Wohlmuth. A primal-dual active set algorithm for three-dimensional contact problems with Coulomb friction. SIAM J.
+// Sci. Comput. 30(2), 2008. Units: as in contact_qp.h. No allocation. Deterministic.
 #pragma once
 
 #include <array>
@@ -35,7 +36,8 @@ using SurfaceCompliance = std::array<std::array<double, kMaxForces>, kMaxForces>
 /// Solves `qp` with this compliance. Its discs must have a radius or a law; cones are not supported. The forces and
 /// multipliers in `qp` are the initial guess. If `qp.converged` is false, the result is the last iterate. Returns the
 /// work, in groups of rows. Cost: about 1 us for each change of the active rows; with discs, 6 us for each of
-/// `qp.iterations` and five contacts.
-std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept;
+/// `qp.iterations` and five contacts. With `holds_friction`, only the multipliers change, and the forces of the discs stay
+/// the given ones.
+std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance, bool holds_friction = false) noexcept;
 
 }  // namespace spheretree::runtime

@@ -35,6 +35,7 @@ class LinearTissue final : public SoftTissue {
       if (model) nodes = std::max(nodes, model->node_count);
     }
     rows_.resize(2 * (scene_.step_limits.max_pairs + std::size_t{16}));
+    for (std::vector<Eigen::Matrix3d>& response : responses_) response.resize(nodes);
     for (std::vector<double>& field : fields_) field.resize(3 * nodes);
     sum_.resize(3 * nodes);
   }
@@ -59,7 +60,7 @@ class LinearTissue final : public SoftTissue {
   float patchRows(const RowRequest& request) const override {
     return memory_.kernel == avx2Kernel() ? softRowsAvx2(request) : softRowsScalar(request);
   }
-  std::uint32_t solve(ContactQp& qp) const override { return solveForces(qp, compliance_); }
+  std::uint32_t solve(ContactQp& qp, bool holds_friction) const override { return solveForces(qp, compliance_, holds_friction); }
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(part);
@@ -110,7 +111,7 @@ class LinearTissue final : public SoftTissue {
   };
 
   void addRows(const PairRun& run, const PairSet& set, std::uint32_t first, const RowSet& rows, const Configuration& tool);
-  void addForce(const ContactQp& qp, std::size_t force);
+  void addForce(const ContactQp& qp, std::size_t force, std::size_t row);
   /// Calls `work` with each force and its multiplier.
   template <class Work>
   void forForces(const ContactQp& qp, const Work& work) const {
@@ -127,7 +128,8 @@ class LinearTissue final : public SoftTissue {
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
   std::array<Pressed, kMaxForces> pressed_;
-  std::array<std::vector<double>, kMaxForces> fields_;  // (force) displacements of the near nodes for a multiplier of 1
+  std::array<std::vector<Eigen::Matrix3d>, kMaxContactRows> responses_;  // (row) of the near nodes, to a force at its point
+  std::array<std::vector<double>, kMaxForces> fields_;                   // (force) displacements of the near nodes for a multiplier of 1
   SurfaceCompliance compliance_{};
   std::vector<double> sum_;  // scratch
 };
@@ -195,10 +197,12 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
   }
 }
 
-// The compliance of the surface between this force and the others.
-void LinearTissue::addForce(const ContactQp& qp, std::size_t force) {
+// The compliance of the surface between this force, which acts at the point of a row, and the others.
+void LinearTissue::addForce(const ContactQp& qp, std::size_t force, std::size_t row) {
   const Pressed& pressed = pressed_[force];
-  if (pressed.surface) pressed.surface->respond(pressed.on, pressed.pull, fields_[force]);
+  if (pressed.surface)
+    for (std::size_t i = 0; i < pressed.surface->nearCount(); ++i)
+      Eigen::Map<Vector3d>(fields_[force].data() + 3 * i) = responses_[row][i] * pressed.pull;
   forForces(qp, [&](std::size_t i, double) {
     const Pressed& other = pressed_[i];
     const bool is_shared = pressed.surface && other.surface == pressed.surface;
@@ -214,33 +218,34 @@ void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint3
   if (memory_.isTissue(object)) {
     const Row& on = rows_[row];
     ContactRow& r = qp.rows[at];
-    if (is_stop)
+    if (is_stop) {
       r.b = static_cast<double>(on.stop);
-    else
+    } else {
       pressed = {on.surface, on.surface->pressOn(on.point), scene_.pull.translation * on.weight * on.normal};
+      on.surface->respond(pressed.on, responses_[at]);
+    }
     if (!is_stop && !is_carried_)
       r.b += on.weight * on.given;  // forces are relative to the shape at rest; in a carried piece, to the current shape
   }
-  addForce(qp, at);
+  addForce(qp, at, at);
 }
 
 // A contact moves the surface in tangential directions, too. It slips by the rest of its motion.
 void LinearTissue::setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop,
                            const std::array<Vector3d, 2>& along) {
-  const auto at = static_cast<std::size_t>(d);
+  const auto at = static_cast<std::size_t>(d), of = static_cast<std::size_t>(qp.discs[at].row);
   for (std::size_t axis = 0; axis < 2; ++axis) pressed_[forceOf(at, axis)].surface = nullptr;
   if (memory_.isTissue(object) && !is_stop) {
     const Row& on = rows_[row];
-    const SoftSurface::Press press = on.surface->pressOn(on.point);
     const Vector3d start = is_carried_ ? Vector3d(Vector3d::Zero()) : on.surface->given(on.point),
                    moved = on.surface->ahead(on.point) - start;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const Vector3d t = memory_.objects[object].rotation.transpose() * along[axis];
-      pressed_[forceOf(at, axis)] = {on.surface, press, scene_.pull.translation * t};
+      pressed_[forceOf(at, axis)] = {on.surface, pressed_[of].on, scene_.pull.translation * t};
       qp.discs[at].origin[axis] += t.dot(moved);
     }
   }
-  for (std::size_t axis = 0; axis < 2; ++axis) addForce(qp, forceOf(at, axis));
+  for (std::size_t axis = 0; axis < 2; ++axis) addForce(qp, forceOf(at, axis), of);
 }
 
 void LinearTissue::predict(const ContactQp& qp) {

@@ -15,15 +15,26 @@ using Eigen::Vector3f;
 constexpr float kMaxBend =
     1.0f / 8;  // of a side's length: largest bulge beyond that at rest; the normals at its ends then differ by a radian
 
-// Applies the smallest rotation that maps the direction of `from` to that of `to`.
-Vector3f turned(const Vector3f& v, const Vector3f& from, const Vector3f& to) {
-  const float scale = from.squaredNorm() * to.squaredNorm();
-  if (!(scale > 0)) return v;
-  const float root = std::sqrt(scale), cosine = from.dot(to) / root;
-  if (cosine < -0.99f) return v;
-  const Vector3f axis = from.cross(to) / root, across = axis.cross(v);
-  return v + across + axis.cross(across) / (1 + cosine);
-}
+// The smallest rotation that maps one direction to another.
+class Turn {
+ public:
+  Turn(const Vector3f& from, const Vector3f& to) {
+    const float scale = from.squaredNorm() * to.squaredNorm();
+    if (!(scale > 0)) return;
+    const float inverse = 1 / std::sqrt(scale), cosine = inverse * from.dot(to);
+    if (cosine < -0.99f) return;
+    axis_ = inverse * from.cross(to);
+    share_ = 1 / (1 + cosine);
+  }
+  Vector3f operator()(const Vector3f& v) const {
+    const Vector3f across = axis_.cross(v);
+    return v + across + share_ * axis_.cross(across);
+  }
+
+ private:
+  Vector3f axis_{0, 0, 0};  // times the sine of the angle
+  float share_ = 0;
+};
 
 // Inverts a list of lists of indices.
 void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint32_t>& members, std::size_t count,
@@ -123,7 +134,7 @@ const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
     const std::uint32_t fan = model_.vertex_fans[v][k];
     out.node_normal += model_.points[v].weight[k] * (fan == kHeldNode ? rest.normal : fanNormal(fan));
   }
-  out.normal = turned(rest.normal, model_.vertex_normals[v], out.node_normal);
+  out.normal = Turn(model_.vertex_normals[v], out.node_normal)(rest.normal);
   out.bulge = bulgeAt(v) * out.normal;
   return out;
 }
@@ -155,9 +166,8 @@ const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   const SoftModel::Edge& edge = model_.edges[e];
   const SkinNode &rest = model_.edge_middles[e], &start = model_.vertices[edge.end[0]], &end = model_.vertices[edge.end[1]];
   const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
-  const Vector3f normal_at_rest = model_.vertex_normals[edge.end[0]] + model_.vertex_normals[edge.end[1]],
-                 normal_now = from.node_normal + to.node_normal;
-  out.normal = turned(rest.normal, normal_at_rest, normal_now);
+  const Turn turn(model_.vertex_normals[edge.end[0]] + model_.vertex_normals[edge.end[1]], from.node_normal + to.node_normal);
+  out.normal = turn(rest.normal);
   out.offset.setZero();
   if (skin_.edges[e].is_sharp != 0) return out;
   const Vector3f chord_at_rest = end.position - start.position,
@@ -166,7 +176,7 @@ const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
                      (model_.points[edge.end[1]].displacementIn(bent_) - model_.points[edge.end[0]].displacementIn(bent_)).cast<float>();
   const float largest = kMaxBend * chord_at_rest.norm();
   const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.bend, -largest, largest);
-  out.offset = turned(rest.position, normal_at_rest, normal_now) + bend * out.normal;
+  out.offset = turn(rest.position) + bend * out.normal;
   return out;
 }
 

@@ -11,6 +11,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+using Pair [[gnu::vector_size(16)]] = double;
+
 constexpr double kArrived = 1e-4;  // if the base is nearer than this to its target, it moves there at once [mm]
 
 // The largest length of `of` over the x, y, z of each node.
@@ -130,17 +132,20 @@ void SoftSurface::addNear(std::uint32_t triangle) {
   }
 }
 
-void SoftSurface::respond(const Press& press, const Vector3d& force, std::span<double> near) const {
-  std::fill_n(near.begin(), 3 * near_.size(), 0.0);
-  for (std::size_t p = 0; p < press.count; ++p)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* const column = model_.column(3 * std::size_t{press.node[p]} + axis);
-      const double f = press.weight[p] * force[static_cast<Eigen::Index>(axis)];
-      for (std::size_t i = 0; i < near_.size(); ++i) {
-        const float* const u = column + 3 * std::size_t{near_[i]};
-        for (std::size_t c = 0; c < 3; ++c) near[3 * i + c] += f * static_cast<double>(u[c]);
+void SoftSurface::respond(const Press& press, std::span<Eigen::Matrix3d> near) const {
+  for (std::size_t i = 0; i < near_.size(); ++i) {
+    Pair xy[3] = {};
+    double z[3] = {};
+    for (std::size_t p = 0; p < press.count; ++p) {
+      const Pair weight{press.weight[p], press.weight[p]};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float* const u = model_.column(3 * std::size_t{press.node[p]} + axis) + 3 * std::size_t{near_[i]};
+        xy[axis] += weight * Pair{static_cast<double>(u[0]), static_cast<double>(u[1])};
+        z[axis] += weight[0] * static_cast<double>(u[2]);
       }
     }
+    for (std::size_t axis = 0; axis < 3; ++axis) near[i].col(static_cast<Eigen::Index>(axis)) << xy[axis][0], xy[axis][1], z[axis];
+  }
 }
 
 Vector3d SoftSurface::meanOf(const Press& of, std::span<const double> near) const {

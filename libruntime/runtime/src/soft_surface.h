@@ -70,10 +70,10 @@ class SoftSurface {
   void forgetNear();
   void addNear(std::uint32_t triangle);
   std::size_t nearCount() const { return near_.size(); }
-  /// Displacements of the near nodes under `force` on a point: x, y, z of each. Cost: about 0.1 us for each pressed
-  /// node of the point, and for each ten near nodes.
-  void respond(const Press& press, const Eigen::Vector3d& force, std::span<double> near) const;
-  /// The weighted mean of such a field over the nodes of `of`.
+  /// The displacement of each near node under a unit force on a point: by columns, along each axis of the force. Cost:
+  /// about 0.1 us for each pressed node of the point, and for each ten near nodes.
+  void respond(const Press& press, std::span<Eigen::Matrix3d> near) const;
+  /// The weighted mean of a field (near node: x, y, z) over the nodes of `of`.
   Eigen::Vector3d meanOf(const Press& of, std::span<const double> near) const;
   /// Sets the field that predicted() evaluates.
   void predict(std::span<const double> near);

@@ -44,7 +44,7 @@ class SoftTissue {
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
   /// solveForces(), with the compliance of the surface. Returns its work.
-  virtual std::uint32_t solve(ContactQp& qp) const = 0;
+  virtual std::uint32_t solve(ContactQp& qp, bool holds_friction) const = 0;
   /// Moves by `part` towards the target of the last press().
   virtual void giveWay(double part) = 0;
   /// Sets all target forces to zero.
