@@ -152,7 +152,7 @@ case_page_in_browser() {
   write_torus a.obj 16
   write_torus b.obj 12
   expect 0 compare a.obj b.obj -o work/c --builders cover,octree --qualities quick --levels 3
-  "$@" work/c/index.html --most-bytes 2000000 >out 2>&1
+  "$@" work/c/index.html --max-bytes 2000000 >out 2>&1
   code=$?
   [ $code -eq 77 ] && exit 77
   [ $code -eq 0 ] || fail "$(cat out)"

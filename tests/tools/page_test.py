@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look mesh|solid|heat|glass] [--most-bytes N]
+"""page_test.py PAGE.html [--picture FILE.png] [--size WIDTHxHEIGHT] [--dark] [--look mesh|solid|heat|glass] [--max-bytes N]
 
 Opens a page of spheretree from disk in headless Chromium and fails if it asks the network for anything, writes an error to the console,
 or if its 3D view does not answer: every level of the slider must change what is drawn, and so must the buttons of the worst spots.
@@ -178,7 +178,7 @@ def main():
     parser.add_argument("--look")
     parser.add_argument("--level", type=int)
     parser.add_argument("--run", default="", help="JavaScript before the picture")
-    parser.add_argument("--most-bytes", type=int, default=5_000_000)
+    parser.add_argument("--max-bytes", type=int, default=5_000_000)
     options = parser.parse_args()
     if not shutil.which("chromium") or not shutil.which("chromedriver"):
         print("skipped: no chromium or no chromedriver")
