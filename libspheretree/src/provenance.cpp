@@ -66,7 +66,7 @@ std::string settingsText(const BuildSettings& settings) {
          "\ntolerance_mm=" + shortest(settings.tolerance_mm) + "\nseed=" + std::to_string(settings.seed) + "\n" + skinText(settings) +
          gradedText(settings) + (settings.soft_share > 0 ? "soft_share=" + shortest(settings.soft_share) + "\n" : "") +
          (settings.simplify ? "" : "simplify=0\n") +
-         (settings.max_leaves == 0 ? "" : "max_leaves=" + std::to_string(settings.max_leaves) + "\n");
+         (settings.max_leaves == 0 ? "" : "most_leaves=" + std::to_string(settings.max_leaves) + "\n");
 }
 
 Hash128 settingsHash(const BuildSettings& settings) {

@@ -126,7 +126,8 @@ TEST(ContactForces, HeldFrictionIsALoad) {
         for (std::size_t k = 0; k < static_cast<std::size_t>(qp.row_count); ++k)
           loaded->qp.rows[k].b -= f * p->compliance[k][forceOf(d, axis)];
       }
-    solveForces(qp, p->compliance, true);
+    qp.holds_friction = true;
+    solveForces(qp, p->compliance);
     solveForces(loaded->qp, p->compliance);
     ASSERT_TRUE(qp.converged && loaded->qp.converged) << run;
     ASSERT_LT((qp.y - loaded->qp.y).norm(), 1e-8) << run;

@@ -385,11 +385,11 @@ void Forces::solveAll() {
 
 }  // namespace
 
-std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance, bool holds_friction) noexcept {
+std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept {
   qp.iterations = 0;
   qp.converged = false;
   Forces forces(qp, compliance);
-  if (holds_friction) {
+  if (qp.holds_friction) {
     forces.holdFriction();
     forces.solveRows();
   } else if (qp.disc_count > 0 || !forces.solveRows()) {

@@ -36,8 +36,7 @@ using SurfaceCompliance = std::array<std::array<double, kMaxForces>, kMaxForces>
 /// Solves `qp` with this compliance. Its discs must have a radius or a law; cones are not supported. The forces and
 /// multipliers in `qp` are the initial guess. If `qp.converged` is false, the result is the last iterate. Returns the
 /// work, in groups of rows. Cost: about 1 us for each change of the active rows; with discs, 6 us for each of
-/// `qp.iterations` and five contacts. With `holds_friction`, only the multipliers change, and the forces of the discs
-/// stay the given ones.
-std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance, bool holds_friction = false) noexcept;
+/// `qp.iterations` and five contacts.
+std::uint32_t solveForces(ContactQp& qp, const SurfaceCompliance& compliance) noexcept;
 
 }  // namespace spheretree::runtime

@@ -59,6 +59,7 @@ struct ContactQp {
   double tolerance = 1e-8;                                // of the residuals [mm, scaled]
   int iterations = 0;                                     // Newton steps
   bool converged = false;                                 // residuals within `tolerance`
+  bool holds_friction = false;                            // only with solveForces(): the forces of the discs stay the given ones
 };
 
 /// The rows must have a common solution. Cost of an iteration: about 0.1 us, and 10 ns for each row and disc; 2 to 6

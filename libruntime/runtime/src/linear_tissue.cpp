@@ -60,7 +60,7 @@ class LinearTissue final : public SoftTissue {
   float patchRows(const RowRequest& request) const override {
     return memory_.kernel == avx2Kernel() ? softRowsAvx2(request) : softRowsScalar(request);
   }
-  std::uint32_t solve(ContactQp& qp, bool holds_friction) const override { return solveForces(qp, compliance_, holds_friction); }
+  std::uint32_t solve(ContactQp& qp) override;
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
       if (s) s->giveWay(part);
@@ -127,6 +127,8 @@ class LinearTissue final : public SoftTissue {
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
+  bool finds_rows_ = false;    // since begin(), each call of solve() had new rows
+  bool has_new_rows_ = false;  // since the last call of solve()
   std::array<Pressed, kMaxForces> pressed_;
   std::array<std::vector<Eigen::Matrix3d>, kMaxContactRows> responses_;  // (row) of the near nodes, to a force at its point
   std::array<std::vector<double>, kMaxForces> fields_;                   // (force) displacements of the near nodes for a multiplier of 1
@@ -158,6 +160,7 @@ void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {
 
 void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {
   is_carried_ = is_carried;
+  has_new_rows_ = finds_rows_ = true;
   for (Pressed& p : pressed_) p.surface = nullptr;
   for (const PairRun& run : pairs.runs)
     if (memory_.isTissue(run.object)) surfaces_[run.object]->forgetNear(), addRows(run, pairs, 0, rows, tool);
@@ -211,8 +214,16 @@ void LinearTissue::addForce(const ContactQp& qp, std::size_t force, std::size_t 
   });
 }
 
+std::uint32_t LinearTissue::solve(ContactQp& qp) {
+  finds_rows_ = finds_rows_ && has_new_rows_;
+  has_new_rows_ = false;
+  qp.holds_friction = finds_rows_ && qp.disc_count > 0;
+  return solveForces(qp, compliance_);
+}
+
 void LinearTissue::setRow(ContactQp& qp, int k, std::uint32_t object, std::uint32_t row, bool is_stop) {
   const auto at = static_cast<std::size_t>(k);
+  has_new_rows_ = true;
   Pressed& pressed = pressed_[at];
   pressed.surface = nullptr;
   if (memory_.isTissue(object)) {

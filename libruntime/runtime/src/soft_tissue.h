@@ -43,8 +43,9 @@ class SoftTissue {
   virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
-  /// solveForces(), with the compliance of the surface. Returns its work.
-  virtual std::uint32_t solve(ContactQp& qp, bool holds_friction) const = 0;
+  /// solveForces(), with the compliance of the surface. Returns its work. While each call has new rows, the forces of
+  /// the discs are held, which is quicker; the call after it, without a new row, solves for all.
+  virtual std::uint32_t solve(ContactQp& qp) = 0;
   /// Moves by `part` towards the target of the last press().
   virtual void giveWay(double part) = 0;
   /// Sets all target forces to zero.

@@ -60,7 +60,7 @@ class ContactSolver {
   void makeCones();
   void joinCones();
   void solveRounds();
-  [[gnu::noinline]] void solve(bool holds_friction = false);
+  [[gnu::noinline]] void solve();
   void solveScans();
   void keep();
 
@@ -303,9 +303,9 @@ void ContactSolver::joinCones() {
     qp_.rows[static_cast<std::size_t>(qp_.discs[d].row)].multiplier += qp_.discs[d].pressure;
 }
 
-void ContactSolver::solve(bool holds_friction) {
+void ContactSolver::solve() {
   if (memory_.tissue) {
-    parts_.result.work += memory_.tissue->solve(qp_, holds_friction);
+    parts_.result.work += memory_.tissue->solve(qp_);
   } else {
     solveContactQp(qp_);
     parts_.result.work +=
@@ -315,15 +315,10 @@ void ContactSolver::solve(bool holds_friction) {
 }
 
 void ContactSolver::solveScans() {
-  // On tissue a tool has many contacts. They are found with the friction of the last step, which is quicker.
-  for (int scan = 0; memory_.tissue && qp_.disc_count > 0 && scan < kMaxScans; ++scan) {
-    solve(true);
-    if (!qp_.converged || !takeInViolated()) break;
-  }
   for (int scan = 0; scan < kMaxScans; ++scan) {
     solve();
     const bool is_lost = !qp_.converged && law_ == Law::Coulomb && qp_.disc_count > 0 && !memory_.tissue;
-    if (is_lost || !takeInViolated()) break;
+    if (is_lost || (!takeInViolated() && !qp_.holds_friction)) break;
   }
 }
 
