@@ -8,9 +8,9 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr double kYield = 1e-9;  // of what a force does to itself, that it gives way: rows that say the same are then no harm
+constexpr double kYield = 1e-9;  // relative compliance that is added to each force, so that equal rows have one solution
 constexpr int kMaxChanges = 8 * kMaxContactRows;
-// What a change of the rows costs, and more for each row; products of which one group of rows is worth so many.
+// Work of a change of the active rows, and of each row in it; numbers of products that are as much work as one unit.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
 constexpr int kMaxRounds = 20;
 // Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time.
