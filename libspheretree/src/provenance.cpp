@@ -58,6 +58,7 @@ static std::string skinText(const BuildSettings& settings) {
   return "skin_tolerance_mm=" + shortest(settings.skin_tolerance_mm) + "\ncrease_angle_deg=" + shortest(settings.crease_angle_deg) + "\n";
 }
 
+// Its words are those of trees that exist: another word would give the same settings another hash.
 std::string settingsText(const BuildSettings& settings) {
   std::string members;
   for (const BuilderKind kind : settings.combine) members.append(members.empty() ? "" : ",").append(name(kind));
