@@ -82,7 +82,7 @@ double faultOf(const Problem& p) {
 
 struct LawCase {
   int contacts;
-  double converged, iterations;  // least share, and largest mean
+  double converged, iterations;  // smallest share, and largest mean
 };
 
 class ContactForcesLaw : public testing::TestWithParam<LawCase> {};

@@ -127,7 +127,7 @@ class LinearTissue final : public SoftTissue {
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
   bool is_carried_ = false;
-  bool finds_rows_ = false;    // since begin(), each call of solve() had new rows
+  int holds_left_ = 0;  // calls of solve() that may still hold friction: fewer than the scans for rows, so that the last one never does
   bool has_new_rows_ = false;  // since the last call of solve()
   std::array<Pressed, kMaxForces> pressed_;
   std::array<std::vector<Eigen::Matrix3d>, kMaxContactRows> responses_;  // (row) of the near nodes, to a force at its point
@@ -160,7 +160,8 @@ void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {
 
 void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {
   is_carried_ = is_carried;
-  has_new_rows_ = finds_rows_ = true;
+  has_new_rows_ = true;
+  holds_left_ = kMaxContactRows;
   for (Pressed& p : pressed_) p.surface = nullptr;
   for (const PairRun& run : pairs.runs)
     if (memory_.isTissue(run.object)) surfaces_[run.object]->forgetNear(), addRows(run, pairs, 0, rows, tool);
@@ -215,9 +216,9 @@ void LinearTissue::addForce(const ContactQp& qp, std::size_t force, std::size_t 
 }
 
 std::uint32_t LinearTissue::solve(ContactQp& qp) {
-  finds_rows_ = finds_rows_ && has_new_rows_;
+  holds_left_ = has_new_rows_ && holds_left_ > 0 ? holds_left_ - 1 : 0;
   has_new_rows_ = false;
-  qp.holds_friction = finds_rows_ && qp.disc_count > 0;
+  qp.holds_friction = holds_left_ > 0 && qp.disc_count > 0;
   return solveForces(qp, compliance_);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/thinned.h"
 #include "geometry/surface_samples.h"
 #include "medial/shrinking_balls.h"
 #include "medial/voronoi_balls.h"
@@ -78,15 +79,6 @@ Effort effortOf(Quality quality) {
               .removal_moves = 150};
   }
   return {};
-}
-
-template <class T>
-std::vector<T> thinned(const std::vector<T>& all, std::size_t wanted) {
-  if (all.size() <= wanted) return all;
-  std::vector<T> thinned;
-  thinned.reserve(wanted);
-  for (std::size_t i = 0; i < wanted; ++i) thinned.push_back(all[i * all.size() / wanted]);
-  return thinned;
 }
 
 // Voronoi vertices and shrinking balls of one sampling of the surface, with `count` points.

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/thinned.h"
 #include "cover/cover_search.h"
 #include "geometry/box_tree.h"
 #include "geometry/smallest_ball.h"
@@ -82,16 +83,6 @@ Effort effortOf(Quality quality) {
           .search_failures = 2,
           .search_work = 6'000,
           .gap_tolerance = 0.04};
-}
-
-// At most `count` elements of a list, evenly selected.
-template <class T>
-std::vector<T> thinned(const std::vector<T>& all, std::size_t count) {
-  if (all.size() <= count) return all;
-  std::vector<T> out;
-  out.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) out.push_back(all[i * all.size() / count]);
-  return out;
 }
 
 double worstOverhang(std::span<const FittedBall> balls) {
