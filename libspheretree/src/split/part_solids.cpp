@@ -55,6 +55,9 @@ class WallFinder {
     out_.rim_length.assign(s_.region_label.size(), 0);
     for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region)
       for (const std::vector<BorderEdge>& loop : loopsOf(region)) close(region, loop);
+    std::vector<std::uint32_t>& crossed = out_.crossed;
+    std::sort(crossed.begin(), crossed.end());
+    crossed.erase(std::unique(crossed.begin(), crossed.end()), crossed.end());
     return std::move(out_);
   }
 
@@ -127,6 +130,8 @@ class WallFinder {
     }
     mesh_.positions.insert(mesh_.positions.end(), best_positions.begin(), best_positions.end());
     out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
+    for (const auto& [first, second] : search_->against(trianglesFrom(walls)))
+      if (first < wall_of_.size() && wall_of_[first] < 0) out_.crossed.push_back(first);
   }
 
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;

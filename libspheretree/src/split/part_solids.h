@@ -18,8 +18,9 @@ struct InnerWall {
 };
 
 struct PartSolids {
-  std::vector<InnerWall> walls;    // their new vertices were added to the surface
-  std::vector<double> rim_length;  // of the border of each region on the surface [mm]
+  std::vector<InnerWall> walls;        // their new vertices were added to the surface
+  std::vector<double> rim_length;      // of the border of each region on the surface [mm]
+  std::vector<std::uint32_t> crossed;  // triangles of the surface that a wall crosses, because no attempt avoided them; ascending
 };
 
 struct WallSettings {

@@ -28,6 +28,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kStubMargin = 1;  // thickness of the gum below the stubs [mm]
+constexpr int kMaxRecuts = 3;      // rounds of removing triangles that a wall crosses
 
 std::string number(double value) {
   char text[32];
@@ -68,17 +69,9 @@ class Splitter {
     const std::size_t crossed = dropCrossings(surface_);
     clearBase(surface_, out_.up, base);
     out_.holes = fillScanHoles(surface_);
-    double kept = 0;
-    for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
-      if (!surface_.is_invented[t]) kept += triangleArea(surface_.mesh, t);
-    out_.lost_area = std::max(0.0, out_.lost_area + untangled - kept);
-    noteCrossings(crossed, untangled - kept);
-    cutLabels(surface_, settings_.smooth_mm);
-    progress_.check();
-    progress_.stage("close");
-    addBase(surface_, out_.up, base);
-    const PartSolids solids = findWalls(surface_, {out_.up, settings_.root_mm});
-    progress_.check();
+    noteCrossings(crossed, untangled - scannedArea());
+    const PartSolids solids = cutAndClose(base);
+    out_.lost_area = std::max(0.0, out_.lost_area + untangled - scannedArea());
     finishParts(pieces, solids);
     countCrossings();
     return std::move(out_);
@@ -130,6 +123,52 @@ class Splitter {
     if (removed > 0)
       out_.notes.push_back("The scan crosses itself: " + std::to_string(removed) + " triangles were left out, and with those round them " +
                            number(filled_area) + " mm2 of it was filled.");
+  }
+
+  /// Area of the surface that is not invented.
+  double scannedArea() const {
+    double area = 0;
+    for (std::size_t t = 0; t < surface_.mesh.triangles.size(); ++t)
+      if (!surface_.is_invented[t]) area += triangleArea(surface_.mesh, t);
+    return area;
+  }
+
+  /// Cuts the surface and closes the regions. Noise can leave a part of a crown no thicker than its triangles, and a
+  /// crown can reach under its own border, so that every wall crosses them. Then these triangles and those around them
+  /// are removed and filled, and the cut is made anew.
+  PartSolids cutAndClose(double base) {
+    const double area = scannedArea();
+    std::size_t removed = 0;
+    for (int round = 0;; ++round) {
+      ScanSurface uncut = surface_;
+      cutLabels(surface_, settings_.smooth_mm);
+      progress_.check();
+      progress_.stage("close");
+      addBase(surface_, out_.up, base);
+      PartSolids solids = findWalls(surface_, {out_.up, settings_.root_mm});
+      progress_.check();
+      if (solids.crossed.empty() || round == kMaxRecuts) {
+        if (removed > 0)
+          out_.notes.push_back("No wall could pass " + std::to_string(removed) + " triangles of the scan: with those around them, " +
+                               number(area - scannedArea()) + " mm2 of it was filled.");
+        return solids;
+      }
+      removed += solids.crossed.size();
+      dropAround(uncut, solids.crossed);
+      surface_ = std::move(uncut);
+      progress_.stage("cut");
+      out_.holes = fillScanHoles(surface_);
+    }
+  }
+
+  /// Removes all fillings, and the triangles of the scan at each vertex of the given triangles of the cut surface.
+  void dropAround(ScanSurface& uncut, const std::vector<std::uint32_t>& cut_triangles) const {
+    std::vector<char> is_dropped = uncut.is_invented, is_bad(surface_.mesh.positions.size(), 0);
+    for (const std::uint32_t t : cut_triangles)
+      for (const std::uint32_t v : surface_.mesh.triangles[t]) is_bad[v] = 1;  // each piece of a triangle has one of its corners
+    for (std::size_t t = 0; t < is_dropped.size(); ++t)
+      for (const std::uint32_t v : uncut.mesh.triangles[t]) is_dropped[t] |= is_bad[v];
+    dropTriangles(uncut, is_dropped);
   }
 
   static void keepUsed(TriangleMesh& mesh, std::vector<std::int32_t>& labels) {

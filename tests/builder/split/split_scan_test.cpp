@@ -126,6 +126,25 @@ TEST(SplitScan, NoiseMakesNoPartsCross) {
   }
 }
 
+/// A crown with a pocket that leads under the gum: no wall from its border can pass round it.
+TEST(SplitScan, WhatNoWallCanPassIsFilledInstead) {
+  Bumps bumps(0.4);
+  for (Vector3d& p : bumps.mesh.positions) {
+    const double share = std::max(0.0, 1 - p.y() * p.y() / 1.5);
+    if (p.x() > 9.7 && p.x() < 9.9) p += share * Vector3d(1.6, 0, -0.5 - p.z());  // the row inside the border
+    if (p.x() > 9.3 && p.x() < 9.5) p.z() += share * (-1.2 - p.z());              // the next row
+  }
+  const SplitScan result = split(bumps.mesh, bumps.labels);
+  expectSound(result);
+  ASSERT_EQ(result.parts.size(), 3u);
+  EXPECT_EQ(result.crossing_pairs, 0u);
+  EXPECT_GT(result.lost_area, 1);
+  EXPECT_LT(result.lost_area, 20);
+  EXPECT_GE(result.holes, 1u);
+  ASSERT_FALSE(result.notes.empty());
+  EXPECT_EQ(result.notes.back().rfind("No wall could pass ", 0), 0u) << result.notes.back();
+}
+
 TEST(SplitScan, StubsAreAsLongAsAskedFor) {
   const Bumps bumps(0.4);
   const SplitScan result = split(bumps.mesh, bumps.labels, {.root_mm = 6});
