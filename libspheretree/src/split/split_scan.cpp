@@ -157,6 +157,7 @@ class Splitter {
       dropAround(uncut, solids.crossed);
       surface_ = std::move(uncut);
       progress_.stage("cut");
+      clearBase(surface_, out_.up, base);
       out_.holes = fillScanHoles(surface_);
     }
   }
