@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -87,6 +88,7 @@ class Fake final : public sim::Renderer {
     if (!in_servo_) calls_.append(calls_.empty() ? "" : " ").append(name);
   }
   void push(std::uint32_t code, std::int32_t internal = 0) {
+    const std::lock_guard lock(errors_mutex_);
     if (errors_.size() < errors_.capacity()) errors_.push_back({code, internal, kHandle});
   }
   bool open(const char* call) {
@@ -147,6 +149,7 @@ class Fake final : public sim::Renderer {
     for (const Injected& injected : injected_)
       if (injected.tick == ticks_) push(injected.error.code, injected.error.internal);
     if (unread_) broke("errors were not drained in the servo");
+    const std::lock_guard lock(errors_mutex_);
     unread_ = !errors_.empty();
   }
   /// The torque with the components `joints` along the three joint axes: solved here, whereas the device projects.
@@ -190,13 +193,13 @@ class Fake final : public sim::Renderer {
     });
   }
   void stopScheduler() {
+    stopThread();
     if (running_) {
       for (long n = std::max(0L, ticks_ - 2); n < ticks_; ++n) {
         const FakeRecord& r = records_[static_cast<std::size_t>(n) % kRecords];
         if (r.asked[0] != 0 || r.asked[1] != 0 || r.asked[2] != 0) broke("the scheduler was stopped without some ticks of zero force");
       }
     }
-    stopThread();
     running_ = false;
     sent_.setZero();
     sent_torque_.setZero();
@@ -209,7 +212,9 @@ class Fake final : public sim::Renderer {
   FakeSettings settings_;
   std::unique_ptr<sim::SimulatedDevice> device_;
   std::vector<FakeRecord> records_;
+  std::mutex errors_mutex_;  // the thread that starts the scheduler reads errors while the servo runs
   std::vector<ErrorInfo> errors_;
+  std::atomic<bool> unread_{false};
   std::vector<Injected> injected_;
   std::string violations_, calls_;
   sim::DeviceState state_;
@@ -221,8 +226,9 @@ class Fake final : public sim::Renderer {
   double ramp_ = 0;
   std::atomic<bool> running_{false}, stop_{false}, held_{false};
   std::atomic<int> buttons_{0};
-  bool opened_ = false, force_on_ = false, clamping_ = false, ramping_ = false, calibrated_ = true, unread_ = false;
-  bool in_servo_ = false, in_frame_ = false, framed_ = false, gimbal_ = false;
+  bool opened_ = false, force_on_ = false, clamping_ = false, ramping_ = false, calibrated_ = true;
+  inline static thread_local bool in_servo_ = false;  // of the calling thread
+  bool in_frame_ = false, framed_ = false, gimbal_ = false;
   std::thread thread_;
 };
 
@@ -292,6 +298,7 @@ void hdEndFrame(std::uint32_t handle) {
 ErrorInfo hdGetError(void) {
   Fake& f = get();
   if (f.calls_.size() < 12 || f.calls_.compare(f.calls_.size() - 10, 10, "hdGetError") != 0) f.called("hdGetError");
+  const std::lock_guard lock(f.errors_mutex_);
   if (f.errors_.empty()) {
     f.unread_ = false;
     return {0, 0, kHandle};
