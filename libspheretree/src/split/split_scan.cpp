@@ -135,7 +135,7 @@ class Splitter {
 
   /// Cuts the surface and closes the regions. Noise can leave a part of a crown no thicker than its triangles, and a
   /// crown can reach under its own border, so that every wall crosses them. Then these triangles and those around them
-  /// are removed and filled, and the cut is made anew.
+  /// are removed, the holes are filled, and the cut is made anew.
   PartSolids cutAndClose(double base) {
     const double area = scannedArea();
     std::size_t removed = 0;
@@ -149,8 +149,8 @@ class Splitter {
       progress_.check();
       if (solids.crossed.empty() || round == kMaxRecuts) {
         if (removed > 0)
-          out_.notes.push_back("No wall could pass " + std::to_string(removed) + " triangles of the scan: with those around them, " +
-                               number(area - scannedArea()) + " mm2 of it was filled.");
+          out_.notes.push_back("No wall could pass " + std::to_string(removed) + " triangles: these and those around them, " +
+                               number(area - scannedArea()) + " mm2 of the scan, were left out.");
         return solids;
       }
       removed += solids.crossed.size();
