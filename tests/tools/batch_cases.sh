@@ -83,13 +83,14 @@ case_split() {
   sed 's/"labels": \[0/"labels": [-1/;s/"labels": \[\([1-9]\)/"labels": [-\1/' scans/upper.json >bad.json
   expect 4 split scans/upper.obj --labels bad.json -o x
   says "labels\[0\]" err
-  expect 2 split scans/upper.obj -o x
+  expect 2 split scans/upper.obj -o x/inner
   expect 2 split scans/upper.obj --labels scans/upper.json --parts -o x
   expect 2 split scans/upper.obj --labels scans/upper.json --opening 20 -o x
   expect 4 split scans/upper.obj scans/upper.obj --labels scans/upper.json scans/upper.json -o x
   says "both scans are of the upper jaw" err
-  expect 4 split scans/upper.obj --label-property label -o x
+  expect 4 split scans/upper.obj --label-property label -o x/inner
   says "only PLY has properties" err
+  [ ! -e x ] || fail "a refused split left a folder"
 }
 
 case_cohort() {

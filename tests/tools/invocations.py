@@ -309,16 +309,18 @@ def signals(folder):
     """A stop while the program waits for a pipe, and while it builds."""
     failures, count = [], 0
     for ending in (".stl", ".obj"):
-        os.mkfifo(folder / ("fifo" + ending))
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            before = names_in(folder)
-            running = subprocess.Popen([SPHERETREE, "check", "fifo" + ending], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-            time.sleep(0.3)
-            running.send_signal(number)
-            said = running.communicate(timeout=20)[1].decode()
-            if running.returncode != INTERRUPTED or len(said.splitlines()) != 1 or names_in(folder) != before:
-                failures.append(f"signal {number} at a pipe: exit code {running.returncode}: {said!r}")
-            count += 1
+        pipe = "fifo" + ending
+        os.mkfifo(folder / pipe)
+        for words in (["check", pipe], ["split", pipe, "--parts", "-o", "made/inside"]):
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                before = names_in(folder)
+                running = subprocess.Popen([SPHERETREE, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                time.sleep(0.3)
+                running.send_signal(number)
+                said = running.communicate(timeout=20)[1].decode()
+                if running.returncode != INTERRUPTED or len(said.splitlines()) != 1 or names_in(folder) != before:
+                    failures.append(f"signal {number} at a pipe, {words[0]}: exit code {running.returncode}: {said!r}")
+                count += 1
     return failures, count
 
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <vector>
 
 #include "program_end.h"
 #include "spheretree/formats/file_io.h"
@@ -52,6 +53,20 @@ class Ledger : public formats::FileObserver {
     if (const std::optional<FileId> id = formats::idOf(path)) read_.emplace(*id, path);
   }
 
+  void makeFolder(const fs::path& folder) {
+    std::error_code none;
+    std::vector<fs::path> missing;
+    for (fs::path at = fs::absolute(folder); !at.empty() && !fs::exists(at, none); at = at.parent_path()) missing.push_back(at);
+    formats::makeFolder(folder);
+    made_.insert(made_.end(), missing.rbegin(), missing.rend());
+  }
+
+  void removeEmptyFolders() const {
+    std::error_code none;
+    for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder)
+      if (fs::is_directory(*folder, none) && fs::is_empty(*folder, none)) fs::remove(*folder, none);
+  }
+
   void declareWrite(const fs::path& path) {
     const std::optional<FileId> id = formats::idOf(path);
     refuseInputs(path, id);
@@ -81,6 +96,7 @@ class Ledger : public formats::FileObserver {
   std::map<FileId, fs::path> read_;
   std::map<fs::path, Output> declared_;  // by the path with links followed
   std::set<fs::path> written_;
+  std::vector<fs::path> made_;  // folders that the run made, each after the one that it is in
 };
 
 std::unique_ptr<Ledger> ledger;
@@ -105,6 +121,7 @@ RunFiles::~RunFiles() {
   const std::lock_guard lock(mutex);
   if (--ledger->users > 0) return;
   formats::setFileObserver(nullptr);
+  ledger->removeEmptyFolders();
   ledger.reset();
 }
 
@@ -134,6 +151,11 @@ void RunFiles::willWrite(const fs::path& output, std::initializer_list<const cha
   if (isDash(output) && !is_text && ::isatty(STDOUT_FILENO))
     throw UsageError("standard output is a terminal, and " + what + " is no text. Redirect it, or name a file.");
   willWrite(output);
+}
+
+void RunFiles::makeFolder(const fs::path& folder) const {
+  const std::lock_guard lock(mutex);
+  ledger->makeFolder(folder);
 }
 
 std::string endingOf(const fs::path& path) {

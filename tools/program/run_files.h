@@ -38,6 +38,11 @@ class RunFiles {
   /// @throws UsageError for another ending, or for binary data on a terminal (`is_text` false).
   void willWrite(const std::filesystem::path& output, std::initializer_list<const char*> endings, const std::string& what,
                  bool is_text = true) const;
+
+  /// Makes a folder for outputs before long work, with the folders above it. Those that are still empty when the run
+  /// ends are removed again, so that a run that is refused or interrupted leaves nothing.
+  /// @throws formats::FileError if it cannot be made.
+  void makeFolder(const std::filesystem::path& folder) const;
 };
 
 /// The extension of a file name in lower case: ".stree", or "".

@@ -119,14 +119,15 @@ std::vector<std::string> robotFiles(const CoveredRobot& c, const std::filesystem
   return out;
 }
 
-void makeRobotFolders(const std::filesystem::path& folder) {
-  for (const std::filesystem::path& place : {folder, folder / "foam", folder / "morphit"}) formats::makeFolder(place);
+void makeRobotFolders(const std::filesystem::path& folder, const tool::RunFiles& files) {
+  for (const std::filesystem::path& place : {folder, folder / "foam", folder / "morphit"}) files.makeFolder(place);
 }
 
 std::vector<std::filesystem::path> writeRobotFiles(const CoveredRobot& covered, const std::filesystem::path& folder) {
   const std::vector<std::filesystem::path> names = robotFileNames(covered.robot);
   const std::vector<std::string> contents = robotFiles(covered, folder);
-  makeRobotFolders(folder);
+  const tool::RunFiles files;
+  makeRobotFolders(folder, files);
   for (std::size_t i = 0; i < names.size(); ++i) formats::writeWhole(folder / names[i], contents[i]);
   return names;
 }

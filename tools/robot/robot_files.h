@@ -9,6 +9,7 @@
 
 #include "robot/ignored_pairs.h"
 #include "robot/robot_cover.h"
+#include "run_files.h"
 
 namespace spheretree::robot {
 
@@ -46,7 +47,7 @@ std::vector<std::filesystem::path> robotFileNames(const Robot& robot);
 std::vector<std::string> robotFiles(const CoveredRobot& covered, const std::filesystem::path& folder);
 
 /// Creates their folders, including `folder`. @throws formats::FileError
-void makeRobotFolders(const std::filesystem::path& folder);
+void makeRobotFolders(const std::filesystem::path& folder, const tool::RunFiles& files);
 
 /// Writes the files and returns their names. @throws formats::FileError; formats::FormatError if a file cannot be
 /// merged; then nothing is written.

@@ -170,7 +170,7 @@ BatchResult runBatch(const BatchSettings& settings, tool::WorkProgress& progress
   MeshStore meshes;
   Task task = taskOf(settings, meshes);
   formats::SceneFile& scene = task.scene;
-  if (!settings.dry_run) formats::makeFolder(settings.folder);
+  if (!settings.dry_run) files.makeFolder(settings.folder);
   const ToolPaths paths = readToolPaths(settings.paths);
   const TreeCache cache(settings.cache.empty() ? settings.folder / "cache" : settings.cache);
   std::vector<BatchItem> items = loadItems(scene, task.path, meshes, threads, progress);

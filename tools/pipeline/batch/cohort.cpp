@@ -171,7 +171,7 @@ std::vector<PatientResult> runCohort(const CohortSettings& settings, tool::WorkP
     work.push_back(estimatedWork(sceneOf(settings, patient)));
   }
   const std::vector<std::size_t> shard_of = shareOut(work, settings.shard.count);
-  formats::makeFolder(settings.folder);
+  files.makeFolder(settings.folder);
   const fs::path log_path =
       settings.folder / ("cohort." + std::to_string(settings.shard.index) + "-of-" + std::to_string(settings.shard.count) + ".jsonl");
   files.willWrite(log_path);

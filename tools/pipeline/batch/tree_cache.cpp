@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "json_text.h"
+#include "run_files.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/core/tissue_codec.h"
@@ -38,7 +39,7 @@ std::optional<TreeResult> TreeCache::find(const std::string& key) const {
 }
 
 void TreeCache::prepare() const {
-  formats::makeFolder(folder_);
+  tool::RunFiles().makeFolder(folder_);
   formats::checkWritable(folder_ / "record.json");
 }
 

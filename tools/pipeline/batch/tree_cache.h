@@ -21,7 +21,8 @@ class TreeCache {
  public:
   explicit TreeCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
   std::optional<TreeResult> find(const std::string& key) const;
-  /// Creates the folder. Call it before store(), and before work that would be lost if the folder is not writable.
+  /// Creates the folder, for as long as the tool::RunFiles of the caller. Call it before store(), and before work that
+  /// would be lost if the folder is not writable.
   /// @throws formats::FileError if the folder is not writable.
   void prepare() const;
   /// @throws formats::FileError

@@ -263,7 +263,7 @@ void declareOutputs(const std::vector<ComparedMesh>& meshes, const ComparisonSet
 
 Comparison runComparison(const std::vector<ComparedMesh>& meshes, const ComparisonSettings& settings, builder::Progress& progress) {
   const tool::RunFiles files(progress);
-  for (const char* inner : {"runs", "trees"}) formats::makeFolder(settings.folder / inner);
+  for (const char* inner : {"runs", "trees"}) files.makeFolder(settings.folder / inner);
   declareOutputs(meshes, settings, files);
   const builder::BuildSettings& build = settings.build;
   Comparison out;

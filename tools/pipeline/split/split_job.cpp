@@ -304,7 +304,7 @@ SplitJobResult runSplit(const SplitJobSettings& settings, builder::Progress& pro
   for (const fs::path& scan : settings.scans) files.willRead(scan);
   for (const fs::path& labels : settings.labels) files.willRead(labels);
   files.willWrite(settings.marked, {".glb"}, "the marked mesh", false);
-  formats::makeFolder(settings.folder);
+  files.makeFolder(settings.folder);
   std::vector<Jaw> jaws;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < settings.scans.size(); ++i) {

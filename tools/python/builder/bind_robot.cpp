@@ -80,7 +80,7 @@ std::unique_ptr<PythonRobot> coveredRobot(const fs::path& urdf, std::optional<do
 std::vector<std::string> write(const PythonRobot& self, const fs::path& folder, const std::optional<fs::path>& srdf,
                                const std::optional<fs::path>& merge) {
   const tool::RunFiles files;
-  robot::makeRobotFolders(folder);
+  robot::makeRobotFolders(folder, files);
   for (const fs::path& input : {self.robot.path, srdf.value_or(""), merge.value_or("")})
     if (!input.empty()) files.willRead(input);
   for (const fs::path& name : robot::robotFileNames(self.robot)) files.willWrite(folder / name);

@@ -206,7 +206,7 @@ int buildOne(BuildOptions options, bool quiet, builder::Progress& progress) {
 int runBuild(const BuildOptions& options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   const std::vector<BuildOptions> trees = treesOf(options);
-  if (trees.size() > 1) formats::makeFolder(options.output);
+  if (trees.size() > 1) files.makeFolder(options.output);
   for (const BuildOptions& tree : trees) checkOptions(tree, files);
   if (trees.size() == 1) return buildOne(trees[0], quiet, progress);
   int code = kExitOk;

@@ -111,7 +111,7 @@ int compare(CompareOptions options, bool quiet, builder::Progress& progress) {
   const RunFiles files;
   for (const fs::path& mesh : options.meshes) files.willRead(mesh);
   for (const fs::path& spheres : options.spheres) files.willRead(spheres);
-  formats::makeFolder(folder);
+  files.makeFolder(folder);
   formats::checkWritable(folder / "compare.json");  // before the meshes are read, which may take long
   std::vector<ComparedMesh> meshes = readMeshes(options, quiet, progress);
   addSpheres(options, meshes, quiet);

@@ -101,7 +101,7 @@ int runRobot(const RobotOptions& options, bool quiet, builder::Progress& progres
   progress.stage("read");
   const robot::Robot robot = robot::readUrdf(options.urdf, {options.packages});
   const robot::CoverSettings settings = settingsOf(options, robot);
-  robot::makeRobotFolders(options.folder);
+  robot::makeRobotFolders(options.folder, files);
   for (const fs::path& name : robot::robotFileNames(robot)) files.willWrite(options.folder / name);
 
   const robot::RobotCover cover = robot::coverRobot(robot, settings, progress);
