@@ -5,11 +5,12 @@
 Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of this file prints.
 Without --update the tables are made anew and compared; a difference ends with exit code 1. Times are not compared. Tables that take
 minutes are left out unless --slow is given or they are named. The test `install.doc_tables` runs the others. The table of
-docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes half an hour."""
+docs/stability.md has a script of its own, stability_table.py, since `haptic-player --scenario all` takes long."""
 import argparse
 import difflib
 import json
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -27,7 +28,7 @@ class Programs:
         self.build, self.folder = Path(build).resolve(), Path(folder)
 
     def run(self, name, *arguments, codes=(0,)):
-        places = {"spheretree": "tools/spheretree", "make_samples": "samples/make_samples"}
+        places = {"spheretree": "tools/spheretree", "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
         done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
         if done.returncode not in codes:
             sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
@@ -44,6 +45,12 @@ class Programs:
     def batch(self, scene, out, *arguments):
         self.run("spheretree", "batch", scene, "-o", out, "--cache", "cache", "-q", *arguments, codes=(0, 5))
         return json.loads((self.folder / out / "report.json").read_text())
+
+
+def processor_time():
+    """Of the programs that have run so far [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def molar_build(programs):
@@ -113,7 +120,32 @@ def mouth_budget(programs):
     return lines
 
 
-SLOW = {"mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget}
+SCANS = [("edge=0.2",), ("edge=0.3", "noise=0.02"), ("edge=0.3", "noise=0.05"), ("edge=0.25", "noise=0.03", "crowding=0.6", "supernumerary", "seed=21"),
+         ("edge=0.3", "noise=0.05", "seed=7"), ("edge=0.3", "noise=0.02", "seed=3", "jagged", "holes=6"), ("edge=0.4", "noise=0.06", "jagged", "holes=6"),
+         ("edge=0.5", "noise=0.05", "jagged")]
+
+
+def split_scans(programs):
+    """What `split` makes of synthetic scans: area kept, parts that cross another, vertices moved, processor time."""
+    lines = ["| scan | triangles | processor time | area kept | moved at most | parts that cross another | pairs |", "|---|---|---|---|---|---|---|"]
+    for number, settings in enumerate(SCANS):
+        programs.run("make_scans", f"scans{number}", *settings)
+        for side in ("lower", "upper"):
+            scan, out = f"scans{number}/{side}.obj", f"split{number}_{side}"
+            begin = processor_time()
+            programs.run("spheretree", "split", scan, "--labels", f"scans{number}/{side}.json", "-o", out, "-q", codes=(0, 5))
+            seconds = processor_time() - begin
+            jaw = json.loads((programs.folder / out / "split.json").read_text())["jaws"][0]
+            with (programs.folder / scan).open() as file:
+                triangles = sum(line.startswith("f ") for line in file)
+            crossing = sum(part["crossing_pairs"] > 0 for part in jaw["parts"])
+            lines.append(f"| `{' '.join(settings)}`, {side} | {triangles:,} | {seconds:.0f} s | "
+                         f"{100 * (1 - jaw['lost_area_mm2'] / jaw['scan_area_mm2']):.3f} % | {jaw['largest_move_mm']:.2f} mm | "
+                         f"{crossing} of {len(jaw['parts'])} | {jaw['crossing_pairs']} |")
+    return lines
+
+
+SLOW = {"split_scans": split_scans, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget}
 TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
 
 

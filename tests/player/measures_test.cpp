@@ -171,6 +171,30 @@ TEST(Measures, PenetrationOfMeshesIsExactForBoxes) {
   EXPECT_GT(measure.at({{0, 0, 4.8}, rotationOf({0.6, 0, 0})}), 0);  // turned up into it
 }
 
+// Against a test of every point.
+TEST(Measures, PenetrationOfMeshesIsTheDeepestOfAllPoints) {
+  const Body tool = bodyOf(box({-1, -2, -0.5}, {1, 2, 0.5}), test::oneBallTree(3)),
+             object = bodyOf(extrude({{-4, -4}, {4, -4}, {4, 0}, {0, 0}, {0, 4}, {-4, 4}}, 8), test::oneBallTree(9));
+  const Configuration place{{1, 2, 3}, rotationOf({0.2, -0.4, 0.1})};
+  const Eigen::Vector3d reference_point(0.5, 0, 1);
+  const MeshPenetration measure(tool, reference_point, {{&object, place}}, 0.4);
+  Random random(5);
+  int deep = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Configuration pose{place.position + random.inBox({-6, -6, -6}, {6, 6, 6}), rotationOf(random.inBox({-2, -2, -2}, {2, 2, 2}))};
+    double deepest = 0;
+    const auto look = [&](const Body& body, const Eigen::Vector3d& p) { deepest = std::max(deepest, -body.field.signedDistance(p)); };
+    for (const Eigen::Vector3d& p : surfacePoints(tool.mesh, 0.4))
+      look(object, place.orientation.conjugate() * (pose.orientation * (p - reference_point) + pose.position - place.position));
+    for (const Eigen::Vector3d& p : surfacePoints(object.mesh, 0.4))
+      look(tool, pose.orientation.conjugate() * (place.orientation * p + place.position - pose.position) + reference_point);
+    EXPECT_NEAR(measure.at(pose), deepest, 1e-12);
+    deep += deepest > 0.1;
+  }
+  EXPECT_GT(deep, 50);
+  EXPECT_LT(deep, 290);
+}
+
 TEST(Measures, EnergyOfAnIdealSpringComesBack) {
   PassivityObserver calm, leaky;
   for (int n = 0; n <= 2000; ++n) {

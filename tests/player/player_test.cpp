@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -11,8 +13,11 @@
 #include <numbers>
 #include <set>
 #include <sstream>
+#include <stdexcept>
+#include <thread>
 
 #include "play.h"
+#include "scenarios/parallel_jobs.h"
 #include "scenarios/scenario_run.h"
 #include "scenarios/stability.h"
 #include "scene/describe_scene.h"
@@ -421,12 +426,73 @@ TEST(Stability, AFigureThatIsNotANumberDoesNotHold) {
   EXPECT_FALSE(holds(outcome));
 }
 
+ScenarioResult runOne(const Scenario* scenario, const ScenarioContext& context, const RunSettings& settings) {
+  tool::WorkProgress progress;
+  return runScenarios(std::array{scenario}, context, settings, progress).front();
+}
+
+std::vector<double> figuresOf(const std::vector<ScenarioResult>& results) {
+  std::vector<double> figures;
+  for (const ScenarioResult& result : results)
+    for (const auto& [mode, outcome] : result.outcomes)
+      for (const Figure& figure : outcome.figures) {
+        if (figure.unit == "us") continue;  // a time
+        figures.push_back(figure.value);
+        figures.push_back(figure.turned.value_or(-1));
+      }
+  return figures;
+}
+
+// The results come in order, those of an error or of Ctrl-C not at all, and no figure depends on the threads.
+TEST(Stability, IsTheSameForAnyNumberOfThreads) {
+  builder::Progress progress;
+  const std::vector<const Scenario*> scenarios = selectScenarios("F7,F8,F17");
+  std::vector<std::vector<double>> figures;
+  for (const int threads : {1, 4}) {
+    BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
+    const ScenarioContext context{bodies, {0.001, 1}, progress};
+    tool::WorkProgress whole;
+    std::vector<const Scenario*> told;
+    figures.push_back(figuresOf(runScenarios(scenarios, context, {{Mode::Paper, Mode::Constrained}, {}, threads}, whole,
+                                             [&](const ScenarioResult& result) { told.push_back(result.scenario); })));
+    EXPECT_EQ(told, scenarios);
+  }
+  EXPECT_GT(figures[0].size(), 20u);
+  EXPECT_EQ(figures[0], figures[1]);
+}
+
+TEST(RunJobs, EndsWithTheFirstErrorAndWithCancellation) {
+  builder::Progress progress;
+  BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
+  const ScenarioContext context{bodies, {0.001, 0}, progress};
+  tool::WorkProgress whole;
+  std::vector<Job> jobs(20, Job{"waits", [](ScenarioContext& own) {
+                                  for (;;) {
+                                    own.progress.check();
+                                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                                  }
+                                }});
+  jobs[1] = {"fails", [](ScenarioContext&) { throw std::runtime_error("of a job"); }};
+  EXPECT_THROW(runJobs(jobs, context, 2, whole), std::runtime_error);
+  jobs[0].run = jobs[1].run = [](ScenarioContext&) {};
+  const auto tell = [&](std::size_t job) {
+    if (job == 1) whole.cancel();
+  };
+  EXPECT_THROW(runJobs(jobs, context, 3, whole, tell), builder::Cancelled);
+  tool::WorkProgress another;
+  EXPECT_THROW(runJobs(std::span(jobs).first(2), context, 2, another, [](std::size_t) { throw std::domain_error("told"); }),
+               std::domain_error);
+  std::size_t sum = 0;
+  runJobs(std::span(jobs).first(2), context, 8, another, [&](std::size_t job) { sum += job + 1; });
+  EXPECT_EQ(sum, 3u);
+}
+
 TEST(Stability, FrictionAndBodiesThatMoveHold) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
   ScenarioContext context{bodies, {0.01, 0}, progress};
   for (const Scenario* scenario : selectScenarios("F23,F24,F25,F26,F27,F28,F35,F36")) {
-    const ScenarioResult result = runScenario(*scenario, context, std::array{Mode::Paper, Mode::Constrained}, {});
+    const ScenarioResult result = runOne(scenario, context, {{Mode::Paper, Mode::Constrained}});
     EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Paper, Mode::Constrained});
     const bool is_without_friction = scenario->alias == "crush" || scenario->alias == "chatter" || scenario->alias == "body_jump" ||
                                      scenario->alias == "jaw" || scenario->alias == "pocket";
@@ -442,7 +508,7 @@ TEST(Stability, AFailedTissueSolverIsHarmless) {
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
   ScenarioContext context{bodies, {0.01, 0}, progress};
   for (const Scenario* scenario : selectScenarios("stall,diverge")) {
-    const ScenarioResult result = runScenario(*scenario, context, std::array{Mode::Constrained}, {});
+    const ScenarioResult result = runOne(scenario, context, {{Mode::Constrained}});
     for (const Figure& figure : result.outcomes.at(Mode::Constrained).figures) {
       if (figure.unit != "mJ") {
         EXPECT_TRUE(holds(figure)) << scenario->id << ' ' << figure.quantity << ' ' << figure.value;
@@ -482,7 +548,7 @@ TEST(Stability, TurnedBodiesFeelAsTheyWereWritten) {
   }
   EXPECT_GT(force, 0.5);
   ScenarioContext context{bodies, {0.01, 1}, progress};
-  const ScenarioResult result = runScenario(*selectScenarios("F17").front(), context, std::array{Mode::Constrained}, {});
+  const ScenarioResult result = runOne(selectScenarios("F17").front(), context, {{Mode::Constrained}});
   EXPECT_TRUE(holds(result));
   for (const Figure& figure : result.outcomes.at(Mode::Constrained).figures) EXPECT_TRUE(figure.turned);
   Outcome worse = result.outcomes.at(Mode::Constrained);
@@ -496,11 +562,11 @@ TEST(Stability, TheConstrainedModeHoldsWhereThePaperFails) {
   builder::Progress progress;
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
   ScenarioContext context{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001, 0}, progress};
-  std::vector<ScenarioResult> results;
-  for (const Scenario* scenario : selectScenarios("F4,F7,F8,F13,F17")) {
-    results.push_back(runScenario(*scenario, context, std::array{Mode::Paper, Mode::Constrained}, folder.path()));
-    EXPECT_TRUE(holds(results.back())) << tableRows(results.back(), std::array{Mode::Paper, Mode::Constrained});
-  }
+  tool::WorkProgress whole;
+  const std::vector<Mode> modes{Mode::Paper, Mode::Constrained};
+  const std::vector<ScenarioResult> results =
+      runScenarios(selectScenarios("F4,F7,F8,F13,F17"), context, {modes, folder.path(), 2}, whole,
+                   [&](const ScenarioResult& result) { EXPECT_TRUE(holds(result)) << tableRows(result, modes); });
   EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Paper)));  // pops through
   EXPECT_TRUE(holds(results[1].outcomes.at(Mode::Paper)));
   EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Paper)));  // rotates into the plane

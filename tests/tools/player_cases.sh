@@ -53,7 +53,7 @@ case_player_usage() {
   says "the nearest is '--trajectory'" err
   for bad in "--device replay" "--device hand" "--device phantom --trajectory path.csv" "--device phantom --clock stepped" "--mode best" \
     "--clock fast" "--seconds 0" "--seconds -1" "--hand big" "--trajectory path.csv --hand firm" "--hd-calibrate" "--share 0.1" \
-    "--out stability" "--cache trees" "--quality quick" "--scenario F17" "again.json"; do
+    "--out stability" "--cache trees" "--quality quick" "--threads 2" "--scenario F17" "again.json"; do
     # shellcheck disable=SC2086
     expect 2 scene.json $bad
     [ -s err ] || fail "no message for $bad"

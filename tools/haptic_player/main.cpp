@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "command_reference.h"
 #include "generator.h"
@@ -36,7 +37,7 @@ struct Options {
                       quality = "standard", progress = "auto";
   std::filesystem::path out, cache, chart;
   double share = 1, seconds = 0;
-  int turned = 1;
+  int turned = 1, threads = 0;
   bool list = false, json = false, quiet = false, gimbal_torque = false;
 };
 
@@ -61,13 +62,13 @@ auto chosen(Choose&& choose) {
   }
 }
 
-int runScenarios(const Options& options, builder::Progress& progress) try {
+int runBench(const Options& options, WorkProgress& progress) try {
   if (!options.device.empty() && options.device != "simulated") throw UsageError("--scenario runs on the simulated device");
   const std::vector<const Scenario*> scenarios = chosen([&] { return selectScenarios(options.scenario); });
   const std::vector<Mode> modes = chosen([&] { return modesOf(options.modes); });
   if (!options.chart.empty()) RunFiles().willWrite(options.chart, {".html"}, "the page");
   if (!options.out.empty()) {  // checked now, not after minutes
-    formats::makeFolder(options.out);
+    RunFiles().makeFolder(options.out);
     formats::checkWritable(options.out / "stability.json");
   }
   const builder::Quality quality = options.quality == "quick" ? builder::Quality::Quick : builder::Quality::Standard;
@@ -77,26 +78,22 @@ int runScenarios(const Options& options, builder::Progress& progress) try {
     if (scenarios.size() != 1) throw UsageError("--view and --picture show one scenario. Name it, as --scenario F5");
     return viewScenario(options.view, *scenarios.front(), context, progress);
   }
-  std::vector<ScenarioResult> results;
+  const int threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   int short_of = 0;
   if (!options.json) writeResult(tableHead(modes));
-  for (const Scenario* scenario : scenarios) {
-    const std::string stage = scenario->id + " " + scenario->title;
-    bodies.setStage(stage);
-    progress.stage(stage);
-    progress.check();
-    results.push_back(runScenario(*scenario, context, modes, options.out));
-    short_of += !holds(results.back());
-    if (!options.json) writeResult(tableRows(results.back(), modes));
-    std::fflush(stdout);
-  }
+  const std::vector<ScenarioResult> results =
+      runScenarios(scenarios, context, {modes, options.out, threads}, progress, [&](const ScenarioResult& result) {
+        short_of += !holds(result);
+        if (!options.json) writeResult(tableRows(result, modes));
+        std::fflush(stdout);
+      });
   if (options.json)
     printResult("%s\n", stabilityJson(results, quality).dump(1).c_str());
   else
     printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
                 std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
   if (!options.out.empty()) writeStability(options.out, results, quality);
-  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes), results, modes);
+  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes, threads, progress), results, modes);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
   if (options.out.empty()) throw;
@@ -199,6 +196,11 @@ void addScenarioOptions(CLI::App& cli, Options& o, CLI::Option* scenario) {
                  "of other seeds, 0 to 20; default 1")
       ->check(CLI::Range(0, 20))
       ->needs(scenario);
+  cli.add_option("--threads", o.threads,
+                 "With --scenario: threads, which run scenarios and modes at the same time, 0 to 1024; default 0: one for each processor. "
+                 "Apart from times, results do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->needs(scenario);
 }
 
 void addTissueOption(CLI::App& cli, Options& o, CLI::Option* scenario) {
@@ -286,7 +288,7 @@ int run(const CLI::App& cli, Options& options) {
   ProgressBar progress(options.progress, options.quiet);
   const InterruptGuard guard(progress);
   const RunFiles files(progress);
-  return options.scenario.empty() ? runPlay(cli, options, progress) : runScenarios(options, progress);
+  return options.scenario.empty() ? runPlay(cli, options, progress) : runBench(options, progress);
 }
 
 int runProgram(int argc, char** argv) {

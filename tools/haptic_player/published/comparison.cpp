@@ -2,9 +2,11 @@
 #include "published/comparison.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "scenarios/parallel_jobs.h"
 #include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
@@ -15,6 +17,12 @@ using Eigen::Vector3d;
 constexpr double kRadius = 1;     // of the ball
 constexpr double kPressed = 0.5;  // depth of the hand below the offset surface [mm]
 constexpr double kPace = 0.02;    // motion in a step: 20 mm/s [mm]
+
+struct Size {
+  int levels;
+  std::size_t leaves;  // at most
+};
+constexpr std::array<Size, 4> kSizes{{{2, 8}, {3, 64}, {4, 512}, {5, 4096}}};
 
 struct Course {
   std::string name, body;
@@ -86,7 +94,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
-const Body& bodyOf(ScenarioContext& context, const std::string& body, int levels, std::size_t leaves) {
+const Body& bodyOf(const ScenarioContext& context, const std::string& body, int levels, std::size_t leaves) {
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
   settings.levels = levels;
@@ -154,21 +162,30 @@ const Vector3d& ExactBall::follow(const Vector3d& hand) {
   return at_;
 }
 
-std::vector<ComparisonRow> compareRenderers(ScenarioContext& context, std::span<const Mode> modes) {
-  const Body& ball = context.bodies.get("small_ball");
-  std::vector<ComparisonRow> rows;
+std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, int threads,
+                                            tool::WorkProgress& progress) {
+  progress.stage("renderers");
   const std::vector<Course> courses{overEdge(), alongGroove(), roundBowl(), roundMolar(bodyOf(context, "tooth_46", 3, 64))};
-  for (std::size_t c = 0; c < courses.size(); ++c)
-    for (const auto& [levels, leaves] : {std::pair<int, std::size_t>(2, 8), {3, 64}, {4, 512}, {5, 4096}}) {
-      const Body& body = bodyOf(context, courses[c].body, levels, leaves);
-      context.progress.stage("renderers: " + courses[c].name + ", " + std::to_string(leaves) + " leaves");
-      for (const Mode mode : modes) {
-        if (leaves < 64 && mode != Mode::Constrained) continue;
-        rows.push_back(measure(ball, body, courses[c], mode, false, leaves));
-        if (mode == Mode::Constrained) rows.push_back(measure(ball, body, courses[c], mode, true, leaves));
-        context.progress.check();
-      }
-    }
+  std::vector<Job> jobs;
+  std::vector<std::vector<ComparisonRow>> rows_of(courses.size() * kSizes.size());
+  for (std::size_t k = 0; k < rows_of.size(); ++k) {
+    const Course& course = courses[k / kSizes.size()];
+    const auto [levels, leaves] = kSizes[k % kSizes.size()];
+    jobs.push_back({course.name + ", " + std::to_string(leaves) + " leaves",
+                    [&course, levels, leaves, modes, &rows = rows_of[k]](ScenarioContext& own) {
+                      const Body& ball = own.bodies.get("small_ball");
+                      const Body& body = bodyOf(own, course.body, levels, leaves);
+                      for (const Mode mode : modes) {
+                        if (leaves < 64 && mode != Mode::Constrained) continue;
+                        rows.push_back(measure(ball, body, course, mode, false, leaves));
+                        if (mode == Mode::Constrained) rows.push_back(measure(ball, body, course, mode, true, leaves));
+                        own.progress.check();
+                      }
+                    }});
+  }
+  runJobs(jobs, context, threads, progress);
+  std::vector<ComparisonRow> rows;
+  for (const std::vector<ComparisonRow>& more : rows_of) rows.insert(rows.end(), more.begin(), more.end());
   return rows;
 }
 

@@ -44,9 +44,10 @@ class ExactBall {
   Eigen::Vector3d at_;
 };
 
-/// Compares all bodies and sizes in each mode. Four bodies: an edge, a groove, a bowl, a molar. @throws
-/// builder::Cancelled
-std::vector<ComparisonRow> compareRenderers(ScenarioContext& context, std::span<const Mode> modes);
+/// Compares all bodies and sizes in each mode, on `threads` threads. Four bodies: an edge, a groove, a bowl, a molar.
+/// @throws builder::Cancelled
+std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, int threads,
+                                            tool::WorkProgress& progress);
 
 /// Writes one page: charts of `rows`, the scenarios that each renderer passes, all figures. @throws formats::FileError
 void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,

@@ -7,7 +7,8 @@
 namespace spheretree::player {
 namespace {
 
-constexpr double kNear = 0.5;  // pairs up to this distance are tested at every pose [mm]
+constexpr double kNear = 0.5;       // pairs up to this distance are tested at every pose [mm]
+constexpr double kRounding = 1e-9;  // more than the error of a signed distance [mm]
 
 Eigen::Vector3d place(const Configuration& pose, const Eigen::Vector3d& p) { return pose.orientation * p + pose.position; }
 Eigen::Vector3d placeBack(const Configuration& pose, const Eigen::Vector3d& p) {
@@ -121,21 +122,29 @@ std::vector<Eigen::Vector3d> surfacePoints(const TriangleMesh& mesh, double spac
 
 MeshPenetration::MeshPenetration(const Body& tool, const Eigen::Vector3d& reference_point, std::vector<PlacedBody> objects, double spacing)
     : tool_(tool), reference_point_(reference_point), objects_(std::move(objects)), tool_points_(surfacePoints(tool.mesh, spacing)) {
-  for (const PlacedBody& object : objects_) object_points_.push_back(surfacePoints(object.body->mesh, spacing));
+  for (const PlacedBody& object : objects_) object_points_.emplace_back(surfacePoints(object.body->mesh, spacing));
 }
 
 double MeshPenetration::at(const Configuration& pose) const {
   double deepest = 0;
-  const auto look = [&](const Body& body, const Eigen::Vector3d& p) {
-    // Tests the box first: most points are far away. Only points deeper than the deepest so far need a query.
+  // Whether a point within `radius` of `p` may be deeper than the deepest so far: the signed distance changes by no
+  // more than the way. The box comes first, since it decides most places.
+  const auto mayBeDeeper = [&](const Body& body, const Eigen::Vector3d& p, double radius) {
     const Eigen::AlignedBox3d& box = body.field.box();
-    if ((p - box.min()).minCoeff() <= deepest || (box.max() - p).minCoeff() <= deepest) return;
-    deepest = std::max(deepest, -body.field.signedDistance(p));
+    const double least = deepest - radius - kRounding;
+    if ((p - box.min()).minCoeff() <= least || (box.max() - p).minCoeff() <= least) return false;
+    return -body.field.signedDistance(p) > least;
+  };
+  const auto look = [&](const Body& body, const Points& points, const auto& inBody) {
+    points.tree.visit([&](const Eigen::Vector3d& centre, double radius) { return mayBeDeeper(body, inBody(centre), radius); },
+                      [&](std::uint32_t i) { deepest = std::max(deepest, -body.field.signedDistance(inBody(points.places[i]))); });
   };
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const PlacedBody& object = objects_[i];
-    for (const Eigen::Vector3d& p : tool_points_) look(*object.body, placeBack(object.pose, place(pose, p - reference_point_)));
-    for (const Eigen::Vector3d& p : object_points_[i]) look(tool_, placeBack(pose, place(object.pose, p)) + reference_point_);
+    look(*object.body, tool_points_,
+         [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return placeBack(object.pose, place(pose, p - reference_point_)); });
+    look(tool_, object_points_[i],
+         [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return placeBack(pose, place(object.pose, p)) + reference_point_; });
   }
   return deepest;
 }

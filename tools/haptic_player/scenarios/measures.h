@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "published/ball_tree.h"
 #include "recording.h"
 #include "scenarios/scenario_shapes.h"
 #include "spheretree/runtime/scene.h"
@@ -66,8 +68,13 @@ class MeshPenetration {
   const Body& tool_;
   Eigen::Vector3d reference_point_;
   std::vector<PlacedBody> objects_;
-  std::vector<Eigen::Vector3d> tool_points_;                 // mesh frame
-  std::vector<std::vector<Eigen::Vector3d>> object_points_;  // mesh frame
+  struct Points {  // of a surface, in its mesh frame
+    std::vector<Eigen::Vector3d> places;
+    BallTree tree{places, {}};
+    explicit Points(std::vector<Eigen::Vector3d> p) : places(std::move(p)) {}
+  };
+  Points tool_points_;
+  std::vector<Points> object_points_;
 };
 
 /// Points on the surface, at most `spacing` apart along triangles.

@@ -335,8 +335,9 @@ BodyFrame BodyLibrary::frameOf(const std::string& name) const {
 }
 
 const Body& BodyLibrary::get(const std::string& name) {
+  const std::lock_guard lock(made_->mutex);
   const std::string known = variant_ == 0 ? name : name + " " + std::to_string(variant_);
-  if (const auto found = bodies_.find(known); found != bodies_.end()) return *found->second;
+  if (const auto found = made_->bodies.find(known); found != made_->bodies.end()) return *found->second;
   TriangleMesh mesh = BodyLibrary::mesh(name);
   builder::BuildSettings settings = settingsFor(name, mesh);
   const BodyFrame frame = frameOf(name);
@@ -347,22 +348,24 @@ const Body& BodyLibrary::get(const std::string& name) {
 }
 
 const Body& BodyLibrary::make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings, const BodyFrame& frame) {
-  if (const auto found = bodies_.find(name); found != bodies_.end()) return *found->second;
+  const std::lock_guard lock(made_->mutex);
+  if (const auto found = made_->bodies.find(name); found != made_->bodies.end()) return *found->second;
   SphereTree tree = this->tree(mesh, settings);
   builder::DistanceField field(mesh);
-  return *bodies_.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), contact_, frame}).first->second;
+  return *made_->bodies.emplace(name, new Body{name, std::move(mesh), std::move(tree), std::move(field), contact_, frame}).first->second;
 }
 
 const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::BuildSettings& settings) {
+  const std::lock_guard lock(made_->mutex);
   const Hash128 mesh_hash = builder::meshHash(mesh), settings_hash = builder::settingsHash(settings);
   const std::string key = toHex(mesh_hash) + '-' + toHex(settings_hash);
-  if (const auto found = trees_.find(key); found != trees_.end()) return found->second;
+  if (const auto found = made_->trees.find(key); found != made_->trees.end()) return found->second;
   const std::filesystem::path file = cache_ / (key + ".stree");
   if (!cache_.empty() && std::filesystem::exists(file)) try {
       SphereTree kept =
           formats::parseSphereTree(formats::readFile(file, formats::kMaxFileBytes, formats::FileRole::Working), file.string());
       if (kept.provenance.mesh_hash == mesh_hash && kept.provenance.settings_hash == settings_hash)
-        return trees_.emplace(key, std::move(kept)).first->second;
+        return made_->trees.emplace(key, std::move(kept)).first->second;
     } catch (const formats::FormatError&) {  // damaged, or of another version: built again
     }
   SphereTree built = builder::buildSphereTree(mesh, settings, progress_).tree;
@@ -371,8 +374,7 @@ const SphereTree& BodyLibrary::tree(const TriangleMesh& mesh, const builder::Bui
     std::filesystem::create_directories(cache_, error);  // an error will be reported when the file is written
     formats::writeWhole(file, encodeSphereTree(built), formats::FileRole::Working);
   }
-  if (!stage_.empty()) progress_.stage(stage_);
-  return trees_.emplace(key, std::move(built)).first->second;
+  return made_->trees.emplace(key, std::move(built)).first->second;
 }
 
 }  // namespace spheretree::player

@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -65,13 +66,20 @@ struct PlacedBody {
   Configuration pose;  // of the mesh frame in the world
 };
 
-/// Makes the bodies that scenarios name, and trees of any mesh; the same mesh and settings only once.
+/// Makes the bodies that scenarios name, and trees of any mesh; the same mesh and settings only once. Each thread needs
+/// one of its own: sharing().
 class BodyLibrary {
  public:
   /// `cache`: a folder that keeps the trees for later runs; empty: none. Empty the folder when the builder has changed,
   /// since the cache does not detect it.
   BodyLibrary(builder::Quality quality, runtime::ContactSurface contact, builder::Progress& progress, std::filesystem::path cache = {})
       : quality_(quality), contact_(contact), progress_(progress), cache_(std::move(cache)) {}
+  /// A library for another thread, without variant, over the same bodies. While one of them builds, the others wait.
+  BodyLibrary sharing(builder::Progress& progress) const {
+    BodyLibrary other(quality_, contact_, progress, cache_);
+    other.made_ = made_;
+    return other;
+  }
 
   /// The names, each with its largest number of leaves (8^(levels - 1)) or its tolerance, are in scenario_shapes.cpp;
   /// tooth_11 to tooth_47, lower_jaw and upper_jaw are those of the sample mouth. NAME_work is NAME with at most the
@@ -93,8 +101,6 @@ class BodyLibrary {
   const Body& make(const std::string& name, TriangleMesh mesh, const builder::BuildSettings& settings, const BodyFrame& frame = {});
   /// @throws builder::Cancelled, formats::FileError if the cache cannot be written
   const SphereTree& tree(const TriangleMesh& mesh, const builder::BuildSettings& settings);
-  /// Sets the stage that is reported after a tree is built.
-  void setStage(std::string stage) { stage_ = std::move(stage); }
 
  private:
   builder::BuildSettings settingsFor(const std::string& name, const TriangleMesh& mesh) const;
@@ -106,9 +112,12 @@ class BodyLibrary {
   runtime::ContactSurface contact_;
   builder::Progress& progress_;
   std::filesystem::path cache_;
-  std::string stage_;
-  std::map<std::string, std::unique_ptr<Body>> bodies_;
-  std::map<std::string, SphereTree> trees_;  // by the hashes of mesh and settings
+  struct Made {
+    std::recursive_mutex mutex;  // get() calls make(), and that calls tree()
+    std::map<std::string, std::unique_ptr<Body>> bodies;
+    std::map<std::string, SphereTree> trees;  // by the hashes of mesh and settings
+  };
+  std::shared_ptr<Made> made_ = std::make_shared<Made>();
 };
 
 }  // namespace spheretree::player

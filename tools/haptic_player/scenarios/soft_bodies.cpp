@@ -64,8 +64,9 @@ TetrahedronList fill(const Eigen::AlignedBox3d& box, const std::array<std::uint3
 }  // namespace
 
 const Body& BodyLibrary::getSoft(const std::string& name) {
+  const std::lock_guard lock(made_->mutex);
   const std::string known = variant_ == 0 ? name : name + " " + std::to_string(variant_);
-  if (const auto found = bodies_.find(known); found != bodies_.end()) return *found->second;
+  if (const auto found = made_->bodies.find(known); found != made_->bodies.end()) return *found->second;
   const SoftRecipe& recipe = softRecipes().at(name);
   const BodyFrame frame = frameOf(name);
   const auto put = [&](std::vector<Vector3d>& points) {
@@ -82,13 +83,12 @@ const Body& BodyLibrary::getSoft(const std::string& name) {
   settings.soft_share = 0.5;
   settings.seed += variant_;
   make(known, mesh, settings, frame);
-  Body& body = *bodies_.at(known);
+  Body& body = *made_->bodies.at(known);
   // The same force causes `scale` times the displacement.
   const TissueMaterial material{recipe.young / (frame.scale * frame.scale), 0.45, 1040};
   const auto is_held = [&](const Vector3d& p) { return recipe.is_held(frame.turn.conjugate() * p / frame.scale); };
   const auto tissue =
       std::make_shared<const Tissue>(builder::softenTree(body.mesh, body.tree, boundary, solid, material, is_held, progress_));
-  if (!stage_.empty()) progress_.stage(stage_);
   SoftPart soft{body.tree, nullptr};
   std::string fault;
   soft.model = runtime::tissueModel(soft.tree, tissue, fault);

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "scenarios/parallel_jobs.h"
 #include "spheretree/formats/file_io.h"
 #include "spheretree/formats/sphere_tree_file.h"
 
@@ -45,6 +46,40 @@ void runTurned(const Scenario& scenario, ScenarioContext& context, Mode mode, Ou
       worst = worst ? std::max(*worst, turned.figures[i].value) : turned.figures[i].value;
     }
   }
+}
+
+/// The recording in the format of the player, with the depth as measured independently of the runtime.
+std::string recordingText(const Outcome& outcome) {
+  std::string text(recordingHeader());
+  for (std::size_t i = 0; i < outcome.recording.size(); ++i) {
+    RecordedStep row = outcome.recording[i];
+    row.penetration = static_cast<double>(outcome.penetration[i]);
+    appendRow(text, row);
+  }
+  return text;
+}
+
+/// One scenario in one mode.
+struct ModeRun {
+  std::size_t result;  // number of the scenario
+  Mode mode;
+  Outcome outcome;
+  double seconds;
+  std::string recording;  // file name; empty: none
+};
+
+void runInMode(const Scenario& scenario, ScenarioContext& context, const std::filesystem::path& folder, ModeRun& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run.outcome = scenario.run(context, run.mode);
+  if (run.mode == Mode::Constrained && scenario.is_turned) runTurned(scenario, context, run.mode, run.outcome);
+  if (!folder.empty() && !run.outcome.recording.empty()) {
+    formats::makeFolder(folder);
+    run.recording = scenario.id + "." + std::string(name(run.mode)) + ".csv";
+    formats::writeWhole(folder / run.recording, recordingText(run.outcome));
+  }
+  std::vector<RecordedStep>().swap(run.outcome.recording);
+  std::vector<float>().swap(run.outcome.penetration);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// The outcome whose bodies and notes represent the scenario.
@@ -88,17 +123,6 @@ std::string offText(const TriangleMesh& mesh) {
     text += line;
   }
   for (const auto& [a, b, c] : mesh.triangles) text += "3 " + std::to_string(a) + ' ' + std::to_string(b) + ' ' + std::to_string(c) + '\n';
-  return text;
-}
-
-/// The recording in the format of the player, with the depth as measured independently of the runtime.
-std::string recordingText(const Outcome& outcome) {
-  std::string text(recordingHeader());
-  for (std::size_t i = 0; i < outcome.recording.size(); ++i) {
-    RecordedStep row = outcome.recording[i];
-    row.penetration = static_cast<double>(outcome.penetration[i]);
-    appendRow(text, row);
-  }
   return text;
 }
 
@@ -152,30 +176,41 @@ bool holds(const ScenarioResult& result) {
   return std::all_of(result.outcomes.begin(), result.outcomes.end(), [](const auto& entry) { return holds(entry.second); });
 }
 
-ScenarioResult runScenario(const Scenario& scenario, ScenarioContext& context, std::span<const Mode> modes,
-                           const std::filesystem::path& folder) {
-  const auto start = std::chrono::steady_clock::now();
-  ScenarioResult result{&scenario, {}, 0, {}};
-  for (std::size_t k = 0; k < modes.size(); ++k) {
-    const Mode mode = modes[k];
-    if (!isOurs(mode) && !scenario.for_all) continue;
-    Outcome outcome = scenario.run(context, mode);
-    if (mode == Mode::Constrained && scenario.is_turned) runTurned(scenario, context, mode, outcome);
-    if (!folder.empty() && !outcome.recording.empty()) {
-      formats::makeFolder(folder);
-      const std::string file = scenario.id + "." + std::string(name(mode)) + ".csv";
-      formats::writeWhole(folder / file, recordingText(outcome));
-      result.recordings[std::string(name(mode))] = file;
-    }
-    std::vector<RecordedStep>().swap(outcome.recording);
-    std::vector<float>().swap(outcome.penetration);
-    if (!result.outcomes.empty() && result.outcomes.begin()->second.figures.size() != outcome.figures.size())
-      throw std::logic_error(scenario.id + ": figures of two kinds");
-    result.outcomes.emplace(mode, std::move(outcome));
-    context.progress.advance(static_cast<double>(k + 1) / static_cast<double>(modes.size()));
+std::vector<ScenarioResult> runScenarios(std::span<const Scenario* const> scenarios, const ScenarioContext& context,
+                                         const RunSettings& settings, tool::WorkProgress& progress,
+                                         const std::function<void(const ScenarioResult&)>& tell) {
+  std::vector<ScenarioResult> results;
+  std::vector<ModeRun> runs;
+  for (const Scenario* scenario : scenarios) {
+    results.push_back({scenario, {}, 0, {}});
+    for (const Mode mode : settings.modes)
+      if (isOurs(mode) || scenario->for_all) runs.push_back({results.size() - 1, mode, {}, 0, {}});
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
+  std::vector<Job> jobs;
+  for (ModeRun& run : runs) {
+    const Scenario& scenario = *scenarios[run.result];
+    jobs.push_back({scenario.id + " " + std::string(name(run.mode)),
+                    [&run, &scenario, &settings](ScenarioContext& own) { runInMode(scenario, own, settings.folder, run); }});
+  }
+  std::size_t told = 0;
+  const auto tellBefore = [&](std::size_t end) {
+    for (; told < end; ++told)
+      if (tell) tell(results[told]);
+  };
+  progress.stage("scenarios");
+  runJobs(jobs, context, settings.threads, progress, [&](std::size_t k) {
+    ModeRun& run = runs[k];
+    ScenarioResult& result = results[run.result];
+    tellBefore(run.result);
+    if (!result.outcomes.empty() && result.outcomes.begin()->second.figures.size() != run.outcome.figures.size())
+      throw std::logic_error(result.scenario->id + ": figures of two kinds");
+    if (!run.recording.empty()) result.recordings[std::string(name(run.mode))] = run.recording;
+    result.outcomes.emplace(run.mode, std::move(run.outcome));
+    result.seconds += run.seconds;
+    if (k + 1 == runs.size() || runs[k + 1].result != run.result) tellBefore(run.result + 1);
+  });
+  tellBefore(results.size());
+  return results;
 }
 
 std::string tableHead(std::span<const Mode> modes) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "scenarios/scenario.h"
+#include "work_progress.h"
 
 namespace spheretree::player {
 
@@ -20,7 +22,7 @@ std::vector<const Scenario*> selectScenarios(const std::string& names);
 struct ScenarioResult {
   const Scenario* scenario;
   std::map<Mode, Outcome> outcomes;
-  double seconds = 0;
+  double seconds = 0;                             // the sum over the modes
   std::map<std::string, std::string> recordings;  // by mode: file names
 };
 
@@ -28,11 +30,19 @@ struct ScenarioResult {
 bool holds(const Figure& figure);
 bool holds(const Outcome& outcome);
 
-/// Runs a scenario in these modes; in modes of other renderers only if it is for all. Recordings go to `ID.MODE.csv` in
-/// `folder` (empty: none), with an additional column penetration_mm, and are then released from memory. @throws
-/// formats::FileError
-ScenarioResult runScenario(const Scenario& scenario, ScenarioContext& context, std::span<const Mode> modes,
-                           const std::filesystem::path& folder);
+struct RunSettings {
+  std::vector<Mode> modes;
+  std::filesystem::path folder{};  // for recordings; empty: none
+  int threads = 1;
+};
+
+/// Runs scenarios in these modes; in modes of other renderers only those that are for all. The scenarios and modes are
+/// independent of one another, and apart from times, results do not depend on the number of threads. Recordings go to
+/// `ID.MODE.csv` in the folder, with an additional column penetration_mm, and are then released from memory. `tell` is
+/// called with each result, in the order of the scenarios. @throws formats::FileError, builder::Cancelled
+std::vector<ScenarioResult> runScenarios(std::span<const Scenario* const> scenarios, const ScenarioContext& context,
+                                         const RunSettings& settings, tool::WorkProgress& progress,
+                                         const std::function<void(const ScenarioResult&)>& tell = {});
 
 /// The column heads, including that of the constrained mode on turned bodies; and the lines of a scenario: its title,
 /// then one line for each figure.
