@@ -65,10 +65,10 @@ class Round {
   using Slopes = double[3][3];
 
   double off(int i) const;
-  double measure();
-  double row(std::size_t k);
-  double disc(std::size_t k);
-  [[gnu::cold]] double cone(std::size_t k);
+  void measure();
+  void disc(std::size_t k);
+  [[gnu::cold]] void cone(std::size_t k);
+  [[gnu::cold]] double lagrangian() const;
   void rowSlopes(std::size_t k, Slopes& s) const;
   void discSlopes(std::size_t k, Slopes& s) const;
   [[gnu::cold]] void coneSlopes(std::size_t k, Slopes& s) const;
@@ -100,6 +100,7 @@ class Round {
   double matrix_[kMaxCoordinates][kMaxCoordinates];
   std::array<Part, 2 * kMaxContactRows + 1> parts_;
   std::size_t part_count_, side_count_;
+  std::array<double, kMaxContactRows> stiffness_, start_;  // of rows: slope of the multiplier, violation that gave the last one
   std::array<double, kMaxContactRows> slack_, multiplier_, pressure_, radius_;
   std::array<std::array<double, 2>, kMaxContactRows> slip_, force_, pull_;
   // For each disc: it slipped in the last iterate; it is assumed to stick in the next step.
@@ -123,30 +124,17 @@ double Round::slack(std::size_t k) const {
   return r.group < 0 ? left : left - r.give * x_[static_cast<std::size_t>(6 + r.group)];
 }
 
-// The maximum, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
-double Round::row(std::size_t k) {
-  const ContactRow& r = qp_.rows[k];
-  const double c = slack_[k], stiffness = penalty_ / (1 + penalty_ * r.compliance);
-  const double u = std::max(0.0, (r.multiplier / penalty_ + c) * stiffness), change = u - r.multiplier;
-  multiplier_[k] = u;
-  return u * c - 0.5 * r.compliance * u * u - change * change / (2 * penalty_);
-}
-
-void Round::rowSlopes(std::size_t k, Slopes& s) const {
-  s[0][0] = multiplier_[k] > 0 ? penalty_ / (1 + penalty_ * qp_.rows[k].compliance) : 0;
-}
+void Round::rowSlopes(std::size_t k, Slopes& s) const { s[0][0] = multiplier_[k] > 0 ? stiffness_[k] : 0; }
 
 // The maximum, over forces f in the disc, of  f . v - |f - f_last|^2 / (2 penalty).
-double Round::disc(std::size_t k) {
+void Round::disc(std::size_t k) {
   const FrictionDisc& d = qp_.discs[k];
   // The force on the tool is -f.
   const double w0 = penalty_ * slip_[k][0] - d.force[0], w1 = penalty_ * slip_[k][1] - d.force[1], square = w0 * w0 + w1 * w1,
                radius = d.law > 0 ? d.law * multiplier_[static_cast<std::size_t>(d.row)] : d.radius;
-  const double scale = square > kSlips * radius * radius ? radius / std::sqrt(square) : 1, f0 = scale * w0, f1 = scale * w1;
+  const double scale = square > kSlips * radius * radius ? radius / std::sqrt(square) : 1;
   radius_[k] = radius;
-  force_[k] = {-f0, -f1};
-  const double c0 = f0 + d.force[0], c1 = f1 + d.force[1];
-  return f0 * slip_[k][0] + f1 * slip_[k][1] - (c0 * c0 + c1 * c1) / (2 * penalty_);
+  force_[k] = {-scale * w0, -scale * w1};
 }
 
 void Round::discSlopes(std::size_t k, Slopes& s) const {
@@ -166,7 +154,7 @@ void Round::discSlopes(std::size_t k, Slopes& s) const {
 }
 
 // The maximum, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
-double Round::cone(std::size_t k) {
+void Round::cone(std::size_t k) {
   const FrictionDisc& d = qp_.discs[k];
   const double mu = d.friction, c = slack_[static_cast<std::size_t>(d.row)] - mu * d.slip, w = d.pressure + penalty_ * c,
                q0 = penalty_ * slip_[k][0] - d.force[0], q1 = penalty_ * slip_[k][1] - d.force[1], length = std::sqrt(q0 * q0 + q1 * q1);
@@ -175,11 +163,8 @@ double Round::cone(std::size_t k) {
     u = w, scale = 1;
   else if (mu * length > -w)
     u = (w + mu * length) / (1 + mu * mu), scale = mu * u / length;
-  const double f0 = scale * q0, f1 = scale * q1;
   pressure_[k] = u;
-  force_[k] = {-f0, -f1};
-  const double cu = u - d.pressure, c0 = f0 + d.force[0], c1 = f1 + d.force[1];
-  return u * c + f0 * slip_[k][0] + f1 * slip_[k][1] - (cu * cu + c0 * c0 + c1 * c1) / (2 * penalty_);
+  force_[k] = {-scale * q0, -scale * q1};
 }
 
 void Round::coneSlopes(std::size_t k, Slopes& s) const {
@@ -207,19 +192,39 @@ double Round::off(int i) const {
   return x_[at] - (i < 6 ? qp_.target[i] : qp_.rest[at - 6]);
 }
 
-// Computes multipliers and forces at x_. Returns the value of the augmented Lagrangian there.
-double Round::measure() {
-  double value = 0;
+// Computes multipliers and forces at x_.
+void Round::measure() {
   held_.fill(false);
-  for (int i = 0; i < size_; ++i) value += 0.5 * off(i) * off(i);
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    // The maximum, over multipliers u >= 0, of  u c - compliance u^2 / 2 - (u - u_last)^2 / (2 penalty).
     slack_[k] = slack(k);
-    value += row(k);
+    multiplier_[k] = std::max(0.0, (start_[k] + slack_[k]) * stiffness_[k]);
   }
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
     const FrictionDisc& d = qp_.discs[k];
     for (std::size_t i = 0; i < 2; ++i) slip_[k][i] = dot(d.across[i].data(), x_.data()) - d.origin[i];
-    value += d.friction > 0 ? cone(k) : disc(k);
+    d.friction > 0 ? cone(k) : disc(k);
+  }
+}
+
+// After measure(): the value of the augmented Lagrangian, with the maxima that measure(), disc() and cone() found.
+double Round::lagrangian() const {
+  double value = 0;
+  for (int i = 0; i < size_; ++i) value += 0.5 * off(i) * off(i);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    const ContactRow& r = qp_.rows[k];
+    const double u = multiplier_[k], change = u - r.multiplier;
+    value += u * slack_[k] - 0.5 * r.compliance * u * u - change * change / (2 * penalty_);
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.disc_count); ++k) {
+    const FrictionDisc& d = qp_.discs[k];
+    const double c0 = d.force[0] - force_[k][0], c1 = d.force[1] - force_[k][1];
+    double change2 = c0 * c0 + c1 * c1;
+    if (d.friction > 0) {
+      value += pressure_[k] * (slack_[static_cast<std::size_t>(d.row)] - d.friction * d.slip);
+      change2 += (pressure_[k] - d.pressure) * (pressure_[k] - d.pressure);
+    }
+    value -= force_[k][0] * slip_[k][0] + force_[k][1] * slip_[k][1] + change2 / (2 * penalty_);
   }
   return value;
 }
@@ -432,7 +437,8 @@ bool Round::holdReversed() {
 }
 
 bool Round::descend(double gradient_tolerance) {
-  double value = measure();
+  measure();
+  double value = lagrangian();
   for (;;) {
     pull();
     if (residual() <= gradient_tolerance * gradient_tolerance) return true;
@@ -444,7 +450,8 @@ bool Round::descend(double gradient_tolerance) {
     for (int n = 0; n < kMaxShorterSteps; ++n, part /= 2) {
       for (int i = 0; i < size_; ++i)
         x_[static_cast<std::size_t>(i)] = from[static_cast<std::size_t>(i)] + part * step_[static_cast<std::size_t>(i)];
-      next = measure();
+      measure();
+      next = lagrangian();
       if (next <= value + 1e-4 * part * slope + 1e-15 * (1 + std::abs(value))) break;
     }
     if (!(next < value) && -slope < 1e-14 * (1 + std::abs(value))) return true;  // only rounding is left
@@ -454,6 +461,10 @@ bool Round::descend(double gradient_tolerance) {
 
 bool Round::solve() {
   for (int i = 0; i < size_; ++i) x_[static_cast<std::size_t>(i)] = coordinate(i);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
+    stiffness_[k] = penalty_ / (1 + penalty_ * qp_.rows[k].compliance);
+    start_[k] = qp_.rows[k].multiplier / penalty_;
+  }
   const double gradient_tolerance = (has_law_ ? qp_.tolerance : 1e-10) * (1 + qp_.target.norm());
   const bool is_minimum = has_law_ ? solveLaw(gradient_tolerance) : descend(gradient_tolerance);
   for (int i = 0; i < size_; ++i) coordinate(i) = x_[static_cast<std::size_t>(i)];
