@@ -93,7 +93,7 @@ int runBench(const Options& options, WorkProgress& progress) try {
     printResult("%s, %d fall short in %s mode\n", counted(results.size(), "scenario").c_str(), short_of,
                 std::count(modes.begin(), modes.end(), Mode::Constrained) > 0 ? "constrained" : "some");
   if (!options.out.empty()) writeStability(options.out, results, quality);
-  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes, threads, progress), results, modes);
+  if (!options.chart.empty()) writeComparison(options.chart, compareRenderers(context, modes, progress), results, modes);
   return short_of ? kExitTargetMissed : kExitOk;
 } catch (const builder::Cancelled&) {
   if (options.out.empty()) throw;

@@ -162,8 +162,7 @@ const Vector3d& ExactBall::follow(const Vector3d& hand) {
   return at_;
 }
 
-std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, int threads,
-                                            tool::WorkProgress& progress) {
+std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, tool::WorkProgress& progress) {
   progress.stage("renderers");
   const std::vector<Course> courses{overEdge(), alongGroove(), roundBowl(), roundMolar(bodyOf(context, "tooth_46", 3, 64))};
   std::vector<Job> jobs;
@@ -183,7 +182,7 @@ std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std:
                       }
                     }});
   }
-  runJobs(jobs, context, threads, progress);
+  runJobs(jobs, context, 1, progress);
   std::vector<ComparisonRow> rows;
   for (const std::vector<ComparisonRow>& more : rows_of) rows.insert(rows.end(), more.begin(), more.end());
   return rows;

@@ -44,10 +44,9 @@ class ExactBall {
   Eigen::Vector3d at_;
 };
 
-/// Compares all bodies and sizes in each mode, on `threads` threads. Four bodies: an edge, a groove, a bowl, a molar.
-/// @throws builder::Cancelled
-std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, int threads,
-                                            tool::WorkProgress& progress);
+/// Compares all bodies and sizes in each mode, one after the other, since threads would slow each other down. Four
+/// bodies: an edge, a groove, a bowl, a molar. @throws builder::Cancelled
+std::vector<ComparisonRow> compareRenderers(const ScenarioContext& context, std::span<const Mode> modes, tool::WorkProgress& progress);
 
 /// Writes one page: charts of `rows`, the scenarios that each renderer passes, all figures. @throws formats::FileError
 void writeComparison(const std::filesystem::path& out, std::span<const ComparisonRow> rows, std::span<const ScenarioResult> scenarios,
