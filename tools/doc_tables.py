@@ -166,7 +166,7 @@ def main():
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--slow", action="store_true")
     parser.add_argument("names", nargs="*")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     differences, seen = 0, set()
     with tempfile.TemporaryDirectory() as folder:
         programs = Programs(options.build, folder)
