@@ -47,9 +47,9 @@ class ConstrainedStep {
   void run();
 
  private:
-  bool carry();
-  bool carriedPiece(const BodyMotion& left);
-  void carriedTo(double part, const Displacement& step);
+  Piece carry();
+  Piece carriedPiece(const BodyMotion& left);
+  void carriedTo(double part, const Displacement& step, const Configuration& to);
   bool findPairs();
   Piece freePiece();
   Piece contactPiece();
@@ -121,7 +121,7 @@ ConstrainedStep::ConstrainedStep(StepParts& parts, const Configuration& haptic)
 // >= b). The true gap is the row's value plus a convex function of the translation, minus at most |r| angle^2 / 2 for
 // the rotation. Hence no pair is ever deeper than that.
 void ConstrainedStep::run() {
-  Piece piece = memory_.moving_count == 0 || carry() ? Piece::GoesOn : Piece::Blocked;
+  Piece piece = memory_.moving_count == 0 ? Piece::GoesOn : carry();
   while (piece == Piece::GoesOn) {
     if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
@@ -143,16 +143,17 @@ void ConstrainedStep::run() {
     memory_.motion = was_inside_ ? Displacement() : displacementBetween(start_, memory_.graphic);
 }
 
-// Moves the bodies to their targets; the tool only moves where they push it. In the frame of an object such a piece is
-// as safe as one of run(): the row holds at its start and at its end. The row neglects terms of second order in the
-// rotation of the body, and pieces are short enough for them to be small. Returns false if the step ends here, before
-// the bodies have arrived.
-bool ConstrainedStep::carry() {
+// Moves the bodies to their targets; before the last piece the tool only moves where they push it. In the frame of an
+// object such a piece is as safe as one of run(): the row holds at its start and at its end. The row neglects terms of
+// second order in the rotation of the body, and pieces are short enough for them to be small. The result is Blocked if
+// the step ends here, before the bodies have arrived.
+Piece ConstrainedStep::carry() {
   const double own_margin = margin_;
+  Piece piece = Piece::GoesOn;
   while (memory_.moving_count > 0) {
     if (result_.linearisations >= kMaxLinearisations || !parts_.workLeft()) {
       result_.faults |= kWorkLimit;
-      return false;
+      return Piece::Blocked;
     }
     const BodyMotion left = motionLeft(memory_);
     if (needs_search_ || margin_ - used_ < kCarriedMargin * left.length) {
@@ -160,25 +161,42 @@ bool ConstrainedStep::carry() {
       if (!findPairs()) {
         advanceBodies(1, memory_);
         memory_.sides_known = false;
-        return false;
+        return Piece::Blocked;
       }
     }
     if (pairs_.pairs.empty()) {
-      carriedTo(std::min(1.0, (margin_ - used_) / left.length), {});
-    } else if (!carriedPiece(left)) {
+      carriedTo(std::min(1.0, (margin_ - used_) / left.length), {}, now_);
+    } else if (piece = carriedPiece(left); piece == Piece::Blocked) {
       result_.faults |= kWorkLimit;
-      return false;
+      return piece;
     }
   }
   // A ball that is squeezed in by half may leave a skin on the other side: its side is determined again.
   if (depth_ > 0.5 * scene_.min_contact) memory_.sides_known = false;
-  return true;
+  return piece;
 }
 
-bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
+// If the bodies arrive in this piece, the tool goes on to the haptic pose at the same time: in the frame of an object
+// its motion is the same as if it did so afterwards. If that does not fit in a piece, the tool waits.
+Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
+  const QpAnswer& answer = memory_.answer;
   double part = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
   part = std::min(part, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
   if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.min_contact / left.length);
+  if (part == 1 && depth_ <= path_tolerance_ && !parts_.rubsOrGives()) {
+    parts_.carryRows(pairs_, part, now_.position, rows_);
+    const double back = parts_.solve(rows_, parts_.scaledVector(displacementBetween(now_, haptic_)));
+    const Displacement step = parts_.displacement(answer.y);
+    const double way = parts_.reach(step), largest = std::min(margin_ - used_, felt_reach_) - left.length;
+    if (back == 0 && answer.status == QpStatus::Optimal && way <= largest && step.rotation.norm() <= largest_turn_ &&
+        partWithin(answer.y, 1) == 1) {
+      parts_.keepActive(pairs_);
+      is_at_rest_ = answer.active_count == 0;
+      carriedTo(part, step, is_at_rest_ ? haptic_ : moved(now_, step));
+      return is_at_rest_ ? Piece::Arrived : Piece::GoesOn;
+    }
+    makeRows();
+  }
   for (int n = 0; n < kMaxShorter; ++n) {
     parts_.carryRows(pairs_, part, now_.position, rows_);
     const CarriedPiece carried{part};
@@ -187,21 +205,21 @@ bool ConstrainedStep::carriedPiece(const BodyMotion& left) {
     else
       parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
-    const Displacement step = parts_.displacement(memory_.answer.y);
+    const Displacement step = parts_.displacement(answer.y);
     const double room = margin_ - used_ - part * left.length, way = parts_.reach(step), turn = step.rotation.norm();
     if (way <= room && turn <= largest_turn_) {
-      carriedTo(part, step);
-      return true;
+      carriedTo(part, step, moved(now_, step));
+      return Piece::GoesOn;
     }
     part *= 0.5 * std::min({1.0, room / way, largest_turn_ / std::max(turn, 1e-12)});
     makeRows();
   }
-  return false;
+  return Piece::Blocked;
 }
 
 // Advances the tool and the bodies to the end of a piece. The motion of bodies explains a change of the force, as the
 // motion of the hand does.
-void ConstrainedStep::carriedTo(double part, const Displacement& step) {
+void ConstrainedStep::carriedTo(double part, const Displacement& step, const Configuration& to) {
   used_ += part * motionLeft(memory_).length + parts_.reach(step);
   for (const PairRun& run : pairs_.runs) {
     const MovingBody& body = memory_.bodies[memory_.objects[run.object].body];
@@ -211,7 +229,7 @@ void ConstrainedStep::carriedTo(double part, const Displacement& step) {
     change_.force += z.head<3>().norm();
     change_.torque += z.tail<3>().norm();
   }
-  now_ = moved(now_, step);
+  now_ = to;
   if (scene_.has_soft && !pairs_.pairs.empty()) parts_.giveWay(1);
   advanceBodies(part, memory_);
   if (!pairs_.pairs.empty()) makeRows();

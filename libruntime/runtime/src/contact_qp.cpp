@@ -61,8 +61,14 @@ class Round {
 
  private:
   // Derivatives of the forces of a contact, (u, f0, f1), by the violation of its row and its tangential motion, (c, v0,
-  // v1). The sides of a contact are the gradients of (c, v0, v1) in the coordinates.
-  using Slopes = double[3][3];
+  // v1), in the tangential axes e and t (t is e turned by 90 degrees). The sides of a contact are the gradients of c and
+  // of the motions along e and t in the coordinates.
+  struct Slopes {
+    double press = 0;           // of u by c
+    double drag = 0, lift = 0;  // of f along e by c, of u by the motion along e
+    double along = 0, across = 0;
+    double e[2] = {1, 0};
+  };
 
   double off(int i) const;
   void measure();
@@ -79,6 +85,8 @@ class Round {
   };
   void findParts();
   void sidesOf(const Part& part, Coordinates* side) const;
+  template <std::size_t kEven>
+  void addPart(const Part& part, const Coordinates* side);
   bool eliminate(std::size_t size);
   void pull();
   bool newtonStep();
@@ -124,7 +132,7 @@ double Round::slack(std::size_t k) const {
   return r.group < 0 ? left : left - r.give * x_[static_cast<std::size_t>(6 + r.group)];
 }
 
-void Round::rowSlopes(std::size_t k, Slopes& s) const { s[0][0] = multiplier_[k] > 0 ? stiffness_[k] : 0; }
+void Round::rowSlopes(std::size_t k, Slopes& s) const { s.press = multiplier_[k] > 0 ? stiffness_[k] : 0; }
 
 // The maximum, over forces f in the disc, of  f . v - |f - f_last|^2 / (2 penalty).
 void Round::disc(std::size_t k) {
@@ -141,16 +149,15 @@ void Round::discSlopes(std::size_t k, Slopes& s) const {
   const FrictionDisc& d = qp_.discs[k];
   if (!(radius_[k] > 0)) return;
   const double w0 = penalty_ * slip_[k][0] - d.force[0], w1 = penalty_ * slip_[k][1] - d.force[1], square = w0 * w0 + w1 * w1;
-  const bool slips = square > kSlips * radius_[k] * radius_[k] && !held_[k];
-  const double across = slips ? 1 / square : 0;  // along w the force of a slipping contact is constant
-  const double each = penalty_ * (slips ? radius_[k] / std::sqrt(square) : 1);
-  s[1][1] = each * (1 - across * w0 * w0);
-  s[1][2] = s[2][1] = -each * across * w0 * w1;
-  s[2][2] = each * (1 - across * w1 * w1);
-  if (!(d.law > 0) || !slips) return;
-  const double by_pressure = d.law / std::sqrt(square) * s[0][0];
-  s[1][0] = by_pressure * w0;
-  s[2][0] = by_pressure * w1;
+  if (!(square > kSlips * radius_[k] * radius_[k]) || held_[k]) {
+    s.along = s.across = penalty_;
+    return;
+  }
+  const double length = std::sqrt(square);  // along w the force of a slipping contact is constant
+  s.e[0] = w0 / length;
+  s.e[1] = w1 / length;
+  s.across = penalty_ * radius_[k] / length;
+  s.drag = d.law * s.press;
 }
 
 // The maximum, over (u, f) with |f| <= friction u, of  u c + f . v - |(u, f) - (u, f)_last|^2 / (2 penalty).
@@ -174,16 +181,15 @@ void Round::coneSlopes(std::size_t k, Slopes& s) const {
                q[2] = {penalty_ * slip_[k][0] - d.force[0], penalty_ * slip_[k][1] - d.force[1]},
                length = std::sqrt(q[0] * q[0] + q[1] * q[1]);
   if (length <= mu * w) {
-    s[0][0] = s[1][1] = s[2][2] = penalty_;
+    s.press = s.along = s.across = penalty_;
     return;
   }
-  const double part = penalty_ / (1 + mu * mu), e[2] = {q[0] / length, q[1] / length}, side = penalty_ * mu * pressure_[k] / length,
-               along = part * mu * mu - side;
-  s[0][0] = part;
-  for (std::size_t i = 0; i < 2; ++i) s[0][i + 1] = s[i + 1][0] = part * mu * e[i];
-  s[1][1] = side + along * e[0] * e[0];
-  s[1][2] = s[2][1] = along * e[0] * e[1];
-  s[2][2] = side + along * e[1] * e[1];
+  s.press = penalty_ / (1 + mu * mu);
+  s.drag = s.lift = mu * s.press;
+  s.along = mu * s.drag;
+  s.across = penalty_ * mu * pressure_[k] / length;
+  s.e[0] = q[0] / length;
+  s.e[1] = q[1] / length;
 }
 
 // Difference of a coordinate from its value at rest.
@@ -231,8 +237,8 @@ double Round::lagrangian() const {
 
 // After measure(): computes the gradient.
 void Round::pull() {
-  gradient_[static_cast<std::size_t>(even_ - 1)] = 0;
-  for (int i = 0; i < size_; ++i) gradient_[static_cast<std::size_t>(i)] = off(i);
+  for (std::size_t i = 0; i < 6; i += 2) store(&gradient_[i], load(&x_[i]) - load(qp_.target.data() + i));
+  for (int i = 6; i < even_; ++i) gradient_[static_cast<std::size_t>(i)] = i < size_ ? off(i) : 0;
   const auto along = [&](double force, const double* a) { addTimes(gradient_.data(), force, a, 6); };
   const auto press = [&](double force, std::size_t k) {
     if (!(force > 0)) return;
@@ -256,7 +262,7 @@ void Round::findParts() {
   bool is_joined[kMaxContactRows] = {};
   const auto take = [&](std::size_t row, const FrictionDisc* disc) {
     Part& part = parts_[part_count_];
-    if (!(part.slopes[0][0] > 0 || (disc && part.slopes[1][1] + part.slopes[2][2] > 0))) return;
+    if (!(part.slopes.press + part.slopes.along + part.slopes.across > 0)) return;
     ++part_count_;
     part.row = row;
     part.disc = disc;
@@ -267,7 +273,7 @@ void Round::findParts() {
     const FrictionDisc& d = qp_.discs[k];
     const auto row = d.law > 0 || d.friction > 0 ? static_cast<std::size_t>(d.row) : 0;  // a disc alone has none
     Slopes& slopes = parts_[part_count_].slopes;
-    std::memset(slopes, 0, sizeof slopes);
+    slopes = {};
     if (d.friction > 0) {
       coneSlopes(k, slopes);
     } else {
@@ -281,6 +287,7 @@ void Round::findParts() {
   }
   for (std::size_t k = 0; k < static_cast<std::size_t>(qp_.row_count); ++k) {
     if (is_joined[k]) continue;
+    parts_[part_count_].slopes = {};
     rowSlopes(k, parts_[part_count_].slopes);
     take(k, nullptr);
   }
@@ -290,10 +297,14 @@ void Round::findParts() {
 void Round::sidesOf(const Part& part, Coordinates* side) const {
   normal(part.row, side[0].data());
   for (std::size_t i = 0; i < static_cast<std::size_t>(even_); i += 2) store(&side[0][i], -load(&side[0][i]));
-  for (std::size_t m = 1; m < part.side_count; ++m) {
-    std::memcpy(side[m].data(), part.disc->across[m - 1].data(), 6 * sizeof(double));
-    for (int i = 6; i < even_; ++i) side[m][static_cast<std::size_t>(i)] = 0;
+  if (!part.disc) return;
+  const double *const e = part.slopes.e, *const a0 = part.disc->across[0].data(), *const a1 = part.disc->across[1].data();
+  for (std::size_t i = 0; i < 6; i += 2) {
+    store(&side[1][i], splat(e[0]) * load(a0 + i) + splat(e[1]) * load(a1 + i));
+    store(&side[2][i], splat(e[0]) * load(a1 + i) - splat(e[1]) * load(a0 + i));
   }
+  for (std::size_t m = 1; m < 3; ++m)
+    for (int i = 6; i < even_; ++i) side[m][static_cast<std::size_t>(i)] = 0;
 }
 
 // Solves matrix_ x = step_ for step_ by Gaussian elimination: for Coulomb's law the matrix is not symmetric.
@@ -323,6 +334,33 @@ bool Round::eliminate(std::size_t size) {
   return true;
 }
 
+// Adds to the matrix what a part contributes: a sum of products of a column and a row. `kEven`: number of coordinates, or
+// 0 where it is not known beforehand.
+template <std::size_t kEven>
+void Round::addPart(const Part& part, const Coordinates* side) {
+  const std::size_t even = kEven > 0 ? kEven : static_cast<std::size_t>(even_);
+  const Slopes& s = part.slopes;
+  Coordinates column[3];
+  const double* row[3];
+  std::size_t count = 0;
+  const auto add = [&](double by_normal, double by_e, const Coordinates& of) {
+    for (std::size_t j = 0; j < even; j += 2) {
+      D2 sum = splat(by_normal) * load(&side[0][j]);
+      if (by_e != 0) sum += splat(by_e) * load(&side[1][j]);
+      store(&column[count][j], sum);
+    }
+    row[count++] = of.data();
+  };
+  add(s.press, s.drag, side[0]);
+  if (s.along > 0) add(s.lift, s.along, side[1]);
+  if (s.across > 0) {
+    for (std::size_t j = 0; j < even; j += 2) store(&column[count][j], splat(s.across) * load(&side[2][j]));
+    row[count++] = side[2].data();
+  }
+  for (std::size_t i = 0; i < even; ++i)
+    for (std::size_t n = 0; n < count; ++n) addTimes(matrix_[i], column[n][i], row[n], even);
+}
+
 // With the sides S of all parts and their slopes M, the derivative of the gradient is I + S^T M S. It is solved as it
 // is or, if there are few sides, by means of the smaller matrix I + M S S^T (M. Woodbury 1950).
 bool Round::newtonStep() {
@@ -332,7 +370,7 @@ bool Round::newtonStep() {
   Coordinates side[kSmallSystem];
   if (!is_small)
     for (std::size_t i = 0; i < size; ++i) {
-      std::memset(matrix_[i], 0, even * sizeof(double));
+      for (std::size_t j = 0; j < even; j += 2) store(matrix_[i] + j, D2{});
       matrix_[i][i] = 1;
       step_[i] = -gradient_[i];
     }
@@ -342,19 +380,7 @@ bool Round::newtonStep() {
     sidesOf(part, own);
     at += part.side_count;
     if (is_small) continue;
-    Coordinates change[3];
-    for (std::size_t m = 0; m < part.side_count; ++m)
-      for (std::size_t j = 0; j < even; j += 2) {
-        D2 sum{};
-        for (std::size_t n = 0; n < part.side_count; ++n) sum += splat(part.slopes[m][n]) * load(&own[n][j]);
-        store(&change[m][j], sum);
-      }
-    for (std::size_t i = 0; i < size; ++i)
-      for (std::size_t j = 0; j < even; j += 2) {
-        D2 sum = load(&matrix_[i][j]) + splat(own[0][i]) * load(&change[0][j]);
-        if (part.side_count > 1) sum += splat(own[1][i]) * load(&change[1][j]) + splat(own[2][i]) * load(&change[2][j]);
-        store(&matrix_[i][j], sum);
-      }
+    even == 6 ? addPart<6>(part, own) : addPart<0>(part, own);
   }
   if (!is_small) return eliminate(size);
   double product[kSmallSystem][kSmallSystem + 1] = {}, fall[kSmallSystem];
@@ -364,13 +390,15 @@ bool Round::newtonStep() {
   }
   for (std::size_t p = 0, at = 0; p < part_count_; at += parts_[p++].side_count)
     for (std::size_t m = 0; m < parts_[p].side_count; ++m) {
+      const Slopes& s = parts_[p].slopes;
+      const double slope[3][3] = {{s.press, s.lift, 0}, {s.drag, s.along, 0}, {0, 0, s.across}};
       double* const row = matrix_[at + m];
       std::memset(row, 0, (kSmallSystem + 1) * sizeof(double));
       row[at + m] = 1;
       step_[at + m] = 0;
       for (std::size_t n = 0; n < parts_[p].side_count; ++n) {
-        addTimes(row, parts_[p].slopes[m][n], product[at + n], kSmallSystem + 1);
-        step_[at + m] -= parts_[p].slopes[m][n] * fall[at + n];
+        addTimes(row, slope[m][n], product[at + n], kSmallSystem + 1);
+        step_[at + m] -= slope[m][n] * fall[at + n];
       }
     }
   if (!eliminate(side_count_)) return false;
@@ -381,11 +409,7 @@ bool Round::newtonStep() {
   return true;
 }
 
-double Round::residual() const {
-  double square = 0;
-  for (int i = 0; i < size_; ++i) square += gradient_[static_cast<std::size_t>(i)] * gradient_[static_cast<std::size_t>(i)];
-  return square;
-}
+double Round::residual() const { return dot(gradient_.data(), gradient_.data(), static_cast<std::size_t>(even_)); }
 
 // Newton's method on the residual. After some whole steps, a step that increases the residual is shortened. False: no
 // convergence.

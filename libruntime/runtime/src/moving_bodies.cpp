@@ -38,14 +38,13 @@ void moveObjects(MovingBody& body, StepMemory& memory) {
 }
 
 void show(MovingBody& body, StepMemory& memory) {
+  body.now = body.pose();
   body.is_away = false;
   --memory.away_count;
   moveObjects(body, memory);
 }
 
 void sendAway(MovingBody& body, StepMemory& memory) {
-  body.now = body.to;
-  if (body.is_away) return;
   body.is_away = true;
   ++memory.away_count;
   for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) memory.object_roots[i / 8].x[i % 8] = kFarAway;
@@ -54,7 +53,10 @@ void sendAway(MovingBody& body, StepMemory& memory) {
 }  // namespace
 
 // No point on the path of the ball's centre is farther from its end than the bound of its length.
-void aimBody(MovingBody& body) {
+void aimBody(MovingBody& body, const Configuration& to) {
+  body.now = body.pose();
+  body.to = to;
+  body.has_new_pose = true;
   const double *q = body.to.orientation.coeffs().data(), *p = body.now.orientation.coeffs().data(), *c = body.centre;
   const double t[3] = {2 * (q[1] * c[2] - q[2] * c[1]), 2 * (q[2] * c[0] - q[0] * c[2]), 2 * (q[0] * c[1] - q[1] * c[0])};
   for (int i = 0; i < 3; ++i) {
@@ -71,22 +73,20 @@ void startMotions(StepMemory& memory) {
   memory.away_by = static_cast<double>(kFarAway);
   const double seconds = memory.scene.step_time, tool_radius = memory.scene.tool_root_radius + kApart;
   for (MovingBody& body : memory.bodies) {
-    const bool goes_on = !body.has_new_pose && !isNone(body.velocity);
-    if (!goes_on && !body.has_new_pose && !body.was_moved && !body.is_away) continue;
-    if (goes_on) {
-      body.to = moved(body.to, {seconds * body.velocity.translation, seconds * body.velocity.rotation});
-      aimBody(body);
-    }
-    body.was_moved = goes_on || body.has_new_pose || body.moves;
-    body.has_new_pose = body.moves = false;
-    body.before = body.now;
+    if (!body.has_new_pose && !isNone(body.velocity))
+      aimBody(body, moved(body.to, {seconds * body.velocity.translation, seconds * body.velocity.rotation}));
+    if (!body.has_new_pose && !body.was_moved && !body.is_away) continue;
+    body.was_moved = body.has_new_pose || body.moves;
     const double apart = std::sqrt(squaredDistance(body.middle, memory.away_from.data())) - body.radius;
-    if (apart > tool_radius + (body.was_moved ? body.way : 0) && !memory.tissue) {
-      sendAway(body, memory);
+    const bool is_far = apart > tool_radius + (body.was_moved ? body.way : 0) && !memory.tissue;
+    if (is_far && !body.is_away) sendAway(body, memory);
+    if (!is_far && body.is_away) show(body, memory);
+    body.has_new_pose = body.moves = false;
+    if (is_far) {
       memory.away_by = std::min(memory.away_by, apart);
       continue;
     }
-    if (body.is_away) show(body, memory);
+    body.before = body.now;
     body.left = displacementBetween(body.now, body.to);
     body.moves = !isNone(body.left);
     if (!body.moves) continue;

@@ -113,14 +113,12 @@ bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspac
   if (!is_known || !isFinite(pose) || !(pose.position.norm() <= kFarthest)) return false;
   if (!(velocity.translation.norm() <= kFarthest && velocity.rotation.norm() <= kFarthest)) return false;
   MovingBody& moving = memory.bodies[body];
-  moving.to = {pose.position, pose.orientation.normalized()};
   moving.velocity = velocity;
-  moving.has_new_pose = true;
-  aimBody(moving);
+  aimBody(moving, {pose.position, pose.orientation.normalized()});
   return true;
 }
 
-Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept { return workspace.memory().bodies[body].now; }
+Configuration bodyPose(std::uint32_t body, const Workspace& workspace) noexcept { return workspace.memory().bodies[body].pose(); }
 
 void reset(Workspace& workspace) noexcept { forget(workspace.memory()); }
 

@@ -100,7 +100,7 @@ void StepMemory::place(std::size_t i, const Configuration& pose) {
   const CompiledObject before = objects[i];
   objects[i] = scene.placed(before.shape, before.body, pose);
   placeViews(i);
-  const Configuration& body = bodies[before.body].now;
+  const Configuration& body = bodies[before.body].pose();
   const Eigen::Matrix3d to_body = bodies[before.body].rotation.transpose();
   at_home[i].rotation = to_body * objects[i].rotation;
   at_home[i].anchor = to_body * (objects[i].anchor - body.position);
