@@ -18,21 +18,21 @@ double squaredDistance(const double* a, const double* b) {
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
 
-// x to R x + p.
-void transform(const Eigen::Matrix3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& x, Eigen::Vector3d& out) {
-  const double in[3] = {x[0], x[1], x[2]};
-  for (int i = 0; i < 3; ++i) out[i] = r(i, 0) * in[0] + r(i, 1) * in[1] + r(i, 2) * in[2] + p[i];
-}
-
 // Bounding spheres and anchors of the objects of a body that moved; the rest follows when a search comes near to one.
 void moveObjects(MovingBody& body, StepMemory& memory) {
   body.rotation = body.now.orientation.toRotationMatrix();
   ++body.pose_count;
   memory.farthest_anchor = std::max(memory.farthest_anchor, body.now.position.norm() + body.arm + body.radius);
+  const Eigen::Matrix3d r = body.rotation;  // copies, so that the stores below cannot change them
+  const Eigen::Vector3d p = body.now.position;
   for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) {
-    transform(body.rotation, body.now.position, memory.at_home[i].anchor, memory.objects[i].anchor);
+    const double* const home = memory.at_home[i].anchor.data();
+    double* const anchor = memory.objects[i].anchor.data();
+    for (int k = 0; k < 3; ++k) anchor[k] = r(k, 0) * home[0] + r(k, 1) * home[1] + r(k, 2) * home[2] + p[k];
     Block& root = memory.object_roots[i / 8];
-    put(root, i % 8, memory.objects[i].anchor, root.r[i % 8]);
+    root.x[i % 8] = static_cast<float>(anchor[0]);
+    root.y[i % 8] = static_cast<float>(anchor[1]);
+    root.z[i % 8] = static_cast<float>(anchor[2]);
     if (memory.tissue) memory.follow(i);
   }
 }
