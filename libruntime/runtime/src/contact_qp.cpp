@@ -60,9 +60,9 @@ class Round {
   double update();
 
  private:
-  // Derivatives of the forces of a contact, (u, f0, f1), by the violation of its row and its tangential motion, (c, v0,
-  // v1), in the tangential axes e and t (t is e turned by 90 degrees). The sides of a contact are the gradients of c and
-  // of the motions along e and t in the coordinates.
+  // Derivatives of the forces of a contact, u and f, by the violation c of its row and by its tangential motion. The
+  // axes of the tangents are e and t, which is e turned by 90 degrees. The sides of a contact are the gradients of c
+  // and of the motions along e and t in the coordinates.
   struct Slopes {
     double press = 0;           // of u by c
     double drag = 0, lift = 0;  // of f along e by c, of u by the motion along e
@@ -334,8 +334,8 @@ bool Round::eliminate(std::size_t size) {
   return true;
 }
 
-// Adds to the matrix what a part contributes: a sum of products of a column and a row. `kEven`: number of coordinates, or
-// 0 where it is not known beforehand.
+// Adds to the matrix what a part contributes: a sum of products of a column and a row. `kEven`: number of coordinates,
+// or 0 where it is not known beforehand.
 template <std::size_t kEven>
 void Round::addPart(const Part& part, const Coordinates* side) {
   const std::size_t even = kEven > 0 ? kEven : static_cast<std::size_t>(even_);
