@@ -17,7 +17,7 @@ from pathlib import Path
 
 # Room: folder, rooms that it may include, prefixes of third-party headers that it may include in src/.
 ROOMS = {
-    "core": ("libruntime/core", [], ["Eigen/"]),
+    "core": ("libruntime/core", [], ["Eigen/", "immintrin.h", "cpuid.h"]),
     "runtime": ("libruntime/runtime", ["core"], ["Eigen/", "immintrin.h", "cpuid.h"]),
     "tissue": ("libruntime/tissue", ["core"], ["Eigen/"]),
     "formats": ("formats", ["core"], ["Eigen/", "nlohmann/", "tiny_gltf.h", "meshoptimizer", "draco/", "sys/", "unistd.h"]),
