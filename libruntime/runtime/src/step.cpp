@@ -24,13 +24,15 @@ void forget(StepMemory& memory) {
   if (memory.tissue) memory.tissue->reset();
 }
 
+// The bodies jump to their poses.
 void start(const Configuration& graphic_tool, StepMemory& memory) {
   forget(memory);
+  memory.started = isFinite(graphic_tool);
+  if (memory.started) memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
   startMotions(memory);
   if (memory.moving_count > 0) advanceBodies(1, memory);
-  if (!isFinite(graphic_tool)) return;
-  memory.started = true;
-  memory.haptic = memory.graphic = {graphic_tool.position, graphic_tool.orientation.normalized()};
+  for (MovingBody& body : memory.bodies) body.before = body.now;
+  if (!memory.started) return;
   const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
   memory.euler = {angles[0], angles[1], angles[2]};
 }
@@ -64,8 +66,10 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     memory.motion = {};
   } else {
     const Configuration haptic{haptic_tool.position, haptic_tool.orientation.normalized()};
-    if (!memory.started) start(haptic, memory);
-    if (memory.bodies.size() > 1) startMotions(memory);
+    if (!memory.started)
+      start(haptic, memory);
+    else if (memory.bodies.size() > 1)
+      startMotions(memory);
     StepParts parts(memory, times, result);
     Configuration aim = haptic;
     Displacement free;
