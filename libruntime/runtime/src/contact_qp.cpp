@@ -33,13 +33,23 @@ D2 load(const double* p) {
 void store(double* p, D2 v) { std::memcpy(p, &v, sizeof v); }
 D2 splat(double v) { return D2{v, v}; }
 
-// `size` is even, as in dot().
+// `size` is even, as in dot(). The loops over six coordinates are written out: at -O2 they would stay loops.
 void addTimes(double* to, double factor, const double* of, std::size_t size) {
   for (std::size_t j = 0; j < size; j += 2) store(to + j, load(to + j) + splat(factor) * load(of + j));
 }
-double dot(const double* a, const double* b, std::size_t size = 6) {
+void addTimes(double* to, double factor, const double* of) {
+  const D2 f = splat(factor);
+  store(to, load(to) + f * load(of));
+  store(to + 2, load(to + 2) + f * load(of + 2));
+  store(to + 4, load(to + 4) + f * load(of + 4));
+}
+double dot(const double* a, const double* b, std::size_t size) {
   D2 sum{};
   for (std::size_t j = 0; j < size; j += 2) sum += load(a + j) * load(b + j);
+  return sum[0] + sum[1];
+}
+double dot(const double* a, const double* b) {
+  const D2 sum = load(a) * load(b) + load(a + 2) * load(b + 2) + load(a + 4) * load(b + 4);
   return sum[0] + sum[1];
 }
 
@@ -85,7 +95,6 @@ class Round {
   };
   void findParts();
   void sidesOf(const Part& part, Coordinates* side) const;
-  template <std::size_t kEven>
   void addPart(const Part& part, const Coordinates* side);
   bool eliminate(std::size_t size);
   void pull();
@@ -239,7 +248,7 @@ double Round::lagrangian() const {
 void Round::pull() {
   for (std::size_t i = 0; i < 6; i += 2) store(&gradient_[i], load(&x_[i]) - load(qp_.target.data() + i));
   for (int i = 6; i < even_; ++i) gradient_[static_cast<std::size_t>(i)] = i < size_ ? off(i) : 0;
-  const auto along = [&](double force, const double* a) { addTimes(gradient_.data(), force, a, 6); };
+  const auto along = [&](double force, const double* a) { addTimes(gradient_.data(), force, a); };
   const auto press = [&](double force, std::size_t k) {
     if (!(force > 0)) return;
     along(-force, qp_.rows[k].a.data());
@@ -334,11 +343,9 @@ bool Round::eliminate(std::size_t size) {
   return true;
 }
 
-// Adds to the matrix what a part contributes: a sum of products of a column and a row. `kEven`: number of coordinates,
-// or 0 where it is not known beforehand.
-template <std::size_t kEven>
+// Adds to the matrix what a part contributes: a sum of products of a column and a row.
 void Round::addPart(const Part& part, const Coordinates* side) {
-  const std::size_t even = kEven > 0 ? kEven : static_cast<std::size_t>(even_);
+  const auto even = static_cast<std::size_t>(even_);
   const Slopes& s = part.slopes;
   Coordinates column[3];
   const double* row[3];
@@ -358,7 +365,10 @@ void Round::addPart(const Part& part, const Coordinates* side) {
     row[count++] = side[2].data();
   }
   for (std::size_t i = 0; i < even; ++i)
-    for (std::size_t n = 0; n < count; ++n) addTimes(matrix_[i], column[n][i], row[n], even);
+    for (std::size_t n = 0; n < count; ++n) {
+      addTimes(matrix_[i], column[n][i], row[n]);
+      if (even > 6) addTimes(matrix_[i] + 6, column[n][i], row[n] + 6, even - 6);
+    }
 }
 
 // With the sides S of all parts and their slopes M, the derivative of the gradient is I + S^T M S. It is solved as it
@@ -380,7 +390,7 @@ bool Round::newtonStep() {
     sidesOf(part, own);
     at += part.side_count;
     if (is_small) continue;
-    even == 6 ? addPart<6>(part, own) : addPart<0>(part, own);
+    addPart(part, own);
   }
   if (!is_small) return eliminate(size);
   double product[kSmallSystem][kSmallSystem + 1] = {}, fall[kSmallSystem];
