@@ -188,6 +188,30 @@ TEST(MovingBodies, VelocityGoesOnBetweenPoses) {
   EXPECT_EQ(bodyPose(1, workspace).position, Vector3d(0, 0, 0));
 }
 
+// An object of a body that is away is moved, before or after the body gets its next pose: the order is of no effect.
+TEST(MovingBodies, AnObjectOfABodyThatIsAwayMayBeMoved) {
+  const Scene scene = compiled(toolAndPlate(test::oneBallTree(1), thinPlate(2)));
+  Workspace a(scene), b(scene);
+  const Configuration near{{0, 0, -20}, kUpright}, moved_to{{5, 0, -303}, rotationOf({1.2, 0, 0})};
+  for (Workspace* workspace : {&a, &b})
+    for (int n = 0; n <= 3; ++n) {
+      ASSERT_TRUE(moveBody(1, {{0, 0, -300.0 - n}, rotationOf({0.4 * n, 0, 0})}, *workspace));
+      step(scene, {{0, 0, 3}, kUpright}, Mode::Constrained, *workspace);
+    }
+  ASSERT_TRUE(moveObject(0, moved_to, a));
+  ASSERT_TRUE(moveBody(1, near, a));
+  ASSERT_TRUE(moveBody(1, near, b));
+  ASSERT_TRUE(moveObject(0, moved_to, b));
+  for (int n = 0; n < 200; ++n) {
+    const Configuration hand{{0, 0, 3 - 0.2 * n}, kUpright};
+    const StepResult of_a = step(scene, hand, Mode::Constrained, a), of_b = step(scene, hand, Mode::Constrained, b);
+    ASSERT_EQ(of_a.graphic.position, of_b.graphic.position) << n;
+    if (n == 199) {
+      EXPECT_NEAR(of_a.graphic.position.z(), -20 + 2, 0.05);  // held by the plate
+    }
+  }
+}
+
 // A body that is away continues with its velocity, and the tool meets it where it has got to.
 TEST(MovingBodies, VelocityGoesOnFarAway) {
   const Scene scene = compiled(toolAndPlate(test::oneBallTree(1), thinPlate(2)));

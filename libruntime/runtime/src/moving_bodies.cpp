@@ -30,18 +30,9 @@ void moveObjects(MovingBody& body, StepMemory& memory) {
     double* const anchor = memory.objects[i].anchor.data();
     for (int k = 0; k < 3; ++k) anchor[k] = r(k, 0) * home[0] + r(k, 1) * home[1] + r(k, 2) * home[2] + p[k];
     Block& root = memory.object_roots[i / 8];
-    root.x[i % 8] = static_cast<float>(anchor[0]);
-    root.y[i % 8] = static_cast<float>(anchor[1]);
-    root.z[i % 8] = static_cast<float>(anchor[2]);
+    put(root, i % 8, memory.objects[i].anchor, root.r[i % 8]);
     if (memory.tissue) memory.follow(i);
   }
-}
-
-void show(MovingBody& body, StepMemory& memory) {
-  body.now = body.pose();
-  body.is_away = false;
-  --memory.away_count;
-  moveObjects(body, memory);
 }
 
 void sendAway(MovingBody& body, StepMemory& memory) {
@@ -51,6 +42,14 @@ void sendAway(MovingBody& body, StepMemory& memory) {
 }
 
 }  // namespace
+
+void show(MovingBody& body, StepMemory& memory) {
+  if (!body.is_away) return;
+  body.now = body.pose();
+  body.is_away = false;
+  --memory.away_count;
+  moveObjects(body, memory);
+}
 
 // No point on the path of the ball's centre is farther from its end than the bound of its length.
 void aimBody(MovingBody& body, const Configuration& to) {
@@ -80,7 +79,7 @@ void startMotions(StepMemory& memory) {
     const double apart = std::sqrt(squaredDistance(body.middle, memory.away_from.data())) - body.radius;
     const bool is_far = apart > tool_radius + (body.was_moved ? body.way : 0) && !memory.tissue;
     if (is_far && !body.is_away) sendAway(body, memory);
-    if (!is_far && body.is_away) show(body, memory);
+    if (!is_far) show(body, memory);
     body.has_new_pose = body.moves = false;
     if (is_far) {
       memory.away_by = std::min(memory.away_by, apart);
@@ -149,7 +148,7 @@ void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) 
   if (memory.away_count == 0 || (centre - memory.away_from).norm() + reach + kApart < memory.away_by) return;
   for (MovingBody& body : memory.bodies) {
     const double largest = body.radius + reach + kApart;
-    if (body.is_away && squaredDistance(body.middle, centre.data()) <= largest * largest) show(body, memory);
+    if (squaredDistance(body.middle, centre.data()) <= largest * largest) show(body, memory);
   }
 }
 

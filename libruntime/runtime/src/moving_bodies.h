@@ -55,6 +55,8 @@ Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d
 /// Moves the bodies that are not away by this part of their remaining displacements; 1: to the end. Cost: about 15 ns
 /// an object.
 void advanceBodies(double part, StepMemory& memory);
+/// Ends the absence of a body: its objects are where its pose says. Cost: none if it is not away.
+void show(MovingBody& body, StepMemory& memory);
 /// Ends the absence of bodies whose ball is within `reach` [mm] of `centre`. Cost: none if all are farther away.
 void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory);
 

@@ -94,8 +94,7 @@ ObjectView StepMemory::skinView(std::size_t object) const {
 }
 
 void StepMemory::place(std::size_t i, const Configuration& pose) {
-  const MovingBody& mover = bodies[objects[i].body];
-  if (mover.is_away) bringNear({mover.middle[0], mover.middle[1], mover.middle[2]}, 0, *this);
+  show(bodies[objects[i].body], *this);
   follow(i);
   const CompiledObject before = objects[i];
   objects[i] = scene.placed(before.shape, before.body, pose);
