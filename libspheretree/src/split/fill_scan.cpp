@@ -10,6 +10,7 @@
 #include "repair/fill_holes.h"
 #include "split/close_scan.h"
 #include "split/crossing_search.h"
+#include "split/move_apart.h"
 
 namespace spheretree::builder {
 
@@ -18,6 +19,7 @@ using Eigen::Vector3d;
 namespace {
 
 using Loop = std::vector<std::uint32_t>;
+using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 constexpr std::size_t kMaxSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
 constexpr int kMaxWidened = 20;            // rounds of widening holes whose filling crosses something
@@ -62,26 +64,46 @@ class Filling {
 
   void fill(const Loop& loop, bool widen, bool is_last) {
     const std::size_t points = mesh_.positions.size();
-    for (int attempt = 0; attempt < 3; ++attempt) {
-      std::vector<Triangle> filling;
-      if (attempt < 2 && loop.size() <= kMaxSpanned) filling = spanLoop(mesh_, loop);
-      if (attempt == 1 && !filling.empty()) refineSpan(mesh_, filling, kFillDensity);
-      if (attempt == 2) filling = fan(loop);
+    const bool is_spanned = loop.size() <= kMaxSpanned;
+    std::vector<Triangle> first_filling;
+    Pairs first_pairs;
+    std::vector<char> first_bad;
+    for (int attempt = is_spanned ? 0 : 2; attempt < 3; ++attempt) {
+      std::vector<Triangle> filling = attempt < 2 ? spanLoop(mesh_, loop) : fan(loop);
+      if (attempt == 1 && !filling.empty()) bend(filling, loop);
       if (filling.empty()) continue;
-      const auto pairs = search_.against(filling);
+      Pairs pairs = search_.against(filling);
       std::vector<char> is_bad = badTriangles(filling, loop);
       const bool is_good = pairs.empty() && std::count(is_bad.begin(), is_bad.end(), 1) == 0;
       if (is_good || (is_last && attempt == 2)) return accept(filling, loop);
       mesh_.positions.resize(points);
-      if (attempt == (loop.size() <= kMaxSpanned ? 0 : 2)) noteBad(filling, pairs, is_bad, widen);
+      if (first_filling.empty()) first_filling = std::move(filling), first_pairs = std::move(pairs), first_bad = std::move(is_bad);
     }
+    noteBad(first_filling, first_pairs, first_bad, widen);
     is_any_dropped_ = true;
+  }
+
+  /// Refines a filling, and moves it to the outer side of the scan where it crosses it.
+  void bend(std::vector<Triangle>& filling, const Loop& loop) {
+    MovableSheet sheet{.first_new = mesh_.positions.size()};
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      sheet.edge += (mesh_.positions[loop[k]] - mesh_.positions[loop[(k + 1) % loop.size()]]).norm() / static_cast<double>(loop.size());
+    refineSpan(mesh_, filling, kFillDensity);
+    sheet.triangles = std::move(filling);
+    sheet.group.assign(sheet.triangles.size(), 0);
+    const std::map<std::uint32_t, std::uint32_t> next = nextOf(loop);
+    splitEdges(mesh_.positions, sheet,
+               [&](std::uint32_t a, std::uint32_t b) { return isOfScan(a, b) && !isOf(next, a, b) && !isOf(next, b, a); });
+    moveApart(mesh_.positions, sheet, search_, [this](std::uint32_t triangle) {
+      const Triangle& t = search_.triangles()[triangle];
+      return Vector3d((mesh_.positions[t[2]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[1]] - mesh_.positions[t[0]]).normalized());
+    });
+    filling = std::move(sheet.triangles);
   }
 
   /// Marks triangles to remove where a filling fails: the triangles that it crosses; and the ring around the corners of
   /// its own triangles that are bad, cross each other or, with `widen`, cross anything.
-  void noteBad(const std::vector<Triangle>& filling, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
-               std::vector<char>& is_bad, bool widen) {
+  void noteBad(const std::vector<Triangle>& filling, const Pairs& pairs, std::vector<char>& is_bad, bool widen) {
     const auto old_count = static_cast<std::uint32_t>(scan_triangle_.size());
     for (const auto& [first, second] : pairs) {
       const bool is_scan = first < old_count && scan_triangle_[first] != EdgeFaces::kNone;
@@ -104,20 +126,28 @@ class Filling {
     return filling;
   }
 
-  /// True for triangles that are flat, or that share an edge with the scan that is not part of the loop.
-  std::vector<char> badTriangles(const std::vector<Triangle>& filling, const Loop& loop) const {
+  static std::map<std::uint32_t, std::uint32_t> nextOf(const Loop& loop) {
     std::map<std::uint32_t, std::uint32_t> next;
     for (std::size_t k = 0; k < loop.size(); ++k) next[loop[k]] = loop[(k + 1) % loop.size()];
+    return next;
+  }
+  static bool isOf(const std::map<std::uint32_t, std::uint32_t>& next, std::uint32_t a, std::uint32_t b) {
+    const auto at = next.find(a);
+    return at != next.end() && at->second == b;
+  }
+  bool isOfScan(std::uint32_t a, std::uint32_t b) const {
+    return std::max(a, b) < is_bad_.size() && (faces_.face(a, b) != EdgeFaces::kNone || faces_.face(b, a) != EdgeFaces::kNone);
+  }
+
+  /// True for triangles that are flat, or that share an edge with the scan that is not part of the loop.
+  std::vector<char> badTriangles(const std::vector<Triangle>& filling, const Loop& loop) const {
+    const std::map<std::uint32_t, std::uint32_t> next = nextOf(loop);
     std::vector<char> is_bad(filling.size(), 0);
     for (std::size_t i = 0; i < filling.size(); ++i) {
       const Triangle& t = filling[i];
       is_bad[i] = isFlat(mesh_.positions, t);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        if (std::max(a, b) >= is_bad_.size()) continue;  // a new vertex
-        if (const auto at = next.find(a); at != next.end() && at->second == b) continue;
-        if (faces_.face(a, b) != EdgeFaces::kNone || faces_.face(b, a) != EdgeFaces::kNone) is_bad[i] = 1;
-      }
+      for (std::size_t k = 0; k < 3; ++k)
+        if (isOfScan(t[k], t[(k + 1) % 3]) && !isOf(next, t[k], t[(k + 1) % 3])) is_bad[i] = 1;
     }
     return is_bad;
   }

@@ -14,6 +14,7 @@
 #include "repair/fill_holes.h"
 #include "spheretree/core/mesh_edit.h"
 #include "split/crossing_search.h"
+#include "split/move_apart.h"
 
 namespace spheretree::builder {
 
@@ -30,11 +31,9 @@ constexpr int kMaxHalvings = 40;   // halvings of a length where it crosses some
 constexpr double kFlatArc = 2;     // mean edges by which an arc must rise above the line between its ends to get a window
 constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
 constexpr double kCell = 3;                                                  // side of a cube of the search, in mean edges of the scan
-constexpr double kClear = 0.1;        // distance of a wall from what it crossed, in mean edges of its border
-constexpr double kWallDensity = 0.5;  // of a wall that is moved, in triangles along the edges of its border
-constexpr int kMaxMoves = 25;         // rounds of moving a wall without a reduction of its crossings
-constexpr int kMovesAHalving = 10;    // rounds after which triangles that still cross are halved
-constexpr double kStubTaper = 0.4;    // width of the end of a stub, as a share of its beginning: about that of a root's tip
+constexpr double kWallDensity = 0.5;                                // of a wall that is moved, in triangles along the edges of its border
+constexpr std::array<double, 5> kRoots{1.0, 0.75, 0.5, 0.25, 0.0};  // lengths of stubs to try, as shares of the length asked for; 0: a cap
+constexpr double kStubTaper = 0.4;  // width of the end of a stub, as a share of its beginning: about that of a root's tip
 
 /// A border edge of a region, in the direction of its triangles, and the region on the other side.
 struct BorderEdge {
@@ -95,9 +94,9 @@ class WallFinder {
 
   /// Calls `add(i)`, which adds walls and vertices, for i = 0, 1, ... until nothing crosses. If all attempts have
   /// crossings, refines and moves their walls, in the order of increasing crossings, until one has none; otherwise
-  /// keeps the best.
+  /// keeps the best. Returns the number of remaining crossings.
   template <class Add>
-  void addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
+  std::size_t addBest(std::int32_t region, std::size_t count, double edge, Add&& add) {
     addWallsToSearch();
     const std::size_t points = mesh_.positions.size(), walls = out_.walls.size();
     const auto undo = [&] {
@@ -108,7 +107,7 @@ class WallFinder {
     for (std::size_t i = 0; i < count; ++i) {
       add(i);
       const std::size_t crossings = search_->against(trianglesFrom(walls)).size();
-      if (crossings == 0) return;
+      if (crossings == 0) return 0;
       order.emplace_back(crossings, i);
       undo();
     }
@@ -119,8 +118,8 @@ class WallFinder {
     for (const auto& [crossings, attempt] : order) {
       add(attempt);
       for (std::size_t w = walls; w < out_.walls.size(); ++w) refineSpan(mesh_, out_.walls[w].triangles, kWallDensity);
-      const std::size_t left = moveApart(region, walls, points, edge);
-      if (left == 0) return;
+      const std::size_t left = moveWallsApart(region, walls, points, edge);
+      if (left == 0) return 0;
       if (left < fewest_crossings) {
         fewest_crossings = left;
         best_positions.assign(mesh_.positions.begin() + static_cast<std::ptrdiff_t>(points), mesh_.positions.end());
@@ -132,110 +131,23 @@ class WallFinder {
     out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
     for (const auto& [first, second] : search_->against(trianglesFrom(walls)))
       if (first < wall_of_.size() && wall_of_[first] < 0) out_.crossed.push_back(first);
-  }
-
-  using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
-
-  /// Moves the vertices from `points` on until the walls from `first` on cross nothing: to the right side of what they
-  /// cross; where walls cross each other, to the mean of their neighbours. If that does not help, halves the triangles
-  /// there. Returns the number of remaining pairs.
-  std::size_t moveApart(std::int32_t region, std::size_t first, std::size_t points, double edge) {
-    const auto from = static_cast<std::ptrdiff_t>(points);
-    std::vector<Vector3d> best_positions;
-    std::vector<InnerWall> best_walls;
-    std::size_t fewest_crossings = std::numeric_limits<std::size_t>::max();
-    for (int round = 0, best_round = 0; fewest_crossings > 0 && round < best_round + kMaxMoves; ++round) {
-      const std::vector<Triangle> walls = trianglesFrom(first);
-      const Pairs pairs = search_->against(walls);
-      if (pairs.size() < fewest_crossings) {
-        fewest_crossings = pairs.size();
-        best_round = round;
-        best_positions.assign(mesh_.positions.begin() + from, mesh_.positions.end());
-        best_walls.assign(out_.walls.begin() + static_cast<std::ptrdiff_t>(first), out_.walls.end());
-      }
-      if (round % kMovesAHalving == kMovesAHalving - 1)
-        halveCrossing(first, walls, pairs);
-      else
-        moveOnce(region, walls, pairs, points, edge);
-    }
-    mesh_.positions.resize(points);
-    mesh_.positions.insert(mesh_.positions.end(), best_positions.begin(), best_positions.end());
-    out_.walls.resize(first);
-    out_.walls.insert(out_.walls.end(), best_walls.begin(), best_walls.end());
     return fewest_crossings;
   }
 
-  void moveOnce(std::int32_t region, const std::vector<Triangle>& walls, const Pairs& pairs, std::size_t points, double edge) {
-    const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
-    std::vector<std::vector<std::uint32_t>> neighbours(mesh_.positions.size() - points);
-    for (const Triangle& t : walls)
-      for (std::size_t k = 0; k < 3; ++k)
-        if (t[k] >= points) {
-          neighbours[t[k] - points].push_back(t[(k + 1) % 3]);
-          neighbours[t[k] - points].push_back(t[(k + 2) % 3]);
-        }
-    std::vector<Vector3d> move(neighbours.size(), Vector3d::Zero());
-    std::vector<int> moves(neighbours.size(), 0);
-    const auto add = [&](std::uint32_t v, const Vector3d& way) { move[v - points] += way, ++moves[v - points]; };
-    for (const auto& [s, w] : pairs) {
-      if (s >= old_count) {  // both triangles are new: to the mean of the neighbours
-        for (const std::uint32_t t : {s, w})
-          for (const std::uint32_t v : walls[t - old_count]) {
-            if (v < points) continue;
-            Vector3d middle = Vector3d::Zero();
-            for (const std::uint32_t u : neighbours[v - points])
-              middle += mesh_.positions[u] / static_cast<double>(neighbours[v - points].size());
-            add(v, (middle - mesh_.positions[v]) / 2);
-          }
-        continue;
+  /// Moves the vertices from `points` on until the walls from `first` on cross nothing. Returns the number of remaining
+  /// pairs.
+  std::size_t moveWallsApart(std::int32_t region, std::size_t first, std::size_t points, double edge) {
+    MovableSheet sheet{.first_new = points, .edge = edge};
+    for (std::size_t w = first; w < out_.walls.size(); ++w)
+      for (const Triangle& t : out_.walls[w].triangles) {
+        sheet.triangles.push_back(t);
+        sheet.group.push_back(static_cast<std::uint32_t>(w));
       }
-      const Vector3d out = outOf(region, s);
-      for (const std::uint32_t v : walls[w - old_count]) {
-        const double beyond = out.dot(mesh_.positions[v] - mesh_.positions[search_->triangles()[s][0]]) + kClear * edge;
-        if (v >= points && beyond > 0) add(v, -std::min(beyond, edge) * out);
-      }
-    }
-    for (std::size_t i = 0; i < move.size(); ++i)
-      if (moves[i] > 0) mesh_.positions[points + i] += move[i] / moves[i];
-  }
-
-  /// Inserts a vertex in the middle of the longest inner edge of each wall triangle that crosses something.
-  void halveCrossing(std::size_t first, const std::vector<Triangle>& walls, const Pairs& pairs) {
-    using Edge = std::pair<std::uint32_t, std::uint32_t>;
-    std::map<Edge, int> uses;
-    for (const Triangle& t : walls)
-      for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(t[k], t[(k + 1) % 3])];
-    const auto old_count = static_cast<std::uint32_t>(search_->triangles().size());
-    std::set<Edge> split;
-    for (const auto& [s, w] : pairs)
-      for (const std::uint32_t i : {s, w}) {
-        if (i < old_count) continue;
-        const Triangle& t = walls[i - old_count];
-        double longest = 0;
-        Edge at{0, 0};
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Edge e = std::minmax(t[k], t[(k + 1) % 3]);
-          const double length = (mesh_.positions[e.first] - mesh_.positions[e.second]).norm();
-          if (uses[e] == 2 && length > longest) longest = length, at = e;
-        }
-        if (longest > 0) split.insert(at);
-      }
-    for (const auto& [a, b] : split) {
-      const auto middle = static_cast<std::uint32_t>(mesh_.positions.size());
-      const Vector3d p = (mesh_.positions[a] + mesh_.positions[b]) / 2;
-      mesh_.positions.push_back(p);
-      for (std::size_t w = first; w < out_.walls.size(); ++w) {
-        std::vector<Triangle>& triangles = out_.walls[w].triangles;
-        for (std::size_t i = triangles.size(); i-- > 0;)
-          for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t u = triangles[i][k], v = triangles[i][(k + 1) % 3];
-            if (std::minmax(u, v) != std::minmax(a, b)) continue;
-            triangles.push_back({middle, v, triangles[i][(k + 2) % 3]});
-            triangles[i][(k + 1) % 3] = middle;
-            break;
-          }
-      }
-    }
+    const std::size_t left =
+        moveApart(mesh_.positions, sheet, *search_, [this, region](std::uint32_t triangle) { return outOf(region, triangle); });
+    for (std::size_t w = first; w < out_.walls.size(); ++w) out_.walls[w].triangles.clear();
+    for (std::size_t i = 0; i < sheet.triangles.size(); ++i) out_.walls[sheet.group[i]].triangles.push_back(sheet.triangles[i]);
+    return left;
   }
 
   /// Unit normal of a triangle in the search, pointing away from the side where walls of `region` may be.
@@ -416,10 +328,7 @@ class WallFinder {
       if (is_shared[i] && !is_shared[(i + 1) % rim.size()]) is_shared[(i + 1) % rim.size()] = 1;
     std::reverse(rim.begin(), rim.end());
     std::reverse(is_shared.begin(), is_shared.end());
-    if (settings_.root_mm > 0)
-      addStub(region, rim);
-    else
-      addCap(region, kGumRegion, rim, is_shared);
+    addCap(region, kGumRegion, rim, is_shared);
   }
 
   static Line verticesOf(const std::vector<BorderEdge>& loop) {
@@ -469,7 +378,7 @@ class WallFinder {
         is_still.front() = is_still.back() = 1;
         loop.insert(loop.end(), line.begin() + 1, line.end() - 1);
         is_still.resize(loop.size(), 1);
-        addCollared(region, other, loop, is_still, depth / 2, edge);
+        addCollared(region, other, loop, is_still, depth / 2, edge, 0);
       });
     }
     for (std::size_t i = 1; i < arc.size(); ++i) line_of_[{arc[i - 1], arc[i]}] = line;
@@ -494,12 +403,27 @@ class WallFinder {
   }
 
   /// Where the rim runs beside the bottom of a groove, such as the sulcus, a cap that spans the rim lies above the scan
-  /// and crosses the crown. Therefore a collar first leads down from the rim, only as deep as necessary.
+  /// and crosses the crown. Therefore a collar first leads down from the rim, only as deep as necessary. With roots, a
+  /// stub follows on the collar instead of a cap, shorter if necessary.
   void addCap(std::int32_t region, std::int32_t below, const Line& rim, const std::vector<char>& is_shared) {
     double length = 0;
     for (std::size_t i = 0; i < rim.size(); ++i) length += (mesh_.positions[rim[(i + 1) % rim.size()]] - mesh_.positions[rim[i]]).norm();
     const double radius = length / (2 * M_PI), edge = length / static_cast<double>(rim.size());
-    addBest(region, kCollars.size(), edge, [&](std::size_t i) { addCollared(region, below, rim, is_shared, kCollars[i] * radius, edge); });
+    const std::size_t points = mesh_.positions.size(), walls = out_.walls.size(), crossed = out_.crossed.size();
+    for (const double share : kRoots) {
+      const double root = below == kGumRegion ? share * settings_.root_mm : 0;
+      const std::size_t left = addBest(region, kCollars.size(), edge, [&](std::size_t attempt) {
+        addCollared(region, below, rim, is_shared, kCollars[attempt] * radius, edge, root);
+      });
+      if (left > 0 && root > 0) {
+        mesh_.positions.resize(points);
+        out_.walls.resize(walls);
+        out_.crossed.resize(crossed);
+        continue;
+      }
+      if (below == kGumRegion && root < settings_.root_mm) out_.short_roots.push_back(root);
+      return;
+    }
   }
 
   /// Inner end of a collar: the rim, smoothed over a length of about `depth`, moved into the solid.
@@ -522,9 +446,10 @@ class WallFinder {
   }
 
   /// A collar of `depth` downward from the loop, except where it is marked in `is_still`, and a wall that spans the
-  /// rest.
-  void addCollared(std::int32_t above, std::int32_t below, const Line& loop, const std::vector<char>& is_still, double depth, double edge) {
-    if (!(depth > 0)) return addWall(above, below, loop);
+  /// rest, or a stub of the length `root`.
+  void addCollared(std::int32_t above, std::int32_t below, const Line& loop, const std::vector<char>& is_still, double depth, double edge,
+                   double root) {
+    if (!(depth > 0)) return addEnd(above, below, loop, root);
     const std::vector<Vector3d> ring = innerRing(loop, is_still, depth, edge);
     Line inner;
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -538,13 +463,20 @@ class WallFinder {
       if (inner[i] != loop[i]) collar.push_back({loop[i], inner[j], inner[i]});
     }
     out_.walls.push_back({above, below, std::move(collar)});
-    addWall(above, below, inner);
+    addEnd(above, below, inner, root);
   }
 
-  void addStub(std::int32_t region, const Line& rim) {
+  void addEnd(std::int32_t above, std::int32_t below, const Line& loop, double root) {
+    if (root > 0)
+      addStub(above, loop, root);
+    else
+      addWall(above, below, loop);
+  }
+
+  void addStub(std::int32_t region, const Line& rim, double root) {
     Vector3d middle = Vector3d::Zero();
     for (const std::uint32_t v : rim) middle += mesh_.positions[v] / static_cast<double>(rim.size());
-    const Vector3d end = middle - settings_.root_mm * settings_.up;
+    const Vector3d end = middle - root * settings_.up;
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size()), n = static_cast<std::uint32_t>(rim.size());
     for (const std::uint32_t v : rim) {
       const Vector3d arm = mesh_.positions[v] - middle;

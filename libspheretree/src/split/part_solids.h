@@ -20,12 +20,13 @@ struct InnerWall {
 struct PartSolids {
   std::vector<InnerWall> walls;        // their new vertices were added to the surface
   std::vector<double> rim_length;      // of the border of each region on the surface [mm]
+  std::vector<double> short_roots;     // lengths of the stubs that are shorter than asked for; 0: a cap instead [mm]
   std::vector<std::uint32_t> crossed;  // triangles of the surface that a wall crosses, because no attempt avoided them; ascending
 };
 
 struct WallSettings {
   Eigen::Vector3d up;  // unit vector
-  double root_mm = 0;  // > 0: stubs of this length instead of caps
+  double root_mm = 0;  // > 0: stubs of this length instead of caps, or shorter ones where these would cross something
 };
 
 /// Every region except the gum is closed by walls. Where two such regions meet along an arc, the wall is a window from

@@ -151,6 +151,10 @@ class Splitter {
         if (removed > 0)
           out_.notes.push_back("No wall could pass " + std::to_string(removed) + " triangles: these and those around them, " +
                                number(area - scannedArea()) + " mm2 of the scan, were left out.");
+        if (!solids.short_roots.empty())
+          out_.notes.push_back(std::to_string(solids.short_roots.size()) + " roots are shorter than " + number(settings_.root_mm) +
+                               " mm, since longer ones would cross something; the shortest has " +
+                               number(*std::min_element(solids.short_roots.begin(), solids.short_roots.end())) + " mm.");
         return solids;
       }
       removed += solids.crossed.size();

@@ -119,10 +119,32 @@ TEST(SplitScan, NoiseMakesNoPartsCross) {
       if (bumps.labels[v] == 21) bumps.labels[v] = bumps.mesh.positions[v].x() < 6.1 ? 21 : 22;
       for (int axis = 0; axis < 3; ++axis) bumps.mesh.positions[v][axis] += 0.08 * (static_cast<double>(random()) / 0x1p31 - 1);
     }
-    const SplitScan result = split(bumps.mesh, bumps.labels);
+    for (const double root : {0.0, 3.0}) {
+      const SplitScan result = split(bumps.mesh, bumps.labels, {.root_mm = root});
+      expectSound(result);
+      EXPECT_EQ(result.parts.size(), 4u);
+      EXPECT_EQ(result.crossing_pairs, 0u) << "seed " << seed << ", roots of " << root << " mm";
+    }
+  }
+}
+
+// A pocket beside a bump leads under it, where the stub would be.
+TEST(SplitScan, AStubThatWouldCrossTheScanIsShorterAndSaidToBe) {
+  for (const bool has_pocket : {false, true}) {
+    Bumps bumps(0.4);
+    for (Vector3d& p : bumps.mesh.positions) {
+      const double share = (1 - std::abs(p.x() + 0.6)) * (1 - std::abs(p.y()));
+      if (has_pocket && std::abs(p.x() + 0.6) < 1 && std::abs(p.y()) < 1) p += share * Vector3d(-7.5, 0, -2.5);
+    }
+    const SplitScan result = split(bumps.mesh, bumps.labels, {.root_mm = 5});
     expectSound(result);
-    EXPECT_EQ(result.parts.size(), 4u);
-    EXPECT_EQ(result.crossing_pairs, 0u) << "seed " << seed;
+    EXPECT_EQ(result.crossing_pairs, 0u) << has_pocket;
+    double lowest = 0;
+    for (const Vector3d& p : result.parts[0].mesh.positions) lowest = std::min(lowest, p.z());
+    const bool is_said = std::any_of(result.notes.begin(), result.notes.end(),
+                                     [](const std::string& note) { return note.find("roots are shorter") != note.npos; });
+    EXPECT_EQ(is_said, has_pocket);
+    EXPECT_EQ(lowest < -4.5, !has_pocket) << lowest;
   }
 }
 
