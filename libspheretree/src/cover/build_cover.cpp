@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cover/build_cover.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "base/thinned.h"
 #include "geometry/surface_samples.h"
@@ -31,6 +34,7 @@ struct Effort {
   int search_failures;
   double gap_tolerance;
   double removal_moves;  // for each sphere
+  std::size_t starts;    // searches for the fewest leaves, each from balls of its own
 };
 
 Effort effortOf(Quality quality) {
@@ -48,7 +52,8 @@ Effort effortOf(Quality quality) {
               .search_step = 0.06,
               .search_failures = 4,
               .gap_tolerance = 0.03,
-              .removal_moves = 8};
+              .removal_moves = 8,
+              .starts = 1};
     case Quality::Standard:
       return {.samples_a_sphere = 24,
               .min_samples = 1000,
@@ -62,7 +67,8 @@ Effort effortOf(Quality quality) {
               .search_step = 0.04,
               .search_failures = 5,
               .gap_tolerance = 0.02,
-              .removal_moves = 25};
+              .removal_moves = 25,
+              .starts = 1};
     case Quality::Best:
       return {.samples_a_sphere = 24,
               .min_samples = 1000,
@@ -76,7 +82,8 @@ Effort effortOf(Quality quality) {
               .search_step = 0.03,
               .search_failures = 12,
               .gap_tolerance = 0.01,
-              .removal_moves = 150};
+              .removal_moves = 150,
+              .starts = 5};
   }
   return {};
 }
@@ -111,7 +118,7 @@ LevelBalls CoverBuilder::build(const BuildSettings& settings, Progress& progress
     is_soft_ = settings.soft_share > 0;
     pool_samples_ = 0;
     covers_.clear();
-    leaves_.reset();
+    leaves_.clear();
   }
   std::size_t full = 1;
   for (int level = 1; level < settings.levels; ++level) full *= static_cast<std::size_t>(settings.branching);
@@ -138,17 +145,17 @@ void CoverBuilder::fitPool(std::size_t spheres, Progress& progress) {
 }
 
 // The search for `spheres` balls, started from balls of the pool.
-CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) const {
+CoverSearch CoverBuilder::startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const {
   const Effort effort = effortOf(quality_);
   SampleSettings sampling;
   sampling.count = std::max(effort.min_samples, effort.samples_a_sphere * spheres);
-  sampling.seed = seed_ + 1;
+  sampling.seed = seed + 1;
   ChoiceSettings choice;
   choice.spheres = spheres;
   choice.swap_work = effort.swap_work / fitted_ * std::max(spheres, fitted_ / 10 + 1);
   choice.gap_rounds = effort.gap_rounds;
   choice.gap_tolerance = effort.gap_tolerance;
-  choice.seed = seed_ + spheres;
+  choice.seed = seed + spheres;
   // Memory grows with the candidates; in very deep trees eight for each sphere suffice.
   const std::size_t candidates =
       std::max<std::size_t>(400, std::min(effort.candidates_a_sphere * spheres, std::max<std::size_t>(200'000, 8 * spheres)));
@@ -166,7 +173,7 @@ CoverSearch CoverBuilder::startSearch(std::size_t spheres, Progress& progress) c
 // The cover with the smallest stand-off that was found for this number of spheres.
 const Cover& CoverBuilder::cover(std::size_t spheres, Progress& progress) {
   if (const auto known = covers_.find(spheres); known != covers_.end()) return known->second;
-  CoverSearch search = startSearch(spheres, progress);
+  CoverSearch search = startSearch(spheres, seed_, progress);
   search.lower(0, progress);
   search.close(progress);
   return covers_[spheres] = search.cover();
@@ -191,13 +198,22 @@ std::size_t CoverBuilder::guessLeaves(double stand_off, std::size_t max_leaves, 
 // The smallest number of leaves found, starting from the leaves of the last tolerance if there was one, otherwise from
 // an estimated number.
 Cover CoverBuilder::coverWithin(double stand_off, std::size_t max_leaves, Progress& progress) {
-  if (!leaves_) {
-    const std::size_t guess = guessLeaves(stand_off, max_leaves, progress);
+  const bool begins = leaves_.empty();
+  std::size_t guess = 0;
+  if (begins) {
+    guess = guessLeaves(stand_off, max_leaves, progress);
     fitPool(guess, progress);
-    leaves_.emplace(startSearch(guess, progress));
+    leaves_ = std::vector<std::optional<CoverSearch>>(effortOf(quality_).starts);
   }
-  leaves_->fit(kRounded * stand_off, max_leaves, progress);
-  Cover smallest = leaves_->cover();
+  // Each search ends in a local optimum of its own.
+  tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t start) {
+    if (begins) leaves_[start].emplace(startSearch(guess, seed_ + (std::uint64_t{start} << 32), progress));
+    leaves_[start]->fit(kRounded * stand_off, max_leaves, progress);
+  });
+  const auto has_fewer = [](const std::optional<CoverSearch>& a, const std::optional<CoverSearch>& b) {
+    return std::pair(a->balls().size(), a->standOff()) < std::pair(b->balls().size(), b->standOff());
+  };
+  Cover smallest = (*std::min_element(leaves_.begin(), leaves_.end(), has_fewer))->cover();
   if (smallest.balls.size() > 1) return smallest;
   // If one ball keeps the tolerance, uses the one with the smallest stand-off. Only for one ball is this worth the
   // time.

@@ -2,6 +2,7 @@
 // The `cover` builder: each level is a cover of its own, with the smallest stand-off for its number of spheres.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <vector>
@@ -32,7 +33,7 @@ class CoverBuilder {
  private:
   void fitPool(std::size_t spheres, Progress& progress);
   std::size_t guessLeaves(double stand_off, std::size_t max_leaves, Progress& progress);
-  CoverSearch startSearch(std::size_t spheres, Progress& progress) const;
+  CoverSearch startSearch(std::size_t spheres, std::uint64_t seed, Progress& progress) const;
   const Cover& cover(std::size_t spheres, Progress& progress);
   Cover coverWithin(double stand_off, std::size_t max_leaves, Progress& progress);
   LevelBalls levelsAbove(Cover leaves, std::size_t full, const BuildSettings& settings, Progress& progress);
@@ -43,10 +44,10 @@ class CoverBuilder {
   std::uint64_t seed_ = 0;
   bool is_soft_ = false;
   std::vector<Ball> pool_;
-  std::size_t pool_samples_ = 0;         // number of samples that the pool was made from
-  std::size_t fitted_ = 0;               // number of spheres for which pool and samples were sized
-  std::map<std::size_t, Cover> covers_;  // by number of spheres
-  std::optional<CoverSearch> leaves_;    // search state of the leaves for the last tolerance
+  std::size_t pool_samples_ = 0;                    // number of samples that the pool was made from
+  std::size_t fitted_ = 0;                          // number of spheres for which pool and samples were sized
+  std::map<std::size_t, Cover> covers_;             // by number of spheres
+  std::vector<std::optional<CoverSearch>> leaves_;  // searches of the leaves for the last tolerance
 };
 
 }  // namespace spheretree::builder

@@ -2,6 +2,7 @@
 #include "cover/build_cover.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,6 +93,33 @@ TEST(BuildCover, ToleranceGivesFewSpheresThatKeepIt) {
 
 // The ball with the smallest stand-off of a polyhedron around a sphere has its centre in the middle, however large the
 // tolerance.
+// `best` runs several searches at the same time.
+TEST(BuildCover, AtBestTheLeavesForAToleranceAreTheSameForAnyNumberOfThreads) {
+  const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
+  BuildSettings settings = quick(4, 8);
+  settings.quality = Quality::Best;
+  std::vector<LevelBalls> found;
+  for (const std::size_t threads : {1u, 2u, 4u}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const DistanceField field(mesh);
+    CoverBuilder builder(mesh, field);
+    Progress progress;
+    for (const double tolerance : {0.5, 0.45}) {  // the second one continues from the first one
+      settings.tolerance_mm = tolerance;
+      found.push_back(builder.build(settings, progress));
+      EXPECT_LE(standOff(mesh, found.back().balls.back()), tolerance);
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::vector<Ball>&first = found[i].balls.back(), &other = found[found.size() - 2 + i].balls.back();
+      ASSERT_EQ(first.size(), other.size());
+      for (std::size_t b = 0; b < first.size(); ++b) {
+        EXPECT_EQ(first[b].centre, other[b].centre);
+        EXPECT_EQ(first[b].radius, other[b].radius);
+      }
+    }
+  }
+}
+
 TEST(BuildCover, AToleranceThatOneBallKeepsGivesTheBallOfSmallestStandOff) {
   const TriangleMesh mesh = test::sphereMesh(10, 3);
   const double smallest = 10 - test::bruteDistance(mesh, {0, 0, 0});
