@@ -9,14 +9,16 @@ cd "$(dirname "$0")/.."
 out=${out:-out/demo}
 
 tools/setup.sh --build
-echo "== Building the program (build/release; a few minutes the first time)"
+echo "== Building the libraries, and a first tree with them (build/release; a few minutes the first time)"
 cmake --preset release -DSPHERETREE_TESTS=OFF >/dev/null
-cmake --build --preset release --target spheretree make_samples
-spheretree=build/release/tools/spheretree/spheretree
-
-echo "== Making the sample meshes"
+cmake --build --preset release --target make_samples 01_build_a_tree
 mkdir -p "$out"
 build/release/samples/make_samples/make_samples "$out"
+build/release/samples/01_build_a_tree/01_build_a_tree "$out/molar.obj" "$out/molar.stree"
+
+echo "== Building the program"
+cmake --build --preset release --target spheretree
+spheretree=build/release/tools/spheretree/spheretree
 for name in molar probe; do
   echo "== $name: checking, building, evaluating, drawing"
   view=1,1.6,0.9

@@ -15,5 +15,5 @@ if(Python3_FOUND)
   # Meshes of others, sound or not; SPHERETREE_LONG=1 takes all of them.
   add_test(NAME pipeline.mesh_sweep COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/mesh_sweep.py $<TARGET_FILE:spheretree>
     ${SPHERETREE_SHARED_DIR}/meshes ${CMAKE_CURRENT_BINARY_DIR}/mesh_sweep)
-  set_tests_properties(pipeline.mesh_sweep PROPERTIES LABELS pipeline TIMEOUT 3600 SKIP_RETURN_CODE 77)
+  set_tests_properties(pipeline.mesh_sweep PROPERTIES LABELS pipeline TIMEOUT 3600 SKIP_RETURN_CODE 77 COST 10)
 endif()

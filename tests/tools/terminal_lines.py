@@ -96,7 +96,7 @@ def prepare(folder):
     subprocess.run([spheretree, "--version"], check=True, capture_output=True)
     write_torus(folder / "torus.obj", 10, 60)
     (folder / "torus.scene.json").write_text(
-        '{"schema": "spheretree.scene/1", "tool": {"name": "tool", "mesh": "torus.obj", "levels": 3},'
+        '{"schema": "spheretree.scene/1", "defaults": {"quality": "quick"}, "tool": {"name": "tool", "mesh": "torus.obj", "levels": 3},'
         ' "objects": [{"name": "a", "mesh": "torus.obj"}, {"name": "b", "mesh": "torus.obj", "levels": 3}]}')
 
 
@@ -105,14 +105,14 @@ def main():
         folder = Path(base)
         prepare(folder)
         for columns, term in ((40, "xterm"), (80, "xterm"), (200, "xterm"), (80, "dumb")):
-            trial([spheretree, "build", "torus.obj", "-o", "a.stree"], columns, term, folder)
-        shown = on_terminal([spheretree, "build", "torus.obj", "-o", "a.stree"], 80, "xterm", folder)[0]
+            trial([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], columns, term, folder)
+        shown = on_terminal([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], 80, "xterm", folder)[0]
         if b"\r" not in shown.replace(b"\r\n", b"\n"):
             failures.append("no progress was shown at all: this test cannot fail")
         for words in (["evaluate", "torus.obj", "a.stree"], ["batch", "torus.scene.json", "-o", "out"],
                       ["compare", "torus.obj", "-o", "cmp", "--builders", "cover,octree", "--qualities", "quick", "--levels", "3"]):
             trial([spheretree, *words], 60, "xterm", folder)
-        result = subprocess.run([spheretree, "build", "torus.obj", "-o", "a.stree"], cwd=folder, capture_output=True, text=True)
+        result = subprocess.run([spheretree, "build", "torus.obj", "-o", "a.stree", "--quality", "quick"], cwd=folder, capture_output=True, text=True)
         if result.stderr:
             failures.append(f"progress although stderr is no terminal: {result.stderr!r}")
         trial([player, "out/scene.json", "--seconds", "1.2"], 80, "xterm", folder)
