@@ -147,7 +147,8 @@ class Splitter {
       addBase(surface_, out_.up, base);
       PartSolids solids = findWalls(surface_, {out_.up, settings_.root_mm});
       progress_.check();
-      if (solids.crossed.empty() || round == kMaxRecuts) {
+      const std::vector<char> is_dropped = around(uncut, solids.crossed);
+      if (round == kMaxRecuts || is_dropped.empty()) {
         if (removed > 0)
           out_.notes.push_back("No wall could pass " + std::to_string(removed) + " triangles: these and those around them, " +
                                number(area - scannedArea()) + " mm2 of the scan, were left out.");
@@ -158,7 +159,7 @@ class Splitter {
         return solids;
       }
       removed += solids.crossed.size();
-      dropAround(uncut, solids.crossed);
+      dropTriangles(uncut, is_dropped);
       surface_ = std::move(uncut);
       progress_.stage("cut");
       clearBase(surface_, out_.up, base);
@@ -166,14 +167,17 @@ class Splitter {
     }
   }
 
-  /// Removes all fillings, and the triangles of the scan at each vertex of the given triangles of the cut surface.
-  void dropAround(ScanSurface& uncut, const std::vector<std::uint32_t>& cut_triangles) const {
-    std::vector<char> is_dropped = uncut.is_invented, is_bad(surface_.mesh.positions.size(), 0);
+  /// True for all fillings, and for the triangles of the scan at each vertex of the given triangles of the cut surface.
+  /// Empty if there are no such triangles: where only the base is crossed, another round would change nothing.
+  std::vector<char> around(const ScanSurface& uncut, const std::vector<std::uint32_t>& cut_triangles) const {
+    std::vector<char> is_around = uncut.is_invented, is_bad(surface_.mesh.positions.size(), 0);
     for (const std::uint32_t t : cut_triangles)
       for (const std::uint32_t v : surface_.mesh.triangles[t]) is_bad[v] = 1;  // each piece of a triangle has one of its corners
-    for (std::size_t t = 0; t < is_dropped.size(); ++t)
-      for (const std::uint32_t v : uncut.mesh.triangles[t]) is_dropped[t] |= is_bad[v];
-    dropTriangles(uncut, is_dropped);
+    bool is_any = false;
+    for (std::size_t t = 0; t < is_around.size(); ++t)
+      for (const std::uint32_t v : uncut.mesh.triangles[t])
+        if (is_bad[v]) is_around[t] = is_any = true;
+    return is_any ? is_around : std::vector<char>();
   }
 
   static void keepUsed(TriangleMesh& mesh, std::vector<std::int32_t>& labels) {
