@@ -73,7 +73,8 @@ TEST(MoveApart, ASheetGoesAroundABall) {
   EXPECT_EQ(moved(test::sphereMesh(2, 3), {0.7, 0.4, -1.5}), 0);
 }
 
-// No sheet with this border passes a tube that goes through it and beyond: what is left is said, and is no more than before.
+// No sheet with this border passes a pole that goes through it and beyond: what is left is said, and is no more than
+// before.
 TEST(MoveApart, WhereNothingHelpsItKeepsTheBest) {
   TriangleMesh pole = test::boxMesh({0.5, 0.5, 40}, {0.1, 0.1, -20});
   Obstacle obstacle(pole);
