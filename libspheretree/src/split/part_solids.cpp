@@ -8,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <set>
 #include <tuple>
 
 #include "repair/fill_holes.h"
