@@ -51,8 +51,15 @@ class WallFinder {
     findBorders();
     leaveSurface();
     out_.rim_length.assign(s_.region_label.size(), 0);
-    for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region)
-      for (const std::vector<BorderEdge>& loop : loopsOf(region)) close(region, loop);
+    for (std::int32_t region = 1; region < static_cast<std::int32_t>(edges_of_.size()); ++region) {
+      const auto loops = loopsOf(region);
+      std::size_t longest = 0;
+      for (const auto& loop : loops) longest = std::max(longest, loop.size());
+      for (const auto& loop : loops) {
+        close(region, loop, loop.size() == longest);
+        if (loop.size() == longest) longest = 0;  // one root only
+      }
+    }
     std::vector<std::uint32_t>& crossed = out_.crossed;
     std::sort(crossed.begin(), crossed.end());
     crossed.erase(std::unique(crossed.begin(), crossed.end()), crossed.end());
@@ -298,7 +305,8 @@ class WallFinder {
     return before.other != after.other || borders_at_[after.from] != 2;
   }
 
-  void close(std::int32_t region, std::vector<BorderEdge> loop) {
+  /// `has_root`: with a stub, if roots are asked for.
+  void close(std::int32_t region, std::vector<BorderEdge> loop, bool has_root) {
     for (const BorderEdge& e : loop)
       out_.rim_length[static_cast<std::size_t>(region)] += (mesh_.positions[e.to] - mesh_.positions[e.from]).norm();
     const std::size_t n = loop.size();
@@ -308,7 +316,7 @@ class WallFinder {
     for (std::size_t i = 0; i < n; ++i) is_node[i] = isNode(loop[(i + n - 1) % n], loop[i]);
     for (BorderEdge& e : loop) e.from = inner_of_[e.from], e.to = inner_of_[e.to];
     if (start == n && loop[0].other != kGumRegion) {  // one neighbour all around: their common window closes the region
-      if (loop[0].other > region) addCap(region, loop[0].other, reversed(verticesOf(loop)), std::vector<char>(n, 0));
+      if (loop[0].other > region) addCap(region, loop[0].other, reversed(verticesOf(loop)), std::vector<char>(n, 0), 0);
       return;
     }
     std::rotate(loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(start % n), loop.end());
@@ -327,7 +335,7 @@ class WallFinder {
       if (is_shared[i] && !is_shared[(i + 1) % rim.size()]) is_shared[(i + 1) % rim.size()] = 1;
     std::reverse(rim.begin(), rim.end());
     std::reverse(is_shared.begin(), is_shared.end());
-    addCap(region, kGumRegion, rim, is_shared);
+    addCap(region, kGumRegion, rim, is_shared, has_root ? settings_.root_mm : 0);
   }
 
   static Line verticesOf(const std::vector<BorderEdge>& loop) {
@@ -404,13 +412,13 @@ class WallFinder {
   /// Where the rim runs beside the bottom of a groove, such as the sulcus, a cap that spans the rim lies above the scan
   /// and crosses the crown. Therefore a collar first leads down from the rim, only as deep as necessary. With roots, a
   /// stub follows on the collar instead of a cap, shorter if necessary.
-  void addCap(std::int32_t region, std::int32_t below, const Line& rim, const std::vector<char>& is_shared) {
+  void addCap(std::int32_t region, std::int32_t below, const Line& rim, const std::vector<char>& is_shared, double wanted_root) {
     double length = 0;
     for (std::size_t i = 0; i < rim.size(); ++i) length += (mesh_.positions[rim[(i + 1) % rim.size()]] - mesh_.positions[rim[i]]).norm();
     const double radius = length / (2 * M_PI), edge = length / static_cast<double>(rim.size());
     const std::size_t points = mesh_.positions.size(), walls = out_.walls.size(), crossed = out_.crossed.size();
     for (const double share : kRoots) {
-      const double root = below == kGumRegion ? share * settings_.root_mm : 0;
+      const double root = share * wanted_root;
       const std::size_t left = addBest(region, kCollars.size(), edge, [&](std::size_t attempt) {
         addCollared(region, below, rim, is_shared, kCollars[attempt] * radius, edge, root);
       });
@@ -420,7 +428,7 @@ class WallFinder {
         out_.crossed.resize(crossed);
         continue;
       }
-      if (below == kGumRegion && root < settings_.root_mm) out_.short_roots.push_back(root);
+      if (root < wanted_root) out_.short_roots.push_back(root);
       return;
     }
   }
