@@ -12,6 +12,7 @@
 #include "draw/offscreen.h"
 #include "draw/scene_drawer.h"
 #include "panel/viewer.h"
+#include "window/picture_maker.h"
 
 namespace spheretree::view {
 namespace {
@@ -388,6 +389,38 @@ TEST_F(WholeFrame, BothThemesAtBothScalesFillTheirPlaces) {
   }
   state_.panels = false;
   EXPECT_EQ(layoutOf(state_, 800, 600, 1).scene.width, 800);
+}
+
+// Objects of a scene side by side, each in its own place of the world: every pane shows its own.
+TEST(SideBySide, APaneShowsItsStageWhereverItIs) {
+  ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+  const std::vector<Stage> stages{oneBall({0, 0, 0, 4, {200, 40, 40, 255}}), oneBall({60, -20, 9, 4, {200, 40, 40, 255}}),
+                                  oneBall({2, 1, 0, 4, {200, 40, 40, 255}})};
+  EXPECT_EQ(shiftBetween(stages[0], stages[1]), Vector3d(60, -20, 9));
+  EXPECT_EQ(shiftBetween(stages[0], stages[2]), Vector3d(0, 0, 0)) << "they overlap: equal places are seen at equal places";
+  ViewerState state;
+  state.panels = false;
+  for (const Stage& stage : stages) {
+    Pane& pane = state.panes.emplace_back();
+    pane.stage = &stage;
+    pane.shift = shiftBetween(stages[0], stage);
+  }
+  PictureMaker maker(900, 300, 1, state);
+  state.camera = wishedCamera(stages[0], std::nullopt, {.from = Vector3d(0, -1, 0)}, maker.layout().panes[0]);
+  const Picture picture = maker.draw();
+  std::array<double, 3> middle{};  // of the pixels of each pane that differ from the background, from its left edge
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Viewport place = maker.layout().panes[k];
+    const auto red = [&](int x, int y) { return static_cast<int>(picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)]); };
+    int count = 0;
+    for (int y = 60; y < place.height - 60; ++y)  // between text and scale
+      for (int x = place.x + 5; x < place.x + place.width - 5; ++x)
+        if (std::abs(red(x, y) - red(place.x + 4, y)) > 20) middle[k] += x - place.x, ++count;
+    ASSERT_GT(count, 300) << "pane " << k;
+    middle[k] /= count;
+  }
+  EXPECT_NEAR(middle[1], middle[0], 2);
+  EXPECT_GT(middle[2], middle[0] + 5) << "by 2 mm to the right";
 }
 
 }  // namespace

@@ -48,9 +48,12 @@ void Viewer::frame(int width, int height, int samples, double seconds, GLuint ta
   gl_.ClearColor(static_cast<float>(theme.bottom.r) / 255, static_cast<float>(theme.bottom.g) / 255,
                  static_cast<float>(theme.bottom.b) / 255, 1);
   gl_.Clear(GL_COLOR_BUFFER_BIT);
-  for (std::size_t k = 0; k < drawers_.size(); ++k)
-    drawers_[k]->draw(state_.camera, state_.look, shownState(state_.panes[k]), times(layout.panes[k], samples), screen_.frameHeight(),
+  for (std::size_t k = 0; k < drawers_.size(); ++k) {
+    Camera camera = state_.camera;
+    camera.target += state_.panes[k].shift;
+    drawers_[k]->draw(camera, state_.look, shownState(state_.panes[k]), times(layout.panes[k], samples), screen_.frameHeight(),
                       samples * interface_.scale());
+  }
   screen_.resolve(target);
   interface_.end();
 }

@@ -95,4 +95,9 @@ Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, con
   return camera;
 }
 
+Eigen::Vector3d shiftBetween(const Stage& first, const Stage& other) {
+  const Eigen::Vector3d shift = other.centre() - first.centre();
+  return 2 * shift.norm() > first.radius() + other.radius() ? shift : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 }  // namespace spheretree::view
