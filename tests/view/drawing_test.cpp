@@ -407,6 +407,10 @@ TEST(SideBySide, APaneShowsItsStageWhereverItIs) {
   }
   PictureMaker maker(900, 300, 1, state);
   state.camera = wishedCamera(stages[0], std::nullopt, {.from = Vector3d(0, -1, 0)}, maker.layout().panes[0]);
+  const double near = state.camera.distance;
+  frameWhole(state, maker.layout().panes[0]);
+  EXPECT_NEAR(state.camera.distance / near, 1 + std::sqrt(5.0) / stages[0].radius(), 1e-6) << "the third ball is whole, too";
+  EXPECT_EQ(state.camera.target, Vector3d(0, 0, 0));
   const Picture picture = maker.draw();
   std::array<double, 3> middle{};  // of the pixels of each pane that differ from the background, from its left edge
   for (std::size_t k = 0; k < 3; ++k) {

@@ -31,7 +31,7 @@ constexpr double kFlatArc = 2;     // mean edges by which an arc must rise above
 constexpr std::array<double, 6> kCollars{0.0, 0.03, 0.06, 0.12, 0.25, 0.5};  // depths of collars to try, as shares of the radius of the rim
 constexpr double kCell = 3;                                                  // side of a cube of the search, in mean edges of the scan
 constexpr double kWallDensity = 0.5;                                // of a wall that is moved, in triangles along the edges of its border
-constexpr std::array<double, 5> kRoots{1.0, 0.75, 0.5, 0.25, 0.0};  // lengths of stubs to try, as shares of the length asked for; 0: a cap
+constexpr std::array<double, 5> kRoots{1.0, 0.75, 0.5, 0.25, 0.0};  // lengths of stubs to try, as shares; 0: a cap
 constexpr double kStubTaper = 0.4;  // width of the end of a stub, as a share of its beginning: about that of a root's tip
 
 /// A border edge of a region, in the direction of its triangles, and the region on the other side.

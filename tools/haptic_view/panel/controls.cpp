@@ -51,7 +51,7 @@ void applyPointer(ViewerState& state, const Layout& layout) {
 
 void frameContact(ViewerState& state, const Layout& layout) {
   const Pane& pane = state.panes[0];
-  if (!pane.has_state) return state.camera.frame(pane.stage->centre(), pane.stage->radius(), layout.panes[0]);
+  if (!pane.has_state) return frameWhole(state, layout.panes[0]);
   Eigen::Vector3d at = pane.state.step.graphic.position;
   if (pane.state.contact_count > 0) {
     at.setZero();
@@ -66,8 +66,7 @@ void applyLookKeys(ViewerState& state, const Layout& layout) {
   for (int side = 1; side <= 6; ++side)
     if (pressed(kKey1 + side - 1)) state.camera.lookFrom(side);
   if (pressed(keyOf('F'))) frameContact(state, layout);
-  if (!state.playback && pressed(kKeyHome))
-    state.camera.frame(state.panes[0].stage->centre(), state.panes[0].stage->radius(), layout.panes[0]);
+  if (!state.playback && pressed(kKeyHome)) frameWhole(state, layout.panes[0]);
   if (pressed(keyOf('O'))) state.follow = !state.follow;
   if (pressed(keyOf('T'))) look.theme = look.theme == ThemeKind::Dark ? ThemeKind::Light : ThemeKind::Dark;
   if (pressed(keyOf('M'))) look.objects = look.tool = static_cast<Geometry>((static_cast<int>(look.objects) + 1) % 4);

@@ -95,6 +95,14 @@ Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, con
   return camera;
 }
 
+void frameWhole(ViewerState& state, const Viewport& viewport) {
+  const Eigen::Vector3d centre = state.panes[0].stage->centre();
+  double radius = 0;
+  for (const Pane& pane : state.panes)
+    radius = std::max(radius, pane.stage->radius() + (pane.stage->centre() - pane.shift - centre).norm());
+  state.camera.frame(centre, radius, viewport);
+}
+
 Eigen::Vector3d shiftBetween(const Stage& first, const Stage& other) {
   const Eigen::Vector3d shift = other.centre() - first.centre();
   return 2 * shift.norm() > first.radius() + other.radius() ? shift : Eigen::Vector3d(Eigen::Vector3d::Zero());

@@ -34,7 +34,7 @@ struct FigureLine {
 struct Pane {
   const Stage* stage = nullptr;
   std::string title;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the camera in this pane: where its stage is, seen from the first one [mm]
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the camera, shiftBetween() the first stage and this one [mm]
   bool has_state = false;
   LiveState state;
   std::vector<Configuration> carriers;               // poses of the bodies
@@ -91,8 +91,11 @@ struct CameraWish {
 /// firstCamera(), changed by the user's choices.
 Camera wishedCamera(const Stage& stage, std::optional<Eigen::Vector3d> tool, const CameraWish& wish, const Viewport& viewport);
 
-/// The shift of a pane beside another one: zero where their stages overlap, as different trees of one mesh do, so that
-/// equal places are seen at equal places; otherwise from centre to centre.
+/// Points the camera at the first stage, from as far away as the whole of every pane needs.
+void frameWhole(ViewerState& state, const Viewport& viewport);
+
+/// The shift [mm] of a pane beside another one: zero where their stages overlap, as different trees of one mesh do, so
+/// that equal places are seen at equal places; otherwise from centre to centre.
 Eigen::Vector3d shiftBetween(const Stage& first, const Stage& other);
 
 /// The initial camera of a stage: it shows the whole stage, or the surroundings of the tool if they are much smaller.

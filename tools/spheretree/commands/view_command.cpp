@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // spheretree view: shows meshes, trees, scenes and comparisons in a window or a picture.
-#include <algorithm>
 #include <array>
 #include <memory>
 
@@ -49,10 +48,8 @@ void setCamera(view::ViewerState& state, const ViewCommand& o, const view::Viewp
   view::CameraWish wish;
   if (o.from.size() == 3) wish.from = Eigen::Vector3d(o.from[0], o.from[1], o.from[2]);
   if (wish.from && !(wish.from->norm() > 0)) throw UsageError("--from is the zero vector. Give a direction to look from, such as 1,-2,1.");
-  const auto smaller = [](const view::Pane& a, const view::Pane& b) { return a.stage->radius() < b.stage->radius(); };
-  const auto largest = std::max_element(state.panes.begin(), state.panes.end(), smaller);  // one scale for all
-  state.camera = view::wishedCamera(*largest->stage, std::nullopt, wish, pane);
-  state.camera.target -= largest->shift;
+  state.camera = view::wishedCamera(*state.panes[0].stage, std::nullopt, wish, pane);
+  view::frameWhole(state, pane);
 }
 
 int runView(const ViewCommand& o, builder::Progress& progress) try {
