@@ -6,6 +6,8 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
+#include <CGAL/Surface_mesh.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
@@ -192,7 +194,9 @@ TriangleMesh crownOf(TriangleMesh mesh, const Jaw& jaw, double edge, std::vector
 struct Growing {
   TriangleMesh mesh;
   std::vector<std::int32_t> labels;
-  std::vector<std::vector<std::uint32_t>> margins;
+  std::vector<std::vector<std::uint32_t>> margins;  // before the surface is triangulated anew beside them
+  std::size_t crown_triangles = 0;                  // of the crowns, which come first, then those of the gum
+  Vector3d gum_spot = Vector3d::Zero();             // far from the margins
 };
 
 void addCrowns(const Jaw& jaw, double edge, Growing& scan) {
@@ -205,6 +209,7 @@ void addCrowns(const Jaw& jaw, double edge, Growing& scan) {
     scan.labels.resize(scan.mesh.positions.size(), labelOf(tooth));
     scan.margins.push_back(std::move(margin));
   }
+  scan.crown_triangles = scan.mesh.triangles.size();
 }
 
 bool isWithin(const Vector2d& p, const std::vector<Vector2d>& polygon) {
@@ -272,6 +277,85 @@ void addGum(const Jaw& jaw, double edge, Growing& scan) {
   for (Triangle& t : triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   std::sort(triangles.begin(), triangles.end());
   scan.mesh.triangles.insert(scan.mesh.triangles.end(), triangles.begin(), triangles.end());
+  scan.gum_spot = scan.mesh.positions[scan.labels.size() - 200];
+}
+
+Kernel::Point_3 toPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+/// Triangles that can be searched; the tree refers to the vector, so that it cannot be copied.
+struct SearchedTriangles {
+  using Primitive = CGAL::AABB_triangle_primitive<Kernel, std::vector<Kernel::Triangle_3>::const_iterator>;
+  explicit SearchedTriangles(const TriangleMesh& mesh) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      triangles.emplace_back(toPoint(mesh.corner(t, 0)), toPoint(mesh.corner(t, 1)), toPoint(mesh.corner(t, 2)));
+    tree.insert(triangles.cbegin(), triangles.cend());
+  }
+  SearchedTriangles(const SearchedTriangles&) = delete;
+  SearchedTriangles& operator=(const SearchedTriangles&) = delete;
+
+  std::vector<Kernel::Triangle_3> triangles;
+  CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree;
+};
+
+/// True for the vertices within about three edges of a margin.
+std::vector<char> nearMargins(const Growing& scan, double edge) {
+  using Cell = std::array<int, 3>;
+  const auto cellOf = [&](const Vector3d& p) {
+    const Vector3d cell = (p / (2 * edge)).array().floor();
+    return Cell{static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
+  };
+  std::set<Cell> cells;
+  for (const std::vector<std::uint32_t>& margin : scan.margins)
+    for (const std::uint32_t v : margin)
+      for (int i = 0; i < 27; ++i) {
+        const Cell c = cellOf(scan.mesh.positions[v]);
+        cells.insert({c[0] + i % 3 - 1, c[1] + i / 3 % 3 - 1, c[2] + i / 9 - 1});
+      }
+  std::vector<char> is_near;
+  for (const Vector3d& p : scan.mesh.positions) is_near.push_back(cells.contains(cellOf(p)));
+  return is_near;
+}
+
+/// Triangulates the surface anew near the margins, because the triangles of a scanner do not follow them: vertices lie
+/// anywhere beside a margin and have the label of the side on which they are.
+void forgetMargins(double edge, Growing& scan) {
+  using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+  const std::vector<char> is_near = nearMargins(scan, edge);
+  TriangleMesh old{scan.mesh.positions, {}, {}, {}};
+  std::vector<std::int32_t> label_of_old;
+  Surface surface;
+  for (const Vector3d& p : scan.mesh.positions) surface.add_vertex(toPoint(p));
+  std::vector<Surface::Face_index> faces;
+  for (std::size_t t = 0; t < scan.mesh.triangles.size(); ++t) {
+    const Triangle& c = scan.mesh.triangles[t];
+    const Surface::Face_index f = surface.add_face(Surface::Vertex_index(c[0]), Surface::Vertex_index(c[1]), Surface::Vertex_index(c[2]));
+    if (f == Surface::null_face() || !(is_near[c[0]] && is_near[c[1]] && is_near[c[2]])) continue;
+    faces.push_back(f);
+    old.triangles.push_back(c);
+    label_of_old.push_back(t < scan.crown_triangles ? scan.labels[c[0]] : 0);
+  }
+  constexpr std::int32_t kNew = -1;
+  auto label = surface.add_property_map<Surface::Vertex_index, std::int32_t>("v:label", kNew).first;
+  for (std::uint32_t v = 0; v < is_near.size(); ++v)
+    if (!is_near[v]) label[Surface::Vertex_index(v)] = scan.labels[v];
+  namespace Processing = CGAL::Polygon_mesh_processing;
+  Processing::isotropic_remeshing(faces, edge, surface, CGAL::parameters::number_of_iterations(3).protect_constraints(true));
+  surface.collect_garbage();
+  const SearchedTriangles search(old);
+  scan.mesh = {};
+  scan.labels.clear();
+  for (const Surface::Vertex_index v : surface.vertices()) {
+    const Kernel::Point_3& p = surface.point(v);
+    scan.mesh.positions.emplace_back(p.x(), p.y(), p.z());
+    const auto nearest = [&] {
+      return label_of_old[static_cast<std::size_t>(search.tree.closest_point_and_primitive(p).second - search.triangles.cbegin())];
+    };
+    scan.labels.push_back(label[v] == kNew ? nearest() : label[v]);
+  }
+  for (const Surface::Face_index f : surface.faces()) {
+    const auto h = surface.halfedge(f);
+    scan.mesh.triangles.push_back({surface.source(h).idx(), surface.target(h).idx(), surface.target(surface.next(h)).idx()});
+  }
 }
 
 std::vector<Vector3d> normalsOf(const TriangleMesh& mesh) {
@@ -285,12 +369,7 @@ std::vector<Vector3d> normalsOf(const TriangleMesh& mesh) {
 
 /// Removes the surfaces that some views from above do not see, because they face away or are hidden.
 void removeHidden(Growing& scan) {
-  using Primitive = CGAL::AABB_triangle_primitive<Kernel, std::vector<Kernel::Triangle_3>::const_iterator>;
-  std::vector<Kernel::Triangle_3> triangles;
-  const auto point = [](const Vector3d& p) { return Kernel::Point_3(p.x(), p.y(), p.z()); };
-  for (std::size_t t = 0; t < scan.mesh.triangles.size(); ++t)
-    triangles.emplace_back(point(scan.mesh.corner(t, 0)), point(scan.mesh.corner(t, 1)), point(scan.mesh.corner(t, 2)));
-  const CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(triangles.cbegin(), triangles.cend());
+  const SearchedTriangles search(scan.mesh);
   std::vector<Vector3d> views{{0, 0, 1}};
   for (const double c : {0.8, kViewAngle})
     for (const Vector2d& d : circleCorners(3)) views.push_back({std::sqrt(1 - c * c) * d.x(), std::sqrt(1 - c * c) * d.y(), c});
@@ -299,7 +378,7 @@ void removeHidden(Growing& scan) {
     const Vector3d &a = scan.mesh.positions[t[0]], &b = scan.mesh.positions[t[1]], &c = scan.mesh.positions[t[2]];
     const Vector3d n = (b - a).cross(c - a).normalized(), from = (a + b + c) / 3 + 1e-3 * n;
     const bool is_seen = std::any_of(views.begin(), views.end(), [&](const Vector3d& view) {
-      return n.dot(view) > 0.1 && !tree.do_intersect(Kernel::Ray_3(point(from), Kernel::Vector_3(view.x(), view.y(), view.z())));
+      return n.dot(view) > 0.1 && !search.tree.do_intersect(Kernel::Ray_3(toPoint(from), Kernel::Vector_3(view.x(), view.y(), view.z())));
     });
     if (is_seen) seen.push_back(t);
   }
@@ -323,16 +402,15 @@ void addBraces(const Jaw& jaw, Growing& scan) {
 }
 
 void addDoubleLayer(Growing& scan, double edge) {
-  const Vector3d spot = scan.mesh.positions[scan.labels.size() - 200];  // gum comes last
   const std::size_t before = scan.mesh.triangles.size();
   std::map<std::uint32_t, std::uint32_t> copies;
   for (std::size_t t = 0; t < before; ++t) {
     Triangle copy = scan.mesh.triangles[t];
     const bool near =
-        std::all_of(copy.begin(), copy.end(), [&](std::uint32_t v) { return (scan.mesh.positions[v] - spot).norm() < 8 * edge; });
+        std::all_of(copy.begin(), copy.end(), [&](std::uint32_t v) { return (scan.mesh.positions[v] - scan.gum_spot).norm() < 8 * edge; });
     if (!near) continue;
     for (std::uint32_t& v : copy) {
-      if (scan.mesh.positions[v].x() < spot.x()) continue;  // that side is connected
+      if (scan.mesh.positions[v].x() < scan.gum_spot.x()) continue;  // that side is connected
       const auto [entry, is_new] = copies.emplace(v, static_cast<std::uint32_t>(scan.mesh.positions.size()));
       if (is_new) {
         const Vector3d p = scan.mesh.positions[v] + Vector3d(0, 0, 0.05);
@@ -378,6 +456,7 @@ SampleScan makeScan(const Mouth& mouth, const ScanSettings& settings) {
     out.margins.emplace_back();
     for (const std::uint32_t v : margin) out.margins.back().push_back(toWorld(scan.mesh.positions[v]));
   }
+  forgetMargins(settings.edge_mm, scan);
   if (settings.braces) addBraces(jaw, scan);
   if (settings.hidden_removed) removeHidden(scan);
   if (settings.double_layer) addDoubleLayer(scan, settings.edge_mm);

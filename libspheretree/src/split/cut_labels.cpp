@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <queue>
 #include <utility>
+
+#include "split/border_distances.h"
 
 namespace spheretree::builder {
 
@@ -16,27 +17,12 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kRounds = 4;        // of smoothing
-constexpr double kBand = 4;       // width of the band with known distances, in units of `smooth` and of the mean edge at the border
 constexpr double kMargin = 0.15;  // share of an edge between a cut and the ends of the edge, which avoids slivers
 
-struct Known {
-  std::int32_t region;
-  double distance;  // signed [mm]
-};
-
-/// Distances of the vertices in the band, by region; a vertex has only a few.
-using Distances = std::vector<std::vector<Known>>;
-
-double valueOf(const std::vector<Known>& known, std::int32_t region, double otherwise) {
-  for (const Known& k : known)
+double valueOf(const std::vector<RegionDistance>& known, std::int32_t region, double otherwise) {
+  for (const RegionDistance& k : known)
     if (k.region == region) return k.distance;
   return otherwise;
-}
-
-double distanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d way = b - a;
-  const double length2 = way.squaredNorm(), t = length2 > 0 ? std::clamp((p - a).dot(way) / length2, 0.0, 1.0) : 0;
-  return (p - a - t * way).norm();
 }
 
 class Cutter {
@@ -48,7 +34,10 @@ class Cutter {
 
   void run() {
     if (smooth_ > 0) {
-      findDistances();
+      BorderDistances found = findBorderDistances(s_, neighbours_, smooth_);
+      band_ = found.band;
+      known_ = std::move(found.of_vertex);
+      fixed_ = known_;
       for (int round = 0; round < kRounds; ++round) smoothDistances();
       assign();
     }
@@ -61,54 +50,6 @@ class Cutter {
     for (const Triangle& t : mesh_.triangles) {
       const Vector3d n = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
       for (const std::uint32_t v : t) normal_[v] += n;
-    }
-  }
-
-  /// The distances are exact within the triangles that the border crosses; beyond, they are measured along edges.
-  void findDistances() {
-    double length = 0;
-    std::size_t edges = 0;
-    for (const Triangle& t : mesh_.triangles)
-      for (std::size_t k = 0; k < 3; ++k)
-        if (before_[t[k]] != before_[t[(k + 1) % 3]]) {
-          length += (mesh_.positions[t[k]] - mesh_.positions[t[(k + 1) % 3]]).norm();
-          ++edges;
-        }
-    band_ = kBand * std::max(smooth_, edges > 0 ? length / static_cast<double>(edges) : 0);
-    std::vector<std::vector<std::pair<std::uint32_t, double>>> seeds(s_.region_label.size());  // of each region: vertex, distance
-    for (const Triangle& t : mesh_.triangles) {
-      if (before_[t[0]] == before_[t[1]] && before_[t[1]] == before_[t[2]]) continue;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t region = before_[t[k]];
-        if (k > 0 && (region == before_[t[0]] || (k == 2 && region == before_[t[1]]))) continue;
-        std::array<Vector3d, 2> cut;
-        std::size_t cuts = 0;
-        for (std::size_t e = 0; e < 3; ++e)
-          if ((before_[t[e]] == region) != (before_[t[(e + 1) % 3]] == region))
-            cut[cuts++] = (mesh_.positions[t[e]] + mesh_.positions[t[(e + 1) % 3]]) / 2;
-        for (const std::uint32_t v : t)
-          seeds[static_cast<std::size_t>(region)].emplace_back(v, distanceToSegment(mesh_.positions[v], cut[0], cut[1]));
-      }
-    }
-    known_.assign(mesh_.positions.size(), {});
-    for (std::size_t r = 0; r < seeds.size(); ++r) spread(static_cast<std::int32_t>(r), seeds[r]);
-    fixed_ = known_;
-  }
-
-  void spread(std::int32_t region, const std::vector<std::pair<std::uint32_t, double>>& seeds) {
-    using Entry = std::pair<double, std::uint32_t>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    for (const auto& [v, d] : seeds) queue.emplace(d, v);
-    const auto isIn = [&](std::uint32_t v) { return before_[v] == region; };
-    while (!queue.empty()) {
-      const auto [d, v] = queue.top();
-      queue.pop();
-      if (!known_[v].empty() && known_[v].back().region == region) continue;  // regions are processed one after the other
-      known_[v].push_back({region, isIn(v) ? d : -d});
-      for (const std::uint32_t u : neighbours_.of(v)) {
-        const double next = d + (mesh_.positions[u] - mesh_.positions[v]).norm();
-        if (isIn(u) == isIn(v) && next < band_) queue.emplace(next, u);
-      }
     }
   }
 
@@ -141,7 +82,7 @@ class Cutter {
   }
 
   void smoothDistances() {
-    Distances next = known_;
+    std::vector<std::vector<RegionDistance>> next = known_;
     for (std::uint32_t v = 0; v < known_.size(); ++v)
       for (std::size_t k = 0; k < known_[v].size(); ++k) {
         const double origin = fixed_[v][k].distance;
@@ -153,7 +94,7 @@ class Cutter {
   void assign() {
     for (std::size_t v = 0; v < known_.size(); ++v) {
       double best = valueOf(known_[v], before_[v], band_);
-      for (const Known& k : known_[v])
+      for (const RegionDistance& k : known_[v])
         if (k.distance > best) {
           best = k.distance;
           s_.vertex_region[v] = k.region;
@@ -265,7 +206,7 @@ class Cutter {
   std::vector<std::int32_t> before_;  // original regions of the vertices
   const VertexNeighbours neighbours_;
   std::vector<Vector3d> normal_;
-  Distances known_, fixed_;
+  std::vector<std::vector<RegionDistance>> known_, fixed_;  // after and before the smoothing
 };
 
 }  // namespace

@@ -81,6 +81,7 @@ LabelPieces findLabelPieces(const TriangleMesh& mesh, std::vector<std::int32_t> 
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const std::uint32_t v : mesh.triangles[t]) vertex_area[v] += triangleArea(mesh, t) / 3;
   LabelPieces out;
+  const std::vector<std::int32_t> old_label = label;
   Pieces pieces = piecesOf(mesh, label, vertex_area);
   while (joinIslands(mesh, pieces, min_area, label, out.islands)) pieces = piecesOf(mesh, label, vertex_area);
 
@@ -102,6 +103,7 @@ LabelPieces findLabelPieces(const TriangleMesh& mesh, std::vector<std::int32_t> 
     out.region_label.push_back(piece.label);
   }
   for (const std::uint32_t p : pieces.of) out.region.push_back(region_of[p]);
+  for (std::size_t v = 0; v < label.size(); ++v) out.is_island.push_back(label[v] != old_label[v]);
   return out;
 }
 

@@ -8,6 +8,7 @@ namespace spheretree::builder {
 
 struct LabelPieces {
   std::vector<std::int32_t> region;        // of each vertex: kGumRegion, or a piece of a label
+  std::vector<char> is_island;             // of each vertex: it got another label, since its piece was too small
   std::vector<std::int32_t> region_label;  // of each region; [0] is the gum
   std::vector<int> region_piece;           // 1 for the largest piece of its label
   std::size_t islands = 0;                 // pieces that were too small and were merged into a neighbour

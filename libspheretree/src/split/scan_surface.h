@@ -24,6 +24,7 @@ struct ScanSurface {
   std::vector<std::int32_t> region;         // for each triangle, after the cut
   std::vector<char> is_invented;            // for each triangle: filled or added, not part of the scan
   std::vector<std::int32_t> region_label;   // label of each region
+  std::vector<char> is_doubtful;            // vertices that were islands of another label; without those that were added
 };
 
 /// The triangle with the directed edge from -> to, if there is one.

@@ -58,6 +58,7 @@ class Splitter {
     if (pieces.islands > 0)
       out_.notes.push_back(std::to_string(pieces.islands) + (pieces.islands == 1 ? " island" : " islands") + " of less than " +
                            number(settings_.min_area_mm2) + " mm2 joined the neighbour around.");
+    surface_.is_doubtful = pieces.is_island;
     surface_.vertex_region = pieces.region;
     surface_.region_label = pieces.region_label;
     progress_.check();
