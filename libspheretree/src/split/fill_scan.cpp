@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "split/fill_scan.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <queue>
@@ -24,7 +25,7 @@ using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 constexpr std::size_t kMaxSpanned = 3000;  // largest number of vertices of a loop that is triangulated at once
 constexpr int kMaxWidened = 20;            // rounds of widening holes whose filling crosses something
 constexpr double kFillDensity = 1.5;       // of the finer filling, in triangles along the edges of its border
-constexpr int kNearRings = 3;              // rings of the scan around a hole against which its filling is tested
+constexpr double kNear = 3;                // mean edges around the box of a hole, in which its filling is tested against the scan
 constexpr double kSearchCell = 3;          // side of a cube of the search, in mean edges of the scan
 
 /// Every border loop except the outer one.
@@ -56,10 +57,22 @@ class Filling {
   void findNear(const std::vector<Loop>& loops) {
     is_bad_.assign(mesh_.positions.size(), 0);
     is_dropped_.assign(scanned_, 0);
-    Loop borders;
-    for (const Loop& loop : loops) borders.insert(borders.end(), loop.begin(), loop.end());
-    scan_triangle_ = trianglesNear(mesh_, borders, kNearRings);
-    for (const std::uint32_t t : scan_triangle_) search_.add(mesh_.triangles[t]);
+    // By place, not by connection: the neighbour of a tooth is as near as the tooth itself.
+    std::vector<Eigen::AlignedBox3d> boxes;
+    const double beside_edges = kNear * meanEdge(s_);
+    for (const Loop& loop : loops) {
+      Eigen::AlignedBox3d box;
+      for (const std::uint32_t v : loop) box.extend(mesh_.positions[v]);
+      const Vector3d beside = Vector3d::Constant(beside_edges + box.diagonal().norm() / 2);
+      boxes.emplace_back(box.min() - beside, box.max() + beside);
+    }
+    for (std::uint32_t t = 0; t < scanned_; ++t) {
+      Eigen::AlignedBox3d box;
+      for (const std::uint32_t v : mesh_.triangles[t]) box.extend(mesh_.positions[v]);
+      if (std::none_of(boxes.begin(), boxes.end(), [&](const auto& of_loop) { return of_loop.intersects(box); })) continue;
+      scan_triangle_.push_back(t);
+      search_.add(mesh_.triangles[t]);
+    }
   }
 
   void fill(const Loop& loop, bool widen, bool is_last) {

@@ -129,6 +129,36 @@ TEST(FillScanHoles, AFillingGoesAroundWhatItWouldCross) {
   EXPECT_EQ(lost, 0u);
 }
 
+// A sheet with a hole that turns back over itself, with a bump that reaches through the hole. The bump is near the hole
+// but far along the surface, like the neighbour of a tooth.
+TEST(FillScanHoles, AFillingAvoidsAlsoWhatIsNotConnectedNearby) {
+  constexpr std::uint32_t kAlong = 60, kAcross = 20;
+  constexpr double kTurn = 10 / M_PI;  // radius of the fold, in which ten cells lie
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i <= kAlong; ++i)
+    for (std::uint32_t j = 0; j <= kAcross; ++j) {
+      const double u = i, y = j, angle = (u - 20) / kTurn;
+      if (i <= 20)
+        mesh.positions.emplace_back(u, y, 0);
+      else if (i <= 30)
+        mesh.positions.emplace_back(20 + kTurn * std::sin(angle), y, kTurn * (1 - std::cos(angle)));
+      else
+        mesh.positions.emplace_back(50 - u, y, 2 * kTurn - 7.2 * std::exp(-(std::pow(40 - u, 2) + std::pow(y - 10, 2)) / 4));
+    }
+  for (std::uint32_t i = 0; i < kAlong; ++i)
+    for (std::uint32_t j = 0; j < kAcross; ++j) {
+      const std::uint32_t a = i * (kAcross + 1) + j, b = a + kAcross + 1;
+      mesh.triangles.push_back({a, b, b + 1});
+      mesh.triangles.push_back({a, b + 1, a + 1});
+    }
+  ScanSurface scan = scanOf(mesh, [](const Vector3d& p) { return p.z() == 0 && isInHole(p); });
+  const std::size_t scanned = scan.mesh.triangles.size();
+  ASSERT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(fillScanHoles(scan), 1u);
+  EXPECT_EQ(crossings(scan.mesh), 0u);
+  EXPECT_EQ(static_cast<std::size_t>(std::count(scan.is_invented.begin(), scan.is_invented.end(), 0)), scanned) << "nothing is lost";
+}
+
 // The filling of least bending would cross the blade that stands in the hole.
 TEST(FillScanHoles, AFillingThatCannotPassLosesWhatItCrosses) {
   ScanSurface scan = scanOf(sheet(), isInHole);
