@@ -124,6 +124,6 @@ struct KernelTable {
 RelativePose relativePose(const ObjectView& object, const double rotation[9], const double position[3]);
 
 const KernelTable& scalarKernel();
-const KernelTable* avx2Kernel();  // null if this machine or this build does not have it
+const KernelTable* avx2Kernel();  // null if this machine or this build does not have it; slow: asks the processor
 
 }  // namespace spheretree::runtime

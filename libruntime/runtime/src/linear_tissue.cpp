@@ -58,7 +58,7 @@ class LinearTissue final : public SoftTissue {
   void placeView(std::size_t object) override;
   void placePatches(const PairRun& run, const PairSet& set) override;
   float patchRows(const RowRequest& request) const override {
-    return memory_.kernel == avx2Kernel() ? softRowsAvx2(request) : softRowsScalar(request);
+    return memory_.kernel == &scalarKernel() ? softRowsScalar(request) : softRowsAvx2(request);
   }
   std::uint32_t solve(ContactQp& qp) override;
   void giveWay(double part) override {
