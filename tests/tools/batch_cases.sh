@@ -59,7 +59,7 @@ case_scene() {
 case_split() {
   "$1" scans edge=0.9 || fail "make_scans"
   "$program" split scans/upper.obj scans/lower.obj --labels scans/upper.json scans/lower.json --opening 25 -o patient \
-    --marked marked.glb >out 2>err
+    --marked patient/marked.glb >out 2>err
   code=$?
   says "28 teeth, 2 gums; 0 refused" out
   # Exit code 5 and findings occur together.
@@ -70,7 +70,7 @@ case_split() {
     expect 0 check patient/$part.ply
   done
   says '"schema": "spheretree.split/1"' patient/split.json
-  [ -s marked.glb ] || fail "nothing marked"
+  [ -s patient/marked.glb ] || fail "nothing marked in the folder of the parts"
   expect 0 batch patient/mouth.scene.json -o trees --dry-run
   says "31 to build" out
   # The same jaw twice gives the same parts; labels in a PLY are equivalent to those in a JSON file.
@@ -88,6 +88,7 @@ case_split() {
   expect 2 split scans/upper.obj --labels scans/upper.json --opening 20 -o x
   expect 4 split scans/upper.obj scans/upper.obj --labels scans/upper.json scans/upper.json -o x
   says "both scans are of the upper jaw" err
+  expect 3 split scans/upper.obj --labels scans/upper.json -o x --marked nowhere/marked.glb
   expect 4 split scans/upper.obj --label-property label -o x/inner
   says "only PLY has properties" err
   [ ! -e x ] || fail "a refused split left a folder"

@@ -303,8 +303,8 @@ SplitJobResult runSplit(const SplitJobSettings& settings, builder::Progress& pro
   check(settings);
   for (const fs::path& scan : settings.scans) files.willRead(scan);
   for (const fs::path& labels : settings.labels) files.willRead(labels);
-  files.willWrite(settings.marked, {".glb"}, "the marked mesh", false);
   files.makeFolder(settings.folder);
+  files.willWrite(settings.marked, {".glb"}, "the marked mesh", false);  // it may be in the folder
   std::vector<Jaw> jaws;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < settings.scans.size(); ++i) {
