@@ -148,7 +148,7 @@ def split_scans(programs):
 
 def split_margin(programs):
     """Distances of the cut from the true margin, over both jaws and three seeds, as the test of the cut prints them."""
-    test = [programs.build / "tests/split_test", "--gtest_filter=CutLabels.IsAtTheMargin*"]
+    test = [programs.build / "tests/split_test", "--gtest_filter=CutLabels.Is*"]
     text = subprocess.run(test, env={**os.environ, "SPHERETREE_LONG": "1"}, check=True, capture_output=True, text=True).stdout
     rows = {}
     for edge, labels in re.findall(r"^margin, edge ([\d.]+), [^:]*: (.*) mm$", text, re.MULTILINE):
