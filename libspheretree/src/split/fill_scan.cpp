@@ -66,10 +66,19 @@ class Filling {
       const Vector3d beside = Vector3d::Constant(beside_edges + box.diagonal().norm() / 2);
       boxes.emplace_back(box.min() - beside, box.max() + beside);
     }
+    // By their begin along x, with the farthest end of each box and those before it: a scan may have many holes.
+    std::sort(boxes.begin(), boxes.end(), [](const auto& a, const auto& b) { return a.min().x() < b.min().x(); });
+    std::vector<double> farthest;
+    for (const auto& box : boxes) farthest.push_back(std::max(farthest.empty() ? box.max().x() : farthest.back(), box.max().x()));
     for (std::uint32_t t = 0; t < scanned_; ++t) {
       Eigen::AlignedBox3d box;
       for (const std::uint32_t v : mesh_.triangles[t]) box.extend(mesh_.positions[v]);
-      if (std::none_of(boxes.begin(), boxes.end(), [&](const auto& of_loop) { return of_loop.intersects(box); })) continue;
+      auto i = std::upper_bound(boxes.begin(), boxes.end(), box.max().x(), [](double x, const auto& b) { return x < b.min().x(); }) -
+               boxes.begin();
+      bool is_near = false;
+      while (!is_near && i-- > 0 && farthest[static_cast<std::size_t>(i)] >= box.min().x())
+        is_near = boxes[static_cast<std::size_t>(i)].intersects(box);
+      if (!is_near) continue;
       scan_triangle_.push_back(t);
       search_.add(mesh_.triangles[t]);
     }
