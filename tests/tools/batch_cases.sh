@@ -321,13 +321,35 @@ case_batch_budget() {
   expect 2 batch b.scene.json -o none --budget 100
 }
 
+case_batch_regions() {
+  spot() { write_rings site.scene.json ', "tolerance_mm": 4' ", \"work\": [{\"name\": \"spot\", \"sphere\": {\"centre_mm\": [130, 0, 0], \"radius_mm\": 10}, \"tolerance_mm\": $1}$2]"; }
+  write_rings plain.scene.json ', "tolerance_mm": 4' ""
+  spot 1 ""
+  expect 0 batch plain.scene.json -o plain
+  expect 0 batch site.scene.json -o site
+  says '"name": "spot"' site/report.json
+  # A ring that no region can reach is the same as without regions, and an edited region rebuilds only what it concerns.
+  cmp plain/small.stree site/small.stree || fail "a region far away changes a tree"
+  cmp plain/large.stree site/large.stree && fail "the region changes nothing"
+  spot 2 ""
+  expect 0 batch site.scene.json -o site
+  says "1 built, 2 unchanged, 0 failed" out
+  spot 2 ', {"name": "beside", "box": {"low_mm": [304, -99, -99], "high_mm": [305, 99, 99]}, "tolerance_mm": 0.5}'
+  expect 0 batch site.scene.json -o site
+  says "1 built, 2 unchanged, 0 failed" out
+  # What is missed is said with its region.
+  spot 0.0001 ""
+  expect 5 batch site.scene.json -o site
+  says "large: the tolerance is not met in the region spot (.* mm instead of 0.0001 mm)" err
+}
+
 case_batch_chart() {
   write_rings a.scene.json ', "levels": 3' ""
   printf 't_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n' >press.csv
   awk 'BEGIN { for (i = 0; i < 200; ++i) printf "%.3f,0,100,%.2f,1,0,0,0\n", i / 1000, 40 - i / 10 }' >>press.csv
   expect 0 batch a.scene.json -o out_a --chart --trajectory press.csv
-  # 8, 16, 32 and 64 leaves and the chosen trees, for the scene, the tool and two objects.
-  [ "$(grep -c '"leaves_each": ' out_a/report.json)" -eq 20 ] || fail "not 5 rows of 4"
+  # 8 and 64 leaves and the chosen trees, for the scene, the tool and two objects.
+  [ "$(grep -c '"leaves_each": ' out_a/report.json)" -eq 12 ] || fail "not 3 rows of 4"
   [ "$(grep -c '"chosen": true' out_a/report.json)" -eq 4 ] || fail "not one chosen row each"
   # The second run is equal except for times: the whole chart comes from the cache.
   grep -v -e seconds -e step_us -e built -e cached out_a/report.json >first
@@ -337,6 +359,13 @@ case_batch_chart() {
   expect 0 report out_a -o page.html
   says 'Leaves against overhang' page.html
   says 'class="cq"' page.html
+  # A row for each tolerance of the scene; none for the only one, which the chosen trees have.
+  sed -i 's/"quality": "quick"/"quality": "quick", "tolerance_mm": 4/' a.scene.json
+  expect 0 batch a.scene.json -o out_t --chart
+  grep -c '"chosen": false' out_t/report.json | grep -qx 8 || fail "a row of the only tolerance"
+  sed -i 's/"mesh": "small.obj"/"mesh": "small.obj", "tolerance_mm": 0.5/' a.scene.json
+  expect 0 batch a.scene.json -o out_t --chart
+  grep -c '"chosen": false' out_t/report.json | grep -qx 16 || fail "not a row for each of two tolerances"
 }
 
 # Every command of docs/tutorial.md, and the scene of its step 2. Arguments: make_samples, haptic-player, the page.

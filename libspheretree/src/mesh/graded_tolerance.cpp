@@ -31,6 +31,8 @@ TriangleMesh reachedPart(const TriangleMesh& mesh, std::span<const char> reached
 
 }  // namespace
 
+double regionRange(double tolerance) { return tolerance / kGrowth; }
+
 std::vector<double> gradedTolerance(const TriangleMesh& mesh, double tolerance, std::span<const ToleranceRegion> regions,
                                     std::span<const char> reached, double unreached_tolerance) {
   const std::size_t count = mesh.triangles.size();

@@ -201,12 +201,10 @@ std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, 
   auto work = std::make_shared<WorkRegions>();
   work->regions = scene.work;
   work->reach = scene.reach;
-  formats::SceneFile only;  // regions and reach as text of the scene
-  only.work = scene.work;
-  only.reach = scene.reach;
-  only.tool.name = "tool";
-  work->key = formats::sceneText(only);
-  if (scene.reach)  // what one object blocks depends on the poses of all others
+  if (scene.reach) {  // what one object blocks depends on the poses of all others
+    formats::SceneFile only;
+    only.reach = scene.reach;
+    only.tool.name = "tool";
     for (const BatchItem& item : items)
       if (!item.is_tool && item.status == ItemStatus::Waiting) {
         formats::SceneItem place;
@@ -214,9 +212,10 @@ std::shared_ptr<WorkRegions> assignWorkRegions(const formats::SceneFile& scene, 
         place.pose = item.source->pose;
         only.objects.push_back(place);
       }
-  work->key += formats::sceneText(only);
+    work->reach_key = formats::sceneText(only);
+  }
   for (BatchItem& item : items)
-    if (!item.is_tool && item.status == ItemStatus::Waiting) item.job.work = work;
+    if (!item.is_tool && item.status == ItemStatus::Waiting) item.job.grade(work);
   return work;
 }
 

@@ -6,46 +6,76 @@
 #include <set>
 
 #include "spheretree/runtime/scene.h"
+#include "tree/upper_levels.h"
 
 namespace spheretree::pipeline {
 namespace {
 
-constexpr std::size_t kMinLeaves = 8, kMaxLeaves = 4096;
+constexpr std::size_t kMaxLeaves = 4096;  // 8^4: the leaves of a tree of five levels
 constexpr std::size_t kObjectContacts = 40;
 
-/// The setting of a row: a number of leaves for each tree, a tolerance, or neither: the chosen trees.
+/// The setting of a row: a number of leaves that no tree exceeds, a tolerance, or neither: the chosen trees.
 struct Setting {
   std::size_t leaves = 0;
   double tolerance = 0;
   bool chosen() const { return leaves == 0 && tolerance == 0; }
 };
 
-std::vector<Setting> settingsFor(const formats::SceneFile& scene, const std::vector<BatchItem>& source) {
-  std::vector<Setting> out;
-  std::size_t largest = 0;
+/// The tolerances of the items that are to be built.
+std::set<double> tolerancesOf(const std::vector<BatchItem>& source) {
   std::set<double> tolerances;
-  for (const BatchItem& item : source) {
-    if (item.status != ItemStatus::Waiting) continue;
-    largest = std::max(largest, maxLeaves(scene, item));
-    if (item.job.settings.tolerance_mm > 0) tolerances.insert(item.job.settings.tolerance_mm);
-  }
-  for (std::size_t leaves = kMinLeaves; leaves <= std::min(largest, kMaxLeaves); leaves *= 2) out.push_back({leaves, 0});
-  for (const double t : tolerances) out.push_back({0, t});
-  return out;
+  for (const BatchItem& item : source)
+    if (item.status == ItemStatus::Waiting && item.job.settings.tolerance_mm > 0) tolerances.insert(item.job.settings.tolerance_mm);
+  return tolerances;
 }
 
-/// The items as they were read, to be built for this setting. A builder other than cover keeps the leaves of its
-/// levels.
-std::vector<BatchItem> itemsFor(const Setting& setting, const formats::SceneFile& scene, const std::vector<BatchItem>& source) {
+/// The items as they were read, to be built as quick trees with as many full levels as kMaxLeaves and the scene allow.
+/// The skin is that of the chosen tree, since the tool rests on it whatever the leaves are.
+std::vector<BatchItem> deepItems(const formats::SceneFile& scene, const std::vector<BatchItem>& source) {
   std::vector<BatchItem> items = source;
   for (BatchItem& item : items) {
     if (item.status != ItemStatus::Waiting) continue;
     builder::BuildSettings& settings = item.job.settings;
+    if (settings.skin_tolerance_mm == 0) settings.skin_tolerance_mm = settings.tolerance_mm;
+    limitLeaves(settings, std::min(kMaxLeaves, maxLeaves(scene, item)));
+    settings.max_leaves = 0;
+    settings.tolerance_mm = 0;
     settings.quality = builder::Quality::Quick;
-    settings.tolerance_mm = setting.tolerance;
-    item.job.work = nullptr;  // the same tolerance everywhere: the chosen trees may be better than that
-    if (setting.leaves == 0 || settings.builder != builder::BuilderKind::Cover) continue;
-    limitLeaves(settings, std::min(setting.leaves, maxLeaves(scene, item)));
+    item.job.work = nullptr;
+  }
+  return items;
+}
+
+/// The items to build with this tolerance everywhere: quick trees, without regions of work. An item whose chosen tree
+/// was built for just that is taken from `chosen`.
+std::vector<BatchItem> itemsWithin(double tolerance_mm, const std::vector<BatchItem>& source, const std::vector<BatchItem>& chosen) {
+  std::vector<BatchItem> items = source;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    BatchItem& item = items[i];
+    if (item.status != ItemStatus::Waiting) continue;
+    item.job.work = nullptr;
+    item.job.settings.tolerance_mm = tolerance_mm;
+    if (item.job.key() == chosen[i].key)
+      item = chosen[i];
+    else
+      item.job.settings.quality = builder::Quality::Quick;
+  }
+  return items;
+}
+
+/// The items with the upper levels of their trees: as many as have at most `leaves` spheres.
+std::vector<BatchItem> coarser(std::vector<BatchItem> items, std::size_t leaves) {
+  for (BatchItem& item : items) {
+    if (!item.hasTree()) continue;
+    SphereTree& tree = item.result.tree;
+    TreeFigures& figures = item.result.figures;
+    int levels = kMinLevels;
+    while (levels < tree.levelCount() && tree.statistics[static_cast<std::size_t>(levels)].sphere_count <= leaves) ++levels;
+    if (levels >= tree.levelCount()) continue;
+    tree = builder::upperLevels(tree, levels);
+    figures.levels.resize(static_cast<std::size_t>(levels));
+    figures.leaves = tree.statistics.back().sphere_count;
+    figures.nodes = tree.nodeCount();
   }
   return items;
 }
@@ -134,16 +164,32 @@ class Rows {
 std::vector<SpeedRow> speedRows(const std::vector<BatchItem>& source, const std::vector<BatchItem>& items, ToolPaths paths,
                                 const BatchContext& context) {
   Rows rows(items, std::move(paths), context);
-  for (const Setting& setting : settingsFor(context.scene, source)) {
-    std::vector<BatchItem> built = itemsFor(setting, context.scene, source);
-    char tolerance[32];
-    std::snprintf(tolerance, sizeof tolerance, "%.6g mm", setting.tolerance);
-    const std::string what = setting.leaves > 0 ? std::to_string(setting.leaves) + " leaves" : std::string(tolerance);
-    buildItems(built, context, "chart, " + what);
-    context.progress.stage("chart, steps with " + what);
+  const auto measure = [&](const Setting& setting, const std::vector<BatchItem>& built) {
+    char what[48] = "the chosen trees";
+    if (setting.leaves > 0) std::snprintf(what, sizeof what, "%zu leaves", setting.leaves);
+    if (setting.tolerance > 0) std::snprintf(what, sizeof what, "%.6g mm", setting.tolerance);
+    context.progress.stage("chart, steps with " + std::string(what));
     rows.add(setting, built);
+  };
+
+  std::vector<BatchItem> deep = deepItems(context.scene, source);
+  buildItems(deep, context, "chart, trees");
+  std::size_t most = 0;
+  for (const BatchItem& item : deep)
+    if (item.hasTree()) most = std::max(most, item.result.figures.leaves);
+  for (std::size_t leaves = kMaxBranching, below = 0; below < most && leaves <= kMaxLeaves; below = leaves, leaves *= kMaxBranching)
+    measure({.leaves = leaves}, coarser(deep, leaves));
+
+  const auto is_chosen = [](const BatchItem& a, const BatchItem& b) { return a.key == b.key; };
+  for (const double tolerance : tolerancesOf(source)) {
+    std::vector<BatchItem> built = itemsWithin(tolerance, source, items);
+    if (std::equal(built.begin(), built.end(), items.begin(), is_chosen)) continue;  // the row of the chosen trees
+    char what[48];
+    std::snprintf(what, sizeof what, "chart, %.6g mm", tolerance);
+    buildItems(built, context, what);
+    measure({.tolerance = tolerance}, built);
   }
-  rows.add({}, items);
+  measure({}, items);
   return rows.take();
 }
 

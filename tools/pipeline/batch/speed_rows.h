@@ -11,9 +11,10 @@
 
 namespace spheretree::pipeline {
 
-/// Rows for each object alone and for the scene: one for each number of leaves from 8 to 4,096 and each tolerance in
-/// the scene, all with quick trees; and one for the chosen trees, those of `items`. `source`: the items before they
-/// were built. `paths`: the paths whose steps are measured; empty: random contacts. Rows and fields: docs/batch.md
+/// Rows for each object alone and for the scene: one for 8, 64, 512 and 4,096 leaves, which are the levels of one quick
+/// tree of each object; one for each tolerance in the scene, with quick trees where the chosen ones have another
+/// tolerance; and one for the chosen trees, those of `items`. `source`: the items before they were built. `paths`: the
+/// paths whose steps are measured; empty: random contacts. Rows and fields: docs/batch.md
 /// @throws Cancelled
 std::vector<SpeedRow> speedRows(const std::vector<BatchItem>& source, const std::vector<BatchItem>& items, ToolPaths paths,
                                 const BatchContext& context);

@@ -29,8 +29,14 @@ std::string shortest(double value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-std::string workText(const WorkRegions& work, const Configuration& pose) {
-  std::string text = work.key;
+// Everything on which the tolerances of triangles depend besides the mesh. A region that is too far away to change one
+// is not part of it, so that an edited region rebuilds only what it concerns.
+std::string workText(const WorkRegions& work, const std::vector<formats::WorkRegion>& regions, const Configuration& pose) {
+  if (regions.empty() && !work.reach) return "";
+  formats::SceneFile only;
+  only.work = regions;
+  only.tool.name = "tool";
+  std::string text = formats::sceneText(only) + work.reach_key;
   for (const double x : {pose.position.x(), pose.position.y(), pose.position.z(), pose.orientation.w(), pose.orientation.x(),
                          pose.orientation.y(), pose.orientation.z()})
     text += "\n" + std::to_string(x);
@@ -44,7 +50,7 @@ double diagonalOf(const TriangleMesh& mesh) {
 }
 
 // If all places have the same tolerance, uses the plain search for it.
-void grade(builder::BuildSettings& settings, std::vector<double> tolerances) {
+void setTolerances(builder::BuildSettings& settings, std::vector<double> tolerances) {
   const auto [smallest, largest] = std::minmax_element(tolerances.begin(), tolerances.end());
   settings.tolerance_mm = *smallest;
   if (*smallest < *largest) settings.tolerance_of_triangle_mm = std::move(tolerances);
@@ -114,9 +120,22 @@ std::string TreeJob::meshKey() const {
   return toHex(hashOf(kGenerator + "\n" + toHex(file->hash) + "\n" + part + '\0' + std::to_string(file->mesh.unit_mm) + "\n" + repair));
 }
 
+void TreeJob::grade(std::shared_ptr<const WorkRegions> regions) {
+  work = std::move(regions);
+  world_box.setEmpty();
+  if (work->regions.empty()) return;
+  for (const Eigen::Vector3d& p : inWorld(part.empty() ? file->mesh.mesh : partOf(file->mesh.mesh, part, file->components), pose).positions)
+    world_box.extend(p);
+}
+
+std::vector<formats::WorkRegion> TreeJob::regions() const {
+  return work ? regionsInRange(*work, world_box, settings.tolerance_mm, scale) : std::vector<formats::WorkRegion>();
+}
+
 std::string TreeJob::key() const {
-  return toHex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) + (work ? workText(*work, pose) : "") +
-                      (scale == 1 ? "" : "\nscale=" + shortest(scale)) + (is_for_error ? "\nfor error" : "")));
+  return toHex(hashOf(meshKey() + "\n" + kRecordSchema + "\n" + builder::settingsText(settings) +
+                      (work ? workText(*work, regions(), pose) : "") + (scale == 1 ? "" : "\nscale=" + shortest(scale)) +
+                      (is_for_error ? "\nfor error" : "")));
 }
 
 builder::RepairedMesh TreeJob::solid(builder::Progress& progress) const {
@@ -133,10 +152,11 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   progress.check();
   builder::BuildSettings own = settings;
   own.unit_mm = file->mesh.unit_mm;
-  const bool is_graded = work && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
+  const std::vector<formats::WorkRegion> near = regions();
+  const bool is_graded = work && (!near.empty() || work->reach) && settings.tolerance_mm > 0 && settings.builder == BuilderKind::Cover;
   const double wanted = settings.tolerance_mm > 0 ? settings.tolerance_mm : 1;
   if (is_graded)
-    grade(own, tolerancesAt(*work, inWorld(mesh, pose), settings.tolerance_mm, scale));
+    setTolerances(own, tolerancesAt(*work, near, inWorld(mesh, pose), settings.tolerance_mm, scale));
   else if (is_for_error)
     own.tolerance_mm = scale * wanted;
   if (is_for_error && own.skin_tolerance_mm == 0)
@@ -156,7 +176,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
     if (settings.tolerance_mm > 0) figures.tolerance_met = ratio <= 1;
     figures.ratio = ToleranceRatio{ratio, is_graded ? std::optional<double>(met) : std::nullopt};
   }
-  if (work) figures.work = workFigures(*work, mesh, pose, built.tree);
+  if (!near.empty()) figures.work = workFigures(near, mesh, pose, built.tree);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return {std::move(built.tree), std::move(figures), seconds};
 }

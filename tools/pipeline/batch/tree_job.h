@@ -31,6 +31,7 @@ struct TreeJob {
   builder::BuildSettings settings;
   Configuration pose;                       // of the object in the world
   std::shared_ptr<const WorkRegions> work;  // null: the same tolerance everywhere
+  Eigen::AlignedBox3d world_box;            // of the input; set with `work`
   // With settings.max_leaves > 0 the tree has exactly this number of leaves. The scene's tolerances, multiplied by
   // `scale`, decide where they are; the leaves meet them as well as possible.
   double scale = 1;
@@ -38,6 +39,10 @@ struct TreeJob {
   // tolerance, `scale` is the error in mm. The skin does not depend on `scale`.
   bool is_for_error = false;
 
+  /// Sets `work`, and the box by which its regions are selected.
+  void grade(std::shared_ptr<const WorkRegions> regions);
+  /// The regions of `work` that can change a tolerance of this object.
+  std::vector<formats::WorkRegion> regions() const;
   /// Hash of everything on which the tree depends: content, part, unit, settings, version of the program; 32
   /// hexadecimal digits.
   std::string key() const;

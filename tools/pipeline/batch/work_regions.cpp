@@ -27,23 +27,38 @@ TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose) {
   return mesh;
 }
 
-std::vector<double> tolerancesAt(const WorkRegions& work, const TriangleMesh& world_mesh, double tolerance_mm, double scale) {
-  std::vector<builder::ToleranceRegion> regions;
+std::vector<formats::WorkRegion> regionsInRange(const WorkRegions& work, const Eigen::AlignedBox3d& world_box, double tolerance_mm,
+                                                double scale) {
+  const double largest = scale * std::max(tolerance_mm, work.reach ? work.reach->tolerance_mm : 0);
+  std::vector<formats::WorkRegion> out;
   for (const formats::WorkRegion& region : work.regions) {
-    regions.push_back(regionOf(region));
-    regions.back().tolerance *= scale;
+    const builder::ToleranceRegion place = regionOf(region);
+    const double distance =
+        place.radius > 0 ? world_box.exteriorDistance(place.centre) - place.radius : world_box.exteriorDistance(place.box);
+    if (distance <= builder::regionRange(largest)) out.push_back(region);
+  }
+  return out;
+}
+
+std::vector<double> tolerancesAt(const WorkRegions& work, std::span<const formats::WorkRegion> regions, const TriangleMesh& world_mesh,
+                                 double tolerance_mm, double scale) {
+  std::vector<builder::ToleranceRegion> scaled;
+  for (const formats::WorkRegion& region : regions) {
+    scaled.push_back(regionOf(region));
+    scaled.back().tolerance *= scale;
   }
   const std::vector<char> reached = work.space ? work.space->reached(world_mesh) : std::vector<char>();
-  return builder::gradedTolerance(world_mesh, scale * tolerance_mm, regions, reached,
+  return builder::gradedTolerance(world_mesh, scale * tolerance_mm, scaled, reached,
                                   scale * (work.reach ? work.reach->tolerance_mm : tolerance_mm));
 }
 
-std::vector<WorkFigures> workFigures(const WorkRegions& work, const TriangleMesh& mesh, const Configuration& pose, const SphereTree& tree) {
+std::vector<WorkFigures> workFigures(std::span<const formats::WorkRegion> regions, const TriangleMesh& mesh, const Configuration& pose,
+                                     const SphereTree& tree) {
   std::vector<WorkFigures> out;
   const TriangleMesh world = inWorld(mesh, pose);
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   const std::vector<std::uint32_t> leaves = levelSet(tree, tree.levelCount() - 1);
-  for (const formats::WorkRegion& region : work.regions) {
+  for (const formats::WorkRegion& region : regions) {
     // A triangle is in the region if this region alone would give it a tolerance of almost zero.
     constexpr double kNone = 1e-9;
     builder::ToleranceRegion only = regionOf(region);

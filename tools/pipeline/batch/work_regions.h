@@ -2,8 +2,10 @@
 // Where a scene needs accuracy: its regions of work, and the space that the tool can reach.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,16 +22,23 @@ struct WorkRegions {
   std::vector<formats::WorkRegion> regions;
   std::optional<formats::Reach> reach;
   std::unique_ptr<const builder::ReachableSpace> space;  // if there is a `reach`; set before the first tree is built
-  std::string key;                                       // everything on which tolerances depend, except the object's own mesh and pose
+  std::string reach_key;                                 // the reach, and everything that may be in its way; "" without one
 };
 
 TriangleMesh inWorld(TriangleMesh mesh, const Configuration& pose);
 
-/// Tolerances of the triangles of `world_mesh`, whose own tolerance is `tolerance_mm`; all tolerances are multiplied by
-/// `scale`.
-std::vector<double> tolerancesAt(const WorkRegions& work, const TriangleMesh& world_mesh, double tolerance_mm, double scale = 1);
+/// The regions that can change a tolerance of an object with this bounding box and tolerance, if all tolerances are
+/// multiplied by `scale`.
+std::vector<formats::WorkRegion> regionsInRange(const WorkRegions& work, const Eigen::AlignedBox3d& world_box, double tolerance_mm,
+                                                double scale);
 
-/// One entry for each region that the object intersects. `mesh` is in the frame of the tree.
-std::vector<WorkFigures> workFigures(const WorkRegions& work, const TriangleMesh& mesh, const Configuration& pose, const SphereTree& tree);
+/// Tolerances of the triangles of `world_mesh`, whose own tolerance is `tolerance_mm`, with these regions and the reach
+/// of `work`; all tolerances are multiplied by `scale`.
+std::vector<double> tolerancesAt(const WorkRegions& work, std::span<const formats::WorkRegion> regions, const TriangleMesh& world_mesh,
+                                 double tolerance_mm, double scale = 1);
+
+/// One entry for each of `regions` that the object intersects. `mesh` is in the frame of the tree.
+std::vector<WorkFigures> workFigures(std::span<const formats::WorkRegion> regions, const TriangleMesh& mesh, const Configuration& pose,
+                                     const SphereTree& tree);
 
 }  // namespace spheretree::pipeline

@@ -38,6 +38,19 @@ void printBudget(const BudgetResult& result) {
   if (!result.met) say("spheretree: the budget is not met; the cheapest trees found were written. Allow more.");
 }
 
+/// Why a tree with graded tolerances misses them: the regions of work in which leaves reach out too far. Without any,
+/// the tolerance of the object itself is missed.
+std::string missedGraded(const pipeline::TreeFigures& figures) {
+  std::string where;
+  for (const pipeline::WorkFigures& region : figures.work.value_or(std::vector<pipeline::WorkFigures>()))
+    if (region.overhang_bound_mm > region.tolerance_mm)
+      where += (where.empty() ? "" : ", ") + region.name + " (" + shortNumber(region.overhang_bound_mm) + " mm instead of " +
+               shortNumber(region.tolerance_mm) + " mm)";
+  return (where.empty() ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met"
+                        : "the tolerance is not met in the region " + where) +
+         "; the best result was written.";
+}
+
 /// Reports the objects that failed or missed their tolerance, and returns the number of the latter.
 std::size_t reportFaults(const BatchResult& result) {
   std::size_t missed = 0;
@@ -48,9 +61,8 @@ std::size_t reportFaults(const BatchResult& result) {
     ++missed;
     const pipeline::TreeFigures& figures = object.figures;
     // With regions of work, the largest overhang is usually elsewhere, where more is allowed.
-    const std::string what = figures.isGraded()
-                                 ? "the tolerance of " + shortNumber(*figures.tolerance_mm) + " mm is not met; the best result was written."
-                                 : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
+    const std::string what =
+        figures.isGraded() ? missedGraded(figures) : pipeline::missedTolerance(*figures.tolerance_mm, figures.leafBound(), figures.leaves);
     say("spheretree: " + object.name + ": " + what + " Allow more levels or a larger tolerance_mm.");
   }
   return missed;
@@ -283,8 +295,8 @@ void addBatchCommand(Program& program) {
         return parseBudget(text, ignored);
       });
   app->add_flag("--chart", options->speed,
-                "Also measure the scene and each object with 8 to 4,096 leaves and with each tolerance of the scene, for the chart of "
-                "speed against accuracy in the report; default: off");
+                "Also measure the scene and each object with 8, 64, 512 and 4,096 leaves and with each tolerance of the scene, for the "
+                "chart of speed against accuracy in the report; default: off");
   app->add_option("--trajectory", options->paths,
                   "Trajectory or recording (.csv) of the tool, from which --chart and a --budget in us take their steps; may be given "
                   "again; default: contacts at random")

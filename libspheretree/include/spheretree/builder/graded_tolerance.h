@@ -25,6 +25,9 @@ struct ToleranceRegion {
   double tolerance = 0;  // > 0
 };
 
+/// How far from a region it makes a tolerance of `tolerance` smaller.
+double regionRange(double tolerance);
+
 /// Tolerances of the triangles of `mesh`: `tolerance` by default; the larger of that and `unreached_tolerance` where
 /// `reached` (one flag a triangle; empty: all reached) says that the tool cannot come; in a region at most the region's
 /// tolerance.
