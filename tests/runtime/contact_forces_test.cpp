@@ -16,14 +16,14 @@ namespace {
 
 using test::Random;
 
-struct Problem {
+struct ForceProblem {
   ContactQp qp;
   SurfaceCompliance compliance{};
 };
 
 /// Contacts of a tool that is pressed and dragged, on a surface that they move in `ways` ways; 0: it is rigid.
-std::unique_ptr<Problem> randomProblem(Random& random, int contacts, int ways, bool has_law) {
-  auto out = std::make_unique<Problem>();
+std::unique_ptr<ForceProblem> randomProblem(Random& random, int contacts, int ways, bool has_law) {
+  auto out = std::make_unique<ForceProblem>();
   ContactQp& qp = out->qp;
   qp.row_count = qp.disc_count = contacts;
   qp.target << random.between(-1, 1), random.between(-1, 1), -random.between(0.5, 2), 0.3 * random.between(-1, 1), 0, 0;
@@ -51,7 +51,7 @@ std::unique_ptr<Problem> randomProblem(Random& random, int contacts, int ways, b
 }
 
 /// By how much an answer breaks the law, from the tool's motion and the forces alone [mm].
-double faultOf(const Problem& p) {
+double faultOf(const ForceProblem& p) {
   const ContactQp& qp = p.qp;
   Vector6 y = qp.target;
   const auto contacts = static_cast<std::size_t>(qp.row_count);
@@ -117,7 +117,7 @@ TEST(ContactForces, HeldFrictionIsALoad) {
   for (int run = 0; run < 500; ++run) {
     const auto p = randomProblem(random, 1 + run % 8, 12, true);
     ContactQp& qp = p->qp;
-    auto loaded = std::make_unique<Problem>(*p);
+    auto loaded = std::make_unique<ForceProblem>(*p);
     loaded->qp.disc_count = 0;
     for (std::size_t d = 0; d < static_cast<std::size_t>(qp.disc_count); ++d)
       for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -168,7 +168,7 @@ TEST(ContactForces, TheAnswerAsAGuessIsFoundAtOnce) {
 }
 
 TEST(ContactForces, WithoutDiscsRowsAndTissueAreSpringsInSeries) {
-  Problem p{};
+  ForceProblem p{};
   p.qp.target << 0, 0, -1, 0, 0, 0;
   p.qp.row_count = 1;
   p.qp.rows[0].a << 0, 0, 1, 0, 0, 0;

@@ -12,29 +12,17 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
+using test::kSpeeds;
 using test::Random;
+using test::Rig;
+using test::thinPlate;
 
 int runCount() { return std::getenv("SPHERETREE_LONG") ? 10000 : 300; }
-
-struct Rig {
-  Scene scene;
-  std::unique_ptr<Workspace> workspace;
-
-  Rig(SphereTree tool, SphereTree object) {
-    SceneDescription d;
-    d.tool = std::move(tool);
-    d.objects.push_back({std::move(object), {}});
-    std::string fault;
-    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
-    workspace = std::make_unique<Workspace>(scene);
-  }
-};
 
 struct Way {
   Eigen::Vector3d target, direction;
@@ -56,8 +44,6 @@ bool staysAbove(Rig& rig, const Way& way, Mode mode = Mode::Constrained) {
 Eigen::Vector3d downwards(double tilt, double heading) {
   return {std::sin(tilt) * std::cos(heading), std::sin(tilt) * std::sin(heading), -std::cos(tilt)};
 }
-
-constexpr std::array kSpeeds{0.05, 0.5, 1.0, 2.0, 50.0};  // [mm] a step: 0.05 to 2 m/s, and one jump
 
 Way wayOntoPlate(Random& random, int run) {
   const double tilt = random.between(0, 80) * M_PI / 180, speed = kSpeeds[static_cast<std::size_t>(run) % kSpeeds.size()];
@@ -103,11 +89,6 @@ TEST(Crossing, NoneOfAWire) {
   }
   EXPECT_EQ(crossings, 0);
   RecordProperty("runs", runCount() / 5);
-}
-
-// A plate of 60 x 60 mm about z = 0 whose leaves are far thicker than its skin.
-SphereTree thinPlate(double thickness) {
-  return test::withSkin(test::boxTree({30, 30, 0}, {40, 40, 1}, 1.2), test::boxSkin({30, 30, thickness / 2}));
 }
 
 // Smallest distance of a leaf's surface from the middle plane of the plate, on `side` (1: above).

@@ -9,27 +9,15 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
-
-struct Rig {
-  Scene scene;
-  std::unique_ptr<Workspace> workspace;
-
-  explicit Rig(const SceneDescription& d) {
-    std::string fault;
-    EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
-    workspace = std::make_unique<Workspace>(scene);
-  }
-  StepResult to(const Vector3d& p, const Quaternion& q = kUpright) { return step(scene, {p, q}, Mode::Constrained, *workspace); }
-};
+using test::Rig;
 
 // A plate of 60 x 60 mm whose face is z = 0 in its own axes.
 SceneDescription onPlate(SphereTree tool, double friction, const Quaternion& turn = kUpright) {
@@ -64,12 +52,12 @@ TEST(Friction, ADragIsOfTheNormalForce) {
         Rig rig(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0.3));
         const double angle = heading * M_PI / 4 + 0.1;
         const Vector3d way(std::cos(angle), std::sin(angle), 0);
-        rig.to({0, 0, 1.5});
+        rig.toPoint({0, 0, 1.5});
         StepResult r;
-        for (int n = 0; n < 10; ++n) r = rig.to({0, 0, 0});  // 1 N
+        for (int n = 0; n < 10; ++n) r = rig.toPoint({0, 0, 0});  // 1 N
         const int drag_steps = static_cast<int>(3 / (speed / 1000));
         for (int n = 1; n <= drag_steps; ++n) {
-          r = rig.to(way * (n * speed / 1000));
+          r = rig.toPoint(way * (n * speed / 1000));
           ++steps;
           many_rounds += r.friction_rounds > 3;
         }
@@ -88,11 +76,11 @@ TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
       const Quaternion turn = rotationOf({0, degree * M_PI / 180, 0});
       Rig rig(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0.2, turn));
       const Vector3d touch = turn * Vector3d(0, 0, 1);
-      rig.to(touch + Vector3d(0, 0, 0.5), turn);
+      rig.toPoint(touch + Vector3d(0, 0, 0.5), turn);
       StepResult r;
-      for (int n = 1; n <= 200; ++n) r = rig.to(touch - Vector3d(0, 0, 0.005 * n), turn);  // straight down to 1 N
+      for (int n = 1; n <= 200; ++n) r = rig.toPoint(touch - Vector3d(0, 0, 0.005 * n), turn);  // straight down to 1 N
       const Configuration held = r.graphic;
-      for (int n = 0; n < 60000; ++n) r = rig.to(touch - Vector3d(0, 0, 1), turn);
+      for (int n = 0; n < 60000; ++n) r = rig.toPoint(touch - Vector3d(0, 0, 1), turn);
       if (degree < 6) {
         EXPECT_LT((r.graphic.position - held.position).norm(), 1e-6);
         EXPECT_LT((held.position - touch).norm(), 1e-3);  // and it did not slide while it was pressed
@@ -106,13 +94,13 @@ TEST(Friction, HoldsOnAnInclineAndSlidesOnASteeperOne) {
 TEST(Friction, ACircleCostsWhatItRubs) {
   Rig rig(onPlate(test::oneBallTree(1), 0.25));
   const double radius = 5, speed = 0.03;  // mm in each step
-  rig.to({radius, 0, 1.5});
+  rig.toPoint({radius, 0, 1.5});
   Configuration last;
   const auto at = [&](double turn) { return Vector3d(radius * std::cos(turn), radius * std::sin(turn), 0); };
-  for (int n = 0; n < 400; ++n) last = rig.to(at(n * speed / radius)).graphic;
+  for (int n = 0; n < 400; ++n) last = rig.toPoint(at(n * speed / radius)).graphic;
   double work = 0, path = 0, smallest = 0;
   for (int n = 400; n < 1500; ++n) {
-    const StepResult r = rig.to(at(n * speed / radius));
+    const StepResult r = rig.toPoint(at(n * speed / radius));
     const Vector3d way = r.graphic.position - last.position;
     const double done = -r.wrench.force.head<2>().dot(way.head<2>());
     work += done;
@@ -133,11 +121,11 @@ TEST(Friction, ACornerHoldsTheSameFromAnyStart) {
   for (int start = 0; start < 5; ++start) {
     Rig rig(d);
     const double angle = 0.2 + 0.28 * start;
-    rig.to({4 * std::cos(angle) + 1, 0, 4 * std::sin(angle) + 1});
+    rig.toPoint({4 * std::cos(angle) + 1, 0, 4 * std::sin(angle) + 1});
     StepResult r;
     for (int n = 0; n < 300; ++n) {
       const double left = std::max(0.0, 1 - n / 200.0);
-      r = rig.to({left * 4 * std::cos(angle) - 1, 0, left * 4 * std::sin(angle) - 1});
+      r = rig.toPoint({left * 4 * std::cos(angle) - 1, 0, left * 4 * std::sin(angle) - 1});
     }
     if (start == 0) first = r.graphic.position;
     EXPECT_LT((r.graphic.position - first).norm(), 1e-4) << start;
@@ -166,7 +154,7 @@ TEST(Friction, RoughLeavesStayInTheConeAndOut) {
       velocity.translation = 0.95 * velocity.translation + test::randomPoint(random, 0.05) - 0.002 * hand.position;
       velocity.rotation = 0.95 * velocity.rotation + test::randomPoint(random, 0.003);
       hand = moved(hand, velocity);
-      const StepResult r = rig.to(hand.position, hand.orientation);
+      const StepResult r = rig.toPoint(hand.position, hand.orientation);
       ASSERT_LE(r.penetration, kGapTolerance);
       ASSERT_LE(r.friction_rounds, 3u);
       for (const Contact& c : contacts(*rig.workspace)) {
@@ -184,17 +172,17 @@ TEST(Friction, IsCarriedAlongByWhatMoves) {
   SceneDescription d = onPlate(test::oneBallTree(1), 0.5);
   d.objects[0].body = 1;
   Rig rig(d);
-  rig.to({0, 0, 1.5});
-  for (int n = 0; n < 10; ++n) rig.to({0, 0, 0});
+  rig.toPoint({0, 0, 1.5});
+  for (int n = 0; n < 10; ++n) rig.toPoint({0, 0, 0});
   StepResult r;
   for (int n = 1; n <= 20; ++n) {  // 0.4 mm: less than the 0.5 that the cone allows
     ASSERT_TRUE(moveBody(1, {{0.02 * n, 0, 0}, kUpright}, *rig.workspace));
-    r = rig.to({0, 0, 0});
+    r = rig.toPoint({0, 0, 0});
   }
   EXPECT_NEAR(r.graphic.position.x(), 0.4, 1e-3);
   for (int n = 21; n <= 100; ++n) {
     moveBody(1, {{0.02 * n, 0, 0}, kUpright}, *rig.workspace);
-    r = rig.to({0, 0, 0});
+    r = rig.toPoint({0, 0, 0});
   }
   EXPECT_NEAR(r.wrench.force.x(), 0.5, 0.005);  // it slips under the tool
   for (const Contact& c : contacts(*rig.workspace)) EXPECT_NEAR(c.slip.x(), -20, 0.5);
@@ -203,24 +191,24 @@ TEST(Friction, IsCarriedAlongByWhatMoves) {
 TEST(Stiffness, IsInSeriesWithTheSpring) {
   for (const bool is_foot : {false, true}) {
     Rig rigid(onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0));
-    rigid.to({0, 0, 1.5});
-    const double touch = rigid.to({0, 0, 0.9}).graphic.position.z();  // where the rigid plate holds it
+    rigid.toPoint({0, 0, 1.5});
+    const double touch = rigid.toPoint({0, 0, 0.9}).graphic.position.z();  // where the rigid plate holds it
     EXPECT_NEAR(touch, 1, kGapTolerance);
     for (const double stiffness : {2.0, 5.0, 50.0}) {
       SceneDescription d = onPlate(is_foot ? flatFoot() : test::oneBallTree(1), 0);
       d.objects[0].stiffness = stiffness;
       Rig rig(d);
-      rig.to({0, 0, 1.5});
+      rig.toPoint({0, 0, 1.5});
       StepResult r;
       for (int n = 0; n <= 400; ++n) {
         const double depth = 0.001 * n;
-        r = rig.to({0, 0, touch - depth});
+        r = rig.toPoint({0, 0, touch - depth});
         if (n % 40 == 0 && n > 0) {
           EXPECT_NEAR(r.wrench.force.z(), depth / (1 + 1 / stiffness), 0.01 * depth) << is_foot << ' ' << stiffness;
         }
       }
       EXPECT_EQ(r.faults, 0u);
-      for (int n = 0; n < 20; ++n) r = rig.to({0, 0, 1.2});
+      for (int n = 0; n < 20; ++n) r = rig.toPoint({0, 0, 1.2});
       EXPECT_EQ(r.wrench.force.norm(), 0);
     }
   }
@@ -232,18 +220,18 @@ TEST(Damping, OfTheStretchAndNoneInFreeSpace) {
   d.coupling.rotation_damping = 1;
   Rig rig(d);
   StepResult r;
-  for (int n = 0; n < 100; ++n) r = rig.to({0.1 * n, 0, 3});
+  for (int n = 0; n < 100; ++n) r = rig.toPoint({0.1 * n, 0, 3});
   EXPECT_EQ(r.wrench.force.norm(), 0);
-  rig.to({0, 0, 1});
-  for (int n = 1; n <= 50; ++n) r = rig.to({0, 0, 1 - 0.02 * n});  // at 20 mm/s
+  rig.toPoint({0, 0, 1});
+  for (int n = 1; n <= 50; ++n) r = rig.toPoint({0, 0, 1 - 0.02 * n});  // at 20 mm/s
   EXPECT_NEAR(r.wrench.force.z(), 1 + 0.001 * 20, 0.002);
-  for (int n = 0; n < 50; ++n) r = rig.to({0, 0, 0});
+  for (int n = 0; n < 50; ++n) r = rig.toPoint({0, 0, 0});
   EXPECT_NEAR(r.wrench.force.z(), 1, 1e-3);
   // On the way out the wall never pulls.
   double smallest = 0;
-  for (int n = 1; n <= 100; ++n) smallest = std::min(smallest, rig.to({0, 0, 0.05 * n}).wrench.force.z());
+  for (int n = 1; n <= 100; ++n) smallest = std::min(smallest, rig.toPoint({0, 0, 0.05 * n}).wrench.force.z());
   EXPECT_GE(smallest, -1e-6);
-  for (int n = 0; n < 100; ++n) r = rig.to({0, 0, 5});
+  for (int n = 0; n < 100; ++n) r = rig.toPoint({0, 0, 5});
   EXPECT_LT(r.wrench.force.norm(), 1e-9);
 }
 
@@ -260,7 +248,7 @@ TEST(Mass, SwingsOnTheSpringAsTheImplicitRuleSays) {
       const Vector3d first(0.3, -0.2, 0.1), home(0, 0, 20);
       resetTo(is_turn ? Configuration{home, rotationOf(0.1 * first)} : Configuration{home + first, kUpright}, *rig.workspace);
       for (int n = 1; n <= 2000; ++n) {
-        const StepResult result = rig.to(home);
+        const StepResult result = rig.toPoint(home);
         const Vector3d x = is_turn ? Vector3d(10 * rotationVector(result.graphic.orientation)) : Vector3d(result.graphic.position - home);
         ASSERT_LT((x - first * (std::pow(r, n) * std::cos(n * angle))).norm(), 1e-9) << is_turn << ' ' << n;
         const Vector3d on_hand = is_turn ? Vector3d(result.wrench.torque / 100) : result.wrench.force;
@@ -275,9 +263,9 @@ TEST(Mass, ChangesNothingOfTheForceAtRest) {
   d.coupling.inertia = 100;
   d.coupling.damping = 0.01;
   Rig rig(d);
-  rig.to({0, 0, 1.5});
+  rig.toPoint({0, 0, 1.5});
   StepResult r;
-  for (int n = 0; n < 2000; ++n) r = rig.to({0, 0, 1.5 - 0.001 * std::min(n, 1000)});
+  for (int n = 0; n < 2000; ++n) r = rig.toPoint({0, 0, 1.5 - 0.001 * std::min(n, 1000)});
   EXPECT_NEAR(r.wrench.force.z(), 0.5, 1e-3);
   EXPECT_LT(r.wrench.force.head<2>().norm() + r.wrench.torque.norm(), 1e-9);
   ASSERT_EQ(contacts(*rig.workspace).size(), 1u);
@@ -310,7 +298,7 @@ TEST(Mass, GivesNoEnergyBeyondTheLeakOfSampling) {
           taken -= held.force.dot(way.translation) + held.torque.dot(way.rotation);
           leak += (1 + damping / 0.001) * way.translation.squaredNorm() + 1000 * (1 + damping / 0.001) * way.rotation.squaredNorm();
         }
-        const StepResult r = rig.to(hand.position, hand.orientation);
+        const StepResult r = rig.toPoint(hand.position, hand.orientation);
         const Displacement stretch = displacementBetween(hand, r.graphic),
                            motion = displacementBetween(n > 0 ? last : r.graphic, r.graphic);
         stored = 0.5 * (stretch.translation.squaredNorm() + 1000 * stretch.rotation.squaredNorm()) +
@@ -330,12 +318,12 @@ TEST(Mass, IsNotThrownOutOfAnObject) {
   SceneDescription d = onPlate(test::oneBallTree(1), 0);
   d.coupling.mass = 0.05;
   Rig rig(d);
-  rig.to({0, 0, 1.5});
+  rig.toPoint({0, 0, 1.5});
   StepResult r;
-  for (int n = 0; n < 200; ++n) r = rig.to({0, 0, 1});
+  for (int n = 0; n < 200; ++n) r = rig.toPoint({0, 0, 1});
   ASSERT_TRUE(moveObject(0, {{0, 0, -0.5}, kUpright}, *rig.workspace));  // by 0.5 mm through the tool
   double highest = 0;
-  for (int n = 0; n < 200; ++n) highest = std::max(highest, rig.to({0, 0, 1}).graphic.position.z());
+  for (int n = 0; n < 200; ++n) highest = std::max(highest, rig.toPoint({0, 0, 1}).graphic.position.z());
   EXPECT_LT(highest, 1.501);
 }
 
@@ -343,7 +331,7 @@ TEST(Mass, ForgetsItsSpeedWhereTheModeOfThePaperTakesOver) {
   SceneDescription d = onPlate(test::oneBallTree(1), 0);
   d.coupling = {1, 1000, 0.005, 0, 0.05, 50};
   Rig rig(d);
-  for (int n = 0; n < 100; ++n) rig.to({0.1 * n, 0, 5});
+  for (int n = 0; n < 100; ++n) rig.toPoint({0.1 * n, 0, 5});
   const Configuration there{{10, 0, 5}, {1, 0, 0, 0}};
   step(rig.scene, there, Mode::Paper, *rig.workspace);
   const StepResult r = step(rig.scene, there, Mode::Constrained, *rig.workspace);

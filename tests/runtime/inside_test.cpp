@@ -9,19 +9,18 @@
 
 #include "spheretree/runtime/step.h"
 #include "step_memory.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
 
 // A ball of the tool on a sphere of radius 5 whose leaf, one ball, has radius 5.2: it rests at 6 on the skin, at 6.2 on
 // the leaf.
-Scene ballOnSphere(SphereTree tool = test::oneBallTree(1)) {
+Scene toolOnSphere(SphereTree tool = test::oneBallTree(1)) {
   SceneDescription d;
   d.tool = std::move(tool);
   d.objects.push_back({test::withSkin(test::oneBallTree(5.2), test::roundSkin(4)), {}});
@@ -32,7 +31,7 @@ Scene ballOnSphere(SphereTree tool = test::oneBallTree(1)) {
 }
 
 TEST(Inside, ComesOutByTheLeavesAndThenFeelsTheSkin) {
-  const Scene scene = ballOnSphere();
+  const Scene scene = toolOnSphere();
   Random random(1);
   for (int n = 0; n < 60; ++n) {
     Workspace workspace(scene);
@@ -53,7 +52,7 @@ TEST(Inside, ComesOutByTheLeavesAndThenFeelsTheSkin) {
 }
 
 TEST(Inside, TheLeavesPushOut) {
-  const Scene scene = ballOnSphere();
+  const Scene scene = toolOnSphere();
   Workspace workspace(scene);
   EXPECT_TRUE(workspace.memory().feelsSkin(0));
   const StepResult r = step(scene, {{3, 0, 0}, kUpright}, Mode::Constrained, workspace);
@@ -64,7 +63,7 @@ TEST(Inside, TheLeavesPushOut) {
 
 TEST(Inside, AToolBetweenSkinAndLeavesIsNotPushed) {
   // Outside the skin by 0.05, inside the leaf by 0.15: this is free.
-  const Scene scene = ballOnSphere();
+  const Scene scene = toolOnSphere();
   Workspace workspace(scene);
   const Vector3d at(0, 6.05 / std::sqrt(2), 6.05 / std::sqrt(2));
   for (int k = 0; k < 5; ++k) {
@@ -76,7 +75,7 @@ TEST(Inside, AToolBetweenSkinAndLeavesIsNotPushed) {
 }
 
 TEST(Inside, ARodAcrossTheObjectComesOut) {
-  const Scene scene = ballOnSphere(test::rodTree(20, 40, 0.5));
+  const Scene scene = toolOnSphere(test::rodTree(20, 40, 0.5));
   Random random(3);
   for (int n = 0; n < 20; ++n) {
     Workspace workspace(scene);

@@ -8,16 +8,15 @@
 
 #include "spheretree/runtime/step.h"
 #include "support/compiled_scene.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
 using test::compiled;
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
 
 SceneDescription ballOnSphere(bool has_skin = true) {
   SceneDescription d;

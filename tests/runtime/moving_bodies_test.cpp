@@ -9,28 +9,18 @@
 #include <string>
 
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/compiled_scene.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::compiled;
+using test::kSpeeds;
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
-
-Scene compiled(const SceneDescription& d) {
-  Scene scene;
-  std::string fault;
-  EXPECT_TRUE(compileScene(d, scene, fault)) << fault;
-  return scene;
-}
-
-// A plate of 60 x 60 mm about z = 0 whose leaves are far thicker than its skin.
-SphereTree thinPlate(double thickness, bool has_skin = true) {
-  const SphereTree leaves = test::boxTree({30, 30, 0}, {40, 40, 1}, has_skin ? 1.2 : thickness / 2 + 0.6);
-  return has_skin ? test::withSkin(leaves, test::boxSkin({30, 30, thickness / 2})) : leaves;
-}
+using test::thinPlate;
 
 SceneDescription toolAndPlate(SphereTree tool, SphereTree plate) {
   SceneDescription d;
@@ -69,7 +59,6 @@ TEST(MovingBodies, NothingIsPassedThrough) {
   // The hand rests, or moves against the plate; the plate comes from far away at 0.05 to 50 mm in each step, and
   // rotates.
   const int runs = std::getenv("SPHERETREE_LONG") ? 1112 : 112;
-  constexpr std::array kSpeeds{0.05, 0.5, 1.0, 2.0, 50.0};
   for (const bool has_skin : {true, false})
     for (const double thickness : {0.5, 0.02}) {
       const std::array tools{test::oneBallTree(3), test::rodTree(10, 12, 0.6), test::boxTree({2, 2, 2}, {3, 3, 3}, 0.9)};

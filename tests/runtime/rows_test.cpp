@@ -6,18 +6,20 @@
 #include <cmath>
 
 #include "step_memory.h"
+#include "support/row_dot.h"
 #include "support/shape_trees.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using test::Random;
+using test::rowDot;
 
-struct Rig {
+struct RowRig {
   SceneDescription description;
   Scene scene;
   std::unique_ptr<Workspace> workspace;
-  explicit Rig(Kernel kernel = Kernel::Best) {
+  explicit RowRig(Kernel kernel = Kernel::Best) {
     description.tool = test::rodTree(20, 40, 1);
     description.reference_point = {1, 2, 12};
     description.objects.push_back({test::boxTree({5, 5, 5}, {5, 5, 5}, 1.5), {{0, 0, -6}, rotationOf({0.3, 0.2, 0.1})}});
@@ -42,14 +44,8 @@ struct Rig {
   }
 };
 
-double rowDot(const RowSet& set, std::uint32_t k, const Vector6& y) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 6; ++i) sum += static_cast<double>(set.rows.a[i][k]) * y[static_cast<int>(i)];
-  return sum / static_cast<double>(set.weight[k]);
-}
-
 TEST(Rows, RowsAreUnitAndTheGapsAreTrue) {
-  Rig rig;
+  RowRig rig;
   Random random(1);
   for (int n = 0; n < 20; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
@@ -73,7 +69,7 @@ TEST(Rows, RowsAreUnitAndTheGapsAreTrue) {
 }
 
 TEST(Rows, RowsAreTheDerivativeOfTheDistance) {
-  Rig rig;
+  RowRig rig;
   Random random(2);
   std::uint32_t checked = 0;
   for (int n = 0; n < 20; ++n) {
@@ -95,7 +91,7 @@ TEST(Rows, RowsAreTheDerivativeOfTheDistance) {
 }
 
 TEST(Rows, SquaredRowsAreThePapersTaylorFormula) {
-  Rig rig;
+  RowRig rig;
   Random random(3);
   std::uint32_t checked = 0;
   for (int n = 0; n < 20; ++n) {
@@ -130,7 +126,7 @@ TEST(Rows, SquaredRowsAreThePapersTaylorFormula) {
 TEST(Rows, ADistanceRowIsOnTheSafeSide) {
   // The proof in docs/algorithms/runtime/constrained_step.md uses that the true gap after a step is at least the row's
   // value less |r| angle^2 / 2.
-  Rig rig;
+  RowRig rig;
   Random random(4);
   for (int n = 0; n < 100; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};
@@ -166,7 +162,7 @@ TEST(Rows, CentresThatCoincideGetANormal) {
 
 TEST(Rows, KernelsGiveTheSameBits) {
   if (!isAvailable(Kernel::Avx2)) GTEST_SKIP() << "no AVX2 here";
-  Rig a(Kernel::Scalar), b(Kernel::Avx2);
+  RowRig a(Kernel::Scalar), b(Kernel::Avx2);
   Random random(5);
   for (int n = 0; n < 20; ++n) {
     const Configuration pose{test::randomPoint(random, 6), test::randomRotation(random)};

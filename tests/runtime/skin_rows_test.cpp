@@ -16,6 +16,7 @@
 
 #include "rows.h"
 #include "step_memory.h"
+#include "support/row_dot.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"
 
@@ -24,11 +25,12 @@ namespace {
 
 using Eigen::Vector3d;
 using test::Random;
+using test::rowDot;
 
 Vector3d nodeOf(const std::array<Eigen::Vector3f, 6>& field, std::size_t k) { return field[k].cast<double>(); }
 
 // A tool over one object with a skin; rows of every triangle within `margin`.
-struct Rig {
+struct SkinRig {
   Skin skin;
   Configuration at;
   Scene scene;
@@ -36,7 +38,7 @@ struct Rig {
   PairSet pairs, curved;
   RowSet rows;
 
-  Rig(SphereTree tool, Skin of, const Configuration& object = {}, Kernel kernel = Kernel::Best) : skin(std::move(of)), at(object) {
+  SkinRig(SphereTree tool, Skin of, const Configuration& object = {}, Kernel kernel = Kernel::Best) : skin(std::move(of)), at(object) {
     SceneDescription d;
     d.tool = std::move(tool);
     d.objects.push_back({test::withSkin(test::oneBallTree(1), skin), at});
@@ -64,12 +66,6 @@ struct Rig {
     return at.orientation.conjugate() * n;
   }
 };
-
-double rowDot(const RowSet& set, std::uint32_t k, const Vector6& y) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 6; ++i) sum += static_cast<double>(set.rows.a[i][k]) * y[static_cast<int>(i)];
-  return sum / static_cast<double>(set.weight[k]);
-}
 
 Vector3d nearestOnSegment(const Vector3d& c, const Vector3d& a, const Vector3d& b) {
   const double square = (b - a).squaredNorm();
@@ -116,7 +112,7 @@ Skin randomSoup(std::uint64_t seed) {
 TEST(FlatRows, AreTheNearestPointsOfTriangles) {
   std::array<int, 4> met{};  // at a corner, on a side, over the face from above, from below
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Rig rig(test::oneBallTree(1), randomSoup(seed));
+    SkinRig rig(test::oneBallTree(1), randomSoup(seed));
     Random random(100 + seed);
     for (int n = 0; n < 60; ++n) {
       const Configuration pose{random.inCube(5), {1, 0, 0, 0}};
@@ -152,7 +148,7 @@ TEST(FlatRows, AreTheNearestPointsOfTriangles) {
 TEST(FlatRows, GiveWayByTheAllowance) {
   Skin skin = test::roundSkin(3);
   skin.tolerance = 0.2f;
-  Rig rig(test::oneBallTree(1), skin);
+  SkinRig rig(test::oneBallTree(1), skin);
   Random random(3);
   int rows = 0;
   for (int n = 0; n < 50; ++n) {
@@ -167,7 +163,7 @@ TEST(FlatRows, GiveWayByTheAllowance) {
   }
   EXPECT_GT(rows, 500);
   // A ball that is smaller than the allowance keeps half of itself.
-  Rig small(test::oneBallTree(0.1), skin);
+  SkinRig small(test::oneBallTree(0.1), skin);
   small.make({{5, 0, 0}, {1, 0, 0, 0}}, 0.5, false);
   ASSERT_GT(small.rows.rows.count, 0u);
   EXPECT_NEAR(static_cast<double>(small.rows.smallest_gap), 0 - 0.05, 1e-4);
@@ -175,7 +171,7 @@ TEST(FlatRows, GiveWayByTheAllowance) {
 
 TEST(FlatRows, AreTheDerivativeOfTheDistance) {
   const Configuration at{{3, -2, 1}, rotationOf({0.4, -0.7, 0.2})};
-  Rig rig(test::rodTree(6, 12, 0.5), randomSoup(7), at);
+  SkinRig rig(test::rodTree(6, 12, 0.5), randomSoup(7), at);
   Random random(8);
   const auto distance = [&](std::uint32_t pair, const Configuration& pose) {
     const SkinPatch patch = rig.patchOfPair(pair);
@@ -245,7 +241,7 @@ std::optional<Foot> footOf(const SkinPatch& patch, const Vector3d& c) {
 TEST(FeltRows, AreTheFeetOnThePatches) {
   int within = 0;
   for (const int times : {0, 1, 2, 3}) {
-    Rig rig(test::oneBallTree(1), test::roundSkin(times), {{10, -20, 5}, rotationOf({0.5, 0.4, -0.3})});
+    SkinRig rig(test::oneBallTree(1), test::roundSkin(times), {{10, -20, 5}, rotationOf({0.5, 0.4, -0.3})});
     Random random(static_cast<std::uint64_t>(times + 1));
     for (int n = 0; n < 200; ++n) {
       const Configuration pose{rig.at.position + random.between(5.2, 6.3) * random.direction(), {1, 0, 0, 0}};
@@ -267,7 +263,7 @@ TEST(FeltRows, AreTheFeetOnThePatches) {
 TEST(FeltRows, HoldABallOnTheSmoothSphere) {
   // For every direction, some row touches the ball, and none pushes it away by more than the fineness of the skin.
   for (const int times : {2, 3, 4}) {
-    Rig rig(test::oneBallTree(1), test::roundSkin(times));
+    SkinRig rig(test::oneBallTree(1), test::roundSkin(times));
     const double off = times == 2 ? 0.03 : times == 3 ? 2e-3 : 3e-4;
     Random random(static_cast<std::uint64_t>(10 + times));
     for (int n = 0; n < 500; ++n) {
@@ -288,7 +284,7 @@ TEST(FeltRows, HoldABallOnTheSmoothSphere) {
 }
 
 TEST(FeltRows, MeetSharpSidesAsSegments) {
-  Rig rig(test::oneBallTree(0.5), test::ridgeSkin());
+  SkinRig rig(test::oneBallTree(0.5), test::ridgeSkin());
   Random random(5);
   int held = 0;
   for (int n = 0; n < 300; ++n) {
@@ -359,7 +355,7 @@ TEST(FeltPairs, AreAllThatABallCanComeToTouch) {
                         : seed == 4 ? hillySkin(8)
                         : seed == 5 ? test::ridgeSkin()
                                     : test::randomSkin(seed);
-      Rig rig(test::oneBallTree(static_cast<float>(radius)), skin, {{3, 1, -2}, rotationOf({0.3, 1.2, -0.5})});
+      SkinRig rig(test::oneBallTree(static_cast<float>(radius)), skin, {{3, 1, -2}, rotationOf({0.3, 1.2, -0.5})});
       Random random(seed);
       for (int n = 0; n < 60; ++n) {
         const SkinPatch under =
@@ -386,7 +382,7 @@ TEST(FeltPairs, AreAllThatABallCanComeToTouch) {
 
 TEST(SkinRows, AreTheSameWhereverTheObjectStands) {
   const Configuration there{{40, -7, 12}, rotationOf({1.1, -0.4, 2.0})};
-  Rig here(test::rodTree(5, 10, 0.5), test::roundSkin(2)), moved_there(test::rodTree(5, 10, 0.5), test::roundSkin(2), there);
+  SkinRig here(test::rodTree(5, 10, 0.5), test::roundSkin(2)), moved_there(test::rodTree(5, 10, 0.5), test::roundSkin(2), there);
   Random random(6);
   std::size_t compared = 0;
   for (int n = 0; n < 50; ++n) {
@@ -415,7 +411,7 @@ TEST(SkinRows, KernelsGiveTheSameBits) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const Skin skin = seed % 4 == 0 ? randomSoup(seed) : test::randomSkin(seed);
     const Configuration at{{1, 2, 3}, rotationOf({0.1, 0.9, -0.4})};
-    Rig scalar(test::rodTree(5, 20, 0.4), skin, at, Kernel::Scalar), avx2(test::rodTree(5, 20, 0.4), skin, at, Kernel::Avx2);
+    SkinRig scalar(test::rodTree(5, 20, 0.4), skin, at, Kernel::Scalar), avx2(test::rodTree(5, 20, 0.4), skin, at, Kernel::Avx2);
     ASSERT_NE(scalar.memory().kernel, avx2.memory().kernel);
     Random random(seed);
     for (int n = 0; n < 20; ++n) {
@@ -438,7 +434,7 @@ TEST(SkinRows, KernelsGiveTheSameBits) {
 TEST(SkinRows, KeepNearLosesNothingThatIsFelt) {
   // A ball on the patches; their flat triangles are deeper by the swing and allow the tolerance.
   for (const int times : {1, 2, 3}) {
-    Rig rig(test::oneBallTree(1), test::roundSkin(times));
+    SkinRig rig(test::oneBallTree(1), test::roundSkin(times));
     Random random(static_cast<std::uint64_t>(times));
     for (int n = 0; n < 200; ++n) {
       const Configuration pose{6.005 * random.direction(), {1, 0, 0, 0}};

@@ -12,45 +12,29 @@
 #include <vector>
 
 #include "spheretree/runtime/step.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
 using Eigen::Vector3d;
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
-
-struct Rig {
-  SceneDescription description;
-  Scene scene;
-  std::unique_ptr<Workspace> workspace;
-
-  /// `leaves`: balls that cover the object.
-  Rig(SphereTree tool, SphereTree leaves, Skin skin, const Configuration& at = {}) {
-    description.tool = std::move(tool);
-    description.objects.push_back({test::withSkin(std::move(leaves), std::move(skin)), at});
-    std::string fault;
-    EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
-    workspace = std::make_unique<Workspace>(scene);
-  }
-  StepResult to(const Configuration& haptic) { return step(scene, haptic, Mode::Constrained, *workspace); }
-  StepResult to(const Vector3d& position) { return to(Configuration{position, kUpright}); }
-};
+using test::Rig;
+using test::withSkin;
 
 double degreesBetween(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI; }
 
 TEST(SkinStep, ABallRestsOnTheSmoothSphere) {
   // The finest possible skin of this kind: positions are stored in steps of 1.5e-4 mm.
-  Rig rig(test::oneBallTree(1), test::oneBallTree(5.2), test::roundSkin(5));
+  Rig rig(test::oneBallTree(1), withSkin(test::oneBallTree(5.2), test::roundSkin(5)));
   Random random(1);
   for (int n = 0; n < 300; ++n) {
     const Vector3d way = random.direction();
     const double depth = random.between(0.05, 2.5);
     resetTo({6.5 * way, kUpright}, *rig.workspace);
     StepResult r;
-    for (int k = 0; k < 60; ++k) r = rig.to((6.5 - std::min(0.1 * k, 0.5 + depth)) * way);
+    for (int k = 0; k < 60; ++k) r = rig.toPoint((6.5 - std::min(0.1 * k, 0.5 + depth)) * way);
     ASSERT_NEAR(r.graphic.position.norm(), 6, 3e-4) << way.transpose();
     ASSERT_LT(degreesBetween(r.wrench.force, way), 0.1) << way.transpose() << " at " << depth;
     ASSERT_NEAR(r.wrench.force.norm(), depth, 1e-3);
@@ -68,7 +52,7 @@ std::pair<double, double> ripple(Rig& rig, double touch, double depth, const Vec
   for (int n = 0; n < 3000; ++n) {
     const double a = 0.0005 * n;
     const Vector3d way = std::cos(a) * from + std::sin(a) * towards;
-    const StepResult r = rig.to((touch - std::min(depth, 0.02 * n - 0.5)) * way);
+    const StepResult r = rig.toPoint((touch - std::min(depth, 0.02 * n - 0.5)) * way);
     if (n > 300) {
       jump = std::max(jump, (r.wrench.force - 2 * last + before).norm());
       angle = std::max(angle, degreesBetween(r.wrench.force, way));
@@ -81,7 +65,7 @@ std::pair<double, double> ripple(Rig& rig, double touch, double depth, const Vec
 
 TEST(SkinStep, ASphereIsFeltAsOne) {
   Random random(2);
-  Rig skin(test::oneBallTree(1), test::ellipsoidTree({5.1, 5.1, 5.1}, 500, 1), test::roundSkin(4));
+  Rig skin(test::oneBallTree(1), withSkin(test::ellipsoidTree({5.1, 5.1, 5.1}, 500, 1), test::roundSkin(4)));
   for (int n = 0; n < 6; ++n) {
     const Vector3d from = random.direction(), towards = random.direction().cross(from).normalized();
     const auto [jump, angle] = ripple(skin, 6, n % 2 ? 1.5 : 0.5, from, towards);
@@ -100,13 +84,13 @@ TEST(SkinStep, ASphereIsFeltAsOne) {
 
 TEST(SkinStep, TrianglesInAPlaneMakeNoRipple) {
   for (const int n : {1, 7, 40}) {
-    Rig rig(test::oneBallTree(0.7), test::boxTree({4, 4, 0.2}, {16, 16, 1}, 0.9), test::gridSkin(n), {{-4, -4, 0}, kUpright});
+    Rig rig(test::oneBallTree(0.7), withSkin(test::boxTree({4, 4, 0.2}, {16, 16, 1}, 0.9), test::gridSkin(n)), {{-4, -4, 0}, kUpright});
     resetTo({{-3, -3, 3}, kUpright}, *rig.workspace);
     const auto heightAt = [](int k) { return std::max(3 - 0.05 * k, 0.9); };
     for (int k = 0; k < 1000; ++k) {
       const double t = 0.001 * k;
       const Vector3d hand(-3 + 6 * t, -3 + 5 * t + 0.5 * std::sin(20 * t), heightAt(k));
-      const StepResult r = rig.to(hand);
+      const StepResult r = rig.toPoint(hand);
       if (k < 60) continue;
       ASSERT_NEAR(r.graphic.position.z(), 1.7, 2e-5) << n << ' ' << k;
       ASSERT_LT((r.wrench.force - Vector3d(0, 0, 0.8)).norm(), 1e-3) << n << ' ' << k;
@@ -117,13 +101,13 @@ TEST(SkinStep, TrianglesInAPlaneMakeNoRipple) {
 
 TEST(SkinStep, SharpEdgesStaySharp) {
   // A ball around the edge of a box: the exact offset is a quarter of a cylinder.
-  Rig rig(test::oneBallTree(1), test::boxTree({2.5, 2.5, 2.5}, {6, 6, 6}, 0.8), test::boxSkin({3, 3, 3}));
+  Rig rig(test::oneBallTree(1), withSkin(test::boxTree({2.5, 2.5, 2.5}, {6, 6, 6}, 0.8), test::boxSkin({3, 3, 3})));
   resetTo({{5, 0.3, 5}, kUpright}, *rig.workspace);
-  rig.to(Vector3d(3.5, 0.3, 3.5));
+  rig.toPoint(Vector3d(3.5, 0.3, 3.5));
   for (int n = 0; n <= 300; ++n) {
     const double a = 0.005 * n;
     const Vector3d out(std::sin(a), 0, std::cos(a)), hand = Vector3d(3, 0.3 + 0.002 * n, 3) + 0.4 * out;
-    StepResult r = rig.to(hand);
+    StepResult r = rig.toPoint(hand);
     const Vector3d expected = hand + 0.6 * out;
     ASSERT_LT((r.graphic.position - expected).norm(), 2e-3) << n;
   }
@@ -131,13 +115,13 @@ TEST(SkinStep, SharpEdgesStaySharp) {
 
 TEST(SkinStep, ARidgeOfCurvedPatchesStaysSharp) {
   // Over the ridge the ball moves around an edge, although the patches on either side are curved.
-  Rig rig(test::oneBallTree(0.5), test::boxTree({2, 2, 1}, {8, 8, 3}, 1), test::ridgeSkin());
+  Rig rig(test::oneBallTree(0.5), withSkin(test::boxTree({2, 2, 1}, {8, 8, 3}, 1), test::ridgeSkin()));
   for (const double depth : {0.1, 0.3}) {
     resetTo({{-0.2, 0, 2}, kUpright}, *rig.workspace);
-    for (int k = 0; k < 80; ++k) rig.to(Vector3d(-0.2, 0, 2 - 0.02 * k));
+    for (int k = 0; k < 80; ++k) rig.toPoint(Vector3d(-0.2, 0, 2 - 0.02 * k));
     for (int n = -100; n <= 100; ++n) {
       const Vector3d hand(0.002 * n, 0.3, 0.5 - depth);
-      const StepResult r = rig.to(hand);
+      const StepResult r = rig.toPoint(hand);
       if (std::abs(hand.x()) > 0.45 * hand.z()) continue;  // closer than this, the strips hold it
       const Vector3d edge(0, 0.3, 0), expected = edge + 0.5 * (hand - edge).normalized();
       EXPECT_LT((r.graphic.position - expected).norm(), 3e-3) << depth << " at " << hand.x();
@@ -204,7 +188,7 @@ class BruteForce {
 void wander(bool is_ball, int first, int steps) {
   const Skin skin = test::cuspedSkin(4);
   const SphereTree tool = is_ball ? test::oneBallTree(0.8) : test::rodTree(12, 30, 0.4);
-  Rig rig(tool, test::ellipsoidTree({6.5, 6.5, 6.5}, 600, 1.5), skin);
+  Rig rig(tool, withSkin(test::ellipsoidTree({6.5, 6.5, 6.5}, 600, 1.5), skin));
   const BruteForce measure(tool, skin);
   Random random(is_ball ? 5 : 6);
   Configuration haptic{{0, 0, 12}, kUpright};
@@ -240,8 +224,8 @@ TEST(SkinStep, AnExtrapolatedPieceEndsWhereItsRowsHold) { wander(false, 48640, 4
 
 TEST(SkinStep, ATurnedAndMovedObjectIsFeltTheSame) {
   const Configuration there{{120, -40, 7}, rotationOf({0.9, -1.3, 0.5})};
-  Rig here(test::rodTree(8, 16, 0.5), test::oneBallTree(6.5), test::cuspedSkin(3)),
-      elsewhere(test::rodTree(8, 16, 0.5), test::oneBallTree(6.5), test::cuspedSkin(3), there);
+  Rig here(test::rodTree(8, 16, 0.5), withSkin(test::oneBallTree(6.5), test::cuspedSkin(3))),
+      elsewhere(test::rodTree(8, 16, 0.5), withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), there);
   for (int n = 0; n < 400; ++n) {
     const Configuration hand{{0.003 * n, 1, 8 - 0.01 * n}, rotationOf({0.002 * n, 0.001 * n, 0})};
     const StepResult a = here.to(hand), b = elsewhere.to(Configuration{there.position + there.orientation * hand.position,
@@ -285,7 +269,7 @@ TEST(SkinStep, LeavesAreFeltAsIfThereWereNoSkin) {
 }
 
 TEST(SkinStep, KernelsAndRunsGiveTheSameBytes) {
-  Rig rig(test::rodTree(12, 30, 0.4), test::oneBallTree(6.5), test::cuspedSkin(3));
+  Rig rig(test::rodTree(12, 30, 0.4), withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)));
   Workspace first(rig.scene, Kernel::Scalar), second(rig.scene, Kernel::Best), third(rig.scene, Kernel::Best);
   Random random(8);
   Configuration hand{{0, 0, 12}, kUpright};

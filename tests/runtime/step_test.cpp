@@ -11,14 +11,15 @@
 #include <string>
 
 #include "support/count_allocations.h"
-#include "support/sample_skins.h"
-#include "support/shape_trees.h"
+#include "support/rig.h"
 
 namespace spheretree::runtime {
 namespace {
 
+using test::kUpright;
 using test::Random;
-const Quaternion kUpright(1, 0, 0, 0);
+using test::Rig;
+using test::toolAndObject;
 
 // Largest overlap of leaves, every leaf against every leaf in double.
 double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
@@ -43,28 +44,6 @@ double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
   return deepest;
 }
 
-struct Rig {
-  SceneDescription description;
-  Scene scene;
-  std::unique_ptr<Workspace> workspace;
-  Mode mode = Mode::Constrained;
-
-  explicit Rig(SceneDescription d) : description(std::move(d)) {
-    std::string fault;
-    EXPECT_TRUE(compileScene(description, scene, fault)) << fault;
-    workspace = std::make_unique<Workspace>(scene);
-  }
-  StepResult to(const Configuration& haptic) { return step(scene, haptic, mode, *workspace); }
-  double overlap(const StepResult& r) const { return deepestOverlap(description, r.graphic); }
-};
-
-SceneDescription scene(SphereTree tool, SphereTree object) {
-  SceneDescription d;
-  d.tool = std::move(tool);
-  d.objects.push_back({std::move(object), {}});
-  return d;
-}
-
 double distance(const Configuration& a, const Configuration& b) {
   const Displacement d = displacementBetween(a, b);
   return std::sqrt(d.translation.squaredNorm() + 1000 * d.rotation.squaredNorm());
@@ -73,7 +52,7 @@ double distance(const Configuration& a, const Configuration& b) {
 SphereTree plate(double thickness) { return test::boxTree({10, 10, 0}, {32, 32, 1}, thickness / 2 + 0.35); }
 
 TEST(Step, FreeSpaceIsForceFree) {
-  Rig rig(scene(test::rodTree(100, 64, 1), test::oneBallTree(1)));
+  Rig rig(toolAndObject(test::rodTree(100, 64, 1), test::oneBallTree(1)));
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     rig.mode = mode;
     reset(*rig.workspace);
@@ -90,7 +69,7 @@ TEST(Step, FreeSpaceIsForceFree) {
 TEST(Step, ABallOnABallIsTheExactProjection) {
   // R = 3 + 2; the haptic tool at distance 4 along a direction: the graphic tool at distance 5 along the same
   // direction.
-  Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
+  Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
   Random random(1);
   for (int n = 0; n < 200; ++n) {
     const Eigen::Vector3d u = (test::randomRotation(random) * Eigen::Vector3d::UnitX()).normalized();
@@ -112,7 +91,7 @@ TEST(Step, NeverPenetratesInRandomMotion) {
   int contacts = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Random random(seed);
-    SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+    SceneDescription d = toolAndObject(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
     d.objects.push_back({test::ellipsoidTree({5, 5, 7}, 400, 0.7), {{11.5, 0, 0}, kUpright}});
     d.reference_point = {0, 0, 25};
     Rig rig(std::move(d));
@@ -125,7 +104,7 @@ TEST(Step, NeverPenetratesInRandomMotion) {
       haptic = moved(haptic, velocity);
       const StepResult r = rig.to(haptic);
       ASSERT_FALSE(r.faults & (kPenetrating | kRowsConflict | kQpStopped)) << "seed " << seed << " step " << n << " faults " << r.faults;
-      const double overlap = rig.overlap(r);
+      const double overlap = deepestOverlap(rig.description, r.graphic);
       ASSERT_LT(overlap, kGapTolerance + 1e-4) << "seed " << seed << " step " << n;
       ASSERT_NEAR(overlap, r.penetration, 1e-4);
       deepest = std::max(deepest, overlap);
@@ -138,7 +117,7 @@ TEST(Step, NeverPenetratesInRandomMotion) {
 
 TEST(Step, NeverPassesThroughAPlate) {
   for (const double thickness : {2.0, 0.5, 0.2}) {
-    Rig ball(scene(test::oneBallTree(2), plate(thickness))), probe(scene(test::rodTree(30, 40, 0.6), plate(thickness)));
+    Rig ball(toolAndObject(test::oneBallTree(2), plate(thickness))), probe(toolAndObject(test::rodTree(30, 40, 0.6), plate(thickness)));
     Random random(static_cast<std::uint64_t>(thickness * 10));
     for (int run = 0; run < 24; ++run) {
       Rig& rig = run % 2 ? ball : probe;
@@ -158,7 +137,7 @@ TEST(Step, NeverPassesThroughAPlate) {
 }
 
 TEST(Step, DeepPenetrationCostsNoMoreThanShallow) {
-  Rig rig(scene(test::boxTree({4, 4, 4}, {8, 8, 8}, 0.8), test::boxTree({30, 30, 30}, {20, 20, 20}, 2)));
+  Rig rig(toolAndObject(test::boxTree({4, 4, 4}, {8, 8, 8}, 0.8), test::boxTree({30, 30, 30}, {20, 20, 20}, 2)));
   const auto workAt = [&](double depth) {
     reset(*rig.workspace);
     std::uint32_t largest = 0;
@@ -177,7 +156,7 @@ TEST(Step, DeepPenetrationCostsNoMoreThanShallow) {
 }
 
 TEST(Step, ComesBackAtOnce) {
-  Rig rig(scene(test::rodTree(30, 60, 0.5), test::boxTree({10, 10, 2}, {20, 20, 3}, 1)));
+  Rig rig(toolAndObject(test::rodTree(30, 60, 0.5), test::boxTree({10, 10, 2}, {20, 20, 3}, 1)));
   for (double z = 10; z > -8; z -= 0.1) rig.to({{0, 0, z}, rotationOf({0.3, 0, 0})});
   StepResult r;
   const Configuration away{{0, 0, 15}, rotationOf({0.5, 0.2, 0})};
@@ -190,7 +169,7 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
   // The tip rests on a floor; the hand rotates at once.
   for (const double degrees : {0.5, 5.0, 30.0, 90.0})
     for (int axis = 0; axis < 2; ++axis) {
-      SceneDescription d = scene(test::rodTree(100, 128, 1), test::boxTree({60, 60, 0}, {32, 32, 1}, 3));
+      SceneDescription d = toolAndObject(test::rodTree(100, 128, 1), test::boxTree({60, 60, 0}, {32, 32, 1}, 3));
       d.reference_point = {0, 0, 60};
       Rig rig(std::move(d));
       StepResult r;
@@ -198,7 +177,7 @@ TEST(Step, LargeTurnsArriveWithoutPenetration) {
       const Configuration turned{{0, 0, 63}, rotationOf(Eigen::Vector3d::Unit(axis) * (degrees * M_PI / 180))};
       for (int n = 0; n < 10; ++n) {
         r = rig.to(turned);
-        ASSERT_LE(rig.overlap(r), kGapTolerance + 1e-4) << degrees << " step " << n;
+        ASSERT_LE(deepestOverlap(rig.description, r.graphic), kGapTolerance + 1e-4) << degrees << " step " << n;
       }
       const StepResult at_rest = rig.to(turned);
       EXPECT_LT(distance(r.graphic, at_rest.graphic), 0.05) << degrees << " axis " << axis;
@@ -209,7 +188,7 @@ TEST(Step, NoAngleIsSpecial) {
   // Pitch through 90 degrees in contact: the paper's Euler angles lose rank there. The answer must be that of the same
   // scene in another rotation.
   const Quaternion elsewhere = rotationOf({0.7, -0.4, 1.1});
-  SceneDescription d = scene(test::rodTree(60, 64, 1), test::boxTree({40, 0, 40}, {24, 1, 24}, 3));
+  SceneDescription d = toolAndObject(test::rodTree(60, 64, 1), test::boxTree({40, 0, 40}, {24, 1, 24}, 3));
   SceneDescription turned = d;
   turned.objects[0].pose.orientation = elsewhere;
   Rig a(std::move(d)), b(std::move(turned));
@@ -224,7 +203,7 @@ TEST(Step, NoAngleIsSpecial) {
 
 TEST(Step, StartingInsideComesOut) {
   for (const double depth : {0.5, 2.0, 4.999, 5.0}) {
-    Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
+    Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
     StepResult r;
     for (int n = 0; n < 50; ++n) {
       r = rig.to({{5 - depth, 0, 0}, kUpright});
@@ -237,7 +216,7 @@ TEST(Step, StartingInsideComesOut) {
 
 TEST(Step, ANarrowSlotHasTheSmallestWorstViolation) {
   // Two walls of balls, too close for the ball between them: the middle has the smallest violation.
-  SceneDescription d = scene(test::oneBallTree(5), test::boxTree({0, 10, 10}, {1, 24, 24}, 1));
+  SceneDescription d = toolAndObject(test::oneBallTree(5), test::boxTree({0, 10, 10}, {1, 24, 24}, 1));
   d.objects[0].pose.position = {-5.9, 0, 0};
   d.objects.push_back({test::boxTree({0, 10, 10}, {1, 24, 24}, 1), {{5.9, 0, 0}, kUpright}});
   Rig rig(std::move(d));
@@ -255,7 +234,7 @@ TEST(Step, ANarrowSlotHasTheSmallestWorstViolation) {
 
 TEST(Step, ForceStepsOnAConvexShapeAreNoLargerThanTheHandsMotion) {
   // F5: |dF| in the inverse stiffness metric over |dq| in the stiffness metric, at a depth of at most half the radius.
-  Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
+  Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
   Random random(9);
   Configuration haptic{{5.2, 0, 0}, kUpright}, before = haptic;
   StepResult last = rig.to(haptic);
@@ -277,7 +256,7 @@ TEST(Step, ForceStepsOnAConvexShapeAreNoLargerThanTheHandsMotion) {
 TEST(Step, TheUnitDoesNotMatter) {
   // The same scene 1000 times larger, with the rotation stiffness by the square: the same angles, lengths times 1000.
   const auto make = [](float k) {
-    SceneDescription d = scene(test::rodTree(30, 64, 1), test::boxTree({20, 20, 0}, {16, 16, 1}, 2));
+    SceneDescription d = toolAndObject(test::rodTree(30, 64, 1), test::boxTree({20, 20, 0}, {16, 16, 1}, 2));
     const auto scaled = [&](SphereTree tree) {
       for (Sphere& s : tree.cover) s = {k * s.x, k * s.y, k * s.z, k * s.radius};
       encloseDescendants(tree);
@@ -299,7 +278,7 @@ TEST(Step, TheUnitDoesNotMatter) {
 }
 
 TEST(Step, AllocatesNothing) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+  SceneDescription d = toolAndObject(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
   d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {{9, 0, 0}, kUpright}, 1});
   Rig rig(std::move(d));
   StageTimes times;
@@ -325,7 +304,7 @@ TEST(Step, AllocatesNothing) {
 }
 
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {
-  SceneDescription d = scene(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
+  SceneDescription d = toolAndObject(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
   Rig rig(std::move(d));
   for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
     Workspace first(rig.scene, Kernel::Scalar), second(rig.scene, Kernel::Best);
@@ -344,7 +323,7 @@ TEST(Step, KernelsAndRunsGiveTheSameBytes) {
 
 TEST(Step, SmallBudgetsStaySafe) {
   for (const auto& [max_pairs, max_work] : {std::pair{64u, 100000u}, {256u, 100000u}, {8192u, 1000u}, {8192u, 3000u}}) {
-    SceneDescription d = scene(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2));
+    SceneDescription d = toolAndObject(test::boxTree({3, 3, 3}, {8, 8, 8}, 0.6), test::boxTree({6, 6, 6}, {8, 8, 8}, 1.2));
     d.step_limits = {max_pairs, max_work};
     Rig rig(std::move(d));
     Random random(8);
@@ -354,7 +333,7 @@ TEST(Step, SmallBudgetsStaySafe) {
       haptic = moved(haptic, {test::randomPoint(random, 0.3) - 0.01 * haptic.position, test::randomPoint(random, 0.02)});
       const StepResult r = rig.to(haptic);
       faults |= r.faults;
-      ASSERT_LE(rig.overlap(r), kGapTolerance + 1e-4) << max_pairs << ' ' << max_work << " step " << n;
+      ASSERT_LE(deepestOverlap(rig.description, r.graphic), kGapTolerance + 1e-4) << max_pairs << ' ' << max_work << " step " << n;
       ASSERT_TRUE(r.wrench.force.allFinite());
       ASSERT_LE(r.limited_wrench.force.norm(), 8 + 1e-9);
     }
@@ -395,7 +374,7 @@ TEST(Step, AlwaysAnswers) {
 }
 
 TEST(Step, BadPosesDecay) {
-  Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
+  Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
   rig.to({{6, 0, 0}, kUpright});
   const StepResult good = rig.to({{4, 0, 0}, kUpright});
   EXPECT_NEAR(good.wrench.force.x(), 1, 1e-3);
@@ -414,7 +393,7 @@ TEST(Step, BadPosesDecay) {
 TEST(Step, PaperModeFollowsThePrintedFormulas) {
   // One pair: the row is (d^2 - R^2) + 2 d . dx >= 0 about the last graphic pose, so the answer is a projection on a
   // known plane.
-  Rig rig(scene(test::oneBallTree(2), test::oneBallTree(3)));
+  Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
   rig.mode = Mode::Paper;
   const Eigen::Vector3d before(5.4, 0.3, -0.2), haptic(4.2, 0.6, 0.4);
   rig.to({before, kUpright});
@@ -432,7 +411,7 @@ TEST(Step, PaperModeFollowsTheHandThroughAPlate) {
   // Once the haptic tool has left the far side, no pair holds the graphic tool: it follows. In constrained mode it
   // stays.
   for (const Mode mode : {Mode::Paper, Mode::Constrained}) {
-    Rig rig(scene(test::oneBallTree(1), plate(0.2)));
+    Rig rig(toolAndObject(test::oneBallTree(1), plate(0.2)));
     rig.mode = mode;
     StepResult r;
     for (double z = 5; z > -5; z -= 0.5) r = rig.to({{0, 0, z}, kUpright});
