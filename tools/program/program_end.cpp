@@ -2,10 +2,12 @@
 #include "program_end.h"
 
 #include <poll.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -21,8 +23,26 @@ namespace {
 std::atomic<builder::Progress*> running{nullptr};
 static_assert(std::atomic<builder::Progress*>::is_always_lock_free, "a signal handler may not wait");
 
-extern "C" void interrupt(int) {
-  if (builder::Progress* progress = running.load()) progress->cancel();
+constexpr std::int64_t kSameInterrupt = 300'000'000;  // ns; two signals this close are one: `timeout` sends its own to the group, too
+std::atomic<std::int64_t> interrupted_at{0};          // ns of the monotonic clock; 0: not yet
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+
+std::int64_t nanoseconds() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return 1'000'000'000 * std::int64_t{now.tv_sec} + now.tv_nsec;
+}
+
+// Only calls that a signal handler may make.
+extern "C" void interrupt(int signal) {
+  const std::int64_t now = nanoseconds();
+  std::int64_t first = 0;
+  if (interrupted_at.compare_exchange_strong(first, now)) {
+    if (builder::Progress* progress = running.load()) progress->cancel();
+  } else if (now - first > kSameInterrupt) {
+    std::signal(signal, SIG_DFL);
+    ::raise(signal);  // delivered when the handler returns
+  }
 }
 
 /// Whether the reader has closed the pipe, as `head` does after its lines.
@@ -42,9 +62,9 @@ int flushed(const std::string& program, int code) {
 
 InterruptGuard::InterruptGuard(builder::Progress& progress) {
   running.store(&progress);
+  interrupted_at.store(0);
   struct sigaction action {};
   action.sa_handler = interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
   // Handles a terminal that is closed, unless the program was started with nohup.
   struct sigaction hang_up {};

@@ -34,7 +34,8 @@ int explain(const std::string& program, int code, const std::string& message);
 int runAndExplain(const std::string& program, const std::function<int()>& run);
 
 /// While an InterruptGuard exists, the first Ctrl-C (or SIGTERM) cancels `progress`, so that the program can finish
-/// cleanly; the second one ends the program.
+/// cleanly; the second one ends the program. Signals within 0.3 s of the first are taken for the same Ctrl-C, which
+/// `timeout` and other wrappers send twice.
 class InterruptGuard {
  public:
   explicit InterruptGuard(builder::Progress& progress);
