@@ -151,13 +151,13 @@ def split_margin(programs):
     test = [programs.build / "tests/split_test", "--gtest_filter=CutLabels.Is*"]
     text = subprocess.run(test, env={**os.environ, "SPHERETREE_LONG": "1"}, check=True, capture_output=True, text=True).stdout
     rows = {}
-    for edge, labels in re.findall(r"^margin, edge ([\d.]+), [^:]*: (.*) mm$", text, re.MULTILINE):
-        for name, *found in re.findall(r"([a-z ]+?) ([\d.]+) ([\d.]+) ([\d.]+)", labels):
-            rows.setdefault((name.strip(), edge), []).append([float(value) for value in found])
-    lines = ["| labels | mean edge | mean | 99 % of the border | at most |", "|---|---|---|---|---|"]
+    for edge, labels in re.findall(r"^margin, edge ([\d.]+), (.*)$", text, re.MULTILINE):
+        for name, *found in re.findall(r"; ([a-z ]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", labels):
+            rows.setdefault((name, edge), []).append([float(value) for value in found])
+    lines = ["| labels | mean edge | within half of the edge | mean | 99 % | at most | in space, at most |", "|---|---|---|---|---|---|---|"]
     for (name, edge), found in sorted(rows.items()):
-        worst = " | ".join(f"{max(values):.2f} mm" for values in zip(*found))
-        lines.append(f"| {name} | {edge} mm | {worst} |")
+        within, *distances = zip(*found)
+        lines.append(f"| {name} | {edge} mm | {100 * min(within):.1f} % | " + " | ".join(f"{max(values):.2f} mm" for values in distances) + " |")
     return lines
 
 
