@@ -12,9 +12,11 @@ constexpr double kYield = 1e-9;  // relative compliance that is added to each fo
 constexpr int kMaxChanges = 8 * kMaxContactRows;
 // Work of a change of the active rows, and of each row in it; numbers of products that are as much work as one unit.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
-constexpr int kMaxRounds = 20;
-// Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time.
-constexpr double kFirstSweeps = 10, kSweeps = 20, kSweepGrowth = 1.5, kMaxSweeps = 200;
+constexpr int kMaxRounds = 12;
+// Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time, up
+// to a number in all. A problem that has not converged by then may have no answer; with more sweeps steps come too late
+// for the hand, and the forces are no smoother.
+constexpr double kFirstSweeps = 10, kSweeps = 20, kSweepGrowth = 1.5, kMaxSweeps = 400;
 constexpr double kDamping = 1e-4;  // of the diagonal: contacts side by side have nearly the same equations
 constexpr double kSteepness = 10;  // of residual(), in Newton's method
 constexpr double kSolved = 0.02;   // share of the tolerance at which Newton's method stops
@@ -363,16 +365,17 @@ void Forces::sweeps(double count) {
 
 void Forces::solveAll() {
   sweeps(kFirstSweeps);
-  double left = residual(kSteepness), count = kSweeps;
+  double left = residual(kSteepness), count = kSweeps, swept = 0;
   for (int round = 0; round < kMaxRounds && !(left <= kSolved * qp_.tolerance); ++round) {
     ++qp_.iterations;
     work_ += static_cast<std::uint32_t>(count_ * count_) / kSweepShare;
     const double before = left;
     if (newtonStep()) left = goAlong(left);
-    if (left < 0.5 * before) continue;
+    if (left < 0.5 * before || swept >= kMaxSweeps) continue;
     const Vector reached = p_;
     sweeps(count);
-    count = std::min(kSweepGrowth * count, kMaxSweeps);
+    swept += count;
+    count *= kSweepGrowth;
     if (const double next = residual(kSteepness); next < left)
       left = next;
     else
