@@ -13,9 +13,9 @@ constexpr int kMaxChanges = 8 * kMaxContactRows;
 // Work of a change of the active rows, and of each row in it; numbers of products that are as much work as one unit.
 constexpr std::uint32_t kChangeWork = 40, kRowWork = 5, kSweepShare = 4, kDenseShare = 16;
 constexpr int kMaxRounds = 12;
-// Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time, up
-// to a number in all. A problem that has not converged by then may have no answer; with more sweeps steps come too late
-// for the hand, and the forces are no smoother.
+// Sweeps over the contacts before Newton's method, and after a step that does not halve the residual: more each time,
+// up to a number in all. A problem that has not converged by then may have no answer; with more sweeps steps come too
+// late for the hand, and the forces are no smoother.
 constexpr double kFirstSweeps = 10, kSweeps = 20, kSweepGrowth = 1.5, kMaxSweeps = 400;
 constexpr double kDamping = 1e-4;  // of the diagonal: contacts side by side have nearly the same equations
 constexpr double kSteepness = 10;  // of residual(), in Newton's method
