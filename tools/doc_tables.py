@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
-TIME = re.compile(r"\b\d+(\.\d+)? s\b")
+TIME = re.compile(r"\b\d+(\.\d+)?(, \d+(\.\d+)?)* (s|us|ms|Hz)\b")
 
 
 class Programs:
@@ -161,7 +161,23 @@ def split_margin(programs):
     return lines
 
 
-SLOW = {"split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget}
+def tissue(programs, *meshes):
+    """What benchmarks/tissue.py prints: a table of overhangs for each mesh, and one of forces and times."""
+    text = subprocess.run([ROOT / "benchmarks/tissue.py", programs.build, *meshes], cwd=programs.folder, check=True, capture_output=True, text=True).stdout
+    return [table.strip().split("\n") for table in text.split("\n\n")]
+
+
+def tissue_overhang(programs):
+    programs.mouth()
+    return tissue(programs, "mouth/mouth.obj:tongue")[0]
+
+
+def tissue_figures(programs):
+    return tissue(programs)[-1]
+
+
+SLOW = {"split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
+        "tissue_overhang": tissue_overhang, "tissue_figures": tissue_figures}
 TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
 
 

@@ -90,10 +90,16 @@ class Splitter {
     stitchCracks(soup, scan.triangles.size());
     dropFlat(soup);
     dropDuplicates(soup);
+    double surplus = surfaceArea(soup.mesh);
+    std::size_t removed = soup.mesh.triangles.size();
     dropFins(soup);
     alignWinding(soup);
     TriangleMesh& mesh = soup.mesh;
     makeManifold(mesh);
+    surplus -= surfaceArea(mesh), removed -= mesh.triangles.size();
+    if (removed > 0)
+      out_.notes.push_back(std::to_string(removed) + " triangles with " + number(surplus) +
+                           " mm2 were left out where several layers of the scan are connected.");
     dropDebris(mesh);
     if (mesh.triangles.empty()) throw BuildError("the scan has no surface of " + number(settings_.min_area_mm2) + " mm2 or more.");
     keepUsed(mesh, labels);

@@ -5,8 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <random>
+#include <string>
 
 #include "geometry/distance_field.h"
 #include "scan.h"
@@ -244,6 +247,35 @@ TEST(SplitScan, TheSampleMouthComesBackAsFourteenTeethAndAGum) {
       }
     }
   }
+}
+
+// A second layer of 2 x 2 mm, connected at one end and 0.1 mm above the slab elsewhere, is left out, and that is said.
+TEST(SplitScan, SaysWhichSecondLayersAreLeftOut) {
+  Bumps bumps(0.5);
+  const TriangleMesh slab = bumps.mesh;
+  std::map<std::uint32_t, std::uint32_t> copies;
+  double area = 0;
+  for (const Triangle& t : slab.triangles) {
+    const auto isIn = [&](std::uint32_t v) {
+      const Vector3d& p = slab.positions[v];
+      return std::abs(p.x()) <= 1.01 && p.y() >= 4.99 && p.y() <= 7.01;
+    };
+    if (!isIn(t[0]) || !isIn(t[1]) || !isIn(t[2])) continue;
+    Triangle copy = t;
+    for (std::uint32_t& v : copy) {
+      if (slab.positions[v].x() < -0.9) continue;
+      const auto [entry, is_new] = copies.emplace(v, static_cast<std::uint32_t>(bumps.mesh.positions.size()));
+      if (is_new) bumps.mesh.positions.emplace_back(slab.positions[v] + Vector3d(0, 0, 0.1)), bumps.labels.push_back(0);
+      v = entry->second;
+    }
+    bumps.mesh.triangles.push_back(copy);
+    area += triangleArea(bumps.mesh, bumps.mesh.triangles.size() - 1);
+  }
+  const SplitScan result = split(bumps.mesh, bumps.labels);
+  expectSound(result);
+  EXPECT_NEAR(result.lost_area, area, 1e-9 * area);
+  ASSERT_EQ(result.notes.size(), 1u);
+  EXPECT_NE(result.notes[0].find("32 triangles with 4.0"), std::string::npos) << result.notes[0];
 }
 
 TEST(SplitScan, SurvivesScannerDefects) {
