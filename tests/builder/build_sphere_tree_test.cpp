@@ -167,6 +167,22 @@ TEST(BuildSphereTree, ToleranceIsKeptOrSaidToBeOutOfReach) {
 // If one sphere keeps the tolerance, the tree is that sphere: --levels is the largest number of levels, not the number
 // to use. A cell that ended early is not the child of another cell: no cell may lose its last child because of it and
 // so become a leaf of its part.
+// Where the largest number of leaves is hardly more than what a tolerance needs, the tree has no more than it needs.
+TEST(BuildSphereTree, ALimitNearTheNeededLeavesCostsNone) {
+  for (const double wave : {0.2, 0.3, 0.35}) {
+    TriangleMesh mesh = test::sphereMesh(5, 4);
+    for (Vector3d& p : mesh.positions) p *= 1 + wave * std::sin(p.x()) * std::cos(1.3 * p.y()) + 0.05 * p.z();
+    BuildSettings settings = quick(3, 8);  // at most 64 leaves
+    settings.skin = false;
+    settings.max_leaves = 60;
+    settings.tolerance_mm = build(mesh, settings).statistics.levels.back().overhang_bound_mm;
+    settings.max_leaves = 0;
+    const BuildResult found = build(mesh, settings);
+    EXPECT_TRUE(found.statistics.tolerance_met);
+    EXPECT_LE(found.statistics.levels.back().spheres, 61u) << wave;
+  }
+}
+
 TEST(BuildSphereTree, AnOctreeKeepsAToleranceThatAllOfItsCellsKeep) {
   const TriangleMesh mesh = test::torusMesh(5, 1, 24, 10);
   BuildSettings settings = quick(4, 8);

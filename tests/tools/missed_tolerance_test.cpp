@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace spheretree::pipeline {
 namespace {
 
@@ -13,6 +15,8 @@ TEST(MissedTolerance, StatesTheNeededLeaves) {
   EXPECT_EQ(missedTolerance(0.5, 1, 4),
             "the tolerance of 0.5 mm is not met; the best result was written: 4 leaves with an overhang of 1 mm. The tolerance needs "
             "about 8 leaves: 2 levels with 8 children for each node.");
+  // 512 leaves are not said to suffice if as many do not.
+  EXPECT_NE(missedTolerance(0.2, 0.2037, 502).find("about 520 leaves: 5 levels"), std::string::npos);
 }
 
 TEST(MissedTolerance, StatesTheReachOfTheLargestTree) {

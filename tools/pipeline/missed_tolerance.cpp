@@ -10,7 +10,8 @@
 namespace spheretree::pipeline {
 
 std::string missedTolerance(double tolerance_mm, double kept_mm, std::size_t leaves) {
-  const double needed = static_cast<double>(leaves) * kept_mm / tolerance_mm;
+  const double estimate = static_cast<double>(leaves) * kept_mm / tolerance_mm,
+               digits = std::pow(10, std::max(0.0, std::floor(std::log10(estimate)) - 1)), needed = std::ceil(estimate / digits) * digits;
   int levels = 1;
   double full = 1;
   for (; levels < kMaxLevels && full < needed; ++levels) full *= kMaxBranching;
@@ -20,9 +21,8 @@ std::string missedTolerance(double tolerance_mm, double kept_mm, std::size_t lea
                              tolerance_mm, leaves, kept_mm);
   const std::size_t left = sizeof text - static_cast<std::size_t>(length);
   if (needed <= full) {
-    const double digits = std::pow(10, std::max(0.0, std::floor(std::log10(needed)) - 1));
-    std::snprintf(text + length, left, "The tolerance needs about %.0f leaves: %d levels with %d children for each node.",
-                  std::ceil(needed / digits) * digits, levels, kMaxBranching);
+    std::snprintf(text + length, left, "The tolerance needs about %.0f leaves: %d levels with %d children for each node.", needed, levels,
+                  kMaxBranching);
   } else {
     std::snprintf(text + length, left, "The largest tree, %.0f leaves on %d levels, reaches about %.2g mm.", full, kMaxLevels,
                   kept_mm * static_cast<double>(leaves) / full);

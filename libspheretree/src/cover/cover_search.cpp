@@ -46,7 +46,7 @@ Cover CoverSearch::cover() const {
 void CoverSearch::lower(double target, Progress& progress) {
   double step = settings_.step;
   for (int failures = 0; failures < settings_.failures && work() < max_work_ && stand_off_ > target;) {
-    const double goal = stand_off_ * (1 - step);
+    const double goal = std::max(target, stand_off_ * (1 - step));
     const std::uint64_t max_work = std::min(max_work_, work() + attempt());
     state_.setGoal(goal);
     if (coverAll(max_work, progress) && settle(goal, toleranceAt(goal), max_work, progress)) {
@@ -66,12 +66,14 @@ bool CoverSearch::fit(double wanted, std::size_t max_balls, Progress& progress) 
   // A larger stand-off is kept already. Gaps that were found since then may need a few moves.
   if (stand_off_ <= wanted) change(best_.size(), wanted, progress);
   if (stand_off_ > wanted) addBalls(wanted, max_balls, progress);
-  if (stand_off_ > wanted) {
-    fitted_to_ = 0;
+  if (stand_off_ > wanted) {  // with all balls, in steps that become smaller
     max_work_ = work() + settings_.work;
-    lower(0, progress);
-    close(progress);
-    return false;
+    lower(wanted, progress);
+    if (stand_off_ > wanted) {
+      fitted_to_ = 0;
+      close(progress);
+      return false;
+    }
   }
   removeBalls(progress);
   return true;
@@ -125,17 +127,21 @@ bool CoverSearch::change(std::size_t balls, double goal, Progress& progress) {
   return true;
 }
 
-// Adds balls until the stand-off is reached: first the number that follows from stand-off ~ 1/n, then more.
+// Adds balls until the stand-off is reached, in steps: for each the number that follows from stand-off ~ 1/n, or more
+// if that does not suffice.
 void CoverSearch::addBalls(double wanted, std::size_t max_balls, Progress& progress) {
   const auto limit = static_cast<double>(max_balls);
-  double needed = std::ceil(static_cast<double>(best_.size()) * stand_off_ / wanted);
-  while (best_.size() < max_balls) {
-    needed = std::min(std::max(needed, static_cast<double>(best_.size() + 1)), limit);
-    if (change(static_cast<std::size_t>(needed), wanted, progress)) return;
-    if (needed == limit) break;
-    needed = std::ceil((1 + kRise) * needed);
+  for (double more = 1; stand_off_ > wanted && best_.size() < max_balls;) {
+    const double goal = std::max(wanted, (1 - settings_.step) * stand_off_), now = static_cast<double>(best_.size()),
+                 needed = std::min(std::max(std::ceil(more * now * stand_off_ / goal), now + 1), limit);
+    if (change(static_cast<std::size_t>(needed), goal, progress))
+      more = 1;
+    else if (needed < limit)
+      more *= 1 + kRise;
+    else
+      break;
   }
-  if (best_.size() < max_balls) change(max_balls, stand_off_, progress);
+  if (stand_off_ > wanted && best_.size() < max_balls) change(max_balls, stand_off_, progress);
 }
 
 // Removes balls while the others can keep the stand-off: several at once, fewer after a failure. Removals before the
