@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""form.py SOURCE: fails if a function has more than 80 lines or a line of prose more than 120 characters.
+"""form.py SOURCE: fails if a function has more than 80 lines, a line of prose more than 120 characters, or if a script that names its
+interpreter cannot be executed.
 
 Prose: comments that have a line to themselves, in any language, and Markdown outside of code and tables. A line that holds one word
 too long to break (an address, a path) may be longer, and so may a line that ends with `// long: WHY`."""
+import os
 import re
 import subprocess
 import sys
@@ -66,6 +68,8 @@ def prose(path, text):
 def faults_of(root, name):
     path = root / name
     text = path.read_text(encoding="utf-8", errors="replace")
+    if text.startswith("#!") and not os.access(path, os.X_OK):
+        yield f"{name}: starts with #! but is not executable; chmod +x"
     for number, line in prose(path, text):
         words = line.strip().lstrip("/#*->! ").split()
         if len(line) > MOST_CHARACTERS and max(map(len, words), default=0) < MOST_CHARACTERS - 20 and "// long: " not in line:

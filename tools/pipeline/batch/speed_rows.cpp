@@ -6,7 +6,7 @@
 #include <set>
 
 #include "spheretree/runtime/scene.h"
-#include "tree/upper_levels.h"
+#include "upper_levels.h"
 
 namespace spheretree::pipeline {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tree/upper_levels.h"
+#include "upper_levels.h"
 
 #include <algorithm>
 #include <stdexcept>
