@@ -2,8 +2,6 @@
 // Figures of soft tissue that need no file, as JSON: a ball pressed into a block, against a finer block; times of a
 // state by the number of nodes, of a refit, and of a step. benchmarks/tissue.py makes a table of them.
 //   tissue_benchmark
-#include <pthread.h>
-#include <sched.h>
 #include <time.h>
 
 #include <Eigen/Geometry>
@@ -14,7 +12,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "spheretree/builder/build_sphere_tree.h"
@@ -40,14 +37,6 @@ double now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
-
-/// Keeps this thread on one processor.
-void stayOn(unsigned processor) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(processor, &set);
-  pthread_setaffinity_np(pthread_self(), sizeof set, &set);
 }
 
 double percentile(std::vector<double> times, double share) {
@@ -233,15 +222,12 @@ struct FeltBlock {
     motion = tissue::MovingTissue::make(*tissue, fault);
     states[0] = states[1] = motion->restState();
   }
-  /// With the solver, in every tenth step; as in a player, it runs on a processor of its own if there is one.
+  /// With the solver, in every tenth step.
   void exchange() {
     if (steps++ % 10 != 0) return;
     std::swap(states[0], states[1]);
     aimTissue(0, states[0].surface, states[0].is_frozen, *workspace);
-    std::thread([this] {
-      stayOn(std::thread::hardware_concurrency() - 1);
-      motion->advance(tissueForces(0, *workspace), states[1]);
-    }).join();
+    motion->advance(tissueForces(0, *workspace), states[1]);
   }
   runtime::StepResult step(const Vector3d& p) { return runtime::step(scene, {p, {1, 0, 0, 0}}, runtime::Mode::Constrained, *workspace); }
   runtime::StepResult to(const Vector3d& p) {
@@ -347,7 +333,6 @@ int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   std::printf("{\n");
   const SoftBlock block(usual, 2304);
-  stayOn(0);
   stepTimes(block, 0, "step_in_contact");
   stepTimes(block, 0.3, "step_with_friction");
   FeltBlock felt(block);
