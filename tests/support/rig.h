@@ -45,7 +45,9 @@ struct Rig {
   Rig(SphereTree tool, SphereTree object, const Configuration& at = {}) : Rig(toolAndObject(std::move(tool), std::move(object), at)) {}
 
   runtime::StepResult to(const Configuration& haptic) { return runtime::step(scene, haptic, mode, *workspace); }
-  runtime::StepResult toPoint(const Eigen::Vector3d& position, const Quaternion& turn = kUpright) { return to(Configuration{position, turn}); }
+  runtime::StepResult toPoint(const Eigen::Vector3d& position, const Quaternion& turn = kUpright) {
+    return to(Configuration{position, turn});
+  }
 };
 
 }  // namespace spheretree::test
