@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "spheretree/builder/build_sphere_tree.h"
+#include "support/dense_points.h"
 #include "support/shapes.h"
 
 namespace spheretree::builder {
