@@ -55,6 +55,8 @@ class ConstrainedStep {
   Piece contactPiece();
   double solve(const Vector6& want);
   double acceptedPart(const Displacement& step, double part, bool is_straight);
+  Vector6 unbalanced(Vector6 sum, double largest_gap) const;
+  bool isSettled(const Vector6& want) const;
   bool hasStalled();
   void pushOut();
   void noteContacts();
@@ -91,6 +93,8 @@ class ConstrainedStep {
   int pieces_ = 0;
   double nearest_ = kInfinity;     // distance to the haptic pose at the last check for progress [mm, scaled]
   Vector6 last_plain_, last_way_;  // of the piece before this one: the step of the QP, and the step that was made
+  Vector6 last_unbalanced_;        // after the step of the QP
+  bool may_settle_ = false;        // the last piece was the whole step of a QP with the haptic pose as target
   bool has_last_ = false;
   bool was_inside_ = false;
   bool is_at_rest_ = false;  // the last QP had the haptic pose as target at `now_`, and its solution was to stay
@@ -315,6 +319,10 @@ double ConstrainedStep::solve(const Vector6& want) {
 Piece ConstrainedStep::contactPiece() {
   const QpAnswer& answer = memory_.answer;
   const Vector6 want = parts_.scaledVector(displacementBetween(now_, haptic_));
+  if (isSettled(want)) {
+    is_at_rest_ = true;
+    return Piece::Arrived;
+  }
   const double back = solve(want);
   const Vector6 plain = answer.y;
   if (plain.norm() < kConverged || (has_last_ && plain.norm() < kRounding && plain.norm() > 0.7 * last_way_.norm())) {
@@ -336,6 +344,7 @@ Piece ConstrainedStep::contactPiece() {
   const bool is_held_back = part < largest;
   part = std::min(part, damped);
   parts_.keepActive(pairs_);
+  last_unbalanced_ = unbalanced(want - plain, kInfinity);
   // Pieces shrink, so fewer pairs can touch within the next few of them.
   if (const double next_margin = kPiecesAhead * part * length + kMinMargin; back == 0 && next_margin < 0.5 * left) {
     parts_.keepNear(next_margin, pairs_, rows_);
@@ -344,8 +353,10 @@ Piece ConstrainedStep::contactPiece() {
   }
   felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kMinMargin);
   const Configuration from = now_;
+  may_settle_ = part == 1 && back == 0 && !is_accelerated;
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
+  may_settle_ = may_settle_ && part == 1;
   if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
     now_ = from;  // where the contact bends, the sum of the series is unreliable: the next piece is a plain one
     makeRows();
@@ -364,6 +375,25 @@ Piece ConstrainedStep::contactPiece() {
     needs_search_ = true;
   }
   return Piece::GoesOn;
+}
+
+// What the forces of the active rows, without friction, leave of the pull towards the haptic pose, `sum`. A row that
+// the tool has left by more than `largest_gap` exerts none.
+[[gnu::noinline]] Vector6 ConstrainedStep::unbalanced(Vector6 sum, double largest_gap) const {
+  for (std::size_t k = 0; k < memory_.answer.active_count; ++k) {
+    const std::uint32_t row = memory_.answer.active[k];
+    if (rows_.b[row] < -static_cast<float>(largest_gap)) continue;
+    for (std::size_t i = 0; i < 6; ++i)
+      sum[static_cast<Eigen::Index>(i)] += memory_.active_multiplier[k] * static_cast<double>(rows_.rows.a[i][row]);
+  }
+  return sum;
+}
+
+// Whether the forces of the last QP still hold the tool and no row is violated: then the next QP would have the same
+// forces, and its solution would be to stay. What they left before the last piece is held by friction.
+bool ConstrainedStep::isSettled(const Vector6& want) const {
+  return may_settle_ && memory_.answer.active_count == memory_.active_count && std::max(depth_, felt_depth_) < kConverged &&
+         (unbalanced(want, kConverged) - last_unbalanced_).norm() < kConverged;
 }
 
 // Moves by `part` of `step`, or by half of it and so on, until the end is not too deep. Returns 0 if the rows conflict

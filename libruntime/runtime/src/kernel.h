@@ -16,7 +16,7 @@ struct SoftPoint {
   float u, v;           // weights of corners 1 and 2
   float normal[3];      // axes of the object
   std::uint32_t tool;   // slot of the ball
-  std::uint32_t step;   // step in which point and normal are fixed
+  std::uint32_t step;   // step in which they were found
   std::uint32_t stuck;  // last step in which the ball stuck to the point; in the next step it is still there
 };
 
@@ -34,8 +34,7 @@ struct alignas(64) ObjectView {
   float motion;                        // largest motion of one of its points in a step, apart from that of its body [mm]
   float behind;        // a ball at most this far behind a triangle is pushed out in front of it; 0: triangles have two sides [mm]
   SoftPoint* points;   // (slot) of tissue
-  std::uint32_t step;  // of tissue: points found in this step are fixed
-  bool is_found;       // of tissue: points that are found now are fixed for the rest of the step
+  std::uint32_t step;  // of tissue: points found in this step stay
   double to_world[9];  // axes of the object to world axes, row-major
 };
 
@@ -94,7 +93,6 @@ struct RowRequest {
   const std::uint32_t* items;    // (slot) triangle
   SoftPoint* points;             // as in the view
   std::uint32_t step;
-  bool is_found;
   float inverse_angle_length;
   float max_gap;    // of felt rows: the plane beside a patch gives a row only up to this gap, otherwise a row that is always satisfied [mm]
   float allowance;  // triangles with a curved patch yield by this [mm]

@@ -85,8 +85,9 @@ class LinearTissue final : public SoftTissue {
     const std::array<double, 2>& force = qp.discs[d].force;
     on.surface->skin().setStuck(on.slot, std::hypot(force[0], force[1]) < kSticks * limit);
   }
-  Vector3d movedInStep(std::size_t object, std::uint32_t row) const override {
-    return memory_.objects[object].rotation * rows_[row].surface->movedInStep(rows_[row].point);
+  void keepContact(std::size_t k, std::uint32_t row) override { contacts_[k] = rows_[row].point; }
+  Vector3d movedInStep(std::size_t object, std::size_t k) const override {
+    return memory_.objects[object].rotation * surfaces_[object]->movedInStep(contacts_[k]);
   }
   bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) override;
   std::span<const float> forces(std::size_t object) const override { return surfaces_[object]->forces(); }
@@ -126,6 +127,7 @@ class LinearTissue final : public SoftTissue {
   std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
+  std::array<SkinPoint, kMaxContactRows> contacts_;     // of the step
   bool is_carried_ = false;
   int holds_left_ = 0;  // calls of solve() that may still hold friction: fewer than the scans for rows, so that the last one never does
   bool has_new_rows_ = false;  // since the last call of solve()
@@ -146,7 +148,6 @@ void LinearTissue::placeView(std::size_t object) {
   view.allowance = skin.allowance();
   view.points = skin.points();
   view.step = skin.step();
-  view.is_found = false;
   view.motion = static_cast<float>(motion_);
   view.behind = static_cast<float>(kBehind);
   put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(skin.radius() * (1 + 1e-6)));
@@ -155,7 +156,6 @@ void LinearTissue::placeView(std::size_t object) {
 void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {
   surfaces_[run.object]->putPatches(set.pairs.subspan(run.begin, run.count));
   memory_.views[run.object].allowance = surfaces_[run.object]->skin().allowance();
-  memory_.views[run.object].is_found = surfaces_[run.object]->skin().pointsStay();
 }
 
 void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {

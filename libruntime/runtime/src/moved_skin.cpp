@@ -209,7 +209,6 @@ void MovedSkin::putPatch(std::uint32_t t, std::span<const float> shift) {
 }
 
 void MovedSkin::put(std::span<const std::uint32_t> pairs, std::span<const float> shift) {
-  ++rows_made_;
   for (const std::uint32_t pair : pairs) {
     const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff];
     if (t == kNoItem || patch_when_[t] == version_) continue;

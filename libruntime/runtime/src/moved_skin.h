@@ -38,12 +38,11 @@ class MovedSkin {
   /// Moves the balls of the search to the current shape; `shift`: displacement of each pressed node. Cost: 5 ns a node,
   /// and 30 ns for each updated block of eight triangles.
   void refit(std::span<const float> shift);
-  /// Begins a step: points of contact are computed again, and stay fixed after rows were made kFreeRows times.
-  void beginStep() { ++step_, rows_made_ = 0; }
+  /// Begins a step: points of contact are computed again, once.
+  void beginStep() { ++step_; }
   SoftPoint* points() { return points_.data(); }
   std::uint32_t step() const { return step_; }
   void setStuck(std::uint32_t slot, bool is_stuck) { points_[slot].stuck = is_stuck ? step_ : 0; }
-  bool pointsStay() const { return rows_made_ > kFreeRows; }
   /// Sets the shape of the patches for a step that begins with this displacement of the pressed nodes.
   void bend(std::span<const float> shift);
   /// Marks the positions of all patches as outdated.
@@ -53,8 +52,6 @@ class MovedSkin {
   void put(std::span<const std::uint32_t> pairs, std::span<const float> shift);
 
  private:
-  static constexpr int kFreeRows = 1;  // of a step: these use the points of their own pose
-
   struct Vertex {
     Eigen::Vector3f bulge, normal, node_normal;
   };
@@ -99,7 +96,6 @@ class MovedSkin {
   float allowance_ = 0;
   std::vector<SoftPoint> points_;  // (slot)
   std::uint32_t step_ = 1;
-  int rows_made_ = 0;
 };
 
 }  // namespace spheretree::runtime

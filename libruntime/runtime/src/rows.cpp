@@ -52,7 +52,6 @@ class Requests {
     request_.items = view.items;
     request_.points = view.points;
     request_.step = view.step;
-    request_.is_found = view.is_found;
     for (std::size_t k = 0; k < 6; ++k) request_.a[k] = memory_.rowArray(k) + first_row;
     request_.b = memory_.rowArray(kB) + first_row;
     request_.weight = memory_.rowArray(kWeight) + first_row;

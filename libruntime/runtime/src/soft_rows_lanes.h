@@ -9,6 +9,7 @@
 namespace spheretree::runtime {
 namespace {
 
+constexpr float kSlide = 0.01f;     // of its radius: way by which a ball slides on over its point before it gets another one
 constexpr float kStuckOff = 0.01f;  // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
 constexpr int kPointSteps = 4;      // iterations to the point of a soft patch that is nearest to a ball
 
@@ -42,30 +43,30 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
 
 inline std::uint32_t toolOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1] >> 16; }
 
-// A ball that stuck to a point in the last step is still at this point, unless another point is clearly nearer.
-inline void keepStuck(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
-                      Vector8& normal) {
-  F8 stuck_u = u, stuck_v = v;
-  I8 is_stuck{};
+// A ball stays at its point of the last step, unless another point is clearly nearer: in its own dent all points are
+// about equally near, and a point that is found anew each time trembles.
+inline void keepLast(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
+                     Vector8& normal) {
+  F8 last_u = u, last_v = v, nearer = splat(0.5f * kSlide * kSlide) * balls.radius;
   bool any = false;
   for (unsigned k = 0; k < 8; ++k) {
     const SoftPoint& point = q.points[balls.slot[k]];
-    if (point.stuck == 0 || point.stuck + 1 < q.step || point.tool != toolOf(q, i + k)) continue;
-    stuck_u[k] = point.u, stuck_v[k] = point.v;
-    is_stuck[k] = -1;
+    if (point.step + 1 < q.step || point.tool != toolOf(q, i + k)) continue;
+    last_u[k] = point.u, last_v[k] = point.v;
+    if (point.stuck > 0 && point.stuck + 1 >= q.step) nearer[k] = kStuckOff;
     any = true;
   }
   if (!any) return;
-  const Vector8 way = balls.centre - position.at(stuck_u, stuck_v), shortest = balls.centre - position.at(u, v);
+  const Vector8 way = balls.centre - position.at(last_u, last_v), shortest = balls.centre - position.at(u, v);
   const F8 distance = squareRoot(dot(way, way)), min_distance = squareRoot(dot(shortest, shortest));
-  is_stuck = is_stuck & (distance <= min_distance + splat(kStuckOff));
-  u = select(is_stuck, stuck_u, u);
-  v = select(is_stuck, stuck_v, v);
-  normal = select(is_stuck, (splat(1) / maxOf(distance, splat(1e-6f))) * way, normal);
+  const I8 stays = distance <= min_distance + nearer;
+  u = select(stays, last_u, u);
+  v = select(stays, last_v, v);
+  normal = select(stays, (splat(1) / maxOf(distance, splat(1e-6f))) * way, normal);
 }
 
-// The ball touches a point of the patch; the normal points from there to its centre. After the first rows of a step,
-// points and normals are fixed: then rows change exactly as the QP predicts, and the step converges.
+// The ball touches a point of the patch; the normal points from there to its centre. In a step, point and normal stay
+// unless the ball slides on: rows then change exactly as the QP predicts, and its first solution is the last.
 float softRows(const RowRequest& q) {
   const F8 one = splat(1), zero = splat(0), min_distance = splat(1e-6f);
   F8 smallest = splat(__builtin_inff());
@@ -73,26 +74,39 @@ float softRows(const RowRequest& q) {
     const ToolBalls balls(q, i);
     const Patches p(q, balls);
     const Quadratic position(p.position[0], p.position[1], p.position[2], p.position[3], p.position[4], p.position[5]);
-    F8 u, v;
-    findNearest(p, position, balls.centre, u, v);
-    Vector8 way = balls.centre - position.at(u, v);
-    const F8 distance = squareRoot(dot(way, way));
-    Vector8 normal = (one / maxOf(distance, min_distance)) * way;
-    keepStuck(q, i, balls, position, u, v, normal);
+    F8 u = zero, v = zero;
+    Vector8 normal{zero, zero, zero};
+    I8 is_known{};
     for (unsigned k = 0; k < 8; ++k) {
-      SoftPoint& point = q.points[balls.slot[k]];
-      const std::uint32_t tool = toolOf(q, i + k);
-      if (point.step != q.step || point.tool != tool) {
-        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.is_found ? q.step : 0, point.tool == tool ? point.stuck : 0};
-        continue;
-      }
+      const SoftPoint& point = q.points[balls.slot[k]];
+      if (point.step != q.step || point.tool != toolOf(q, i + k)) continue;
       u[k] = point.u, v[k] = point.v;
       normal.x[k] = point.normal[0], normal.y[k] = point.normal[1], normal.z[k] = point.normal[2];
+      is_known[k] = -1;
     }
-    way = balls.centre - position.at(u, v);
+    Vector8 way = balls.centre - position.at(u, v);
+    const Vector8 aside = cross(way, normal);
+    is_known = is_known & (dot(aside, aside) <= splat(kSlide * kSlide) * balls.radius * balls.radius);
+    if (maskOf(is_known) != 0xff) {
+      F8 new_u, new_v;
+      findNearest(p, position, balls.centre, new_u, new_v);
+      const Vector8 shortest = balls.centre - position.at(new_u, new_v);
+      Vector8 new_normal = (one / maxOf(squareRoot(dot(shortest, shortest)), min_distance)) * shortest;
+      keepLast(q, i, balls, position, new_u, new_v, new_normal);
+      u = select(is_known, u, new_u);
+      v = select(is_known, v, new_v);
+      normal = select(is_known, normal, new_normal);
+      way = balls.centre - position.at(u, v);
+      for (unsigned k = 0; k < 8; ++k) {
+        if (is_known[k]) continue;
+        SoftPoint& point = q.points[balls.slot[k]];
+        const std::uint32_t tool = toolOf(q, i + k);
+        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.step, point.tool == tool ? point.stuck : 0};
+      }
+    }
     const F8 gap = dot(way, normal) - balls.radius;
     // The centre must be outside; otherwise the flat triangle holds the ball.
-    const I8 in = (distance > min_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
+    const I8 in = (dot(way, way) > min_distance * min_distance) & (dot(way, cross(position.alongU(u, v), position.alongV(u, v))) > zero);
     smallest = minOf(smallest, select(in, gap, splat(__builtin_inff())));
     storeRows(q, i, balls, normal, gap, in);
   }

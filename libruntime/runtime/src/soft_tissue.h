@@ -68,8 +68,10 @@ class SoftTissue {
   virtual void press(const ContactQp& qp) = 0;
   /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
   virtual void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) = 0;
-  /// Displacement of the point of a row of the last begin() in this step, world axes [mm].
-  virtual Eigen::Vector3d movedInStep(std::size_t object, std::uint32_t row) const = 0;
+  /// Notes that contact `k` of the step is at the point of this row; movedInStep() then gives the displacement of that
+  /// point in this step, world axes [mm].
+  virtual void keepContact(std::size_t k, std::uint32_t row) = 0;
+  virtual Eigen::Vector3d movedInStep(std::size_t object, std::size_t k) const = 0;
 
   // Large deformation: aimTissue() and tissueForces() of step.h.
   virtual bool aim(std::size_t object, std::span<const float> surface, bool is_frozen) = 0;

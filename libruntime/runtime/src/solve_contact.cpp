@@ -355,6 +355,7 @@ void ContactSolver::keep() {
       answer.active[slot] = row_[at];
       answer.multiplier[slot] = 0;
       memory_.active_rubbing[slot].setZero();
+      if (memory_.tissue) memory_.tissue->keepContact(slot, row_[at]);
     }
     answer.multiplier[slot] += multiplier;
     if (disc_[at] < 0) continue;

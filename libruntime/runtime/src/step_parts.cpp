@@ -218,7 +218,7 @@ void StepParts::noteContacts(const RowSet& set, const Configuration& before) {
       from = mover.now.orientation * (mover.before.orientation.conjugate() * (from - mover.before.position)) + mover.now.position;
     }
     Eigen::Vector3d slid = contact.point - from;
-    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, row);
+    if (memory.isTissue(name.object)) slid -= memory.tissue->movedInStep(name.object, k);
     contact.slip = (slid - slid.dot(contact.normal) * contact.normal) / scene.step_time;
   }
 }
