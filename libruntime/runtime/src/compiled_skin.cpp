@@ -11,18 +11,9 @@
 namespace spheretree::runtime {
 namespace {
 
-using PackedDirection = std::array<std::uint16_t, 3>;
-
-void putNormal(const Eigen::Vector3f& n, std::uint16_t* out) {
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const float scaled = n[axis] * kNormalScale;
-    out[axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
-  }
-}
-
 std::vector<PackedDirection> packedNormals(std::span<const SkinNode> nodes) {
   std::vector<PackedDirection> out(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) putNormal(nodes[i].normal, out[i].data());
+  for (std::size_t i = 0; i < nodes.size(); ++i) out[i] = packed(nodes[i].normal);
   return out;
 }
 
@@ -35,15 +26,11 @@ std::vector<float> swingsOf(const Skin& skin) {
 
 void putPosition(const Eigen::Vector3f& p, float (&out)[3]) { out[0] = p.x(), out[1] = p.y(), out[2] = p.z(); }
 
-// A share of 1, coded as an integer of up to `parts`, rounded up. NaN becomes the maximum.
-std::uint32_t roundedUp(float part, std::uint32_t parts) {
-  return part < 1 ? static_cast<std::uint32_t>(part * static_cast<float>(parts)) + 1 : parts;
-}
+}  // namespace
 
-// Upper bound of the sine of the angle between normals of the patch and that of the flat triangle. The normals are
-// averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A ball about the
-// unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u has an angle
-// of sine s, seen from the origin.
+// The normals are averages of six control vectors: those of the corners, and the Bezier control vectors of the sides. A
+// ball about the unit normal u of the triangle that contains these contains all of them, and a ball of radius s about u
+// has an angle of sine s, seen from the origin.
 float leanOf(const SkinPatch& patch) {
   const Eigen::Vector3f across = (patch.position[1] - patch.position[0]).cross(patch.position[2] - patch.position[0]),
                         upright = across / std::sqrt(std::max(across.squaredNorm(), std::numeric_limits<float>::min()));
@@ -53,20 +40,6 @@ float leanOf(const SkinPatch& patch) {
     square = std::max({square, (a - upright).squaredNorm(), (2 * middle - 0.5f * (a + b) - upright).squaredNorm()});
   }
   return std::sqrt(square);
-}
-
-}  // namespace
-
-CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& shift, float swing, float allowance) {
-  CompiledPatch out;
-  out.flags = allowanceOf(patch, 1) > 0 ? kCurved : 0;
-  for (std::size_t i = 0; i < 6; ++i) {
-    putPosition(patch.position[i] + shift, out.position[i]);
-    putNormal(patch.normal[i], out.normal[i]);
-  }
-  for (std::size_t k = 0; k < 3; ++k) out.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
-  out.flags |= roundedUp(swing / allowance, kSwingMask) << kSwingShift | roundedUp(leanOf(patch), kLeanMask) << kLeanShift;
-  return out;
 }
 
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
@@ -94,7 +67,7 @@ CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin) {
       to.flags |= static_cast<std::uint32_t>(patch.is_sharp[k]) << k;
       swing = std::max(swing, swings[triangle.edge[k]]);
     }
-    to.flags |= roundedUp(swing / skin.tolerance, kSwingMask) << kSwingShift | roundedUp(leanOf(patch), kLeanMask) << kLeanShift;
+    to.flags |= swingBits(swing / skin.tolerance) | leanBits(leanOf(patch));
   }
   out.tree = compileTree(skin.search, spheres, origin, TreeOver::Triangles);
   return out;

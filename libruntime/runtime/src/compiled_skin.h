@@ -4,6 +4,7 @@
 // Units: mm; frame: axes of the file, origin at the centre of the object.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -39,9 +40,26 @@ struct CompiledSkin {
 
 inline constexpr float kSwingOfOffset = 4.0f / 3.0f * (1 + 1e-6f);  // swing of a patch, divided by the largest component of a side's offset
 
-/// The record of one patch, translated by `shift`. `swing`: its largest distance from its flat triangle; `allowance`:
-/// lower bound of how far its triangle yields if it is curved [mm]. Normals must be of unit length.
-CompiledPatch compilePatch(const SkinPatch& patch, const Eigen::Vector3f& shift, float swing, float allowance);
+using PackedDirection = std::array<std::uint16_t, 3>;  // as in CompiledPatch::normal
+inline PackedDirection packed(const Eigen::Vector3f& unit) {
+  PackedDirection out;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float scaled = unit[static_cast<Eigen::Index>(axis)] * kNormalScale;
+    out[axis] = static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled + (scaled < 0 ? -0.5f : 0.5f)));
+  }
+  return out;
+}
+
+/// Upper bound of the sine of the angle between normals of the patch, which must be of unit length, and that of its
+/// flat triangle.
+float leanOf(const SkinPatch& patch);
+
+// The bits of CompiledPatch::flags; the arguments are shares of 1, and are rounded up. NaN becomes the maximum.
+inline std::uint32_t roundedUp(float part, std::uint32_t parts) {
+  return part < 1 ? static_cast<std::uint32_t>(part * static_cast<float>(parts)) + 1 : parts;
+}
+inline std::uint32_t swingBits(float swing) { return roundedUp(swing, kSwingMask) << kSwingShift; }
+inline std::uint32_t leanBits(float lean) { return roundedUp(lean, kLeanMask) << kLeanShift; }
 
 /// `origin`: origin of the skin's frame minus the centre of the compiled skin.
 CompiledSkin compileSkin(const Skin& skin, const Eigen::Vector3d& origin);

@@ -353,10 +353,9 @@ Piece ConstrainedStep::contactPiece() {
   }
   felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kMinMargin);
   const Configuration from = now_;
-  may_settle_ = part == 1 && back == 0 && !is_accelerated;
   part = acceptedPart(step, part, is_straight);
   if (part == 0) return Piece::Blocked;
-  may_settle_ = may_settle_ && part == 1;
+  may_settle_ = part == 1 && back == 0 && !is_accelerated;
   if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
     now_ = from;  // where the contact bends, the sum of the series is unreliable: the next piece is a plain one
     makeRows();

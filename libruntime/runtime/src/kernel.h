@@ -13,12 +13,26 @@ namespace spheretree::runtime {
 
 /// The point where a ball was last taken to touch a soft patch, and the normal there.
 struct SoftPoint {
-  float u, v;           // weights of corners 1 and 2
-  float normal[3];      // axes of the object
-  std::uint32_t tool;   // slot of the ball
-  std::uint32_t step;   // step in which they were found
-  std::uint32_t stuck;  // last step in which the ball stuck to the point; in the next step it is still there
+  float u, v;       // weights of corners 1 and 2
+  float normal[3];  // axes of the object
+  std::uint32_t pair = ~0u;
+  std::uint32_t step = 0;   // step in which they were found
+  std::uint32_t stuck = 0;  // last step in which the ball stuck to the point; in the next step it is still there
 };
+
+// A cache of them: kPointSets sets of kPointWays points each.
+inline constexpr std::uint32_t kPointSets = 1024, kPointWays = 4;
+
+/// The point of a pair in the cache; if it is not there, the one to replace: the oldest of its set.
+inline SoftPoint& pointOf(SoftPoint* points, std::uint32_t pair) {
+  SoftPoint* const set = points + kPointWays * ((pair * 0x9e3779b1u >> 16) % kPointSets);
+  SoftPoint* oldest = set;
+  for (SoftPoint* p = set; p < set + kPointWays; ++p) {
+    if (p->pair == pair) return *p;
+    if (p->step < oldest->step) oldest = p;
+  }
+  return *oldest;
+}
 
 /// An object for the search and the rows: the data that they read before the blocks. `patches` is null if the tool
 /// rests on leaves.
@@ -33,7 +47,7 @@ struct alignas(64) ObjectView {
   float allowance;                     // triangles with a curved patch yield by this [mm]
   float motion;                        // largest motion of one of its points in a step, apart from that of its body [mm]
   float behind;        // a ball at most this far behind a triangle is pushed out in front of it; 0: triangles have two sides [mm]
-  SoftPoint* points;   // (slot) of tissue
+  SoftPoint* points;   // of tissue: the cache of them
   std::uint32_t step;  // of tissue: points found in this step stay
   double to_world[9];  // axes of the object to world axes, row-major
 };

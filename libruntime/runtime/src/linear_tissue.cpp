@@ -78,14 +78,13 @@ class LinearTissue final : public SoftTissue {
   void setDisc(ContactQp& qp, int d, std::uint32_t object, std::uint32_t row, bool is_stop, const std::array<Vector3d, 2>& along) override;
   void predict(const ContactQp& qp) override;
   float predictedBound(std::uint32_t row, bool& is_stop) const override;
-  void press(const ContactQp& qp) override;
+  void press(const ContactQp& qp, std::span<const std::uint32_t> contacts) override;
   void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) override {
     const Row& on = rows_[row];
     if (is_carried_ || !pressed_[forceOf(d, 0)].surface || !on.is_felt) return;
     const std::array<double, 2>& force = qp.discs[d].force;
-    on.surface->skin().setStuck(on.slot, std::hypot(force[0], force[1]) < kSticks * limit);
+    on.surface->skin().setStuck(on.pair, std::hypot(force[0], force[1]) < kSticks * limit);
   }
-  void keepContact(std::size_t k, std::uint32_t row) override { contacts_[k] = rows_[row].point; }
   Vector3d movedInStep(std::size_t object, std::size_t k) const override {
     return memory_.objects[object].rotation * surfaces_[object]->movedInStep(contacts_[k]);
   }
@@ -101,7 +100,7 @@ class LinearTissue final : public SoftTissue {
     double given;     // current displacement along the normal [mm]
     double weight;
     float b, stop;  // current right-hand side; and that at which the tissue has reached its largest displacement
-    std::uint32_t slot;
+    std::uint32_t pair;
     bool is_felt;  // the row of the patch, not of the flat triangle
   };
   // A force of the problem.
@@ -178,12 +177,12 @@ void LinearTissue::addRows(const PairRun& run, const PairSet& set, std::uint32_t
     const std::uint32_t pair = set.pairs[i], triangle = scene_.shapeOf(run.object).skin.tree.item[pair & 0xffff], row = first + i;
     Row& out = rows_[row];
     out.surface = surface;
-    out.slot = pair & 0xffff;
+    out.pair = pair;
     out.is_felt = first > 0;
     out.weight = static_cast<double>(rows.weight[row]);
     out.b = rows.b[row];
     out.normal = to_object * Vector3d(rows.rows.a[0][row], rows.rows.a[1][row], rows.rows.a[2][row]) / out.weight;
-    if (const SoftPoint& known = surface->skin().points()[pair & 0xffff]; first > 0 && known.tool == pair >> 16) {
+    if (const SoftPoint& known = pointOf(surface->skin().points(), pair); out.is_felt && known.pair == pair) {
       const double u = static_cast<double>(known.u), v = static_cast<double>(known.v);
       out.point = {triangle, {1 - u - v, u, v}};
     } else {
@@ -281,7 +280,8 @@ float LinearTissue::predictedBound(std::uint32_t row, bool& is_stop) const {
   return std::max(bound, on.stop);
 }
 
-void LinearTissue::press(const ContactQp& qp) {
+void LinearTissue::press(const ContactQp& qp, std::span<const std::uint32_t> contacts) {
+  for (std::size_t k = 0; k < contacts.size(); ++k) contacts_[k] = rows_[contacts[k]].point;
   for (const auto& s : surfaces_)
     if (s) s->aimAt(is_carried_);
   forForces(qp, [&](std::size_t force, double multiplier) {

@@ -63,21 +63,15 @@ MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
       block_marked_(shape.skin.tree.bound.size(), 0),
       vertices_(model.vertices.size()),
       middles_(model.edges.size()),
-      fan_normals_(model.fans.size()),
-      places_(model.vertices.size()),
-      bent_(3 * model.node_count),
-      vertex_when_(model.vertices.size(), 0),
-      middle_when_(model.edges.size(), 0),
-      fan_when_(model.fans.size(), 0),
-      place_when_(model.vertices.size(), 0),
-      patch_when_(shape.skin.patch.size(), 0),
-      points_(8 * shape.skin.tree.bound.size()) {
+      fans_(model.fans.size()),
+      patch_states_(shape.skin.patch.size()),
+      node_places_(model.node_places),
+      points_(kPointSets * kPointWays) {
   const CompiledTree& tree = shape.skin.tree;
   float longest = 0;
-  for (const SoftModel::Edge& e : model.edges)
-    longest = std::max(longest, (model.vertices[e.end[1]].position - model.vertices[e.end[0]].position).norm());
-  for (const SoftModel::Face& face : model.faces)
-    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (face.rest[(k + 1) % 3] - face.rest[k]).norm());
+  for (const SoftModel::Edge& e : model.edges) longest = std::max(longest, e.side.length);
+  for (const SoftModel::Vertex& v : model.vertices)
+    for (const SoftModel::Side& side : v.sides) longest = std::max(longest, side.length);
   slack_ = 2 * rest_allowance_ + 8.0f / 3 * kMaxBend * longest;
   block_begin_.push_back(0);
   for (std::size_t b = 0; b < tree.bound.size(); ++b) {
@@ -87,7 +81,7 @@ MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
       if (tree.item[slot] == kNoItem) continue;
       for (const std::uint32_t v : skin_.triangles[tree.item[slot]].vertex)
         for (std::size_t k = 0; k < 3; ++k)
-          if (model.points[v].weight[k] > 0) nodes.push_back(model.points[v].node[k]);
+          if (const PressPoint& point = model.vertices[v].point; point.weight[k] > 0) nodes.push_back(point.node[k]);
     }
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
@@ -108,52 +102,52 @@ void MovedSkin::reset() {
 }
 
 void MovedSkin::bend(std::span<const float> shift) {
-  std::copy(shift.begin(), shift.end(), bent_.begin());
+  for (std::size_t i = 0; i < model_.node_count; ++i)
+    node_places_[i] = model_.node_places[i] + Eigen::Map<const Vector3f>(shift.data() + 3 * i);
   ++bends_;
   allowance_ = rest_allowance_;
   forget();
 }
 
 const Vector3f& MovedSkin::fanNormal(std::uint32_t fan) {
-  Vector3f& out = fan_normals_[fan];
-  if (fan_when_[fan] == bends_) return out;
-  fan_when_[fan] = bends_;
-  const Vector3f sum = normalOf(model_, model_.fans[fan], bent_);
+  Fan& out = fans_[fan];
+  if (out.bend == bends_) return out.normal;
+  out.bend = bends_;
+  const Vector3f sum = normalOf(model_, model_.fans[fan], node_places_);
   const float square = sum.squaredNorm();
-  out = square > 0 ? Vector3f(sum / std::sqrt(square)) : model_.fans[fan].normal;
-  return out;
+  out.normal = square > 0 ? Vector3f(sum / std::sqrt(square)) : model_.fans[fan].normal;
+  return out.normal;
 }
 
 const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
   Vertex& out = vertices_[v];
-  if (vertex_when_[v] == bends_) return out;
-  vertex_when_[v] = bends_;
-  const SkinNode& rest = model_.vertices[v];
+  if (out.bend == bends_) return out;
+  out.bend = bends_;
+  const SoftModel::Vertex& model = model_.vertices[v];
   out.node_normal.setZero();
+  out.moved.setZero();
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t fan = model_.vertex_fans[v][k];
-    out.node_normal += model_.points[v].weight[k] * (fan == kHeldNode ? rest.normal : fanNormal(fan));
+    const float weight = model.point.weight[k];
+    const std::uint32_t node = model.point.node[k];
+    out.node_normal += weight * (node == kHeldNode ? model.rest.normal : fanNormal(model.fans[k]));
+    if (node != kHeldNode) out.moved += weight * (node_places_[node] - model_.node_places[node]);
   }
-  out.normal = Turn(model_.vertex_normals[v], out.node_normal)(rest.normal);
-  out.bulge = bulgeAt(v) * out.normal;
+  out.normal = Turn(model.normal, out.node_normal)(model.rest.normal);
+  out.packed = packed(out.normal);
+  out.bulge = bulgeOf(model) * out.normal;
   return out;
 }
 
 // A face of the tetrahedra that was bent is not flat: between its nodes it bulges out according to their normals.
-float MovedSkin::bulgeAt(std::uint32_t v) const {
-  const PressPoint& point = model_.points[v];
+float MovedSkin::bulgeOf(const SoftModel::Vertex& v) const {
   float sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
-    const std::uint32_t a = point.node[k], b = point.node[next];
-    const float both = 4 * point.weight[k] * point.weight[next];
+    const std::uint32_t a = v.point.node[k], b = v.point.node[next];
+    const float both = 4 * v.point.weight[k] * v.point.weight[next];
     if (a == kHeldNode || b == kHeldNode || !(both > 0)) continue;
-    const std::uint32_t from = model_.vertex_fans[v][k], to = model_.vertex_fans[v][next];
-    const Vector3f chord = model_.node_places[b] - model_.node_places[a],
-                   way = Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{b}) -
-                         Eigen::Map<const Vector3f>(bent_.data() + 3 * std::size_t{a});
-    const float largest = kMaxBend * chord.norm(), bend = bendOf(chord + way, fan_normals_[from], fan_normals_[to]) -
-                                                          bendOf(chord, model_.fans[from].normal, model_.fans[to].normal);
+    const float largest = kMaxBend * v.sides[k].length,
+                bend = bendOf(node_places_[b] - node_places_[a], fans_[v.fans[k]].normal, fans_[v.fans[next]].normal) - v.sides[k].bend;
     sum += both * std::clamp(bend, -largest, largest);
   }
   return sum;
@@ -161,60 +155,79 @@ float MovedSkin::bulgeAt(std::uint32_t v) const {
 
 const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   Middle& out = middles_[e];
-  if (middle_when_[e] == bends_) return out;
-  middle_when_[e] = bends_;
+  if (out.bend == bends_) return out;
+  out.bend = bends_;
   const SoftModel::Edge& edge = model_.edges[e];
-  const SkinNode &rest = model_.edge_middles[e], &start = model_.vertices[edge.end[0]], &end = model_.vertices[edge.end[1]];
+  const SoftModel::Vertex &start = model_.vertices[edge.end[0]], &end = model_.vertices[edge.end[1]];
   const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
-  const Turn turn(model_.vertex_normals[edge.end[0]] + model_.vertex_normals[edge.end[1]], from.node_normal + to.node_normal);
-  out.normal = turn(rest.normal);
+  const Turn turn(start.normal + end.normal, from.node_normal + to.node_normal);
+  out.normal = turn(edge.middle.normal);
+  out.packed = packed(out.normal);
   out.offset.setZero();
-  if (skin_.edges[e].is_sharp != 0) return out;
-  const Vector3f chord_at_rest = end.position - start.position,
-                 chord =
-                     chord_at_rest +
-                     (model_.points[edge.end[1]].displacementIn(bent_) - model_.points[edge.end[0]].displacementIn(bent_)).cast<float>();
-  const float largest = kMaxBend * chord_at_rest.norm();
-  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.bend, -largest, largest);
-  out.offset = turn(rest.position) + bend * out.normal;
+  if (edge.is_sharp) return out;
+  const Vector3f chord = end.rest.position - start.rest.position + (to.moved - from.moved);
+  const float largest = kMaxBend * edge.side.length;
+  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.side.bend, -largest, largest);
+  out.offset = turn(edge.middle.position) + bend * out.normal;
   return out;
 }
 
 const Vector3f& MovedSkin::placeOf(std::uint32_t v, std::span<const float> shift) {
-  Vector3f& out = places_[v];
-  if (place_when_[v] == version_) return out;
-  place_when_[v] = version_;
-  out = model_.vertices[v].position + offset_ + model_.points[v].displacementIn(shift).cast<float>() + bentVertex(v).bulge;
-  return out;
+  Vertex& out = vertices_[v];
+  if (out.version == version_) return out.place;
+  out.version = version_;
+  const SoftModel::Vertex& model = model_.vertices[v];
+  out.place = model.rest.position + offset_ + model.point.displacementIn(shift).cast<float>() + bentVertex(v).bulge;
+  return out.place;
+}
+
+// What stays within a step: the normals, and how far the patch swings out of its flat triangle.
+void MovedSkin::bendPatch(std::uint32_t t) {
+  const SkinTriangle& triangle = skin_.triangles[t];
+  CompiledPatch& out = patches_[t];
+  const Vector3f& first = bentVertex(triangle.vertex[0]).normal;
+  float swing2 = 0, turn2 = 0;
+  out.flags = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vertex& corner = bentVertex(triangle.vertex[k]);
+    const Middle& middle = bentMiddle(triangle.edge[k]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out.normal[k][axis] = corner.packed[axis];
+      out.normal[3 + k][axis] = middle.packed[axis];
+    }
+    out.flags |= static_cast<std::uint32_t>(model_.edges[triangle.edge[k]].is_sharp) << k;
+    swing2 = std::max(swing2, middle.offset.squaredNorm());
+    turn2 = std::max({turn2, (corner.normal - first).squaredNorm(), (middle.normal - first).squaredNorm()});
+  }
+  if (swing2 > 0 || turn2 > static_cast<float>(4 * kNormalError * kNormalError)) out.flags |= kCurved;
+  patch_states_[t].swing = kSwingOfOffset * std::sqrt(swing2);
+  allowance_ = std::max(allowance_, patch_states_[t].swing);
 }
 
 void MovedSkin::putPatch(std::uint32_t t, std::span<const float> shift) {
+  Patch& state = patch_states_[t];
+  if (state.version == version_) return;
+  state.version = version_;
+  if (state.bend != bends_) bendPatch(t);
+  state.bend = bends_;
   const SkinTriangle& triangle = skin_.triangles[t];
   SkinPatch patch;
-  float swing2 = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     patch.position[k] = placeOf(triangle.vertex[k], shift);
     patch.normal[k] = vertices_[triangle.vertex[k]].normal;
+    patch.normal[3 + k] = middles_[triangle.edge[k]].normal;
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Middle& middle = bentMiddle(triangle.edge[k]);
-    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + middle.offset;
-    patch.normal[3 + k] = middle.normal;
-    patch.is_sharp[k] = skin_.edges[triangle.edge[k]].is_sharp != 0;
-    swing2 = std::max(swing2, middle.offset.squaredNorm());
-  }
-  const float swing = kSwingOfOffset * std::sqrt(swing2);
-  allowance_ = std::max(allowance_, swing);
-  patches_[t] = compilePatch(patch, Vector3f::Zero(), swing, allowance_);
+  for (std::size_t k = 0; k < 3; ++k)
+    patch.position[3 + k] = 0.5f * (patch.position[k] + patch.position[(k + 1) % 3]) + middles_[triangle.edge[k]].offset;
+  CompiledPatch& out = patches_[t];
+  for (std::size_t k = 0; k < 6; ++k) Eigen::Map<Vector3f>(out.position[k]) = patch.position[k];
+  const std::uint32_t stay = out.flags & ((1u << kSwingShift) - 1);
+  out.flags = stay | swingBits(state.swing / allowance_) | leanBits(leanOf(patch));
 }
 
 void MovedSkin::put(std::span<const std::uint32_t> pairs, std::span<const float> shift) {
-  for (const std::uint32_t pair : pairs) {
-    const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff];
-    if (t == kNoItem || patch_when_[t] == version_) continue;
-    patch_when_[t] = version_;
-    putPatch(t, shift);
-  }
+  for (const std::uint32_t pair : pairs)
+    if (const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff]; t != kNoItem) putPatch(t, shift);
 }
 
 void MovedSkin::refit(std::span<const float> shift) {

@@ -42,28 +42,43 @@ class MovedSkin {
   void beginStep() { ++step_; }
   SoftPoint* points() { return points_.data(); }
   std::uint32_t step() const { return step_; }
-  void setStuck(std::uint32_t slot, bool is_stuck) { points_[slot].stuck = is_stuck ? step_ : 0; }
+  void setStuck(std::uint32_t pair, bool is_stuck) {
+    if (SoftPoint& point = pointOf(points_.data(), pair); point.pair == pair) point.stuck = is_stuck ? step_ : 0;
+  }
   /// Sets the shape of the patches for a step that begins with this displacement of the pressed nodes.
   void bend(std::span<const float> shift);
   /// Marks the positions of all patches as outdated.
   void forget() { ++version_; }
-  /// Updates the patches of these slots of the search tree. Cost: about 60 ns for a patch that was not updated since
-  /// forget(), 200 ns for one that was not updated in this step.
+  /// Updates the patches of these slots of the search tree: their positions, and once in a step how they are bent.
   void put(std::span<const std::uint32_t> pairs, std::span<const float> shift);
 
  private:
-  struct Vertex {
-    Eigen::Vector3f bulge, normal, node_normal;
+  // The shape of a step, with the value of bends_ for which it was computed. Together, as in SoftModel.
+  struct alignas(64) Vertex {
+    Eigen::Vector3f moved, bulge, normal, node_normal, place;  // moved: displacement at the last bend()
+    PackedDirection packed;
+    std::uint32_t bend = 0, version = 0;  // version: of `place`
   };
-  struct Middle {
+  struct alignas(64) Middle {
     Eigen::Vector3f offset, normal;
+    PackedDirection packed;
+    std::uint32_t bend = 0;
+  };
+  struct Fan {
+    Eigen::Vector3f normal;
+    std::uint32_t bend = 0;
+  };
+  struct Patch {
+    float swing = 0;  // out of its flat triangle [mm]
+    std::uint32_t bend = 0, version = 0;
   };
 
-  float bulgeAt(std::uint32_t vertex) const;
+  float bulgeOf(const SoftModel::Vertex& vertex) const;
   const Eigen::Vector3f& fanNormal(std::uint32_t fan);
   const Vertex& bentVertex(std::uint32_t vertex);
   const Middle& bentMiddle(std::uint32_t edge);
   const Eigen::Vector3f& placeOf(std::uint32_t vertex, std::span<const float> shift);
+  void bendPatch(std::uint32_t triangle);
   void putPatch(std::uint32_t triangle, std::span<const float> shift);
   void shiftBlock(std::size_t block);
   void encloseBlocks();
@@ -86,15 +101,13 @@ class MovedSkin {
 
   std::vector<CompiledPatch> patches_;
   std::vector<Vertex> vertices_;
-  std::vector<Middle> middles_;
-  std::vector<Eigen::Vector3f> fan_normals_;
-  std::vector<Eigen::Vector3f> places_;                              // (vertex)
-  std::vector<float> bent_;                                          // (pressed node) x, y, z: argument of the last bend()
-  std::vector<std::uint32_t> vertex_when_, middle_when_, fan_when_;  // the value of bends_ for which each was computed
-  std::vector<std::uint32_t> place_when_, patch_when_;               // the value of version_ for which each was computed
+  std::vector<Middle> middles_;  // (edge)
+  std::vector<Fan> fans_;
+  std::vector<Patch> patch_states_;           // (triangle)
+  std::vector<Eigen::Vector3f> node_places_;  // (node of the tetrahedra's surface) at the last bend()
   std::uint32_t bends_ = 1, version_ = 1;
   float allowance_ = 0;
-  std::vector<SoftPoint> points_;  // (slot)
+  std::vector<SoftPoint> points_;
   std::uint32_t step_ = 1;
 };
 

@@ -36,22 +36,29 @@ float maxGiveOf(const Tissue& tissue, const PressPoint& point) {
 
 void addFaces(const Tissue& tissue, SoftModel& out) {
   const std::vector<std::uint32_t>& pressed = tissue.response.pressed;
-  for (const std::uint32_t node : pressed) out.node_places.push_back(vectorOf(tissue.nodes[node]).cast<float>());
+  std::vector<std::uint32_t> index(tissue.nodes.size(), kHeldNode);
+  const auto add = [&](std::uint32_t node) {
+    index[node] = static_cast<std::uint32_t>(out.node_places.size());
+    out.node_places.push_back(vectorOf(tissue.nodes[node]).cast<float>());
+  };
+  for (const std::uint32_t node : pressed) add(node);
   for (const std::array<std::uint32_t, 3>& corners : outerFaces(tissue)) {
-    SoftModel::Face& face = out.faces.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto found = std::lower_bound(pressed.begin(), pressed.end(), corners[k]);
-      face.node[k] = found != pressed.end() && *found == corners[k] ? static_cast<std::uint32_t>(found - pressed.begin()) : kHeldNode;
-      face.rest[k] = vectorOf(tissue.nodes[corners[k]]).cast<float>();
-    }
+    for (const std::uint32_t node : corners)
+      if (index[node] == kHeldNode) add(node);
+    out.faces.push_back({index[corners[0]], index[corners[1]], index[corners[2]]});
   }
 }
 
-Vector3f flatNormal(const SoftModel::Face& face) { return (face.rest[1] - face.rest[0]).cross(face.rest[2] - face.rest[0]).normalized(); }
+using Face = std::array<std::uint32_t, 3>;
 
-bool shareASide(const SoftModel::Face& a, const SoftModel::Face& b) {
-  std::size_t shared = 0;
-  for (const Vector3f& p : a.rest) shared += static_cast<std::size_t>(std::count(b.rest.begin(), b.rest.end(), p));
+Vector3f flatNormal(const SoftModel& model, const Face& face) {
+  const auto place = [&](std::size_t k) { return model.node_places[face[k]]; };
+  return (place(1) - place(0)).cross(place(2) - place(0)).normalized();
+}
+
+bool shareASide(const Face& a, const Face& b) {
+  std::ptrdiff_t shared = 0;
+  for (const std::uint32_t node : a) shared += std::count(b.begin(), b.end(), node);
   return shared >= 2;
 }
 
@@ -59,27 +66,30 @@ bool shareASide(const SoftModel::Face& a, const SoftModel::Face& b) {
 void addFans(float crease_angle, SoftModel& out) {
   std::vector<std::vector<std::uint32_t>> round(out.node_count);
   for (std::uint32_t f = 0; f < out.faces.size(); ++f)
-    for (const std::uint32_t node : out.faces[f].node)
-      if (node != kHeldNode) round[node].push_back(f);
+    for (const std::uint32_t node : out.faces[f])
+      if (node < out.node_count) round[node].push_back(f);
   const float min_cosine = std::cos(crease_angle);
   for (std::uint32_t node = 0; node < out.node_count; ++node) {
     std::vector<std::uint32_t>& left = round[node];
     while (!left.empty()) {
-      SoftModel::Fan& fan = out.fans.emplace_back();
-      fan.node = node;
-      fan.faces = {left.front()};
+      std::vector<std::uint32_t> faces = {left.front()};
       left.erase(left.begin());
-      for (std::size_t i = 0; i < fan.faces.size(); ++i)
+      for (std::size_t i = 0; i < faces.size(); ++i)
         for (std::size_t k = 0; k < left.size();) {
-          const SoftModel::Face &a = out.faces[fan.faces[i]], &b = out.faces[left[k]];
-          const bool goes_on = shareASide(a, b) && flatNormal(a).dot(flatNormal(b)) >= min_cosine;
-          if (goes_on) fan.faces.push_back(left[k]), left.erase(left.begin() + static_cast<std::ptrdiff_t>(k));
+          const Face &a = out.faces[faces[i]], &b = out.faces[left[k]];
+          const bool goes_on = shareASide(a, b) && flatNormal(out, a).dot(flatNormal(out, b)) >= min_cosine;
+          if (goes_on) faces.push_back(left[k]), left.erase(left.begin() + static_cast<std::ptrdiff_t>(k));
           k += !goes_on;
         }
+      out.fans.push_back({node, static_cast<std::uint32_t>(out.fan_sides.size()), static_cast<std::uint32_t>(faces.size())});
+      for (const std::uint32_t f : faces) {
+        const Face& face = out.faces[f];
+        const auto own = static_cast<std::size_t>(std::find(face.begin(), face.end(), node) - face.begin());
+        out.fan_sides.push_back({face[(own + 1) % 3], face[(own + 2) % 3]});
+      }
     }
   }
-  const std::vector<float> rest(3 * out.node_count, 0.0f);
-  for (SoftModel::Fan& fan : out.fans) fan.normal = normalOf(out, fan, rest).normalized();
+  for (SoftModel::Fan& fan : out.fans) fan.normal = normalOf(out, fan, out.node_places).normalized();
 }
 
 // Chooses, at each node of a vertex, the fan whose normal is nearest to that of the vertex.
@@ -87,35 +97,41 @@ void chooseFans(SoftModel& out) {
   std::vector<std::uint32_t> first(out.node_count + 1, 0);
   for (const SoftModel::Fan& fan : out.fans) ++first[fan.node + 1];
   for (std::size_t i = 0; i < out.node_count; ++i) first[i + 1] += first[i];
-  for (std::size_t v = 0; v < out.points.size(); ++v) {
-    const Vector3f& own = out.vertices[v].normal;
-    std::array<std::uint32_t, 3>& chosen = out.vertex_fans.emplace_back();
-    Vector3f normal = Vector3f::Zero();
+  for (SoftModel::Vertex& vertex : out.vertices) {
+    const Vector3f& own = vertex.rest.normal;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t node = out.points[v].node[k];
-      chosen[k] = kHeldNode;
+      const std::uint32_t node = vertex.point.node[k];
+      vertex.fans[k] = kHeldNode;
       if (node != kHeldNode) {
-        chosen[k] = first[node];
+        vertex.fans[k] = first[node];
         for (std::uint32_t fan = first[node]; fan < first[node + 1]; ++fan)
-          if (out.fans[fan].normal.dot(own) > out.fans[chosen[k]].normal.dot(own)) chosen[k] = fan;
+          if (out.fans[fan].normal.dot(own) > out.fans[vertex.fans[k]].normal.dot(own)) vertex.fans[k] = fan;
       }
-      normal += out.points[v].weight[k] * (node == kHeldNode ? own : out.fans[chosen[k]].normal);
+      vertex.normal += vertex.point.weight[k] * (node == kHeldNode ? own : out.fans[vertex.fans[k]].normal);
     }
-    out.vertex_normals.push_back(normal);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = vertex.fans[k], to = vertex.fans[(k + 1) % 3];
+      if (from == kHeldNode || to == kHeldNode) continue;
+      const Vector3f chord = out.node_places[out.fans[to].node] - out.node_places[out.fans[from].node];
+      vertex.sides[k] = {chord.norm(), bendOf(chord, out.fans[from].normal, out.fans[to].normal)};
+    }
   }
 }
 
-void addSkin(const Skin& skin, SoftModel& out) {
+void addSkin(const Skin& skin, const Tissue& tissue, SoftModel& out) {
   const SkinNodes nodes(skin);
-  out.vertices.assign(nodes.ofVertices().begin(), nodes.ofVertices().end());
-  out.edge_middles.assign(nodes.ofEdges().begin(), nodes.ofEdges().end());
-  out.edges.resize(skin.edges.size());
+  for (std::size_t v = 0; v < nodes.ofVertices().size(); ++v) {
+    const PressPoint& point = tissue.response.points[v];
+    out.vertices.push_back({point, nodes.ofVertices()[v], {}, {}, {0, 0, 0}, maxGiveOf(tissue, point)});
+  }
+  for (std::size_t e = 0; e < skin.edges.size(); ++e) out.edges.push_back({{}, skin.edges[e].is_sharp != 0, {}, nodes.ofEdges()[e]});
   for (std::size_t t = skin.triangles.size(); t-- > 0;)  // an edge takes its ends from the first triangle that has it
     for (std::size_t k = 0; k < 3; ++k)
       out.edges[skin.triangles[t].edge[k]].end = {skin.triangles[t].vertex[k], skin.triangles[t].vertex[(k + 1) % 3]};
   for (SoftModel::Edge& edge : out.edges) {
-    const SkinNode &from = out.vertices[edge.end[0]], &to = out.vertices[edge.end[1]];
-    edge.bend = bendOf(to.position - from.position, from.normal, to.normal);
+    const SkinNode &from = out.vertices[edge.end[0]].rest, &to = out.vertices[edge.end[1]].rest;
+    const Vector3f chord = to.position - from.position;
+    edge.side = {chord.norm(), bendOf(chord, from.normal, to.normal)};
   }
 }
 
@@ -123,19 +139,11 @@ void addSkin(const Skin& skin, SoftModel& out) {
 
 // If the nodes lie on a sphere, this is its normal, for any shapes of the faces.
 // Paper: N. Max. Weights for computing vertex normals from facet normals. Journal of Graphics Tools 4(2), 1999.
-Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<const float> shift) {
+Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<const Vector3f> places) {
   Vector3f sum = Vector3f::Zero();
-  for (const std::uint32_t f : fan.faces) {
-    const SoftModel::Face& face = model.faces[f];
-    std::array<Vector3f, 3> p = face.rest;
-    std::size_t own = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (face.node[k] == kHeldNode) continue;
-      if (face.node[k] == fan.node) own = k;
-      const float* const u = shift.data() + 3 * std::size_t{face.node[k]};
-      p[k] += Vector3f(u[0], u[1], u[2]);
-    }
-    const Vector3f a = p[(own + 1) % 3] - p[own], b = p[(own + 2) % 3] - p[own];
+  for (std::uint32_t i = fan.first; i < fan.first + fan.count; ++i) {
+    const auto& [from, to] = model.fan_sides[i];
+    const Vector3f a = places[from] - places[fan.node], b = places[to] - places[fan.node];
     const float squares = a.squaredNorm() * b.squaredNorm();
     if (squares > 0) sum += a.cross(b) / squares;
   }
@@ -152,17 +160,15 @@ std::shared_ptr<SoftModel> softModel(const SharedTree& tree, std::shared_ptr<con
   auto out = std::make_shared<SoftModel>();
   const TissueResponse& response = tissue->response;
   out->node_count = response.pressed.size();
-  out->points = response.points;
   out->matrix = response.matrix;
-  for (const PressPoint& point : response.points) out->max_give.push_back(maxGiveOf(*tissue, point));
   addFaces(*tissue, *out);
-  addSkin(tree->skin, *out);
+  addSkin(tree->skin, *tissue, *out);
   addFans(tree->skin.crease_angle, *out);
   chooseFans(*out);
   out->tree = tree;
-  out->bytes = out->points.size() * (sizeof(PressPoint) + sizeof(float) + sizeof(SkinNode) + sizeof(Vector3f) + 12) +
-               out->matrix.size() * sizeof(float) + out->edges.size() * (sizeof(SoftModel::Edge) + sizeof(SkinNode)) +
-               out->faces.size() * (sizeof(SoftModel::Face) + 3 * sizeof(std::uint32_t)) + out->fans.size() * sizeof(SoftModel::Fan);
+  out->bytes = out->vertices.size() * sizeof(SoftModel::Vertex) + out->edges.size() * sizeof(SoftModel::Edge) +
+               out->matrix.size() * sizeof(float) + (out->faces.size() + out->fan_sides.size()) * sizeof(Face) +
+               out->fans.size() * sizeof(SoftModel::Fan);
   out->tissue = std::move(tissue);
   return out;
 }

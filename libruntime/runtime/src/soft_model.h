@@ -16,36 +16,43 @@
 namespace spheretree::runtime {
 
 struct SoftModel : TissueModel {
-  /// A smooth edge: the vertices at its ends, and the bend of the edge at rest, as the offset of its middle that
-  /// follows from the angle between its end normals [mm].
-  struct Edge {
+  /// A side of the skin or of a face, at rest: its length, and how it is bent, as the offset of its middle that follows
+  /// from the angle between its end normals [mm].
+  struct Side {
+    float length = 0, bend = 0;
+  };
+  /// Of the skin. Everything that a step reads of a vertex, or of an edge, is together.
+  struct alignas(64) Vertex {
+    PressPoint point;                   // with which it moves
+    SkinNode rest;                      // position and normal
+    std::array<std::uint32_t, 3> fans;  // at each of its nodes; kHeldNode if the node is held
+    std::array<Side, 3> sides;          // of its face, from each of its nodes to the next
+    Eigen::Vector3f normal{0, 0, 0};    // the mean normal of its fans; its own normal if nodes are held
+    float max_give = 0;                 // largest displacement along a normal [mm]
+  };
+  /// Of the skin, and the vertices at its ends.
+  struct alignas(64) Edge {
     std::array<std::uint32_t, 2> end;
-    float bend;
+    bool is_sharp;
+    Side side;
+    SkinNode middle;  // as in SkinNodes
   };
   /// Faces around a node without a sharp edge between them; they share one normal there.
   struct Fan {
-    std::uint32_t node;  // index of a pressed node
-    std::vector<std::uint32_t> faces;
-    Eigen::Vector3f normal;  // at rest
-  };
-  /// A triangle of the tetrahedra's surface.
-  struct Face {
-    std::array<std::uint32_t, 3> node;  // pressed nodes, or kHeldNode
-    std::array<Eigen::Vector3f, 3> rest;
+    std::uint32_t node;               // index of a pressed node
+    std::uint32_t first, count;       // of its faces, in fan_sides
+    Eigen::Vector3f normal{0, 0, 0};  // at rest
   };
 
-  std::size_t node_count = 0;          // pressed nodes
-  std::span<const PressPoint> points;  // (vertex of the skin) the point with which it moves
-  std::vector<float> max_give;         // (vertex) largest displacement along a normal [mm]
-  std::span<const float> matrix;       // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
+  std::size_t node_count = 0;     // pressed nodes
+  std::span<const float> matrix;  // (column: pressed node, axis of the force) x (pressed node, axis) [mm/N]
 
-  std::vector<SkinNode> vertices, edge_middles;  // of the skin at rest
-  std::vector<Edge> edges;                       // (edge)
-  std::vector<Face> faces;
+  std::vector<Vertex> vertices;
+  std::vector<Edge> edges;
+  std::vector<Eigen::Vector3f> node_places;         // (node of the tetrahedra's surface: the pressed ones, then the held ones) at rest
+  std::vector<std::array<std::uint32_t, 3>> faces;  // triangles of the tetrahedra's surface, by indices into node_places
   std::vector<Fan> fans;
-  std::vector<Eigen::Vector3f> node_places;               // (pressed node) at rest
-  std::vector<std::array<std::uint32_t, 3>> vertex_fans;  // (vertex) its fan at each of its nodes; kHeldNode if the node is held
-  std::vector<Eigen::Vector3f> vertex_normals;            // (vertex) the mean normal of these fans; its own normal if nodes are held
+  std::vector<std::array<std::uint32_t, 2>> fan_sides;  // (face of a fan) the other two nodes of the face, counterclockwise
 
   const float* column(std::size_t i) const { return matrix.data() + i * 3 * node_count; }
 };
@@ -53,8 +60,8 @@ struct SoftModel : TissueModel {
 /// `tree` and `tissue` must be sound and belong to each other, and the tree must have a skin.
 std::shared_ptr<SoftModel> softModel(const SharedTree& tree, std::shared_ptr<const Tissue> tissue);
 
-/// The normal of a fan with the pressed nodes displaced by `shift`; not of unit length.
-Eigen::Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<const float> shift);
+/// The normal of a fan with the surface's nodes at `places`; not of unit length.
+Eigen::Vector3f normalOf(const SoftModel& model, const SoftModel::Fan& fan, std::span<const Eigen::Vector3f> places);
 
 /// The offset of an edge's middle from its chord, relative to an edge with equal normals at both ends [mm].
 float bendOf(const Eigen::Vector3f& chord, const Eigen::Vector3f& from_normal, const Eigen::Vector3f& to_normal);

@@ -9,7 +9,9 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr float kSlide = 0.01f;     // of its radius: way by which a ball slides on over its point before it gets another one
+// Ways by which a ball slides on over its point before it gets another one, as shares of its radius: from one step to
+// the next, and within a step.
+constexpr float kSlide = 0.01f, kSlideInStep = 0.04f;
 constexpr float kStuckOff = 0.01f;  // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
 constexpr int kPointSteps = 4;      // iterations to the point of a soft patch that is nearest to a ball
 
@@ -41,7 +43,7 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
   }
 }
 
-inline std::uint32_t toolOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1] >> 16; }
+inline std::uint32_t pairOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1]; }
 
 // A ball stays at its point of the last step, unless another point is clearly nearer: in its own dent all points are
 // about equally near, and a point that is found anew each time trembles.
@@ -50,8 +52,9 @@ inline void keepLast(const RowRequest& q, std::uint32_t i, const ToolBalls& ball
   F8 last_u = u, last_v = v, nearer = splat(0.5f * kSlide * kSlide) * balls.radius;
   bool any = false;
   for (unsigned k = 0; k < 8; ++k) {
-    const SoftPoint& point = q.points[balls.slot[k]];
-    if (point.step + 1 < q.step || point.tool != toolOf(q, i + k)) continue;
+    const std::uint32_t pair = pairOf(q, i + k);
+    const SoftPoint& point = pointOf(q.points, pair);
+    if (point.step + 1 < q.step || point.pair != pair) continue;
     last_u[k] = point.u, last_v[k] = point.v;
     if (point.stuck > 0 && point.stuck + 1 >= q.step) nearer[k] = kStuckOff;
     any = true;
@@ -78,15 +81,16 @@ float softRows(const RowRequest& q) {
     Vector8 normal{zero, zero, zero};
     I8 is_known{};
     for (unsigned k = 0; k < 8; ++k) {
-      const SoftPoint& point = q.points[balls.slot[k]];
-      if (point.step != q.step || point.tool != toolOf(q, i + k)) continue;
+      const std::uint32_t pair = pairOf(q, i + k);
+      const SoftPoint& point = pointOf(q.points, pair);
+      if (point.step != q.step || point.pair != pair) continue;
       u[k] = point.u, v[k] = point.v;
       normal.x[k] = point.normal[0], normal.y[k] = point.normal[1], normal.z[k] = point.normal[2];
       is_known[k] = -1;
     }
     Vector8 way = balls.centre - position.at(u, v);
     const Vector8 aside = cross(way, normal);
-    is_known = is_known & (dot(aside, aside) <= splat(kSlide * kSlide) * balls.radius * balls.radius);
+    is_known = is_known & (dot(aside, aside) <= splat(kSlideInStep * kSlideInStep) * balls.radius * balls.radius);
     if (maskOf(is_known) != 0xff) {
       F8 new_u, new_v;
       findNearest(p, position, balls.centre, new_u, new_v);
@@ -99,9 +103,9 @@ float softRows(const RowRequest& q) {
       way = balls.centre - position.at(u, v);
       for (unsigned k = 0; k < 8; ++k) {
         if (is_known[k]) continue;
-        SoftPoint& point = q.points[balls.slot[k]];
-        const std::uint32_t tool = toolOf(q, i + k);
-        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, tool, q.step, point.tool == tool ? point.stuck : 0};
+        const std::uint32_t pair = pairOf(q, i + k);
+        SoftPoint& point = pointOf(q.points, pair);
+        point = {u[k], v[k], {normal.x[k], normal.y[k], normal.z[k]}, pair, q.step, point.pair == pair ? point.stuck : 0};
       }
     }
     const F8 gap = dot(way, normal) - balls.radius;

@@ -37,6 +37,7 @@ SoftSurface::SoftSurface(const SoftModel& model, const CompiledShape& shape)
       skin_(model, shape),
       near_at_(model.node_count, ~0u),
       is_near_(model.vertices.size(), 0),
+      moved_(model.vertices.size()),
       predicted_(model.vertices.size(), Vector3f::Zero()) {
   for (const SkinTriangle& t : model.tree->skin.triangles) corners_.push_back({t.vertex[0], t.vertex[1], t.vertex[2]});
   for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
@@ -49,6 +50,7 @@ void SoftSurface::reset() {
   for (Field* field : {&force_, &from_, &to_, &now_, &base_, &shift_, &from_now_, &to_now_, &start_force_, &start_, &base_way_})
     std::fill(field->begin(), field->end(), 0.0f);
   skin_.reset();
+  ++motions_;
   aim_ = {};
   left_ = 0;
   has_moved_ = knows_to_ = base_moves_ = false;
@@ -60,7 +62,21 @@ bool SoftSurface::isAtRest() const { return !anyIn(shift_); }
 Vector3d SoftSurface::fieldAt(const SkinPoint& point, const Field& field) const {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t k = 0; k < 3; ++k)
-    if (point.weight[k] > 0) sum += point.weight[k] * model_.points[corners_[point.triangle][k]].displacementIn(field);
+    if (point.weight[k] > 0) sum += point.weight[k] * model_.vertices[corners_[point.triangle][k]].point.displacementIn(field);
+  return sum;
+}
+
+const SoftSurface::Moved& SoftSurface::movedVertex(std::uint32_t v) const {
+  Moved& out = moved_[v];
+  if (out.when != motions_)
+    out = {model_.vertices[v].point.displacementIn(now_), model_.vertices[v].point.displacementIn(shift_), motions_};
+  return out;
+}
+
+Vector3d SoftSurface::meanOf(const SkinPoint& point, Vector3d Moved::*of) const {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k)
+    if (point.weight[k] > 0) sum += point.weight[k] * (movedVertex(corners_[point.triangle][k]).*of);
   return sum;
 }
 
@@ -75,7 +91,7 @@ Vector3d SoftSurface::movedInStep(const SkinPoint& point) const {
 
 double SoftSurface::maxGive(const SkinPoint& point) const {
   double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * static_cast<double>(model_.max_give[corners_[point.triangle][k]]);
+  for (std::size_t k = 0; k < 3; ++k) sum += point.weight[k] * static_cast<double>(model_.vertices[corners_[point.triangle][k]].max_give);
   return sum;
 }
 
@@ -95,7 +111,7 @@ SkinPoint SoftSurface::pointAt(std::uint32_t triangle, const Vector3d& p) const 
 SoftSurface::Press SoftSurface::pressOn(const SkinPoint& point) const {
   Press out;
   for (std::size_t k = 0; k < 3; ++k) {
-    const PressPoint& vertex = model_.points[corners_[point.triangle][k]];
+    const PressPoint& vertex = model_.vertices[corners_[point.triangle][k]].point;
     for (std::size_t i = 0; i < 3; ++i) {
       const double weight = point.weight[k] * static_cast<double>(vertex.weight[i]);
       if (vertex.node[i] == kHeldNode || !(weight > 0)) continue;
@@ -124,7 +140,7 @@ void SoftSurface::addNear(std::uint32_t triangle) {
     if (is_near_[v]) continue;
     is_near_[v] = 1;
     near_vertices_.push_back(v);
-    for (const std::uint32_t node : model_.points[v].node) {
+    for (const std::uint32_t node : model_.vertices[v].point.node) {
       if (node == kHeldNode || near_at_[node] != ~0u) continue;
       near_at_[node] = static_cast<std::uint32_t>(near_.size());
       near_.push_back(node);
@@ -156,7 +172,7 @@ Vector3d SoftSurface::meanOf(const Press& of, std::span<const double> near) cons
 
 void SoftSurface::predict(std::span<const double> near) {
   for (const std::uint32_t v : near_vertices_) {
-    const PressPoint& point = model_.points[v];
+    const PressPoint& point = model_.vertices[v].point;
     Vector3d sum = Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k)
       if (point.node[k] != kHeldNode)
@@ -174,12 +190,13 @@ Vector3d SoftSurface::predicted(const SkinPoint& point) const {
 void SoftSurface::applyForces(const Field& forces, Field& out) const {
   std::fill(out.begin(), out.end(), 0.0f);
   const std::size_t size = out.size();
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    const float f = forces[i];
-    if (f == 0) continue;
-    const float* const column = model_.column(i);
+  // A pressed node has three forces: the sums are read and written once for all of them.
+  for (std::size_t i = 0; i < forces.size(); i += 3) {
+    const float x = forces[i], y = forces[i + 1], z = forces[i + 2];
+    if (x == 0 && y == 0 && z == 0) continue;
+    const float *const to_x = model_.column(i), *const to_y = model_.column(i + 1), *const to_z = model_.column(i + 2);
     float* const sum = out.data();
-    for (std::size_t k = 0; k < size; ++k) sum[k] += f * column[k];
+    for (std::size_t k = 0; k < size; ++k) sum[k] += x * to_x[k] + y * to_y[k] + z * to_z[k];
   }
 }
 
@@ -220,6 +237,7 @@ void SoftSurface::giveWay(double part) {
 void SoftSurface::findShift() {
   for (std::size_t i = 0; i < shift_.size(); ++i) shift_[i] = base_[i] + now_[i];
   has_moved_ = true;
+  ++motions_;
   skin_.forget();
 }
 

@@ -51,8 +51,8 @@ class SoftSurface {
   /// date.
   SkinPoint pointAt(std::uint32_t triangle, const Eigen::Vector3d& p) const;
   /// Displacement of a point by the forces; travelled() adds that of the base.
-  Eigen::Vector3d given(const SkinPoint& point) const { return fieldAt(point, now_); }
-  Eigen::Vector3d travelled(const SkinPoint& point) const { return fieldAt(point, shift_); }
+  Eigen::Vector3d given(const SkinPoint& point) const { return meanOf(point, &Moved::given); }
+  Eigen::Vector3d travelled(const SkinPoint& point) const { return meanOf(point, &Moved::travelled); }
   double maxGive(const SkinPoint& point) const;
   /// Displacement of the point in this step: by the base, as far as the tool has not followed it; by base and forces.
   Eigen::Vector3d ahead(const SkinPoint& point) const;
@@ -91,6 +91,13 @@ class SoftSurface {
  private:
   using Field = std::vector<float>;  // (pressed node) x, y, z
 
+  /// Displacements of a vertex, computed once after each motion.
+  struct Moved {
+    Eigen::Vector3d given, travelled;
+    std::uint32_t when = 0;  // the value of motions_
+  };
+  const Moved& movedVertex(std::uint32_t v) const;
+  Eigen::Vector3d meanOf(const SkinPoint& point, Eigen::Vector3d Moved::*of) const;
   Eigen::Vector3d fieldAt(const SkinPoint& point, const Field& field) const;
   void followAim(double part, double max_motion);
   void findShift();
@@ -113,7 +120,9 @@ class SoftSurface {
   bool has_moved_ = false;                     // since the beginning of the last step
   std::vector<std::uint32_t> near_, near_at_;  // near pressed nodes; (pressed node) its index among them, or ~0u
   std::vector<std::uint32_t> near_vertices_;
-  std::vector<char> is_near_;               // (vertex)
+  std::vector<char> is_near_;         // (vertex)
+  mutable std::vector<Moved> moved_;  // (vertex)
+  std::uint32_t motions_ = 1;
   std::vector<Eigen::Vector3f> predicted_;  // (vertex)
 };
 

@@ -64,13 +64,12 @@ class SoftTissue {
   /// row, which may be its stop.
   virtual void predict(const ContactQp& qp) = 0;
   virtual float predictedBound(std::uint32_t row, bool& is_stop) const = 0;
-  /// The forces of the solution become the target forces.
-  virtual void press(const ContactQp& qp) = 0;
+  /// The forces of the solution become the target forces. Contact k of the step is then at the point of row
+  /// contacts[k].
+  virtual void press(const ContactQp& qp, std::span<const std::uint32_t> contacts) = 0;
   /// Notes whether disc `d`, of this row, sticks: with a force below `limit` its ball stays at its point.
   virtual void setStuck(const ContactQp& qp, std::size_t d, std::uint32_t row, double limit) = 0;
-  /// Notes that contact `k` of the step is at the point of this row; movedInStep() then gives the displacement of that
-  /// point in this step, world axes [mm].
-  virtual void keepContact(std::size_t k, std::uint32_t row) = 0;
+  /// Displacement of the point of contact `k` in this step, world axes [mm].
   virtual Eigen::Vector3d movedInStep(std::size_t object, std::size_t k) const = 0;
 
   // Large deformation: aimTissue() and tissueForces() of step.h.

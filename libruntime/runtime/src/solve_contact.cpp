@@ -355,7 +355,6 @@ void ContactSolver::keep() {
       answer.active[slot] = row_[at];
       answer.multiplier[slot] = 0;
       memory_.active_rubbing[slot].setZero();
-      if (memory_.tissue) memory_.tissue->keepContact(slot, row_[at]);
     }
     answer.multiplier[slot] += multiplier;
     if (disc_[at] < 0) continue;
@@ -364,7 +363,7 @@ void ContactSolver::keep() {
     memory_.active_rubbing[slot] += qp_.discs[d].force[0] * tangents_[d].first + qp_.discs[d].force[1] * tangents_[d].second;
   }
   parts_.result.active = answer.active_count;
-  if (memory_.tissue) memory_.tissue->press(qp_);
+  if (memory_.tissue) memory_.tissue->press(qp_, {answer.active.data(), answer.active_count});
   for (std::size_t i = 0; i < memory_.give.size(); ++i) {
     memory_.give_from[i] = memory_.give[i];
     memory_.give_to[i] = 0;

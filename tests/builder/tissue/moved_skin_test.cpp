@@ -135,9 +135,9 @@ TEST(MovedSkin, ADentIsAsRoundAsTheBallThatMadeIt) {
       farthest = std::max(farthest, std::abs((b.pointOf(now, u, v) - middle).norm() - kRadius));
     }
   }
-  for (const SoftModel::Face& face : b.model.faces)
-    for (int k = 0; k < 3; ++k) {
-      const double side = (face.rest[static_cast<std::size_t>((k + 1) % 3)] - face.rest[static_cast<std::size_t>(k)]).norm();
+  for (const std::array<std::uint32_t, 3>& face : b.model.faces)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double side = (b.model.node_places[face[(k + 1) % 3]] - b.model.node_places[face[k]]).norm();
       of_chords = std::max(of_chords, side * side / (8 * kRadius));
     }
   EXPECT_GT(of_chords, 0.15);
