@@ -9,11 +9,11 @@
 namespace spheretree::runtime {
 namespace {
 
-// Ways by which a ball slides on over its point before it gets another one, as shares of its radius: from one step to
-// the next, and within a step.
-constexpr float kSlide = 0.01f, kSlideInStep = 0.04f;
-constexpr float kStuckOff = 0.01f;  // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
-constexpr int kPointSteps = 4;      // iterations to the point of a soft patch that is nearest to a ball
+constexpr float kFollow = 0.25f;       // part of the way to the nearest point that the point of a ball goes in a step
+constexpr float kMaxLag = 0.04f;       // of its radius: largest way that is left
+constexpr float kSlideInStep = 0.04f;  // of its radius: way by which a ball slides on over its point before it gets another one
+constexpr float kStuckOff = 0.01f;     // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
+constexpr int kPointSteps = 4;         // iterations to the point of a soft patch that is nearest to a ball
 
 // The weights u and v of the approximately nearest points of patches to balls: starts from the nearest point of the
 // flat triangle and makes Gauss-Newton steps. A tool lies in its own dent, whose centre of curvature is about the
@@ -45,33 +45,33 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
 
 inline std::uint32_t pairOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1]; }
 
-// A ball stays at its point of the last step, unless another point is clearly nearer: in its own dent all points are
-// about equally near, and a point that is found anew each time trembles.
-inline void keepLast(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
-                     Vector8& normal) {
-  F8 last_u = u, last_v = v, nearer = splat(0.5f * kSlide * kSlide) * balls.radius;
-  bool any = false;
+// From its point of the last step a ball goes only part of the way to the nearest one, unless that is far: in its own
+// dent all points are about equally near, and each point moves the ball, which moves the nearest point. A point that it
+// stuck to it keeps.
+inline void followLast(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
+                       Vector8& normal) {
+  F8 last_u = u, last_v = v;
+  I8 is_stuck{};
   for (unsigned k = 0; k < 8; ++k) {
     const std::uint32_t pair = pairOf(q, i + k);
     const SoftPoint& point = pointOf(q.points, pair);
-    if (point.step + 1 < q.step || point.pair != pair) continue;
+    if (point.step + 1 != q.step || point.pair != pair) continue;
     last_u[k] = point.u, last_v[k] = point.v;
-    if (point.stuck > 0 && point.stuck + 1 >= q.step) nearer[k] = kStuckOff;
-    any = true;
+    if (point.stuck > 0 && point.stuck + 1 >= q.step) is_stuck[k] = -1;
   }
-  if (!any) return;
-  const Vector8 way = balls.centre - position.at(last_u, last_v), shortest = balls.centre - position.at(u, v);
-  const F8 distance = squareRoot(dot(way, way)), min_distance = squareRoot(dot(shortest, shortest));
-  const I8 stays = distance <= min_distance + nearer;
-  u = select(stays, last_u, u);
-  v = select(stays, last_v, v);
-  normal = select(stays, (splat(1) / maxOf(distance, splat(1e-6f))) * way, normal);
+  const Vector8 last = balls.centre - position.at(last_u, last_v), shortest = balls.centre - position.at(u, v), lag = last - shortest;
+  const F8 part = maxOf(splat(kFollow), splat(1) - splat(kMaxLag) * balls.radius / maxOf(squareRoot(dot(lag, lag)), splat(1e-12f)));
+  is_stuck = is_stuck & (squareRoot(dot(last, last)) <= squareRoot(dot(shortest, shortest)) + splat(kStuckOff));
+  u = select(is_stuck, last_u, last_u + part * (u - last_u));
+  v = select(is_stuck, last_v, last_v + part * (v - last_v));
+  const Vector8 way = balls.centre - position.at(u, v);
+  normal = (splat(1) / maxOf(squareRoot(dot(way, way)), splat(1e-6f))) * way;
 }
 
 // The ball touches a point of the patch; the normal points from there to its centre. In a step, point and normal stay
 // unless the ball slides on: rows then change exactly as the QP predicts, and its first solution is the last.
 float softRows(const RowRequest& q) {
-  const F8 one = splat(1), zero = splat(0), min_distance = splat(1e-6f);
+  const F8 zero = splat(0), min_distance = splat(1e-6f);
   F8 smallest = splat(__builtin_inff());
   for (std::uint32_t i = 0; i < q.count; i += 8) {
     const ToolBalls balls(q, i);
@@ -94,9 +94,8 @@ float softRows(const RowRequest& q) {
     if (maskOf(is_known) != 0xff) {
       F8 new_u, new_v;
       findNearest(p, position, balls.centre, new_u, new_v);
-      const Vector8 shortest = balls.centre - position.at(new_u, new_v);
-      Vector8 new_normal = (one / maxOf(squareRoot(dot(shortest, shortest)), min_distance)) * shortest;
-      keepLast(q, i, balls, position, new_u, new_v, new_normal);
+      Vector8 new_normal;
+      followLast(q, i, balls, position, new_u, new_v, new_normal);
       u = select(is_known, u, new_u);
       v = select(is_known, v, new_v);
       normal = select(is_known, normal, new_normal);
