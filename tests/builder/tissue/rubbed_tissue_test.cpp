@@ -139,7 +139,7 @@ TEST(RubbedTissue, AToolDrawnAlongSlipsByTheLaw) {
 void expectTheLaw(const RubbedBlock& rig) {
   EXPECT_LT(rig.over_cone, 1e-5);
   // Contacts that come and go, and tissue that waits, move the surface otherwise than the QP says. 24 other paths give
-  // back 0.0005 mJ on average and 0.005 at most; 0.05 mJ is what a hand may be given.
+  // back 7e-8 mJ at most; 0.05 mJ is what a hand may be given.
   EXPECT_LT(rig.given_back, 0.01) << "of " << rig.taken << " mJ";
 }
 
