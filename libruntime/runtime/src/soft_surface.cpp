@@ -53,7 +53,7 @@ void SoftSurface::reset() {
   ++motions_;
   aim_ = {};
   left_ = 0;
-  has_moved_ = knows_to_ = base_moves_ = false;
+  has_moved_ = is_pressed_ = knows_to_ = base_moves_ = false;
   ahead_ = from_ahead_ = 0;
 }
 
@@ -201,9 +201,10 @@ void SoftSurface::applyForces(const Field& forces, Field& out) const {
 }
 
 void SoftSurface::aimAt(bool from_now) {
+  from_ahead_ = ahead_;
+  if (!is_pressed_) return;
   from_ = force_;
   from_now_ = now_;
-  from_ahead_ = ahead_;
   knows_to_ = false;
   if (from_now)
     to_ = force_;
@@ -212,6 +213,12 @@ void SoftSurface::aimAt(bool from_now) {
 }
 
 void SoftSurface::press(const Press& on, const Vector3d& force) {
+  if (!is_pressed_) {
+    from_ = force_;
+    from_now_ = now_;
+    is_pressed_ = true;
+    knows_to_ = false;
+  }
   for (std::size_t p = 0; p < on.count; ++p)
     for (std::size_t axis = 0; axis < 3; ++axis)
       to_[3 * std::size_t{on.node[p]} + axis] += static_cast<float>(on.weight[p] * force[static_cast<Eigen::Index>(axis)]);
@@ -219,7 +226,7 @@ void SoftSurface::press(const Press& on, const Vector3d& force) {
 
 void SoftSurface::giveWay(double part) {
   ahead_ = (1 - part) * from_ahead_;
-  if (!anyIn(force_) && !anyIn(from_) && !anyIn(to_) && !anyIn(start_force_)) return;  // at rest, and stays there
+  if (!is_pressed_) return;
   if (!knows_to_) applyForces(to_, to_now_);
   knows_to_ = true;
   const auto p = static_cast<float>(part), rest = 1 - p;
@@ -270,6 +277,7 @@ void SoftSurface::beginStep(double part, double max_motion, double motion) {
   has_moved_ = false;
   start_force_ = force_;
   start_ = now_;
+  is_pressed_ = is_pressed_ && (anyIn(force_) || anyIn(to_));
   skin_.bend(shift_);
   skin_.refit(shift_);
 }

@@ -113,6 +113,7 @@ class SoftSurface {
   Field base_way_;                                     // if base_moves_: displacement of the base at the beginning of the step
   double ahead_ = 0, from_ahead_ = 0;                  // share of it that the tool has not followed: now; at the beginning of the piece
   bool base_moves_ = false;
+  bool is_pressed_ = false;                    // otherwise all forces are zero, and the displacements by them
   bool knows_to_ = false;                      // to_now_ is up to date with to_
   std::span<const float> aim_;                 // target of the base; empty: it does not move
   double left_ = 0;                            // largest remaining way of a node to its target [mm]
