@@ -140,7 +140,7 @@ void expectTheLaw(const RubbedBlock& rig) {
   EXPECT_LT(rig.over_cone, 1e-5);
   // Contacts that come and go, and tissue that waits, move the surface otherwise than the QP says. 24 other paths give
   // back 7e-8 mJ at most; 0.05 mJ is what a hand may be given.
-  EXPECT_LT(rig.given_back, 0.01) << "of " << rig.taken << " mJ";
+  EXPECT_LT(rig.given_back, 1e-3) << "of " << rig.taken << " mJ";
 }
 
 // On any path no force is outside of its cone, friction takes energy all the time, and over a closed path the hand
