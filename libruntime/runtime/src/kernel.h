@@ -13,11 +13,11 @@ namespace spheretree::runtime {
 
 /// The point where a ball was last taken to touch a soft patch, and the normal there.
 struct SoftPoint {
-  float u, v;       // weights of corners 1 and 2
-  float normal[3];  // axes of the object
-  std::uint32_t pair = ~0u;
-  std::uint32_t step = 0;   // step in which they were found
-  std::uint32_t stuck = 0;  // last step in which the ball stuck to the point; in the next step it is still there
+  float u, v;                // weights of corners 1 and 2
+  float normal[3];           // axes of the object
+  std::uint32_t pair = ~0u;  // as in RowRequest
+  std::uint32_t step = 0;    // step in which they were found
+  std::uint32_t stuck = 0;   // last step in which the ball stuck to the point; in the next step it is still there
 };
 
 // A cache of them: kPointSets sets of kPointWays points each.

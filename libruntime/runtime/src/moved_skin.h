@@ -38,7 +38,7 @@ class MovedSkin {
   /// Moves the balls of the search to the current shape; `shift`: displacement of each pressed node. Cost: 5 ns a node,
   /// and 30 ns for each updated block of eight triangles.
   void refit(std::span<const float> shift);
-  /// Begins a step: points of contact are computed again, once.
+  /// Begins a step, in which points of contact are found again.
   void beginStep() { ++step_; }
   SoftPoint* points() { return points_.data(); }
   std::uint32_t step() const { return step_; }
