@@ -8,11 +8,14 @@ table that is named are updated. Tables that take minutes are left out unless --
 `install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py, since
 `haptic-player --scenario all` takes long."""
 import argparse
+import csv
 import difflib
 import json
+import math
 import os
 import re
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -20,7 +23,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = re.compile(r"<!-- table: (\w+) -->"), "<!-- end of table -->"
-TIME = re.compile(r"\b\d+(\.\d+)?(, \d+(\.\d+)?)* (s|us|ms|Hz)\b")
+TIME = re.compile(r"\b\d+(\.\d+)?(, \d+(\.\d+)?)* (s|us|ms|Hz|steps)\b")
 
 
 class Programs:
@@ -30,7 +33,8 @@ class Programs:
         self.build, self.folder = Path(build).resolve(), Path(folder)
 
     def run(self, name, *arguments, codes=(0,)):
-        places = {"spheretree": "tools/spheretree", "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
+        places = {"spheretree": "tools/spheretree", "haptic-player": "tools/haptic_player", "load_benchmark": "tests",
+                  "make_samples": "samples/make_samples", "make_scans": "samples/make_scans"}
         done = subprocess.run([str(self.build / places[name] / name), *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
         if done.returncode not in codes:
             sys.exit(f"doc_tables: {name} {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
@@ -177,8 +181,63 @@ def tissue_figures(programs):
     return tissue(programs)[-1]
 
 
+def play(programs, scene, path, *arguments):
+    """Summary of a run of the player, and the rows of its recording."""
+    text = programs.run("haptic-player", scene, "--trajectory", path, "--json", "--record", "run.csv", *arguments)
+    with open(programs.folder / "run.csv", encoding="utf-8") as file:
+        return json.loads(text), list(csv.DictReader(file))
+
+
+def mouth_real_time(programs):
+    """The sample mouth on the real clock, along the inspection and back."""
+    programs.mouth()
+    programs.batch("mouth/mouth.scene.json", "mouth_trees", "--quality", "standard")
+    header, *poses = (programs.folder / "mouth/inspection.csv").read_text().splitlines()
+    there_and_back = [pose.split(",", 1)[1] for pose in poses + poses[::-1]]
+    timed = [f"{step / 1000:.3f},{pose}" for step, pose in enumerate(there_and_back)]
+    (programs.folder / "minute.csv").write_text("\n".join([header, *timed]) + "\n")
+    run, _ = play(programs, "mouth_trees/scene.json", "minute.csv", "--clock", "real")
+    clock, over = run["time_us"]["total"], run["steps_over_ms"]
+    return ["| what | found |", "|---|---|",
+            f"| steps | {run['steps']:,} |",
+            f"| time of a step: median, p99, p99.9 | {clock['median']:.1f}, {clock['p99']:.0f}, {clock['p99_9']:.0f} us |",
+            f"| longest step | {clock['max']:.0f} us |",
+            f"| steps over 1 ms by processor time | {over['processor']} |",
+            f"| steps over 1 ms by the clock, and steps that began more than a period late | {over['clock']}, {run['missed_deadlines']} steps |",
+            f"| rows of the recording that were lost | {run['recording']['rows_lost']} |",
+            f"| largest penetration | {run['largest_penetration_mm']:.0e} mm |"]
+
+
+def mouth_load(programs):
+    """Time to load the trees of the sample mouth, and the memory of the compiled scene."""
+    programs.mouth()
+    programs.batch("mouth/mouth.scene.json", "mouth_trees", "--quality", "standard")
+    text = programs.run("load_benchmark", 20, *sorted((programs.folder / "mouth_trees").glob("*.stree")))
+    files, size, scene = re.match(r"(\d+) files of (\d+) bytes, a scene of (\d+) bytes", text).groups()
+    time = {part: re.search(rf"^{part} +median +([\d.]+) ms", text, re.MULTILINE).group(1) for part in ("read", "decode", "compile", "all")}
+    return ["| files | size of all files | compiled scene | reading | checks and decoding | compiling | all |", "|---|---|---|---|---|---|---|",
+            f"| {files} | {int(size) / 1e6:.1f} MB | {int(scene) / 1e6:.0f} MB | {time['read']} ms | {time['decode']} ms | {time['compile']} ms | {time['all']} ms |"]
+
+
+def soft_mouth(programs):
+    """The probe presses the tongue of the sample mouth, with large and with small motion."""
+    programs.mouth()
+    programs.batch("mouth/soft.scene.json", "soft_trees", "--quality", "standard")
+    columns = []
+    for motion in ("large", "small"):
+        run, steps = play(programs, "soft_trees/scene.json", "mouth/press.csv", "--clock", "stepped", "--seconds", "2.7", "--tissue", motion)
+        force = [math.hypot(*(float(step[axis]) for axis in ("fx_n", "fy_n", "fz_n"))) for step in steps]
+        held = statistics.mean(force[1000:1500])  # the hand holds still from 0.6 to 1.5 s
+        times = sorted(float(step["total_us"]) for step in steps if step["touched"])
+        columns.append((f"{held:.3f} N", f"{max(force):.3f} N", f"{run['wrench_step']['force_n']:.3f} N", f"{run['largest_penetration_mm']:.4f} mm",
+                        f"{times[len(times) // 2]:.0f}, {times[len(times) * 99 // 100]:.0f} us"))
+    names = ("force once the hand holds still", "largest force", "largest step of the force", "largest penetration", "step in contact: median, p99")
+    return ["| | `--tissue large` | `--tissue small` |", "|---|---|---|", *(f"| {name} | {large} | {small} |" for name, large, small in zip(names, *columns))]
+
+
 SLOW = {"split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
-        "tissue_overhang": tissue_overhang, "tissue_figures": tissue_figures}
+        "mouth_real_time": mouth_real_time, "mouth_load": mouth_load, "soft_mouth": soft_mouth, "tissue_overhang": tissue_overhang,
+        "tissue_figures": tissue_figures}
 TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}
 
 
