@@ -6,14 +6,6 @@
 #include "step_memory.h"
 
 namespace spheretree::runtime {
-namespace {
-
-// Upper bound of the float rounding error of a distance, relative to the lengths involved: at most 12 roundings of
-// 2^-24 each on either side.
-constexpr double kRounding = 1e-6;
-
-}  // namespace
-
 RelativePose relativePose(const ObjectView& object, const double rotation[9], const double position[3]) {
   RelativePose out;
   const double* const w = object.to_world;
@@ -35,8 +27,8 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   bringNear(root, scene.tool_root_radius + margin, memory);
   // Bounds of the rounding errors of world coordinates in the broad phase, and of coordinates relative to the anchors
   // afterwards: offsets of near objects are at most the two reaches plus the margin.
-  const double world_slack = kRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
-  const double slack = kRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
+  const double world_slack = kFloatRounding * (scene.tool.reach + scene.objects_reach + memory.farthest_anchor + root.norm());
+  const double slack = kFloatRounding * (2 * (scene.tool.reach + scene.objects_reach) + margin + world_slack);
   PairSearch search;
   search.tool = scene.tool.bound.data();
   search.object_roots = memory.object_roots.data();

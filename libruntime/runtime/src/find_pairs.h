@@ -27,6 +27,10 @@ struct PairSet {
   std::uint32_t work = 0;  // 8-lane tests done
 };
 
+/// Upper bound of the float rounding error of a distance, relative to the lengths involved: at most 12 roundings of
+/// 2^-24 each on either side.
+inline constexpr double kFloatRounding = 1e-6;
+
 enum class PairsOf {
   LeavesExactly,   // pairs of leaves, exactly the set that double arithmetic gives, as the published algorithm needs it
   ContactSurface,  // skin or leaves of each object, whichever the tool rests on; includes all pairs within the margin, and possibly some

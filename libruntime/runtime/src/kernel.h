@@ -44,6 +44,7 @@ struct alignas(64) ObjectView {
   const Sphere* spheres;               // (slot) may be null
   const CompiledPatch* patches;        // (triangle)
   const std::uint32_t* items;          // (slot) triangle
+  const CompiledPatch* still_patches;  // the same if they stay where they are; else null: the search then tests their balls alone
   float allowance;                     // triangles with a curved patch yield by this [mm]
   float motion;                        // largest motion of one of its points in a step, apart from that of its body [mm]
   float behind;        // a ball at most this far behind a triangle is pushed out in front of it; 0: triangles have two sides [mm]

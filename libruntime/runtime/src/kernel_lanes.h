@@ -287,7 +287,7 @@ class PairFinder {
     if (hits == 0) return;
     const BlockLinks &links = (kToolIsOne ? view.links : s_.tool_links)[b],
                      &one_links = (kToolIsOne ? s_.tool_links : view.links)[slot >> 3];
-    if (!kToolIsOne && view.patches && (slot & 7) >= one_links.inner) hits &= nearTriangle(view, slot, many);
+    if (!kToolIsOne && view.still_patches && (slot & 7) >= one_links.inner) hits &= nearTriangle(view, slot, many);
     if (hits == 0) return;
     const std::uint32_t name = kToolIsOne ? slot << 16 | b << 3 : b << 19 | slot;
     const unsigned more = hits & ((1u << links.inner) - 1) & maskOf(load(links.open_priority) >= splat(one_links.open_priority[slot & 7]));
@@ -310,7 +310,7 @@ class PairFinder {
 
   // The balls of the tool within the margin of a patch. A large triangle fills only a small part of its sphere.
   [[gnu::noinline]] unsigned nearTriangle(const ObjectView& view, std::uint32_t slot, const Balls& balls) const {
-    const auto& p = view.patches[view.items[slot]].position;
+    const auto& p = view.still_patches[view.items[slot]].position;
     const F8 square = squareToTriangle(splat(p[0][0], p[0][1], p[0][2]), splat(p[1][0], p[1][1], p[1][2]), splat(p[2][0], p[2][1], p[2][2]),
                                        {balls.x, balls.y, balls.z});
     const F8 reach = balls.r + splat(s_.inner_margin + view.allowance);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "contact_forces.h"
+#include "find_pairs.h"
 #include "soft_rows.h"
 #include "soft_surface.h"
 #include "soft_tissue.h"
@@ -24,7 +25,11 @@ constexpr double kAimMotion = 0.1;    // largest motion of a node towards its ta
 
 class LinearTissue final : public SoftTissue {
  public:
-  explicit LinearTissue(StepMemory& memory) : memory_(memory), scene_(memory.scene), part_(std::min(1.0, scene_.step_time / kAimSeconds)) {
+  explicit LinearTissue(StepMemory& memory)
+      : memory_(memory),
+        scene_(memory.scene),
+        kernel_(memory.kernel == &scalarKernel() ? scalarSoftKernel() : avx2SoftKernel()),
+        part_(std::min(1.0, scene_.step_time / kAimSeconds)) {
     std::size_t nodes = 0;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const CompiledShape& shape = scene_.shapeOf(i);
@@ -56,10 +61,9 @@ class LinearTissue final : public SoftTissue {
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
+  std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) override;
   void placePatches(const PairRun& run, const PairSet& set) override;
-  float patchRows(const RowRequest& request) const override {
-    return memory_.kernel == &scalarKernel() ? softRowsScalar(request) : softRowsAvx2(request);
-  }
+  float patchRows(const RowRequest& request) const override { return kernel_.rows(request); }
   std::uint32_t solve(ContactQp& qp) override;
   void giveWay(double part) override {
     for (const auto& s : surfaces_)
@@ -122,6 +126,7 @@ class LinearTissue final : public SoftTissue {
 
   StepMemory& memory_;
   const CompiledScene& scene_;
+  const SoftKernel& kernel_;
   const double part_;                                   // share of the way to a target in a step
   std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
@@ -144,12 +149,45 @@ void LinearTissue::placeView(std::size_t object) {
   ObjectView& view = memory_.views[object];
   view.bound = skin.bound();
   view.patches = skin.patches();
+  view.still_patches = nullptr;
   view.allowance = skin.allowance();
   view.points = skin.points();
   view.step = skin.step();
   view.motion = static_cast<float>(motion_);
   view.behind = static_cast<float>(kBehind);
   put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(skin.radius() * (1 + 1e-6)));
+}
+
+std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, PairSet& set) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.orientation.normalized().toRotationMatrix();
+  std::uint32_t count = 0, tested = 0;
+  for (PairRun& run : memory_.runs) {
+    std::uint32_t *const pairs = memory_.pairs.data() + run.begin, *const kept = memory_.pairs.data() + count;
+    if (memory_.isTissue(run.object)) {
+      SoftSurface& surface = *surfaces_[run.object];
+      const ObjectView& view = memory_.views[run.object];
+      surface.putTriangles({pairs, run.count});
+      RowRequest request{};
+      request.pairs = pairs;
+      request.count = run.count;
+      request.tool = scene_.tool.spheres.data();
+      request.pose = relativePose(view, rotation.data(), pose.position.data());
+      request.patches = view.patches;
+      request.items = view.items;
+      const double reach = margin + motion_ + surface.motionSoFar() + static_cast<double>(surface.skin().largestSwing()),
+                   lengths = scene_.tool.reach + 2 * surface.skin().radius() + reach;
+      tested += run.count;
+      run.count = kernel_.keepNear(request, static_cast<float>(reach + kFloatRounding * lengths), kept);
+    } else {
+      std::copy_n(pairs, run.count, kept);
+    }
+    run.begin = count;
+    count += run.count;
+  }
+  std::erase_if(memory_.runs, [](const PairRun& run) { return run.count == 0; });
+  set.pairs = {memory_.pairs.data(), count};
+  set.runs = memory_.runs;
+  return (tested + 7) / 8;
 }
 
 void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {

@@ -50,6 +50,18 @@ void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint
       if (members[i] != kHeldNode) out[next[members[i]]++] = list;
 }
 
+// The largest value of MovedSkin::bulgeOf(), however the tissue is bent.
+float bulgeBound(const SoftModel::Vertex& v) {
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += 4 * v.point.weight[k] * v.point.weight[(k + 1) % 3] * kMaxBend * v.sides[k].length;
+  return sum;
+}
+
+// The farthest that the patches beside an edge swing out of their flat triangles, however it is bent.
+float swingBound(const SoftModel::Edge& edge) {
+  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.middle.position.norm() + kMaxBend * edge.side.length);
+}
+
 }  // namespace
 
 MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
@@ -67,21 +79,24 @@ MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
       patch_states_(shape.skin.patch.size()),
       node_places_(model.node_places),
       points_(kPointSets * kPointWays) {
+  for (const SoftModel::Edge& e : model.edges) largest_swing_ = std::max(largest_swing_, swingBound(e));
   const CompiledTree& tree = shape.skin.tree;
-  float longest = 0;
-  for (const SoftModel::Edge& e : model.edges) longest = std::max(longest, e.side.length);
-  for (const SoftModel::Vertex& v : model.vertices)
-    for (const SoftModel::Side& side : v.sides) longest = std::max(longest, side.length);
-  slack_ = 2 * rest_allowance_ + 8.0f / 3 * kMaxBend * longest;
+  rest_ = tree.bound;
   block_begin_.push_back(0);
   for (std::size_t b = 0; b < tree.bound.size(); ++b) {
     std::vector<std::uint32_t> nodes;
     for (std::size_t slot = 8 * b; slot < 8 * b + 8; ++slot) {
       if (slot % 8 < tree.links[b].inner) parents_[tree.links[b].first_child + slot % 8] = static_cast<std::uint32_t>(slot);
       if (tree.item[slot] == kNoItem) continue;
-      for (const std::uint32_t v : skin_.triangles[tree.item[slot]].vertex)
+      const SkinTriangle& triangle = skin_.triangles[tree.item[slot]];
+      float bulge = 0, swing = 0;
+      for (const std::uint32_t v : triangle.vertex) {
+        bulge = std::max(bulge, bulgeBound(model.vertices[v]));
         for (std::size_t k = 0; k < 3; ++k)
           if (const PressPoint& point = model.vertices[v].point; point.weight[k] > 0) nodes.push_back(point.node[k]);
+      }
+      for (const std::uint32_t e : triangle.edge) swing = std::max(swing, swingBound(model.edges[e]));
+      rest_[b].r[slot % 8] += rest_allowance_ + bulge + swing;
     }
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
@@ -95,9 +110,10 @@ MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
 void MovedSkin::reset() {
   std::fill(put_shift_.begin(), put_shift_.end(), 0.0f);
   bend(put_shift_);
-  bound_ = shape_.skin.tree.bound;
   patches_ = shape_.skin.patch;
-  radius_ = shape_.radius;
+  bound_ = rest_;
+  std::fill(block_marked_.begin(), block_marked_.end(), 1);
+  encloseBlocks();
   beginStep();
 }
 
@@ -225,6 +241,15 @@ void MovedSkin::putPatch(std::uint32_t t, std::span<const float> shift) {
   out.flags = stay | swingBits(state.swing / allowance_) | leanBits(leanOf(patch));
 }
 
+void MovedSkin::putTriangles(std::span<const std::uint32_t> pairs, std::span<const float> shift) {
+  for (const std::uint32_t pair : pairs) {
+    const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff];
+    if (patch_states_[t].corners_version == version_) continue;
+    patch_states_[t].corners_version = version_;
+    for (std::size_t k = 0; k < 3; ++k) Eigen::Map<Vector3f>(patches_[t].position[k]) = placeOf(skin_.triangles[t].vertex[k], shift);
+  }
+}
+
 void MovedSkin::put(std::span<const std::uint32_t> pairs, std::span<const float> shift) {
   for (const std::uint32_t pair : pairs)
     if (const std::uint32_t t = shape_.skin.tree.item[pair & 0xffff]; t != kNoItem) putPatch(t, shift);
@@ -254,8 +279,8 @@ void MovedSkin::shiftBlock(std::size_t b) {
     low = low.min(u), high = high.max(u);
   }
   const Eigen::Array3f middle = 0.5f * (low + high);
-  const float more = (high - middle).matrix().norm() + slack_;
-  const Block& rest = shape_.skin.tree.bound[b];
+  const float more = (high - middle).matrix().norm();
+  const Block& rest = rest_[b];
   Block& block = bound_[b];
   for (std::size_t lane = shape_.skin.tree.links[b].inner; lane < 8; ++lane) {
     if (rest.x[lane] == kFarAway) continue;

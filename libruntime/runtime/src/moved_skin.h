@@ -8,7 +8,8 @@
 // assumes.
 //
 // The balls of the search are updated, a block of eight at a time, when the nodes that move them have moved by
-// kRefitMm. Patches are updated exactly before rows are made of them, and only those.
+// kRefitMm; they have room for every bulge. The flat triangles that they find are then updated exactly, and the patches
+// of those that are near.
 // Units: mm; frame: axes of the object, origin at the centre of its shape. No allocation after construction.
 #pragma once
 
@@ -32,6 +33,8 @@ class MovedSkin {
   double radius() const { return radius_; }  // of a ball about the centre that contains all triangles [mm]
   /// Allowance of the triangles whose curved patches were updated in this step [mm].
   float allowance() const { return allowance_; }
+  /// Bound of the distance between any patch and its flat triangle, however the tissue is bent [mm].
+  float largestSwing() const { return largest_swing_; }
 
   /// Returns to the shape at rest.
   void reset();
@@ -49,6 +52,8 @@ class MovedSkin {
   void bend(std::span<const float> shift);
   /// Marks the positions of all patches as outdated.
   void forget() { ++version_; }
+  /// Updates the corners of the flat triangles of these slots of the search tree.
+  void putTriangles(std::span<const std::uint32_t> pairs, std::span<const float> shift);
   /// Updates the patches of these slots of the search tree: their positions, and once in a step how they are bent.
   void put(std::span<const std::uint32_t> pairs, std::span<const float> shift);
 
@@ -70,7 +75,7 @@ class MovedSkin {
   };
   struct Patch {
     float swing = 0;  // out of its flat triangle [mm]
-    std::uint32_t bend = 0, version = 0;
+    std::uint32_t bend = 0, version = 0, corners_version = 0;
   };
 
   float bulgeOf(const SoftModel::Vertex& vertex) const;
@@ -88,7 +93,7 @@ class MovedSkin {
   const Skin& skin_;
   const Eigen::Vector3f offset_;  // from the origin of the shape's frame to that of the file's frame [mm]
   const float rest_allowance_;
-  float slack_ = 0;  // how much farther than at rest a patch can extend beyond its flat triangle [mm]
+  float largest_swing_ = 0;
 
   std::vector<std::uint32_t> parents_;  // (block) slot of the node whose children it contains
   std::vector<std::uint32_t> block_begin_,
@@ -96,6 +101,7 @@ class MovedSkin {
   std::vector<std::uint32_t> node_begin_, blocks_of_;  // (pressed node + 1) index into blocks_of_: the blocks that it moves
   std::vector<float> put_shift_;                       // (pressed node) x, y, z: displacement at the last update of the balls
   std::vector<char> block_marked_;
+  std::vector<Block> rest_;  // balls of the triangles at rest, with room for every bend
   std::vector<Block> bound_;
   double radius_ = 0;
 

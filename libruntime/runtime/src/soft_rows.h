@@ -5,8 +5,15 @@
 
 namespace spheretree::runtime {
 
-/// Rows of balls and yielding patches; returns the smallest gap. Both functions give the same bits.
-float softRowsScalar(const RowRequest& request);
-float softRowsAvx2(const RowRequest& request);  // only if avx2Kernel() is not null
+/// For soft tissue. Both tables give the same bits.
+struct SoftKernel {
+  float (*rows)(const RowRequest&);  // of balls and patches; returns the smallest gap
+  /// Stores the pairs whose ball is within `reach` of the flat triangle, in their order, and returns their number.
+  /// `kept` may be `pairs` of the request.
+  std::uint32_t (*keepNear)(const RowRequest&, float reach, std::uint32_t* kept);
+};
+
+const SoftKernel& scalarSoftKernel();
+const SoftKernel& avx2SoftKernel();  // only if avx2Kernel() is not null
 
 }  // namespace spheretree::runtime

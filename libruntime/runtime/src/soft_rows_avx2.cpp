@@ -4,6 +4,9 @@
 
 namespace spheretree::runtime {
 
-float softRowsAvx2(const RowRequest& request) { return softRows(request); }
+const SoftKernel& avx2SoftKernel() {
+  static constexpr SoftKernel kernel{softRows, keepNear};
+  return kernel;
+}
 
 }  // namespace spheretree::runtime

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of a ball and a patch of soft tissue. Included by one source for each instruction set, as kernel_lanes.h is, but
+// Balls and patches of soft tissue. Included by one source for each instruction set, as kernel_lanes.h is, but
 // in files of its own, so that a program without tissue does not contain them.
 #pragma once
 
@@ -114,6 +114,19 @@ float softRows(const RowRequest& q) {
     storeRows(q, i, balls, normal, gap, in);
   }
   return minLane(smallest);
+}
+
+std::uint32_t keepNear(const RowRequest& q, float reach, std::uint32_t* kept) {
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < q.count; i += 8) {
+    const ToolBalls balls(q, i);
+    const Patches p(q, balls);
+    const F8 farthest = balls.radius + splat(reach);
+    const unsigned near = maskOf(squareToTriangle(p.position[0], p.position[1], p.position[2], balls.centre) <= farthest * farthest);
+    for (unsigned k = 0; k < 8 && i + k < q.count; ++k)
+      if (near >> k & 1) kept[count++] = q.pairs[i + k];
+  }
+  return count;
 }
 
 }  // namespace

@@ -3,10 +3,13 @@
 
 namespace spheretree::runtime {
 
-float softRowsScalar(const RowRequest& request) { return softRows(request); }
+const SoftKernel& scalarSoftKernel() {
+  static constexpr SoftKernel kernel{softRows, keepNear};
+  return kernel;
+}
 
 #if !defined(__x86_64__)
-float softRowsAvx2(const RowRequest& request) { return softRows(request); }
+const SoftKernel& avx2SoftKernel() { return scalarSoftKernel(); }
 #endif
 
 }  // namespace spheretree::runtime

@@ -54,7 +54,7 @@ void SoftSurface::reset() {
   aim_ = {};
   left_ = 0;
   has_moved_ = is_pressed_ = knows_to_ = base_moves_ = false;
-  ahead_ = from_ahead_ = 0;
+  ahead_ = from_ahead_ = motion_so_far_ = 0;
 }
 
 bool SoftSurface::isAtRest() const { return !anyIn(shift_); }
@@ -238,6 +238,7 @@ void SoftSurface::giveWay(double part) {
     for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
   }
+  motion_so_far_ = std::max(motion_so_far_, std::min(largest, motion_));
   findShift();
 }
 
@@ -270,7 +271,7 @@ void SoftSurface::followAim(double part, double max_motion) {
 void SoftSurface::beginStep(double part, double max_motion, double motion) {
   motion_ = motion;
   base_moves_ = false;
-  ahead_ = from_ahead_ = 0;
+  ahead_ = from_ahead_ = motion_so_far_ = 0;
   if (aim_.size() == base_.size()) followAim(part, max_motion);
   skin_.beginStep();
   if (!has_moved_) return;

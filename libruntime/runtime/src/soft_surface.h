@@ -45,6 +45,10 @@ class SoftSurface {
   /// Returns to the shape at rest.
   void reset();
 
+  /// Updates the flat triangles of these pairs to the current shape, but not their patches.
+  void putTriangles(std::span<const std::uint32_t> pairs) { skin_.putTriangles(pairs, shift_); }
+  /// Largest motion of a node by forces since the beginning of the step [mm].
+  double motionSoFar() const { return motion_so_far_; }
   /// Updates the patches of these pairs to the current shape.
   void putPatches(std::span<const std::uint32_t> pairs) { skin_.put(pairs, shift_); }
   /// The point of a triangle that is nearest to `p`, approximately if its patch is curved. The patch must be up to
@@ -118,6 +122,7 @@ class SoftSurface {
   std::span<const float> aim_;                 // target of the base; empty: it does not move
   double left_ = 0;                            // largest remaining way of a node to its target [mm]
   double motion_ = kTissueMotion;              // largest motion of a node in this step by forces [mm]
+  double motion_so_far_ = 0;                   // in this step
   bool has_moved_ = false;                     // since the beginning of the last step
   std::vector<std::uint32_t> near_, near_at_;  // near pressed nodes; (pressed node) its index among them, or ~0u
   std::vector<std::uint32_t> near_vertices_;

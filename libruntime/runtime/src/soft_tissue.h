@@ -39,6 +39,9 @@ class SoftTissue {
   double motion() const { return motion_; }
   /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
+  /// Keeps the pairs of a search at `pose` that may come within `margin` in this step, wherever forces move the tissue.
+  /// The search knows only balls around the triangles. Returns the work, in tests of 8 pairs.
+  virtual std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) = 0;
   /// Updates the patches of these pairs to the current shape.
   virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
   /// Like the kernel's feltRows(), for patches of tissue.

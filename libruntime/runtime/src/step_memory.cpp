@@ -87,7 +87,7 @@ void StepMemory::placeViews(std::size_t i) {
 ObjectView StepMemory::skinView(std::size_t object) const {
   const CompiledSkin& skin = scene.shapeOf(object).skin;
   ObjectView view = viewOf(objects[object], skin.tree);
-  view.patches = skin.patch.data();
+  view.patches = view.still_patches = skin.patch.data();
   view.items = skin.tree.item.data();
   view.allowance = skin.tolerance;
   return view;

@@ -148,6 +148,28 @@ TEST(LargeMotion, AToolAtAnySpeedDoesNotPassThrough) {
   }
 }
 
+// A dent that a tool of many leaves made has gone when the tool comes back: it finds the surface where that is now. And
+// where tissue rises to a tool that holds still, the tool is pushed up.
+TEST(LargeMotion, AToolOfManyLeavesFindsTheSurfaceWhereItIs) {
+  std::vector<Sphere> balls;
+  for (int i = 0; i < 40; ++i) balls.push_back(test::ball(0.25 * i - 5, 0, 0, 1));
+  LargeRig rig(test::treeOfBalls(balls));
+  for (double z = 14; z > 9; z -= 0.02) rig.to({12, 10, z});
+  rig.rest({12, 10, 9});
+  rig.rest({12, 10, 40}, 600);
+  StepResult r;
+  for (double z = 14; z > 11; z -= 0.02) r = rig.to({12, 10, z});
+  EXPECT_GT(r.wrench.force.z(), 0.2);
+  r = rig.rest({12, 10, 14});
+  ASSERT_LT(r.graphic.position.z(), 14.001);
+  TissueState raised = rig.tissue->restState();
+  for (std::size_t i = 2; i < raised.surface.size(); i += 3) raised.surface[i] += 4;
+  rig.solver_stalls = true;
+  EXPECT_TRUE(aimTissue(0, raised.surface, false, *rig.workspace));
+  r = rig.rest({12, 10, 14});
+  EXPECT_GT(r.graphic.position.z(), 14.2);
+}
+
 // Without the solver the tissue moves by its compliance at rest; when the solver is back, everything is as before.
 TEST(LargeMotion, AStalledSolverIsHarmless) {
   LargeRig rig(test::oneBallTree(3));

@@ -144,6 +144,34 @@ TEST(MovedSkin, ADentIsAsRoundAsTheBallThatMadeIt) {
   EXPECT_LT(farthest, 0.1 * of_chords);
 }
 
+TEST(MovedSkin, TrianglesHaveTheCornersOfTheirPatchesWhichSwingNoFartherThanTheBound) {
+  SoftSkin b;
+  MovedSkin skin(b.model, b.shape), corners_first(b.model, b.shape);
+  test::Random random(5);
+  const std::vector<std::uint32_t> pairs = b.allPairs();
+  for (int round = 0; round < 10; ++round) {
+    for (float& x : b.shift)
+      if (random.below(4) == 0) x += static_cast<float>(random.between(-1, 1));
+    for (MovedSkin* s : {&skin, &corners_first}) s->bend(b.shift), s->refit(b.shift);
+    skin.put(pairs, b.shift);
+    corners_first.putTriangles(pairs, b.shift);
+    double farthest = 0;
+    for (const std::uint32_t pair : pairs) {
+      const std::uint32_t t = b.shape.skin.tree.item[pair];
+      const CompiledPatch &p = skin.patches()[t], &q = corners_first.patches()[t];
+      for (int k = 0; k < 3; ++k)
+        for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(p.position[k][axis], q.position[k][axis]) << "round " << round;
+      for (double u = 0; u <= 1; u += 0.125)
+        for (double v = 0; u + v <= 1; v += 0.125) {
+          const Vector3d flat = (1 - u - v) * b.pointOf(p, 0, 0) + u * b.pointOf(p, 1, 0) + v * b.pointOf(p, 0, 1);
+          farthest = std::max(farthest, (b.pointOf(p, u, v) - flat).norm());
+        }
+    }
+    EXPECT_LT(farthest, static_cast<double>(skin.largestSwing()) + 1e-5) << "round " << round;
+    EXPECT_GT(farthest, 0.1 * static_cast<double>(skin.largestSwing()));
+  }
+}
+
 TEST(MovedSkin, BallsOfTheSearchHoldTheirPatches) {
   SoftSkin b;
   MovedSkin skin(b.model, b.shape);
