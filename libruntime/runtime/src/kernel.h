@@ -46,7 +46,7 @@ struct alignas(64) ObjectView {
   const std::uint32_t* items;          // (slot) triangle
   const CompiledPatch* still_patches;  // the same if they stay where they are; else null: the search then tests their balls alone
   float allowance;                     // triangles with a curved patch yield by this [mm]
-  float motion;                        // largest motion of one of its points in a step, apart from that of its body [mm]
+  float motion;                        // of tissue: how much farther than the margin the search looks [mm]
   float behind;        // a ball at most this far behind a triangle is pushed out in front of it; 0: triangles have two sides [mm]
   SoftPoint* points;   // of tissue: the cache of them
   std::uint32_t step;  // of tissue: points found in this step stay

@@ -128,6 +128,7 @@ class LinearTissue final : public SoftTissue {
   const CompiledScene& scene_;
   const SoftKernel& kernel_;
   const double part_;                                   // share of the way to a target in a step
+  double motion_ = kTissueMotion;                       // largest motion of a point in this step by forces [mm]
   std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid
   std::vector<Row> rows_;                               // (row) of the rows on tissue
@@ -153,9 +154,10 @@ void LinearTissue::placeView(std::size_t object) {
   view.allowance = skin.allowance();
   view.points = skin.points();
   view.step = skin.step();
-  view.motion = static_cast<float>(motion_);
+  view.motion = static_cast<float>(motion_ + kRefitMm);
   view.behind = static_cast<float>(kBehind);
-  put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor, static_cast<float>(skin.radius() * (1 + 1e-6)));
+  put(memory_.object_roots[object / 8], object % 8, memory_.objects[object].anchor,
+      static_cast<float>(skin.radius() * (1 + 1e-6)) + view.motion);
 }
 
 std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, PairSet& set) {

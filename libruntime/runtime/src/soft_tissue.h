@@ -32,11 +32,8 @@ class SoftTissue {
   /// Returns to the shape at rest.
   virtual void reset() = 0;
   virtual bool isAtRest(std::size_t object) const = 0;
-  /// Begins a step in which the hand moves to `hand`: sets motion(), and moves the surface towards its target. Returns
-  /// StepFault bits.
+  /// Begins a step in which the hand moves to `hand`, and moves the surface towards its target. Returns StepFault bits.
   virtual std::uint32_t beginStep(const Configuration& hand) = 0;
-  /// Largest motion of a point in this step by forces [mm].
-  double motion() const { return motion_; }
   /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
   /// Keeps the pairs of a search at `pose` that may come within `margin` in this step, wherever forces move the tissue.
@@ -81,7 +78,6 @@ class SoftTissue {
 
  protected:
   std::vector<char> is_tissue_;  // (object)
-  double motion_ = kTissueMotion;
 };
 
 /// Tissue for a scene, and the factory of its implementation.

@@ -42,8 +42,7 @@ RowName nameOf(const PairSet& set, std::uint32_t row, bool is_felt) {
 PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) {
   const Stage stage(times_ ? &times_->find : nullptr);
   const std::uint32_t max_work = scene.step_limits.max_work;
-  const double reach = memory.tissue ? margin + memory.tissue->motion() + kRefitMm : margin;
-  PairSet set = findPairs(pose, reach, of, max_work > result.work ? max_work - result.work : 0, memory);
+  PairSet set = findPairs(pose, margin, of, max_work > result.work ? max_work - result.work : 0, memory);
   result.work += set.work;
   if (memory.tissue && !set.coarse && of == PairsOf::ContactSurface) result.work += memory.tissue->keepNear(pose, margin, set);
   ++result.searches;
