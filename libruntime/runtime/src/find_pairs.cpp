@@ -44,7 +44,7 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.root[3] = static_cast<float>(scene.tool_root_radius + margin + world_slack);
   search.margin = margin;
   search.inner_margin = static_cast<float>(margin + 2 * slack);
-  search.sure_margin = exact ? static_cast<float>(margin - slack) : search.inner_margin;
+  search.sure_margin = exact ? static_cast<float>(margin - slack) : kFarAway;
   if (memory.turn_count > 0xf0000000u) {  // before old marks could be mistaken for new ones
     std::fill(memory.turned_when.begin(), memory.turned_when.end(), 0u);
     memory.turn_count = 0;

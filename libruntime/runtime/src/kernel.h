@@ -79,7 +79,7 @@ struct PairSearch {
   double margin;                // [mm]
   float root[4];                // bounding sphere of the tool in the world; its radius includes all margins of the broad phase
   float inner_margin;           // the margin plus all rounding errors; pairs beyond it are excluded
-  float sure_margin;            // pairs of items within this distance in float are included; between both margins double arithmetic decides
+  float sure_margin;            // pairs of items within this distance in float are included; beyond it double arithmetic decides
   Block* turned_tool;           // scratch: a block is rotated to the axes of an object when it is first needed
   std::uint32_t* turned_when;   // (block) the `turn_count` of its last rotation
   std::uint32_t turn_count;     // number of searches of objects before this search

@@ -301,7 +301,7 @@ class PairFinder {
     if ((slot & 7) < one_links.inner) {
       add(kToolIsOne ? open_tool_end_ : open_object_end_, others, one_links.first_child + (slot & 7));
     } else {
-      const unsigned doubt = others & ~within(h, s_.sure_margin + view.motion);
+      const unsigned doubt = others & ~within(h, s_.sure_margin);
       const unsigned apart = doubt ? apartExactly(name, kToolIsOne ? 1 : 1u << 16, view, doubt) : 0;
       live_ -= static_cast<std::uint32_t>(__builtin_popcount(apart));
       add(leaf_end_, others & ~apart, 0);

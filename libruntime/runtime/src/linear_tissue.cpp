@@ -62,7 +62,7 @@ class LinearTissue final : public SoftTissue {
   }
   void placeView(std::size_t object) override;
   std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) override;
-  void placePatches(const PairRun& run, const PairSet& set) override;
+  void placePatches(const PairSet& set) override;
   float patchRows(const RowRequest& request) const override { return kernel_.rows(request); }
   std::uint32_t solve(ContactQp& qp) override;
   void giveWay(double part) override {
@@ -163,6 +163,7 @@ void LinearTissue::placeView(std::size_t object) {
 std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, PairSet& set) {
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.orientation.normalized().toRotationMatrix();
   std::uint32_t count = 0, tested = 0;
+  if (set.coarse) return 0;
   for (PairRun& run : memory_.runs) {
     std::uint32_t *const pairs = memory_.pairs.data() + run.begin, *const kept = memory_.pairs.data() + count;
     if (memory_.isTissue(run.object)) {
@@ -192,9 +193,13 @@ std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, P
   return (tested + 7) / 8;
 }
 
-void LinearTissue::placePatches(const PairRun& run, const PairSet& set) {
-  surfaces_[run.object]->putPatches(set.pairs.subspan(run.begin, run.count));
-  memory_.views[run.object].allowance = surfaces_[run.object]->skin().allowance();
+void LinearTissue::placePatches(const PairSet& set) {
+  if (set.coarse) return;
+  for (const PairRun& run : set.runs) {
+    if (!memory_.isTissue(run.object)) continue;
+    surfaces_[run.object]->putPatches(set.pairs.subspan(run.begin, run.count));
+    memory_.views[run.object].allowance = surfaces_[run.object]->skin().allowance();
+  }
 }
 
 void LinearTissue::begin(const PairSet& pairs, const PairSet& felt, const RowSet& rows, const Configuration& tool, bool is_carried) {

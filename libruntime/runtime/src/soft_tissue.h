@@ -37,10 +37,10 @@ class SoftTissue {
   /// Updates the view of the object for the search and the rows, if it is tissue: its skin in its current shape.
   virtual void placeView(std::size_t object) = 0;
   /// Keeps the pairs of a search at `pose` that may come within `margin` in this step, wherever forces move the tissue.
-  /// The search knows only balls around the triangles. Returns the work, in tests of 8 pairs.
+  /// The search knows only balls around the triangles. A coarse set stays. Returns the work, in tests of 8 pairs.
   virtual std::uint32_t keepNear(const Configuration& pose, double margin, PairSet& set) = 0;
   /// Updates the patches of these pairs to the current shape.
-  virtual void placePatches(const PairRun& run, const PairSet& set) = 0;
+  virtual void placePatches(const PairSet& set) = 0;
   /// Like the kernel's feltRows(), for patches of tissue.
   virtual float patchRows(const RowRequest& request) const = 0;
   /// solveForces(), with the compliance of the surface. Returns its work. While each call has new rows, the forces of

@@ -44,7 +44,7 @@ PairSet StepParts::search(const Configuration& pose, double margin, PairsOf of) 
   const std::uint32_t max_work = scene.step_limits.max_work;
   PairSet set = findPairs(pose, margin, of, max_work > result.work ? max_work - result.work : 0, memory);
   result.work += set.work;
-  if (memory.tissue && !set.coarse && of == PairsOf::ContactSurface) result.work += memory.tissue->keepNear(pose, margin, set);
+  if (memory.tissue && of == PairsOf::ContactSurface) result.work += memory.tissue->keepNear(pose, margin, set);
   ++result.searches;
   result.pairs = static_cast<std::uint32_t>(set.pairs.size());
   felt_ = {};
@@ -56,9 +56,7 @@ RowSet StepParts::rows(const PairSet& set, const Configuration& pose, RowForm fo
   result.work += 2 * groups(set.pairs.size());
   ++result.linearisations;
   result.rows = static_cast<std::uint32_t>(set.pairs.size());
-  if (memory.tissue && !set.coarse && form == RowForm::TrueDistance)
-    for (const PairRun& run : set.runs)
-      if (memory.isTissue(run.object)) memory.tissue->placePatches(run, set);
+  if (memory.tissue && form == RowForm::TrueDistance) memory.tissue->placePatches(set);
   RowSet out = makeRows(set, pose, form, axes, memory);
   if (scene.has_soft) shiftSoft(set, 0, out);
   return out;
