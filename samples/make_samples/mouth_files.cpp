@@ -229,7 +229,7 @@ Path pressTongue() {
   hand.rest(1000);
   hand.moveTo({{-17, 13, 4}, hold}, kTouching);
   hand.rest(500);
-  hand.moveTo({{-14, 13, 16}, hold}, kTouching);
+  hand.moveTo({{-13, 12, 9}, hold}, kTouching);
   hand.moveTo({start, hold}, kFree);
   return std::move(hand).path();
 }
