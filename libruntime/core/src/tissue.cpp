@@ -251,7 +251,7 @@ void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, s
   for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     const Eigen::Vector3f centre = movedCentre(tissue, tissue.leaves.anchors[leaf], displacements, positions).cast<float>();
     const Vector3d from = centre.cast<double>();
-    double farthest2 = 0, extent = from.cwiseAbs().maxCoeff();
+    double farthest2 = 0;
     for (std::uint32_t i = tissue.leaves.begin[leaf]; i < tissue.leaves.begin[leaf + 1]; ++i) {
       const std::uint32_t corner = tissue.leaves.corners[i];
       Vector3d at;
@@ -262,9 +262,9 @@ void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, s
         at = combined(cut.vertex, cut.weight[0], cut.weight[1], positions);
       }
       farthest2 = std::max(farthest2, (at - from).squaredNorm());
-      extent = std::max(extent, at.cwiseAbs().maxCoeff());
     }
-    leaves[leaf] = {centre.x(), centre.y(), centre.z(), roundedUp(std::max(std::sqrt(farthest2), kPoint) + kRounding * extent)};
+    const double farthest = std::sqrt(farthest2), extent = from.cwiseAbs().maxCoeff() + farthest;  // no coordinate is larger
+    leaves[leaf] = {centre.x(), centre.y(), centre.z(), roundedUp(std::max(farthest, kPoint) + kRounding * extent)};
   }
 }
 
