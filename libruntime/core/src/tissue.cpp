@@ -209,8 +209,9 @@ std::string findFault(const Tissue& tissue, const SphereTree& tree) {
   const std::size_t leaves = levelSet(tree, tree.levelCount() - 1).size();
   if (tissue.leaves.anchors.size() != leaves)
     return describe("the tissue has %zu leaves, the tree %zu", tissue.leaves.anchors.size(), leaves);
-  if (!tissue.response.empty() && tissue.response.points.size() != tree.skin.vertices.size())
-    return describe("the tissue moves %zu vertices of a skin, the tree has %zu", tissue.response.points.size(), tree.skin.vertices.size());
+  const std::size_t nodes = tree.skin.vertices.size() + tree.skin.edges.size();
+  if (!tissue.response.empty() && tissue.response.points.size() != nodes)
+    return describe("the tissue moves %zu vertices and edges of a skin, the tree has %zu", tissue.response.points.size(), nodes);
   return {};
 }
 

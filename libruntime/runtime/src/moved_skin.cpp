@@ -15,8 +15,36 @@ using Eigen::Vector3f;
 constexpr float kMaxBend =
     1.0f / 8;  // of a side's length: largest bulge beyond that at rest; the normals at its ends then differ by a radian
 
+// Inverts a list of lists of indices.
+void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint32_t>& members, std::size_t count,
+            std::vector<std::uint32_t>& out_begin, std::vector<std::uint32_t>& out) {
+  out_begin.assign(count + 1, 0);
+  for (const std::uint32_t m : members)
+    if (m != kHeldNode) ++out_begin[m + 1];
+  for (std::size_t i = 0; i < count; ++i) out_begin[i + 1] += out_begin[i];
+  out.resize(out_begin.back());
+  std::vector<std::uint32_t> next = out_begin;
+  for (std::uint32_t list = 0; list + 1 < begin.size(); ++list)
+    for (std::uint32_t i = begin[list]; i < begin[list + 1]; ++i)
+      if (members[i] != kHeldNode) out[next[members[i]]++] = list;
+}
+
+// The largest value of MovedSkin::bulgeOf(), however the tissue is bent.
+float bulgeBound(const SoftModel::Node& v) {
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += 4 * v.point.weight[k] * v.point.weight[(k + 1) % 3] * kMaxBend * v.sides[k].length;
+  return sum;
+}
+
+// The farthest that the patches beside an edge swing out of their flat triangles, however it is bent.
+float swingBound(const SoftModel::Edge& edge) {
+  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.rest.position.norm() + 2 * edge.sag.norm() + kMaxBend * edge.length);
+}
+
+}  // namespace
+
 // The smallest rotation that maps one direction to another.
-class Turn {
+class MovedSkin::Turn {
  public:
   Turn(const Vector3f& from, const Vector3f& to) {
     const float scale = from.squaredNorm() * to.squaredNorm();
@@ -35,34 +63,6 @@ class Turn {
   Vector3f axis_{0, 0, 0};  // times the sine of the angle
   float share_ = 0;
 };
-
-// Inverts a list of lists of indices.
-void invert(const std::vector<std::uint32_t>& begin, const std::vector<std::uint32_t>& members, std::size_t count,
-            std::vector<std::uint32_t>& out_begin, std::vector<std::uint32_t>& out) {
-  out_begin.assign(count + 1, 0);
-  for (const std::uint32_t m : members)
-    if (m != kHeldNode) ++out_begin[m + 1];
-  for (std::size_t i = 0; i < count; ++i) out_begin[i + 1] += out_begin[i];
-  out.resize(out_begin.back());
-  std::vector<std::uint32_t> next = out_begin;
-  for (std::uint32_t list = 0; list + 1 < begin.size(); ++list)
-    for (std::uint32_t i = begin[list]; i < begin[list + 1]; ++i)
-      if (members[i] != kHeldNode) out[next[members[i]]++] = list;
-}
-
-// The largest value of MovedSkin::bulgeOf(), however the tissue is bent.
-float bulgeBound(const SoftModel::Vertex& v) {
-  float sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += 4 * v.point.weight[k] * v.point.weight[(k + 1) % 3] * kMaxBend * v.sides[k].length;
-  return sum;
-}
-
-// The farthest that the patches beside an edge swing out of their flat triangles, however it is bent.
-float swingBound(const SoftModel::Edge& edge) {
-  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.middle.position.norm() + kMaxBend * edge.side.length);
-}
-
-}  // namespace
 
 MovedSkin::MovedSkin(const SoftModel& model, const CompiledShape& shape)
     : model_(model),
@@ -135,27 +135,31 @@ const Vector3f& MovedSkin::fanNormal(std::uint32_t fan) {
   return out.normal;
 }
 
-const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
-  Vertex& out = vertices_[v];
-  if (out.bend == bends_) return out;
+MovedSkin::Turn MovedSkin::bendNode(const SoftModel::Node& model, Bent& out) {
   out.bend = bends_;
-  const SoftModel::Vertex& model = model_.vertices[v];
-  out.node_normal.setZero();
   out.moved.setZero();
+  Vector3f node_normal = Vector3f::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
     const float weight = model.point.weight[k];
     const std::uint32_t node = model.point.node[k];
-    out.node_normal += weight * (node == kHeldNode ? model.rest.normal : fanNormal(model.fans[k]));
+    node_normal += weight * (node == kHeldNode ? model.rest.normal : fanNormal(model.fans[k]));
     if (node != kHeldNode) out.moved += weight * (node_places_[node] - model_.node_places[node]);
   }
-  out.normal = Turn(model.normal, out.node_normal)(model.rest.normal);
+  const Turn turn(model.normal, node_normal);
+  out.normal = turn(model.rest.normal);
   out.packed = packed(out.normal);
   out.bulge = bulgeOf(model) * out.normal;
+  return turn;
+}
+
+const MovedSkin::Vertex& MovedSkin::bentVertex(std::uint32_t v) {
+  Vertex& out = vertices_[v];
+  if (out.bend != bends_) bendNode(model_.vertices[v], out);
   return out;
 }
 
 // A face of the tetrahedra that was bent is not flat: between its nodes it bulges out according to their normals.
-float MovedSkin::bulgeOf(const SoftModel::Vertex& v) const {
+float MovedSkin::bulgeOf(const SoftModel::Node& v) const {
   float sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
@@ -169,22 +173,19 @@ float MovedSkin::bulgeOf(const SoftModel::Vertex& v) const {
   return sum;
 }
 
+// The middle of an edge lies on its face, as the ends do. The rest of its offset turns with the normal.
 const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   Middle& out = middles_[e];
   if (out.bend == bends_) return out;
-  out.bend = bends_;
   const SoftModel::Edge& edge = model_.edges[e];
-  const SoftModel::Vertex &start = model_.vertices[edge.end[0]], &end = model_.vertices[edge.end[1]];
-  const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
-  const Turn turn(start.normal + end.normal, from.node_normal + to.node_normal);
-  out.normal = turn(edge.middle.normal);
-  out.packed = packed(out.normal);
+  const Turn turn = bendNode(edge, out);
   out.offset.setZero();
   if (edge.is_sharp) return out;
-  const Vector3f chord = end.rest.position - start.rest.position + (to.moved - from.moved);
-  const float largest = kMaxBend * edge.side.length;
-  const float bend = std::clamp(bendOf(chord, from.normal, to.normal) - edge.side.bend, -largest, largest);
-  out.offset = turn(edge.middle.position) + bend * out.normal;
+  const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
+  Vector3f sag = edge.sag + (out.moved + out.bulge) - 0.5f * (from.moved + from.bulge + to.moved + to.bulge);
+  const float largest = edge.sag.norm() + kMaxBend * edge.length, length = sag.norm();
+  if (length > largest) sag *= largest / length;
+  out.offset = turn(edge.rest.position - edge.sag) + sag;
   return out;
 }
 

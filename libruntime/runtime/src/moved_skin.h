@@ -59,16 +59,19 @@ class MovedSkin {
 
  private:
   // The shape of a step, with the value of bends_ for which it was computed. Together, as in SoftModel.
-  struct alignas(64) Vertex {
-    Eigen::Vector3f moved, bulge, normal, node_normal, place;  // moved: displacement at the last bend()
-    PackedDirection packed;
-    std::uint32_t bend = 0, version = 0;  // version: of `place`
-  };
-  struct alignas(64) Middle {
-    Eigen::Vector3f offset, normal;
+  struct Bent {
+    Eigen::Vector3f moved, bulge, normal;  // moved: displacement at the last bend()
     PackedDirection packed;
     std::uint32_t bend = 0;
   };
+  struct alignas(64) Vertex : Bent {
+    Eigen::Vector3f place;
+    std::uint32_t version = 0;  // of `place`
+  };
+  struct alignas(64) Middle : Bent {
+    Eigen::Vector3f offset;  // from the middle of the flat edge
+  };
+  class Turn;
   struct Fan {
     Eigen::Vector3f normal;
     std::uint32_t bend = 0;
@@ -78,7 +81,8 @@ class MovedSkin {
     std::uint32_t bend = 0, version = 0, corners_version = 0;
   };
 
-  float bulgeOf(const SoftModel::Vertex& vertex) const;
+  float bulgeOf(const SoftModel::Node& node) const;
+  Turn bendNode(const SoftModel::Node& node, Bent& out);
   const Eigen::Vector3f& fanNormal(std::uint32_t fan);
   const Vertex& bentVertex(std::uint32_t vertex);
   const Middle& bentMiddle(std::uint32_t edge);

@@ -97,7 +97,7 @@ void chooseFans(SoftModel& out) {
   std::vector<std::uint32_t> first(out.node_count + 1, 0);
   for (const SoftModel::Fan& fan : out.fans) ++first[fan.node + 1];
   for (std::size_t i = 0; i < out.node_count; ++i) first[i + 1] += first[i];
-  for (SoftModel::Vertex& vertex : out.vertices) {
+  const auto choose = [&](SoftModel::Node& vertex) {
     const Vector3f& own = vertex.rest.normal;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t node = vertex.point.node[k];
@@ -115,23 +115,37 @@ void chooseFans(SoftModel& out) {
       const Vector3f chord = out.node_places[out.fans[to].node] - out.node_places[out.fans[from].node];
       vertex.sides[k] = {chord.norm(), bendOf(chord, out.fans[from].normal, out.fans[to].normal)};
     }
+  };
+  for (SoftModel::Vertex& vertex : out.vertices) choose(vertex);
+  for (SoftModel::Edge& edge : out.edges) choose(edge);
+}
+
+// The place of a point at rest. False if it hangs on held nodes.
+bool placeOf(const PressPoint& point, const SoftModel& model, Vector3f& out) {
+  out.setZero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (point.node[k] == kHeldNode && point.weight[k] > 0) return false;
+    if (point.node[k] != kHeldNode) out += point.weight[k] * model.node_places[point.node[k]];
   }
+  return true;
 }
 
 void addSkin(const Skin& skin, const Tissue& tissue, SoftModel& out) {
   const SkinNodes nodes(skin);
-  for (std::size_t v = 0; v < nodes.ofVertices().size(); ++v) {
-    const PressPoint& point = tissue.response.points[v];
-    out.vertices.push_back({point, nodes.ofVertices()[v], {}, {}, {0, 0, 0}, maxGiveOf(tissue, point)});
-  }
-  for (std::size_t e = 0; e < skin.edges.size(); ++e) out.edges.push_back({{}, skin.edges[e].is_sharp != 0, {}, nodes.ofEdges()[e]});
+  const std::vector<PressPoint>& points = tissue.response.points;
+  for (std::size_t v = 0; v < skin.vertices.size(); ++v)
+    out.vertices.push_back({{points[v], nodes.ofVertices()[v], {}, {}}, maxGiveOf(tissue, points[v])});
+  for (std::size_t e = 0; e < skin.edges.size(); ++e)
+    out.edges.push_back({{points[skin.vertices.size() + e], nodes.ofEdges()[e], {}, {}}, {}, skin.edges[e].is_sharp != 0, 0});
   for (std::size_t t = skin.triangles.size(); t-- > 0;)  // an edge takes its ends from the first triangle that has it
     for (std::size_t k = 0; k < 3; ++k)
       out.edges[skin.triangles[t].edge[k]].end = {skin.triangles[t].vertex[k], skin.triangles[t].vertex[(k + 1) % 3]};
   for (SoftModel::Edge& edge : out.edges) {
-    const SkinNode &from = out.vertices[edge.end[0]].rest, &to = out.vertices[edge.end[1]].rest;
-    const Vector3f chord = to.position - from.position;
-    edge.side = {chord.norm(), bendOf(chord, from.normal, to.normal)};
+    const SoftModel::Vertex &from = out.vertices[edge.end[0]], &to = out.vertices[edge.end[1]];
+    edge.length = (to.rest.position - from.rest.position).norm();
+    Vector3f start, end, middle;
+    if (placeOf(from.point, out, start) && placeOf(to.point, out, end) && placeOf(edge.point, out, middle))
+      edge.sag = middle - 0.5f * (start + end);
   }
 }
 

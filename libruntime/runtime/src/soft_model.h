@@ -21,21 +21,22 @@ struct SoftModel : TissueModel {
   struct Side {
     float length = 0, bend = 0;
   };
-  /// Of the skin. Everything that a step reads of a vertex, or of an edge, is together.
-  struct alignas(64) Vertex {
+  /// Of the skin: a vertex, or the middle of an edge. Everything that a step reads of it is together.
+  struct Node {
     PressPoint point;                   // with which it moves
-    SkinNode rest;                      // position and normal
+    SkinNode rest;                      // as in SkinNodes
     std::array<std::uint32_t, 3> fans;  // at each of its nodes; kHeldNode if the node is held
     std::array<Side, 3> sides;          // of its face, from each of its nodes to the next
     Eigen::Vector3f normal{0, 0, 0};    // the mean normal of its fans; its own normal if nodes are held
-    float max_give = 0;                 // largest displacement along a normal [mm]
   };
-  /// Of the skin, and the vertices at its ends.
-  struct alignas(64) Edge {
-    std::array<std::uint32_t, 2> end;
+  struct alignas(64) Vertex : Node {
+    float max_give = 0;  // largest displacement along a normal [mm]
+  };
+  struct alignas(64) Edge : Node {
+    std::array<std::uint32_t, 2> end;  // vertices
     bool is_sharp;
-    Side side;
-    SkinNode middle;  // as in SkinNodes
+    float length;                  // [mm]
+    Eigen::Vector3f sag{0, 0, 0};  // at rest: from the middle of the points with which its ends move to that with which it moves
   };
   /// Faces around a node without a sharp edge between them; they share one normal there.
   struct Fan {

@@ -50,10 +50,17 @@ std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& sk
                                     std::span<const std::uint32_t> pressed) {
   const DistanceField field(boundary);
   std::vector<PressPoint> points;
-  points.reserve(skin.vertices.size());
+  points.reserve(skin.vertices.size() + skin.edges.size());
   const SkinNodes nodes(skin);
-  for (const SkinNode& vertex : nodes.ofVertices()) {
-    const NearestPoint nearest = field.nearest(vertex.position.cast<double>() + origin);
+  std::vector<Eigen::Vector3f> places;
+  for (const SkinNode& vertex : nodes.ofVertices()) places.push_back(vertex.position);
+  places.resize(places.size() + skin.edges.size());
+  for (const SkinTriangle& t : skin.triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      places[skin.vertices.size() + t.edge[k]] =
+          0.5f * (places[t.vertex[k]] + places[t.vertex[(k + 1) % 3]]) + nodes.ofEdges()[t.edge[k]].position;
+  for (const Eigen::Vector3f& place : places) {
+    const NearestPoint nearest = field.nearest(place.cast<double>() + origin);
     const Triangle& c = boundary.triangles[nearest.triangle];
     Eigen::Matrix<double, 3, 2> edges;
     edges << boundary.positions[c[1]] - boundary.positions[c[0]], boundary.positions[c[2]] - boundary.positions[c[0]];

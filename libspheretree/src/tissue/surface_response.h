@@ -29,7 +29,8 @@ inline constexpr std::size_t kMaxResponseBytes = 128 << 20;
 /// @throws Cancelled.
 TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& boundary, Progress& progress);
 
-/// For each vertex of `skin` (relative to `origin`) the nearest point of `boundary`, with which it moves. `pressed`: as
+/// For each vertex of `skin` (relative to `origin`), then for the middle of each edge, the nearest point of `boundary`,
+/// with which it moves. `pressed`: as
 /// in the response.
 std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& skin, const Eigen::Vector3d& origin,
                                     std::span<const std::uint32_t> pressed);

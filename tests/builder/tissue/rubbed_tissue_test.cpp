@@ -132,7 +132,7 @@ TEST(RubbedTissue, AToolDrawnAlongSlipsByTheLaw) {
       EXPECT_GT(c.slip.x(), 1) << "of 20 mm/s";
     }
     EXPECT_NEAR(across, mu * along, 0.01 * across);
-    EXPECT_LT(force.x(), -0.9 * across);
+    EXPECT_LT(force.x(), -0.85 * across) << "most of it is along the way";
   }
 }
 

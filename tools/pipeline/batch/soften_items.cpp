@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSeconds = 60;                                 // time limit for each run of the child
-constexpr const char* kSoftSchema = "spheretree.batch-soft/1";  // version of the data under a key in the cache
+constexpr const char* kSoftSchema = "spheretree.batch-soft/2";  // version of the data under a key in the cache
 
 /// The fixed nodes of an item: in a region of the world, or in the leaves of another item.
 class Fixed {

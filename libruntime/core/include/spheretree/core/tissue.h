@@ -104,7 +104,8 @@ static_assert(sizeof(PressPoint) == 24);
 /// the inverse of the stiffness matrix, condensed to the surface; it is symmetric and positive definite.
 struct TissueResponse {
   std::vector<std::uint32_t> pressed;  // nodes of the tetrahedra's surface that can move; ascending
-  std::vector<PressPoint> points;      // (vertices of the tree's skin) the point that each moves with, and where a force on it acts
+  std::vector<PressPoint> points;      // (vertices of the tree's skin, then its edges) the point that each moves with; that of a
+                                       // vertex is also where a force on it acts
   std::vector<float> matrix;           // (pressed x 3 axes of the force) x (pressed x 3 axes of the displacement) [mm/N]
 
   bool empty() const { return pressed.empty(); }
