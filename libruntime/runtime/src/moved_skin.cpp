@@ -12,6 +12,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+constexpr float kFaceShare = 0.5f;  // of the bend of an edge: by its face, not by the normals of its ends
 constexpr float kMaxBend =
     1.0f / 8;  // of a side's length: largest bulge beyond that at rest; the normals at its ends then differ by a radian
 
@@ -38,7 +39,7 @@ float bulgeBound(const SoftModel::Node& v) {
 
 // The farthest that the patches beside an edge swing out of their flat triangles, however it is bent.
 float swingBound(const SoftModel::Edge& edge) {
-  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.rest.position.norm() + 2 * edge.sag.norm() + kMaxBend * edge.length);
+  return edge.is_sharp ? 0 : kSwingOfOffset * (edge.rest.position.norm() + kMaxBend * edge.side.length);
 }
 
 }  // namespace
@@ -173,7 +174,9 @@ float MovedSkin::bulgeOf(const SoftModel::Node& v) const {
   return sum;
 }
 
-// The middle of an edge lies on its face, as the ends do. The rest of its offset turns with the normal.
+// The middle of an edge bends by the normals of the ends, as in a rigid skin, and it rises and falls with its face, as
+// the ends do. Normals alone keep the surface smooth, but are averages over more than a narrow dent; faces alone follow
+// the dent, but have creases between them in which a tool catches.
 const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   Middle& out = middles_[e];
   if (out.bend == bends_) return out;
@@ -182,10 +185,12 @@ const MovedSkin::Middle& MovedSkin::bentMiddle(std::uint32_t e) {
   out.offset.setZero();
   if (edge.is_sharp) return out;
   const Vertex &from = bentVertex(edge.end[0]), &to = bentVertex(edge.end[1]);
-  Vector3f sag = edge.sag + (out.moved + out.bulge) - 0.5f * (from.moved + from.bulge + to.moved + to.bulge);
-  const float largest = edge.sag.norm() + kMaxBend * edge.length, length = sag.norm();
-  if (length > largest) sag *= largest / length;
-  out.offset = turn(edge.rest.position - edge.sag) + sag;
+  const Vector3f sag = edge.sag + (out.moved + out.bulge) - 0.5f * (from.moved + from.bulge + to.moved + to.bulge);
+  const Vector3f chord = edge.chord + (to.moved - from.moved);
+  const float by_face = out.normal.dot(sag - turn(edge.sag)), by_normals = bendOf(chord, from.normal, to.normal) - edge.side.bend,
+              largest = kMaxBend * edge.side.length,
+              bend = std::clamp(kFaceShare * by_face + (1 - kFaceShare) * by_normals, -largest, largest);
+  out.offset = turn(edge.rest.position) + bend * out.normal;
   return out;
 }
 

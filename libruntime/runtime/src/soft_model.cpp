@@ -136,13 +136,14 @@ void addSkin(const Skin& skin, const Tissue& tissue, SoftModel& out) {
   for (std::size_t v = 0; v < skin.vertices.size(); ++v)
     out.vertices.push_back({{points[v], nodes.ofVertices()[v], {}, {}}, maxGiveOf(tissue, points[v])});
   for (std::size_t e = 0; e < skin.edges.size(); ++e)
-    out.edges.push_back({{points[skin.vertices.size() + e], nodes.ofEdges()[e], {}, {}}, {}, skin.edges[e].is_sharp != 0, 0});
+    out.edges.push_back({{points[skin.vertices.size() + e], nodes.ofEdges()[e], {}, {}}, {}, skin.edges[e].is_sharp != 0, {}});
   for (std::size_t t = skin.triangles.size(); t-- > 0;)  // an edge takes its ends from the first triangle that has it
     for (std::size_t k = 0; k < 3; ++k)
       out.edges[skin.triangles[t].edge[k]].end = {skin.triangles[t].vertex[k], skin.triangles[t].vertex[(k + 1) % 3]};
   for (SoftModel::Edge& edge : out.edges) {
     const SoftModel::Vertex &from = out.vertices[edge.end[0]], &to = out.vertices[edge.end[1]];
-    edge.length = (to.rest.position - from.rest.position).norm();
+    edge.chord = to.rest.position - from.rest.position;
+    edge.side = {edge.chord.norm(), bendOf(edge.chord, from.rest.normal, to.rest.normal)};
     Vector3f start, end, middle;
     if (placeOf(from.point, out, start) && placeOf(to.point, out, end) && placeOf(edge.point, out, middle))
       edge.sag = middle - 0.5f * (start + end);

@@ -35,8 +35,9 @@ struct SoftModel : TissueModel {
   struct alignas(64) Edge : Node {
     std::array<std::uint32_t, 2> end;  // vertices
     bool is_sharp;
-    float length;                  // [mm]
-    Eigen::Vector3f sag{0, 0, 0};  // at rest: from the middle of the points with which its ends move to that with which it moves
+    Side side;
+    Eigen::Vector3f chord{0, 0, 0};  // at rest, from the first end to the second
+    Eigen::Vector3f sag{0, 0, 0};    // at rest: from the middle of the points with which its ends move to that with which it moves
   };
   /// Faces around a node without a sharp edge between them; they share one normal there.
   struct Fan {
