@@ -339,7 +339,16 @@ void forgetMargins(double edge, Growing& scan) {
   for (std::uint32_t v = 0; v < is_near.size(); ++v)
     if (!is_near[v]) label[Surface::Vertex_index(v)] = scan.labels[v];
   namespace Processing = CGAL::Polygon_mesh_processing;
-  Processing::isotropic_remeshing(faces, edge, surface, CGAL::parameters::number_of_iterations(3).protect_constraints(true));
+  // The border of these faces stays: none of its edges may be longer than 4/3 of what the others are to be.
+  const std::set<Surface::Face_index> chosen(faces.begin(), faces.end());
+  double longest = 0;
+  for (const Surface::Edge_index e : surface.edges()) {
+    const Surface::Halfedge_index h = surface.halfedge(e);
+    if (chosen.contains(surface.face(h)) != chosen.contains(surface.face(surface.opposite(h))))
+      longest = std::max(longest, std::sqrt(Processing::squared_edge_length(h, surface)));
+  }
+  Processing::isotropic_remeshing(faces, std::max(edge, 0.7501 * longest), surface,
+                                  CGAL::parameters::number_of_iterations(3).protect_constraints(true));
   surface.collect_garbage();
   const SearchedTriangles search(old);
   scan.mesh = {};
