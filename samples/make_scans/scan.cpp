@@ -325,12 +325,12 @@ void forgetMargins(double edge, Growing& scan) {
   std::vector<std::int32_t> label_of_old;
   Surface surface;
   for (const Vector3d& p : scan.mesh.positions) surface.add_vertex(toPoint(p));
-  std::vector<Surface::Face_index> faces;
+  std::set<Surface::Face_index> chosen;  // to be triangulated anew
   for (std::size_t t = 0; t < scan.mesh.triangles.size(); ++t) {
     const Triangle& c = scan.mesh.triangles[t];
     const Surface::Face_index f = surface.add_face(Surface::Vertex_index(c[0]), Surface::Vertex_index(c[1]), Surface::Vertex_index(c[2]));
     if (f == Surface::null_face() || !(is_near[c[0]] && is_near[c[1]] && is_near[c[2]])) continue;
-    faces.push_back(f);
+    chosen.insert(f);
     old.triangles.push_back(c);
     label_of_old.push_back(t < scan.crown_triangles ? scan.labels[c[0]] : 0);
   }
@@ -339,16 +339,14 @@ void forgetMargins(double edge, Growing& scan) {
   for (std::uint32_t v = 0; v < is_near.size(); ++v)
     if (!is_near[v]) label[Surface::Vertex_index(v)] = scan.labels[v];
   namespace Processing = CGAL::Polygon_mesh_processing;
-  // The border of these faces stays: none of its edges may be longer than 4/3 of what the others are to be.
-  const std::set<Surface::Face_index> chosen(faces.begin(), faces.end());
-  double longest = 0;
-  for (const Surface::Edge_index e : surface.edges()) {
-    const Surface::Halfedge_index h = surface.halfedge(e);
-    if (chosen.contains(surface.face(h)) != chosen.contains(surface.face(surface.opposite(h))))
-      longest = std::max(longest, std::sqrt(Processing::squared_edge_length(h, surface)));
-  }
-  Processing::isotropic_remeshing(faces, std::max(edge, 0.7501 * longest), surface,
-                                  CGAL::parameters::number_of_iterations(3).protect_constraints(true));
+  // The border of the remeshed faces stays, and none of its edges may be longer than 4/3 of what the others are to be.
+  const auto hasLongBorder = [&](Surface::Face_index f) {
+    for (const Surface::Halfedge_index h : surface.halfedges_around_face(surface.halfedge(f)))
+      if (!chosen.contains(surface.face(surface.opposite(h))) && Processing::edge_length(h, surface) > 1.33 * edge) return true;
+    return false;
+  };
+  while (std::erase_if(chosen, hasLongBorder) > 0) continue;
+  Processing::isotropic_remeshing(chosen, edge, surface, CGAL::parameters::number_of_iterations(3).protect_constraints(true));
   surface.collect_garbage();
   const SearchedTriangles search(old);
   scan.mesh = {};
