@@ -138,7 +138,7 @@ std::string findFault(const TissueMaterial& material);
 /// Cost: O(size).
 std::string findFault(const Tissue& tissue);
 
-/// As above; also checks that the tissue has the leaves of `tree` and moves the vertices of its skin.
+/// As above; also checks that the tissue has the leaves of `tree` and moves the vertices and edges of its skin.
 std::string findFault(const Tissue& tissue, const SphereTree& tree);
 
 /// The faces that belong to one tetrahedron only, counter-clockwise seen from outside, always in the same order.
