@@ -211,8 +211,7 @@ std::string findFault(const Tissue& tissue, const SphereTree& tree) {
     return describe("the tissue has %zu leaves, the tree %zu", tissue.leaves.anchors.size(), leaves);
   const std::size_t nodes = tree.skin.vertices.size() + tree.skin.edges.size();
   if (!tissue.response.empty() && tissue.response.points.size() != nodes)
-    return describe("the tissue moves %zu vertices and edges of a skin, the tree has %zu. Soften the tree again",
-                    tissue.response.points.size(), nodes);
+    return describe("the tissue moves %zu vertices and edges of a skin, the tree has %zu", tissue.response.points.size(), nodes);
   return {};
 }
 
