@@ -3,10 +3,10 @@
 """tools/doc_tables.py BUILD [--update] [--slow] [NAME...]: figures of the documentation, made by the programs of BUILD.
 
 Between the lines `<!-- table: NAME -->` and `<!-- end of table -->` of README.md and docs/ stands what a function of this file prints.
-Without --update the tables are made anew and compared; a difference ends with exit code 1. Times are not compared, but those of a
-table that is named are updated. Tables that take minutes are left out unless --slow is given or they are named. The test
-`install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py, since
-`haptic-player --scenario all` takes long."""
+Without --update the tables are made anew and compared; a difference ends with exit code 1. Times, and numbers of steps that were late,
+are not compared, but those of a table that is named are updated. Tables that take minutes are left out unless --slow is given or they
+are named. The test `install.doc_tables` runs the others. The table of docs/stability.md has a script of its own, stability_table.py,
+since `haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib

@@ -6,6 +6,7 @@
 #include "step_memory.h"
 
 namespace spheretree::runtime {
+
 RelativePose relativePose(const ObjectView& object, const double rotation[9], const double position[3]) {
   RelativePose out;
   const double* const w = object.to_world;

@@ -161,9 +161,9 @@ void LinearTissue::placeView(std::size_t object) {
 }
 
 std::uint32_t LinearTissue::keepNear(const Configuration& pose, double margin, PairSet& set) {
+  if (set.coarse) return 0;
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.orientation.normalized().toRotationMatrix();
   std::uint32_t count = 0, tested = 0;
-  if (set.coarse) return 0;
   for (PairRun& run : memory_.runs) {
     std::uint32_t *const pairs = memory_.pairs.data() + run.begin, *const kept = memory_.pairs.data() + count;
     if (memory_.isTissue(run.object)) {

@@ -30,8 +30,7 @@ inline constexpr std::size_t kMaxResponseBytes = 128 << 20;
 TissueResponse surfaceResponse(const Elasticity& body, const TriangleMesh& boundary, Progress& progress);
 
 /// For each vertex of `skin` (relative to `origin`), then for the middle of each edge, the nearest point of `boundary`,
-/// with which it moves. `pressed`: as
-/// in the response.
+/// with which it moves. `pressed`: as in the response.
 std::vector<PressPoint> pressPoints(const TriangleMesh& boundary, const Skin& skin, const Eigen::Vector3d& origin,
                                     std::span<const std::uint32_t> pressed);
 
