@@ -10,6 +10,7 @@
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <CGAL/boost/graph/Euler_operations.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -316,53 +317,102 @@ std::vector<char> nearMargins(const Growing& scan, double edge) {
   return is_near;
 }
 
+using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+
+/// Triangles taken out of a mesh to be triangulated anew, as a mesh of their own: its border stays as it is, so that
+/// the result can be put back.
+struct Patch {
+  Surface surface;
+  Surface::Property_map<Surface::Vertex_index, std::uint32_t> vertex;  // of the mesh, for vertices of the border
+};
+
+/// Moves the triangles between marked vertices from `mesh` into a patch, but for those that would give it border edges
+/// longer than 4/3 of `edge`, which CGAL's remeshing forbids.
+Patch takePatch(const std::vector<char>& marked, double edge, TriangleMesh& mesh) {
+  Patch patch;
+  Surface& surface = patch.surface;
+  patch.vertex = surface.add_property_map<Surface::Vertex_index, std::uint32_t>("v:vertex").first;
+  auto triangle = surface.add_property_map<Surface::Face_index, Triangle>("f:triangle").first;
+  std::map<std::uint32_t, Surface::Vertex_index> vertex_of;
+  const auto vertexOf = [&](std::uint32_t v) {
+    const auto [found, is_new] = vertex_of.try_emplace(v);
+    if (is_new) patch.vertex[found->second = surface.add_vertex(toPoint(mesh.positions[v]))] = v;
+    return found->second;
+  };
+  std::vector<Triangle> kept;
+  for (const Triangle& c : mesh.triangles) {
+    const bool is_marked = marked[c[0]] && marked[c[1]] && marked[c[2]];
+    const Surface::Face_index f = is_marked ? surface.add_face(vertexOf(c[0]), vertexOf(c[1]), vertexOf(c[2])) : Surface::null_face();
+    if (f == Surface::null_face())
+      kept.push_back(c);
+    else
+      triangle[f] = c;
+  }
+  const auto hasLongBorder = [&](Surface::Face_index f) {
+    for (const Surface::Halfedge_index h : surface.halfedges_around_face(surface.halfedge(f)))
+      if (surface.is_border(surface.opposite(h)) && CGAL::Polygon_mesh_processing::edge_length(h, surface) > 1.33 * edge) return true;
+    return false;
+  };
+  for (bool any = true; any;) {
+    std::vector<Surface::Face_index> left_out;
+    std::copy_if(surface.faces_begin(), surface.faces_end(), std::back_inserter(left_out), hasLongBorder);
+    for (const Surface::Face_index f : left_out) {
+      kept.push_back(triangle[f]);
+      CGAL::Euler::remove_face(surface.halfedge(f), surface);
+    }
+    any = !left_out.empty();
+  }
+  mesh.triangles = std::move(kept);
+  return patch;
+}
+
+void dropUnused(Growing& scan) {
+  std::vector<char> is_used(scan.mesh.positions.size(), 0);
+  for (const Triangle& t : scan.mesh.triangles)
+    for (const std::uint32_t v : t) is_used[v] = 1;
+  std::size_t used = 0;
+  for (std::size_t v = 0; v < is_used.size(); ++v)
+    if (is_used[v]) scan.labels[used++] = scan.labels[v];
+  scan.labels.resize(used);
+  dropUnusedVertices(scan.mesh);
+}
+
 /// Triangulates the surface anew near the margins, because the triangles of a scanner do not follow them: vertices lie
 /// anywhere beside a margin and have the label of the side on which they are.
 void forgetMargins(double edge, Growing& scan) {
-  using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
   const std::vector<char> is_near = nearMargins(scan, edge);
   TriangleMesh old{scan.mesh.positions, {}, {}, {}};
   std::vector<std::int32_t> label_of_old;
-  Surface surface;
-  for (const Vector3d& p : scan.mesh.positions) surface.add_vertex(toPoint(p));
-  std::set<Surface::Face_index> chosen;  // to be triangulated anew
   for (std::size_t t = 0; t < scan.mesh.triangles.size(); ++t) {
     const Triangle& c = scan.mesh.triangles[t];
-    const Surface::Face_index f = surface.add_face(Surface::Vertex_index(c[0]), Surface::Vertex_index(c[1]), Surface::Vertex_index(c[2]));
-    if (f == Surface::null_face() || !(is_near[c[0]] && is_near[c[1]] && is_near[c[2]])) continue;
-    chosen.insert(f);
+    if (!(is_near[c[0]] && is_near[c[1]] && is_near[c[2]])) continue;
     old.triangles.push_back(c);
     label_of_old.push_back(t < scan.crown_triangles ? scan.labels[c[0]] : 0);
   }
-  constexpr std::int32_t kNew = -1;
-  auto label = surface.add_property_map<Surface::Vertex_index, std::int32_t>("v:label", kNew).first;
-  for (std::uint32_t v = 0; v < is_near.size(); ++v)
-    if (!is_near[v]) label[Surface::Vertex_index(v)] = scan.labels[v];
-  namespace Processing = CGAL::Polygon_mesh_processing;
-  // The border of the remeshed faces stays, and none of its edges may be longer than 4/3 of what the others are to be.
-  const auto hasLongBorder = [&](Surface::Face_index f) {
-    for (const Surface::Halfedge_index h : surface.halfedges_around_face(surface.halfedge(f)))
-      if (!chosen.contains(surface.face(surface.opposite(h))) && Processing::edge_length(h, surface) > 1.33 * edge) return true;
-    return false;
-  };
-  while (std::erase_if(chosen, hasLongBorder) > 0) continue;
-  Processing::isotropic_remeshing(chosen, edge, surface, CGAL::parameters::number_of_iterations(3).protect_constraints(true));
-  surface.collect_garbage();
   const SearchedTriangles search(old);
-  scan.mesh = {};
-  scan.labels.clear();
+  const auto labelAt = [&](const Kernel::Point_3& p) {
+    return label_of_old[static_cast<std::size_t>(search.tree.closest_point_and_primitive(p).second - search.triangles.cbegin())];
+  };
+  Patch patch = takePatch(is_near, edge, scan.mesh);
+  Surface& surface = patch.surface;
+  CGAL::Polygon_mesh_processing::isotropic_remeshing(surface.faces(), edge, surface,
+                                                     CGAL::parameters::number_of_iterations(3).protect_constraints(true));
+  surface.collect_garbage();
   for (const Surface::Vertex_index v : surface.vertices()) {
+    if (surface.is_border(v)) continue;
     const Kernel::Point_3& p = surface.point(v);
+    patch.vertex[v] = static_cast<std::uint32_t>(scan.mesh.positions.size());
     scan.mesh.positions.emplace_back(p.x(), p.y(), p.z());
-    const auto nearest = [&] {
-      return label_of_old[static_cast<std::size_t>(search.tree.closest_point_and_primitive(p).second - search.triangles.cbegin())];
-    };
-    scan.labels.push_back(label[v] == kNew ? nearest() : label[v]);
+    scan.labels.push_back(0);
   }
   for (const Surface::Face_index f : surface.faces()) {
     const auto h = surface.halfedge(f);
-    scan.mesh.triangles.push_back({surface.source(h).idx(), surface.target(h).idx(), surface.target(surface.next(h)).idx()});
+    scan.mesh.triangles.push_back(
+        {patch.vertex[surface.source(h)], patch.vertex[surface.target(h)], patch.vertex[surface.target(surface.next(h))]});
   }
+  for (std::size_t v = 0; v < scan.labels.size(); ++v)
+    if (v >= is_near.size() || is_near[v]) scan.labels[v] = labelAt(toPoint(scan.mesh.positions[v]));
+  dropUnused(scan);
 }
 
 std::vector<Vector3d> normalsOf(const TriangleMesh& mesh) {
@@ -468,12 +518,8 @@ SampleScan makeScan(const Mouth& mouth, const ScanSettings& settings) {
   if (settings.hidden_removed) removeHidden(scan);
   if (settings.double_layer) addDoubleLayer(scan, settings.edge_mm);
   roughen(settings, scan);
-  std::vector<char> is_used(scan.mesh.positions.size(), 0);
-  for (const Triangle& t : scan.mesh.triangles)
-    for (const std::uint32_t v : t) is_used[v] = 1;
-  for (std::size_t v = 0; v < is_used.size(); ++v)
-    if (is_used[v]) out.labels.push_back(scan.labels[v]);
-  dropUnusedVertices(scan.mesh);
+  dropUnused(scan);
+  out.labels = std::move(scan.labels);
   out.mesh = std::move(scan.mesh);
   for (Vector3d& p : out.mesh.positions) p = toWorld(p);
   if (settings.upper) flip(out.mesh);
