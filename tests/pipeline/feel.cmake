@@ -10,7 +10,7 @@ if(EXISTS "${SPHERETREE_SHARED_DIR}/feel/feel.py" AND no_numpy EQUAL 0)
     add_test(NAME feel.${name} COMMAND ${SPHERETREE_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/pipeline/feel_figures.py
       ${SPHERETREE_SHARED_DIR}/feel/feel.py $<TARGET_FILE:spheretree> $<TARGET_FILE:haptic-player> ${SPHERETREE_SHARED_DIR}/meshes/${mesh}
       ${CMAKE_CURRENT_BINARY_DIR}/feel_${name} ${arg_LIMITS} -- --strokes 4 ${arg_OPTIONS})
-    set_tests_properties(feel.${name} PROPERTIES LABELS pipeline TIMEOUT 600)
+    set_tests_properties(feel.${name} PROPERTIES LABELS pipeline)
   endfunction()
   # A smooth body of 11,712 triangles, made from one of 2,928 by subdivision: the truth is the limit of the subdivision.
   add_feel_test(spot bench/organic_spot.obj OPTIONS --smooth LIMITS angle_median=2 angle_p99=6 inside=0.02 outside=0.015 jump_max=0.05)

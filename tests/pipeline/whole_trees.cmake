@@ -6,14 +6,14 @@ if(Python3_FOUND)
     add_test(NAME pipeline.judged_trees.${builder} COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/judged_trees.py
       ${CMAKE_CURRENT_BINARY_DIR}/judge/judge $<TARGET_FILE:spheretree> $<TARGET_FILE:make_samples>
       ${CMAKE_CURRENT_BINARY_DIR}/judged_trees_${builder} ${builder})
-    set_tests_properties(pipeline.judged_trees.${builder} PROPERTIES LABELS pipeline FIXTURES_REQUIRED judge TIMEOUT 900 SKIP_RETURN_CODE 77)
+    set_tests_properties(pipeline.judged_trees.${builder} PROPERTIES LABELS pipeline FIXTURES_REQUIRED judge SKIP_RETURN_CODE 77)
   endforeach()
   # The same bytes whatever the compiler, its options and the number of threads.
   add_test(NAME pipeline.golden_trees COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/golden_trees.py $<TARGET_FILE:spheretree>
     $<TARGET_FILE:make_samples>)
-  set_tests_properties(pipeline.golden_trees PROPERTIES LABELS pipeline TIMEOUT 3600)
+  set_tests_properties(pipeline.golden_trees PROPERTIES LABELS pipeline)
   # Meshes of others, sound or not; SPHERETREE_LONG=1 takes all of them.
   add_test(NAME pipeline.mesh_sweep COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_LIST_DIR}/mesh_sweep.py $<TARGET_FILE:spheretree>
     ${SPHERETREE_SHARED_DIR}/meshes ${CMAKE_CURRENT_BINARY_DIR}/mesh_sweep)
-  set_tests_properties(pipeline.mesh_sweep PROPERTIES LABELS pipeline TIMEOUT 3600 SKIP_RETURN_CODE 77 COST 10)
+  set_tests_properties(pipeline.mesh_sweep PROPERTIES LABELS pipeline SKIP_RETURN_CODE 77 COST 10)
 endif()
