@@ -122,10 +122,10 @@ void PhantomDevice::checkCalibration() {
     if (!calibrated())
       throw DeviceError(DeviceFault::NotCalibrated,
                         info_.model + " is not calibrated: " +
-                            (styles & kHdCalibrationEncoderReset
-                                 ? "put the arm into its reset pose (all links at right angles) and open it with `calibrate`"
-                             : styles & kHdCalibrationInkwell ? "put the stylus into its inkwell and try again"
-                                                              : "move the handle through its workspace and try again"));
+                            (styles & kHdCalibrationEncoderReset ? "put the arm into its reset pose (all links at right angles) and open "
+                                                                   "it with `calibrate` (haptic-player: --hd-calibrate)"
+                             : styles & kHdCalibrationInkwell    ? "put the stylus into its inkwell and try again"
+                                                                 : "move the handle through its workspace and try again"));
   }
   if (const std::string errors = drain(); !errors.empty())
     throw DeviceError(DeviceFault::NotCalibrated, info_.model + ": calibration: " + errors);

@@ -61,8 +61,8 @@ int main(int argc, char** argv) {
     p_st_renderer_step(renderer, &haptic, &step);
     if (tick % 50) continue;
     printf("%13.3f  %14.3f  %11.3f\n", haptic.position_mm[2], step.graphic_tool.position_mm[2], step.limited_wrench.force_n[2]);
-    st_contact contacts[ST_MOST_CONTACTS] = {ST_CONTACT_INIT}; /* where the tool is held */
-    const size_t count = p_st_renderer_contacts(renderer, contacts, ST_MOST_CONTACTS);
+    st_contact contacts[ST_MAX_CONTACTS] = {ST_CONTACT_INIT}; /* where the tool is held */
+    const size_t count = p_st_renderer_contacts(renderer, contacts, ST_MAX_CONTACTS);
     for (size_t k = 0; k < count; ++k)
       printf("  contact at (%.3f, %.3f, %.3f) mm, %.3f N\n", contacts[k].point_mm[0], contacts[k].point_mm[1], contacts[k].point_mm[2],
              contacts[k].force_n);

@@ -165,7 +165,7 @@ int main(int argc, char** argv) {
     for (const std::uint32_t wanted : {1u, 150u, 2000u, 5000u}) {
       const std::vector<Configuration> poses = posesWith(leaves, wanted, steps);
       const std::string count = std::to_string(wanted) + (paced ? " paced" : " back to back");
-      run(("paper " + count).c_str(), leaves, poses, Mode::Paper, paced);
+      run(("paper " + count).c_str(), leaves, poses, Mode::Published, paced);
       run(("leaves " + count).c_str(), leaves, poses, Mode::Constrained, paced);
       run(("skin " + count).c_str(), skins, poses, Mode::Constrained, paced);
     }

@@ -453,7 +453,7 @@ TEST(Stability, IsTheSameForAnyNumberOfThreads) {
     const ScenarioContext context{bodies, {0.001, 1}, progress};
     tool::WorkProgress whole;
     std::vector<const Scenario*> told;
-    figures.push_back(figuresOf(runScenarios(scenarios, context, {{Mode::Paper, Mode::Constrained}, {}, threads}, whole,
+    figures.push_back(figuresOf(runScenarios(scenarios, context, {{Mode::Published, Mode::Constrained}, {}, threads}, whole,
                                              [&](const ScenarioResult& result) { told.push_back(result.scenario); })));
     EXPECT_EQ(told, scenarios);
   }
@@ -492,12 +492,12 @@ TEST(Stability, FrictionAndBodiesThatMoveHold) {
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Skin, progress);
   ScenarioContext context{bodies, {0.01, 0}, progress};
   for (const Scenario* scenario : selectScenarios("F23,F24,F25,F26,F27,F28,F35,F36")) {
-    const ScenarioResult result = runOne(scenario, context, {{Mode::Paper, Mode::Constrained}});
-    EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Paper, Mode::Constrained});
+    const ScenarioResult result = runOne(scenario, context, {{Mode::Published, Mode::Constrained}});
+    EXPECT_TRUE(holds(result)) << tableRows(result, std::array{Mode::Published, Mode::Constrained});
     const bool is_without_friction = scenario->alias == "crush" || scenario->alias == "chatter" || scenario->alias == "body_jump" ||
                                      scenario->alias == "jaw" || scenario->alias == "pocket";
     if (is_without_friction) {
-      EXPECT_FALSE(holds(result.outcomes.at(Mode::Paper))) << scenario->id << " is there to fail";
+      EXPECT_FALSE(holds(result.outcomes.at(Mode::Published))) << scenario->id << " is there to fail";
     }
   }
 }
@@ -563,14 +563,14 @@ TEST(Stability, TheConstrainedModeHoldsWhereThePaperFails) {
   BodyLibrary bodies(builder::Quality::Quick, runtime::ContactSurface::Leaves, progress);
   ScenarioContext context{bodies, {std::getenv("SPHERETREE_LONG") ? 0.01 : 0.001, 0}, progress};
   tool::WorkProgress whole;
-  const std::vector<Mode> modes{Mode::Paper, Mode::Constrained};
+  const std::vector<Mode> modes{Mode::Published, Mode::Constrained};
   const std::vector<ScenarioResult> results =
       runScenarios(selectScenarios("F4,F7,F8,F13,F17"), context, {modes, folder.path(), 2}, whole,
                    [&](const ScenarioResult& result) { EXPECT_TRUE(holds(result)) << tableRows(result, modes); });
-  EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Paper)));  // pops through
-  EXPECT_TRUE(holds(results[1].outcomes.at(Mode::Paper)));
-  EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Paper)));  // rotates into the plane
-  EXPECT_FALSE(holds(results[4].outcomes.at(Mode::Paper)));  // overshoots from inside
+  EXPECT_FALSE(holds(results[0].outcomes.at(Mode::Published)));  // pops through
+  EXPECT_TRUE(holds(results[1].outcomes.at(Mode::Published)));
+  EXPECT_FALSE(holds(results[2].outcomes.at(Mode::Published)));  // rotates into the plane
+  EXPECT_FALSE(holds(results[4].outcomes.at(Mode::Published)));  // overshoots from inside
   writeStability(folder.path(), results, builder::Quality::Quick);
   const auto document = nlohmann::json::parse(slurp(folder.path() / "stability.json"));
   EXPECT_EQ(document["schema"], "spheretree.stability/1");

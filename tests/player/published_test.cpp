@@ -37,7 +37,7 @@ const Body& bodyOf(BodyLibrary& bodies, const std::string& name, TriangleMesh me
 }
 
 TEST(Modes, AreReadAndNamed) {
-  EXPECT_EQ(modesOf("volume,paper,volume"), (std::vector{Mode::Paper, Mode::Volume}));
+  EXPECT_EQ(modesOf("volume,paper,volume"), (std::vector{Mode::Published, Mode::Volume}));
   for (const Mode mode : kModes) EXPECT_EQ(modesOf(std::string(name(mode))), std::vector{mode});
   EXPECT_THROW(modesOf("paper,"), std::invalid_argument);
   EXPECT_THROW(modesOf("papers"), std::invalid_argument);

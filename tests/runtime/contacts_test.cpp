@@ -148,7 +148,7 @@ TEST(Contacts, AreAbsentInFreeSpace) {
   to(8, Mode::Constrained);
   to(5.5, Mode::Constrained);
   EXPECT_EQ(contacts(workspace).size(), 1u);
-  to(5.5, Mode::Paper);
+  to(5.5, Mode::Published);
   EXPECT_TRUE(contacts(workspace).empty());                 // the published algorithm has no forces of contacts
   for (int n = 0; n < 10; ++n) to(5.5, Mode::Constrained);  // down from the leaf, at the largest rate of the force
   EXPECT_FALSE(contacts(workspace).empty());

@@ -149,7 +149,7 @@ TEST(Crossing, ThePaperPassesThrough) {  // shows that these runs can detect it
   Rig rig(test::oneBallTree(5), test::boxTree({20, 20, 0}, {64, 64, 1}, 0.1));
   Random random(1);
   int crossings = 0;
-  for (int run = 0; run < 10; ++run) crossings += !staysAbove(rig, wayOntoPlate(random, run), Mode::Paper);
+  for (int run = 0; run < 10; ++run) crossings += !staysAbove(rig, wayOntoPlate(random, run), Mode::Published);
   EXPECT_GE(crossings, 9);
 }
 

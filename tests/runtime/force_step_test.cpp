@@ -109,7 +109,7 @@ TEST(ForceStep, IsSpreadWhereTheNearestPoseJumps) {
         EXPECT_LE(jumps.force, turn > 0 ? 2 : 1.02) << arm << ' ' << turn << ' ' << has_skin;
         EXPECT_LE(jumps.torque, turn > 0 ? 2 : 1.02) << arm << ' ' << turn << ' ' << has_skin;
       }
-      const Jumps paper = jumpsPastAnEdge(compiled(test::oneBallTree(1), leaves, {0, 0, -arm}), Mode::Paper, arm, turn);
+      const Jumps paper = jumpsPastAnEdge(compiled(test::oneBallTree(1), leaves, {0, 0, -arm}), Mode::Published, arm, turn);
       EXPECT_GT(paper.force, 6);  // the jump is large enough to be spread
     }
   }

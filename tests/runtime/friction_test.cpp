@@ -333,7 +333,7 @@ TEST(Mass, ForgetsItsSpeedWhereTheModeOfThePaperTakesOver) {
   Rig rig(d);
   for (int n = 0; n < 100; ++n) rig.toPoint({0.1 * n, 0, 5});
   const Configuration there{{10, 0, 5}, {1, 0, 0, 0}};
-  step(rig.scene, there, Mode::Paper, *rig.workspace);
+  step(rig.scene, there, Mode::Published, *rig.workspace);
   const StepResult r = step(rig.scene, there, Mode::Constrained, *rig.workspace);
   EXPECT_LT((r.graphic.position - there.position).norm(), 1e-12);
   EXPECT_LT(r.wrench.force.norm(), 1e-12);

@@ -52,7 +52,7 @@ void stepAsTheCppFaceDoes(ContactSurface contact) {
   if (contact == ContactSurface::Leaves) {  // the skin is the default
     ASSERT_EQ(st_scene_set_contact(c.scene, ST_LEAVES), 0);
   }
-  for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
+  for (const Mode mode : {Mode::Constrained, Mode::Published}) {
     st_renderer* const renderer = st_renderer_create(c.scene, static_cast<int>(mode));
     ASSERT_NE(renderer, nullptr) << st_scene_error(c.scene);
     Workspace workspace(scene);
@@ -130,8 +130,8 @@ TEST(Runtime, TellsTheContacts) {
   EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 0u);
   const st_step out = on.press(0, 0, 5.5);
   EXPECT_EQ(st_renderer_contacts(on.renderer, nullptr, 0), 1u);  // the number of contacts, although there is space for none
-  st_contact contacts[ST_MOST_CONTACTS] = {ST_CONTACT_INIT};
-  ASSERT_EQ(st_renderer_contacts(on.renderer, contacts, ST_MOST_CONTACTS), 1u);
+  st_contact contacts[ST_MAX_CONTACTS] = {ST_CONTACT_INIT};
+  ASSERT_EQ(st_renderer_contacts(on.renderer, contacts, ST_MAX_CONTACTS), 1u);
   const st_contact& c = contacts[0];
   EXPECT_EQ(c.struct_size, sizeof(st_contact));
   EXPECT_NEAR(c.point_mm[2], 5, 2e-3);

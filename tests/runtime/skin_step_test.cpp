@@ -262,7 +262,7 @@ TEST(SkinStep, LeavesAreFeltAsIfThereWereNoSkin) {
   Workspace wc(a), wd(b);
   for (int n = 0; n < 200; ++n) {
     hand = moved(hand, {test::randomPoint(random, 0.4) - 0.03 * hand.position, test::randomPoint(random, 0.02)});
-    const StepResult x = step(a, hand, Mode::Paper, wc), y = step(b, hand, Mode::Paper, wd);
+    const StepResult x = step(a, hand, Mode::Published, wc), y = step(b, hand, Mode::Published, wd);
     ASSERT_EQ(x.graphic.position, y.graphic.position) << n;
     ASSERT_EQ(x.pairs, y.pairs);
   }

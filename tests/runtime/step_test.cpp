@@ -53,7 +53,7 @@ SphereTree plate(double thickness) { return test::boxTree({10, 10, 0}, {32, 32, 
 
 TEST(Step, FreeSpaceIsForceFree) {
   Rig rig(toolAndObject(test::rodTree(100, 64, 1), test::oneBallTree(1)));
-  for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
+  for (const Mode mode : {Mode::Constrained, Mode::Published}) {
     rig.mode = mode;
     reset(*rig.workspace);
     for (int axis = 0; axis < 3; ++axis)
@@ -282,7 +282,7 @@ TEST(Step, AllocatesNothing) {
   d.objects.push_back({test::withSkin(test::oneBallTree(6.5), test::cuspedSkin(3)), {{9, 0, 0}, kUpright}, 1});
   Rig rig(std::move(d));
   StageTimes times;
-  for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
+  for (const Mode mode : {Mode::Constrained, Mode::Published}) {
     Random random(3);
     EXPECT_EQ(test::allocationsIn([&] {
                 for (int n = 0; n < 300; ++n) {
@@ -306,7 +306,7 @@ TEST(Step, AllocatesNothing) {
 TEST(Step, KernelsAndRunsGiveTheSameBytes) {
   SceneDescription d = toolAndObject(test::rodTree(40, 100, 0.6), test::ellipsoidTree({6, 5, 8}, 500, 0.8));
   Rig rig(std::move(d));
-  for (const Mode mode : {Mode::Constrained, Mode::Paper}) {
+  for (const Mode mode : {Mode::Constrained, Mode::Published}) {
     Workspace first(rig.scene, Kernel::Scalar), second(rig.scene, Kernel::Best);
     Random random(4);
     Configuration haptic{{0, 0, 12}, kUpright};
@@ -357,7 +357,7 @@ TEST(Step, AlwaysAnswers) {
     d.step_limits = {static_cast<std::uint32_t>(192 + random.below(4000)), static_cast<std::uint32_t>(1000 + random.below(60000))};
     Rig rig(std::move(d));
     for (int n = 0; n < 60; ++n) {
-      rig.mode = n / 20 % 2 ? Mode::Paper : Mode::Constrained;
+      rig.mode = n / 20 % 2 ? Mode::Published : Mode::Constrained;
       Configuration haptic{test::randomPoint(random, n % 7 == 0 ? 1000 : 15), test::randomRotation(random)};
       if (n % 5 == 0) haptic.orientation = Quaternion(0, 1, 0, 0);
       const StepResult r = rig.to(haptic);
@@ -394,7 +394,7 @@ TEST(Step, PaperModeFollowsThePrintedFormulas) {
   // One pair: the row is (d^2 - R^2) + 2 d . dx >= 0 about the last graphic pose, so the answer is a projection on a
   // known plane.
   Rig rig(toolAndObject(test::oneBallTree(2), test::oneBallTree(3)));
-  rig.mode = Mode::Paper;
+  rig.mode = Mode::Published;
   const Eigen::Vector3d before(5.4, 0.3, -0.2), haptic(4.2, 0.6, 0.4);
   rig.to({before, kUpright});
   const StepResult r = rig.to({haptic, kUpright});
@@ -410,12 +410,12 @@ TEST(Step, PaperModeFollowsThePrintedFormulas) {
 TEST(Step, PaperModeFollowsTheHandThroughAPlate) {
   // Once the haptic tool has left the far side, no pair holds the graphic tool: it follows. In constrained mode it
   // stays.
-  for (const Mode mode : {Mode::Paper, Mode::Constrained}) {
+  for (const Mode mode : {Mode::Published, Mode::Constrained}) {
     Rig rig(toolAndObject(test::oneBallTree(1), plate(0.2)));
     rig.mode = mode;
     StepResult r;
     for (double z = 5; z > -5; z -= 0.5) r = rig.to({{0, 0, z}, kUpright});
-    EXPECT_EQ(r.graphic.position.z() < 0, mode == Mode::Paper);
+    EXPECT_EQ(r.graphic.position.z() < 0, mode == Mode::Published);
   }
 }
 

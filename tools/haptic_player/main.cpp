@@ -147,7 +147,7 @@ int runPlay(const CLI::App& cli, Options& options, builder::Progress& progress) 
   if (device == "phantom" && options.clock == "stepped")
     throw UsageError("--clock stepped is not for --device phantom: it has a clock of its own");
   if (options.gimbal_torque) play_settings.phantom.torque = device::TorqueConvention::Gimbal;
-  play_settings.mode = options.mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained;
+  play_settings.mode = options.mode == "paper" ? runtime::Mode::Published : runtime::Mode::Constrained;
   play_settings.clock = options.clock == "stepped" ? device::Clock::Stepped : device::Clock::Real;
   play_settings.large_motion = options.tissue == "large";
   if (std::error_code none; std::filesystem::is_directory(play_settings.scene, none)) play_settings.scene /= "scene.json";
@@ -233,10 +233,11 @@ void addOptions(CLI::App& cli, Options& o) {
          "Scene with trees, as `spheretree batch` writes it, or the folder of a batch; default: the built-in sample, a probe over a molar")
       ->excludes(scenario);
   cli.add_option("--device", o.device,
-                 "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios simulate theirs")
+                 "simulated, replay or phantom; default simulated, or replay with --trajectory. Scenarios always use a simulated device")
       ->check(CLI::IsMember({"simulated", "replay", "phantom"}));
   cli.add_option("--trajectory", o.play.trajectory,
-                 "Poses of the haptic tool (CSV), one for each ms; with --device simulated the poses that the hand intends")
+                 "Poses of the haptic tool (CSV), interpolated where rows are more than 1 ms apart (at most 0.1 s); with --device "
+                 "simulated the poses that the hand intends")
       ->excludes(scenario);
   cli.add_option("--mode", o.mode, "constrained, or paper: the published algorithm; default constrained. Scenarios run in both")
       ->check(CLI::IsMember({"constrained", "paper"}));

@@ -131,7 +131,7 @@ void runDevice(device::Device& device, const PlaySettings& settings, ServoLoop& 
   if (settings.status_line) std::fprintf(stderr, "\r%79s\r", "");
 }
 
-const char* modeName(runtime::Mode mode) { return mode == runtime::Mode::Paper ? "paper" : "constrained"; }
+const char* modeName(runtime::Mode mode) { return mode == runtime::Mode::Published ? "paper" : "constrained"; }
 
 const char* endName(PlayEnd end) {
   return end == PlayEnd::Complete ? "complete" : end == PlayEnd::Interrupted ? "interrupted" : "device failed";

@@ -18,7 +18,8 @@ using builder::Quality;
 inline constexpr std::array kBuilders{BuilderKind::Cover, BuilderKind::Combined, BuilderKind::Merge,
                                       BuilderKind::Burst, BuilderKind::Expand,   BuilderKind::Spawn,
                                       BuilderKind::Grid,  BuilderKind::Hubbard,  BuilderKind::Octree};
-inline constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand, BuilderKind::Spawn, BuilderKind::Grid};
+inline constexpr std::array kMembers{BuilderKind::Merge, BuilderKind::Burst, BuilderKind::Expand,
+                                     BuilderKind::Spawn, BuilderKind::Grid,  BuilderKind::Hubbard};
 inline constexpr std::array kQualities{Quality::Quick, Quality::Standard, Quality::Best};
 
 template <class Kinds>

@@ -75,7 +75,9 @@ int run(const char* surface, const char* output, const char* volume_text) {
   const double volume = std::strtod(volume_text, &end);
   if (*end != 0 || !(volume >= 0)) return refuse(std::string(volume_text) + ": the largest volume must be a number of 0 or more.");
   tetgenio in, out;
-  if (!readSurface(surface, in)) return refuse(std::string(surface) + ": this is no surface as the comment on top of main.cpp has it.");
+  if (!readSurface(surface, in))
+    return refuse(std::string(surface) +
+                  ": this is not a surface file: a line with the numbers of vertices and triangles, the vertices, the triangles.");
   // p: a surface is given; q1.4: if possible, no tetrahedron has a radius above 1.4 times its shortest edge; Y: nothing
   // is added on the surface; Q: quiet; a: largest volume.
   std::string switches = "pq1.4YQ";

@@ -49,12 +49,12 @@ class ConstrainedStep {
  private:
   Piece carry();
   Piece carriedPiece(const BodyMotion& left);
-  void carriedTo(double part, const Displacement& step, const Configuration& to);
+  void carriedTo(double share, const Displacement& step, const Configuration& to);
   bool findPairs();
   Piece freePiece();
   Piece contactPiece();
   double solve(const Vector6& want);
-  double acceptedPart(const Displacement& step, double part, bool is_straight);
+  double acceptedShare(const Displacement& step, double share, bool is_straight);
   Vector6 unbalanced(Vector6 sum, double largest_gap) const;
   bool isSettled(const Vector6& want) const;
   bool hasStalled();
@@ -64,7 +64,7 @@ class ConstrainedStep {
   void addFelt();
   void record();
   Change maxChange();
-  double partWithin(const Vector6& way, double max_part) const;
+  double shareWithin(const Vector6& way, double max_share) const;
   double damping(const Vector6& plain) const;
   bool accelerate(const Vector6& want, const Vector6& plain);
   void coarseMove(PairSet pairs);
@@ -87,7 +87,7 @@ class ConstrainedStep {
   PairSet pairs_;                              // all pairs that can touch on a way of `margin_` from the pose of the search
   RowSet rows_;                                // rows of the pairs at `now_`
   double margin_, margin_limit_ = kInfinity;
-  double used_ = 0;                 // used part of the margin
+  double used_ = 0;                 // used share of the margin
   double felt_reach_ = kFeltReach;  // smooth patches farther away than this are left to later pieces [mm]
   bool needs_search_ = true;        // the pairs are not those within `margin_` of `now_`
   int pieces_ = 0;
@@ -184,38 +184,38 @@ Piece ConstrainedStep::carry() {
 // its motion is the same as if it did so afterwards. If that does not fit in a piece, the tool waits.
 Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
   const QpAnswer& answer = memory_.answer;
-  double part = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
-  part = std::min(part, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
-  if (depth_ > path_tolerance_) part = std::min(part, 0.25 * scene_.min_contact / left.length);
-  if (part == 1 && depth_ <= path_tolerance_ && !parts_.rubsOrGives()) {
-    parts_.carryRows(pairs_, part, now_.position, rows_);
+  double share = std::min(1.0, (margin_ - used_) / (kCarriedMargin * left.length));
+  share = std::min(share, std::sqrt(0.2 * path_tolerance_ / std::max(left.length * left.turn, 1e-12)));
+  if (depth_ > path_tolerance_) share = std::min(share, 0.25 * scene_.min_contact / left.length);
+  if (share == 1 && depth_ <= path_tolerance_ && !parts_.rubsOrGives()) {
+    parts_.carryRows(pairs_, share, now_.position, rows_);
     const double back = parts_.solve(rows_, parts_.scaledVector(displacementBetween(now_, haptic_)));
     const Displacement step = parts_.displacement(answer.y);
     const double way = parts_.reach(step), largest = std::min(margin_ - used_, felt_reach_) - left.length;
     if (back == 0 && answer.status == QpStatus::Optimal && way <= largest && step.rotation.norm() <= largest_turn_ &&
-        partWithin(answer.y, 1) == 1) {
+        shareWithin(answer.y, 1) == 1) {
       parts_.keepActive(pairs_);
       is_at_rest_ = answer.active_count == 0;
-      carriedTo(part, step, is_at_rest_ ? haptic_ : moved(now_, step));
+      carriedTo(share, step, is_at_rest_ ? haptic_ : moved(now_, step));
       return is_at_rest_ ? Piece::Arrived : Piece::GoesOn;
     }
     makeRows();
   }
   for (int n = 0; n < kMaxShorter; ++n) {
-    parts_.carryRows(pairs_, part, now_.position, rows_);
-    const CarriedPiece carried{part};
+    parts_.carryRows(pairs_, share, now_.position, rows_);
+    const CarriedPiece carried{share};
     if (parts_.rubsOrGives())
       parts_.solveContact(pairs_, rows_, Vector6::Zero(), now_, &carried);
     else
       parts_.solve(rows_, Vector6::Zero());
     parts_.keepActive(pairs_);
     const Displacement step = parts_.displacement(answer.y);
-    const double room = margin_ - used_ - part * left.length, way = parts_.reach(step), turn = step.rotation.norm();
+    const double room = margin_ - used_ - share * left.length, way = parts_.reach(step), turn = step.rotation.norm();
     if (way <= room && turn <= largest_turn_) {
-      carriedTo(part, step, moved(now_, step));
+      carriedTo(share, step, moved(now_, step));
       return Piece::GoesOn;
     }
-    part *= 0.5 * std::min({1.0, room / way, largest_turn_ / std::max(turn, 1e-12)});
+    share *= 0.5 * std::min({1.0, room / way, largest_turn_ / std::max(turn, 1e-12)});
     makeRows();
   }
   return Piece::Blocked;
@@ -223,19 +223,19 @@ Piece ConstrainedStep::carriedPiece(const BodyMotion& left) {
 
 // Advances the tool and the bodies to the end of a piece. The motion of bodies explains a change of the force, as the
 // motion of the hand does.
-void ConstrainedStep::carriedTo(double part, const Displacement& step, const Configuration& to) {
-  used_ += part * motionLeft(memory_).length + parts_.reach(step);
+void ConstrainedStep::carriedTo(double share, const Displacement& step, const Configuration& to) {
+  used_ += share * motionLeft(memory_).length + parts_.reach(step);
   for (const PairRun& run : pairs_.runs) {
     const MovingBody& body = memory_.bodies[memory_.objects[run.object].body];
     if (!body.moves) continue;
-    const Vector6 z = parts_.scaledVector(motionAt(body, part, now_.position));
+    const Vector6 z = parts_.scaledVector(motionAt(body, share, now_.position));
     change_.both += z.norm();
     change_.force += z.head<3>().norm();
     change_.torque += z.tail<3>().norm();
   }
   now_ = to;
   if (scene_.has_soft && !pairs_.pairs.empty()) parts_.giveWay(1);
-  advanceBodies(part, memory_);
+  advanceBodies(share, memory_);
   if (!pairs_.pairs.empty()) makeRows();
   best_ = now_;
   best_depth_ = depth_;
@@ -296,13 +296,13 @@ Piece ConstrainedStep::freePiece() {
   if (scene_.has_soft) parts_.letGo();
   const Displacement want = displacementBetween(now_, haptic_);
   const double length = parts_.reach(want), left = std::max(0.0, margin_ - used_);
-  const double part = partWithin(parts_.scaledVector(want), std::min(1.0, length > left ? left / length : 1.0));
+  const double share = shareWithin(parts_.scaledVector(want), std::min(1.0, length > left ? left / length : 1.0));
   bool has_arrived = true;
-  if (part == 1) {
+  if (share == 1) {
     now_ = haptic_;
   } else {
-    has_arrived = part * length < left * (1 - 1e-9);
-    now_ = moved(now_, scaled(want, part));
+    has_arrived = share * length < left * (1 - 1e-9);
+    now_ = moved(now_, scaled(want, share));
     margin_ = std::min({4 * margin_, length, margin_limit_});
     needs_search_ = true;
   }
@@ -340,22 +340,22 @@ Piece ConstrainedStep::contactPiece() {
   double largest = std::min(1.0, length > left ? left / length : 1.0);
   const bool is_short_of_margin = largest < 1;
   if (turn * largest > largest_turn_) largest = largest_turn_ / turn;
-  double part = partWithin(answer.y, largest);
-  const bool is_held_back = part < largest;
-  part = std::min(part, damped);
+  double share = shareWithin(answer.y, largest);
+  const bool is_held_back = share < largest;
+  share = std::min(share, damped);
   parts_.keepActive(pairs_);
   last_unbalanced_ = unbalanced(want - plain, kInfinity);
   // Pieces shrink, so fewer pairs can touch within the next few of them.
-  if (const double next_margin = kPiecesAhead * part * length + kMinMargin; back == 0 && next_margin < 0.5 * left) {
+  if (const double next_margin = kPiecesAhead * share * length + kMinMargin; back == 0 && next_margin < 0.5 * left) {
     parts_.keepNear(next_margin, pairs_, rows_);
     margin_ = next_margin;
     used_ = 0;
   }
-  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * part * length + kMinMargin);
+  felt_reach_ = std::min(kFeltReach, 0.5 * kPiecesAhead * share * length + kMinMargin);
   const Configuration from = now_;
-  part = acceptedPart(step, part, is_straight);
-  if (part == 0) return Piece::Blocked;
-  may_settle_ = part == 1 && back == 0 && !is_accelerated;
+  share = acceptedShare(step, share, is_straight);
+  if (share == 0) return Piece::Blocked;
+  may_settle_ = share == 1 && back == 0 && !is_accelerated;
   if (is_accelerated && parts_.scaledVector(displacementBetween(now_, haptic_)).norm() > want.norm() + kProgress) {
     now_ = from;  // where the contact bends, the sum of the series is unreliable: the next piece is a plain one
     makeRows();
@@ -363,13 +363,13 @@ Piece ConstrainedStep::contactPiece() {
     return Piece::GoesOn;
   }
   last_plain_ = plain;
-  last_way_ = part * answer.y;
+  last_way_ = share * answer.y;
   has_last_ = true;
-  used_ += part * length;
+  used_ += share * length;
   record();
-  if ((is_straight && part == 1) || is_held_back || hasStalled()) return Piece::Arrived;
-  if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - part) * length) {
-    const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - part) * length + kMinMargin, kContactMargin}));
+  if ((is_straight && share == 1) || is_held_back || hasStalled()) return Piece::Arrived;
+  if (is_short_of_margin && margin_ - used_ < 0.5 * (1 - share) * length) {
+    const double wish = std::max(margin_, std::min({4 * margin_, 1.1 * (1 - share) * length + kMinMargin, kContactMargin}));
     margin_ = std::max(kMinMargin, std::min(wish, margin_limit_));
     needs_search_ = true;
   }
@@ -395,16 +395,16 @@ bool ConstrainedStep::isSettled(const Vector6& want) const {
          (unbalanced(want, kConverged) - last_unbalanced_).norm() < kConverged;
 }
 
-// Moves by `part` of `step`, or by half of it and so on, until the end is not too deep. Returns 0 if the rows conflict
+// Moves by `share` of `step`, or by half of it and so on, until the end is not too deep. Returns 0 if the rows conflict
 // and there is no way on.
-double ConstrainedStep::acceptedPart(const Displacement& step, double part, bool is_straight) {
+double ConstrainedStep::acceptedShare(const Displacement& step, double share, bool is_straight) {
   const Configuration from = now_;
   const double deepest = std::max(path_tolerance_, depth_ + 1e-6), deepest_felt = std::max(path_tolerance_, felt_depth_ + 1e-6);
-  for (int halving = 0; halving <= kMaxHalvings; ++halving, part /= 2) {
-    now_ = is_straight && part == 1 ? haptic_ : moved(from, scaled(step, part));
-    if (scene_.has_soft) parts_.giveWay(part);
+  for (int halving = 0; halving <= kMaxHalvings; ++halving, share /= 2) {
+    now_ = is_straight && share == 1 ? haptic_ : moved(from, scaled(step, share));
+    if (scene_.has_soft) parts_.giveWay(share);
     makeRows();
-    if (depth_ <= deepest && (felt_depth_ <= deepest_felt || halving >= kFeltHalvings)) return part;
+    if (depth_ <= deepest && (felt_depth_ <= deepest_felt || halving >= kFeltHalvings)) return share;
   }
   return 0;
 }
@@ -454,7 +454,7 @@ void ConstrainedStep::noteContacts() {
 }
 
 // In a hollow the plain steps oscillate: the rows are tangents, and the deeper the haptic tool is below them, the
-// farther each step overshoots. Returns the part of the step that ends at the minimum, estimated from the last two
+// farther each step overshoots. Returns the share of the step that ends at the minimum, estimated from the last two
 // steps (secant method).
 double ConstrainedStep::damping(const Vector6& plain) const {
   if (!has_last_ || !(plain.dot(last_way_) < 0)) return 1;
@@ -495,20 +495,20 @@ Change ConstrainedStep::maxChange() {
   return {std::max(both, force), std::max((both + translation) / 2, force), std::max((both + rotation) / 2, torque)};
 }
 
-// The largest part, up to `max_part`, of the piece `way` after which the stretch of the springs has changed by no more
-// than the limit.
-double ConstrainedStep::partWithin(const Vector6& way, double max_part) const {
+// The largest share, up to `max_share`, of the piece `way` after which the stretch of the springs has changed by no
+// more than the limit.
+double ConstrainedStep::shareWithin(const Vector6& way, double max_share) const {
   const Vector6 so_far = parts_.scaledVector(displacementBetween(now_, haptic_)) - stretch_before_;
   const auto shorten = [&](const auto& changed, const auto& on_the_way, double limit) {
     const double square = on_the_way.squaredNorm();
-    if (!(square > 0) || (changed - max_part * on_the_way).norm() <= limit) return;
+    if (!(square > 0) || (changed - max_share * on_the_way).norm() <= limit) return;
     const double along = changed.dot(on_the_way), left = limit * limit - changed.squaredNorm();
-    max_part = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, max_part);
+    max_share = std::clamp((along + std::sqrt(std::max(0.0, along * along + square * left))) / square, 0.0, max_share);
   };
   shorten(so_far, way, change_.both);
   shorten(so_far.head<3>(), way.head<3>(), change_.force);
   shorten(so_far.tail<3>(), way.tail<3>(), change_.torque);
-  return max_part;
+  return max_share;
 }
 
 // The list is full even for the smallest margin. Inner nodes then replace whole branches, as the balls around their
@@ -524,10 +524,10 @@ void ConstrainedStep::coarseMove(PairSet pairs) {
   const Displacement step = parts_.displacement(memory_.answer.y);
   const double largest = std::min({kMinMargin, path_tolerance_, 0.25 * scene_.min_contact}), length = parts_.reach(step),
                turn = step.rotation.norm();
-  double part = 1;
-  if (length > largest) part = largest / length;
-  if (turn * part > largest_turn_) part = largest_turn_ / turn;
-  const Configuration to = moved(from, scaled(step, part));
+  double share = 1;
+  if (length > largest) share = largest / length;
+  if (turn * share > largest_turn_) share = largest_turn_ / turn;
+  const Configuration to = moved(from, scaled(step, share));
   pairs = parts_.search(to, 0, PairsOf::ContactSurface);
   if (pairs.coarse) return;
   const double depth = std::max(0.0, -static_cast<double>(parts_.rows(pairs, to).smallest_gap));

@@ -20,8 +20,8 @@ constexpr double kFirstSweeps = 10, kSweeps = 20, kSweepGrowth = 1.5, kMaxSweeps
 constexpr double kDamping = 1e-4;  // of the diagonal: contacts side by side have nearly the same equations
 constexpr double kSteepness = 10;  // of residual(), in Newton's method
 constexpr double kSolved = 0.02;   // share of the tolerance at which Newton's method stops
-constexpr std::array<double, 5> kParts{1, 0.5, 0.25, 0.125, 0.0625};  // of a Newton step, in the order in which they are tried
-constexpr double kDecrease = 0.1;                                     // share of the residual by which a whole step must lower it
+constexpr std::array<double, 5> kShares{1, 0.5, 0.25, 0.125, 0.0625};  // of a Newton step, in the order in which they are tried
+constexpr double kDecrease = 0.1;                                      // share of the residual by which a whole step must lower it
 
 class Forces {
  public:
@@ -139,15 +139,15 @@ bool Forces::solveRows() {
     work_ += kChangeWork + kRowWork * static_cast<std::uint32_t>(rows_);
     if (!solvePressing()) return false;
     // As far towards them as no row comes to pull.
-    double part = 1;
+    double share = 1;
     std::size_t first = pressing_count_;
     for (std::size_t i = 0; i < pressing_count_; ++i) {
       const double u = p_[pressing_[i]];
-      if (solved_[i] > 0 || !(u < part * (u - solved_[i]) || (u == 0 && first == pressing_count_))) continue;
-      part = u > 0 ? u / (u - solved_[i]) : 0;
+      if (solved_[i] > 0 || !(u < share * (u - solved_[i]) || (u == 0 && first == pressing_count_))) continue;
+      share = u > 0 ? u / (u - solved_[i]) : 0;
       first = i;
     }
-    for (std::size_t i = 0; i < pressing_count_; ++i) p_[pressing_[i]] += part * (solved_[i] - p_[pressing_[i]]);
+    for (std::size_t i = 0; i < pressing_count_; ++i) p_[pressing_[i]] += share * (solved_[i] - p_[pressing_[i]]);
     if (first < pressing_count_) {
       leaveOut(first);
       continue;
@@ -254,7 +254,7 @@ double Forces::residual(double steepness) {
 }
 
 // Of a disc the two equations: it sticks, v = 0, or f = radius z / |z| with z = f - v / size, linearised. The
-// derivative of the direction of z is taken with the part of f that the disc allows in place of z (Hueber et al.): it
+// derivative of the direction of z is taken with the share of f that the disc allows in place of z (Hueber et al.): it
 // is the same in a solution, and keeps the step short where f is far from there.
 void Forces::addEquations(std::size_t disc, std::size_t at) {
   const std::size_t i = rows_ + 2 * disc, row = static_cast<std::size_t>(qp_.discs[disc].row);
@@ -267,11 +267,11 @@ void Forces::addEquations(std::size_t disc, std::size_t at) {
     }
     return;
   }
-  const double to[2] = {z0 / length, z1 / length}, part = radius / length, allowed = std::max(radius, std::hypot(p_[i], p_[i + 1]));
+  const double to[2] = {z0 / length, z1 / length}, share = radius / length, allowed = std::max(radius, std::hypot(p_[i], p_[i + 1]));
   for (std::size_t axis = 0; axis < 2; ++axis) {
     Vector& equation = matrix_[at + axis];
-    const double turn0 = part * ((axis == 0 ? 1 : 0) - to[axis] * p_[i] / allowed),
-                 turn1 = part * ((axis == 1 ? 1 : 0) - to[axis] * p_[i + 1] / allowed);
+    const double turn0 = share * ((axis == 0 ? 1 : 0) - to[axis] * p_[i] / allowed),
+                 turn1 = share * ((axis == 1 ? 1 : 0) - to[axis] * p_[i + 1] / allowed);
     for (std::size_t k = 0; k < changed_count_; ++k) {
       const std::size_t j = changed_[k];
       equation[k] = turn0 * damped(i, j) + turn1 * damped(i + 1, j);
@@ -337,20 +337,20 @@ bool Forces::newtonStep() {
   return solveDense(changed_count_);
 }
 
-// Takes the first part of the step that lowers the residual or, if none does, the one with the smallest. Returns it.
+// Takes the first share of the step that lowers the residual or, if none does, the one with the smallest. Returns it.
 double Forces::goAlong(double left) {
   const Vector from = p_;
   double smallest = std::numeric_limits<double>::infinity(), best = 0;
-  const auto go = [&](double part) {
+  const auto go = [&](double share) {
     p_ = from;
-    for (std::size_t k = 0; k < changed_count_; ++k) p_[changed_[k]] += part * right_[k];
+    for (std::size_t k = 0; k < changed_count_; ++k) p_[changed_[k]] += share * right_[k];
     for (std::size_t i = 0; i < rows_; ++i) p_[i] = std::max(0.0, p_[i]);
     return residual(kSteepness);
   };
-  for (const double part : kParts) {
-    const double next = go(part);
-    if (next < smallest) smallest = next, best = part;
-    if (next < (1 - kDecrease * part) * left) return next;
+  for (const double share : kShares) {
+    const double next = go(share);
+    if (next < smallest) smallest = next, best = share;
+    if (next < (1 - kDecrease * share) * left) return next;
   }
   return go(best);
 }

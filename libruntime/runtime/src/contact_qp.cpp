@@ -106,7 +106,7 @@ class Round {
   bool solveLaw(double gradient_tolerance);
   [[gnu::cold]] bool descend(double gradient_tolerance);
   double residual() const;
-  double residualAt(const Coordinates& from, double part);
+  double residualAt(const Coordinates& from, double share);
 
   ContactQp& qp_;
   const double penalty_;
@@ -330,9 +330,9 @@ bool Round::eliminate(std::size_t size) {
     const double inverse = 1 / row[k][k];
     const std::size_t from = k & ~std::size_t{1};
     for (std::size_t i = k + 1; i < size; ++i) {
-      const double part = -row[i][k] * inverse;
-      addTimes(row[i] + from, part, row[k] + from, size - from);
-      step_[i] += part * step_[k];
+      const double share = -row[i][k] * inverse;
+      addTimes(row[i] + from, share, row[k] + from, size - from);
+      step_[i] += share * step_[k];
     }
   }
   for (std::size_t i = size; i-- > 0;) {
@@ -438,15 +438,15 @@ bool Round::solveLaw(double gradient_tolerance) {
     left = residualAt(from, 1);
     if (n < kWholeSteps || left <= before) continue;
     double best = 1;
-    for (const double part : kShorterParts)
-      if (const double next = residualAt(from, part); next < left) left = next, best = part;
+    for (const double share : kShorterParts)
+      if (const double next = residualAt(from, share); next < left) left = next, best = share;
     if (best != kShorterParts.back()) residualAt(from, best);
   }
   return true;
 }
 
-double Round::residualAt(const Coordinates& from, double part) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) x_[i] = from[i] + part * step_[i];
+double Round::residualAt(const Coordinates& from, double share) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) x_[i] = from[i] + share * step_[i];
   measure();
   pull();
   return residual();

@@ -29,7 +29,7 @@ class LinearTissue final : public SoftTissue {
       : memory_(memory),
         scene_(memory.scene),
         kernel_(memory.kernel == &scalarKernel() ? scalarSoftKernel() : avx2SoftKernel()),
-        part_(std::min(1.0, scene_.step_time / kAimSeconds)) {
+        share_(std::min(1.0, scene_.step_time / kAimSeconds)) {
     std::size_t nodes = 0;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const CompiledShape& shape = scene_.shapeOf(i);
@@ -57,7 +57,7 @@ class LinearTissue final : public SoftTissue {
     motion_ = std::min(kMaxTissueMotion, kTissueMotion + kHandShare * hand_way);
     const double max_motion = memory_.depth > kSqueezed ? 0 : kAimMotion;  // while the tool cannot escape, it is not pressed in farther
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-      if (surfaces_[i]) surfaces_[i]->beginStep(part_, max_motion, motion_), placeView(i);
+      if (surfaces_[i]) surfaces_[i]->beginStep(share_, max_motion, motion_), placeView(i);
     return std::find(frozen_.begin(), frozen_.end(), true) == frozen_.end() ? kNoFault : kTissueFrozen;
   }
   void placeView(std::size_t object) override;
@@ -65,9 +65,9 @@ class LinearTissue final : public SoftTissue {
   void placePatches(const PairSet& set) override;
   float patchRows(const RowRequest& request) const override { return kernel_.rows(request); }
   std::uint32_t solve(ContactQp& qp) override;
-  void giveWay(double part) override {
+  void giveWay(double share) override {
     for (const auto& s : surfaces_)
-      if (s) s->giveWay(part);
+      if (s) s->giveWay(share);
   }
   void letGo() override {
     for (const auto& s : surfaces_) {
@@ -127,7 +127,7 @@ class LinearTissue final : public SoftTissue {
   StepMemory& memory_;
   const CompiledScene& scene_;
   const SoftKernel& kernel_;
-  const double part_;                                   // share of the way to a target in a step
+  const double share_;                                  // share of the way to a target in a step
   double motion_ = kTissueMotion;                       // largest motion of a point in this step by forces [mm]
   std::vector<bool> frozen_;                            // (object) the solver that sets its target has failed
   std::vector<std::unique_ptr<SoftSurface>> surfaces_;  // (object) null: rigid

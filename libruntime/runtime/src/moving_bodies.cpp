@@ -101,9 +101,9 @@ BodyMotion motionLeft(const StepMemory& memory) {
   return largest;
 }
 
-Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d& x) {
-  const Eigen::Vector3d arm = x - body.now.position, turn = part * body.left.rotation;
-  return {part * body.left.translation + rotationOf(turn) * arm - arm, turn};
+Displacement motionAt(const MovingBody& body, double share, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d arm = x - body.now.position, turn = share * body.left.rotation;
+  return {share * body.left.translation + rotationOf(turn) * arm - arm, turn};
 }
 
 void StepMemory::follow(std::size_t i) {
@@ -132,15 +132,15 @@ void encloseObjects(MovingBody& body, const StepMemory& memory) {
   for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) joinBody(i, body, memory);
 }
 
-void advanceBodies(double part, StepMemory& memory) {
+void advanceBodies(double share, StepMemory& memory) {
   for (MovingBody* const body : memory.movingBodies()) {
-    body->now = part < 1 ? moved(body->now, {part * body->left.translation, part * body->left.rotation}) : body->to;
-    body->left = {(1 - part) * body->left.translation, (1 - part) * body->left.rotation};
-    body->length *= 1 - part;
-    body->moves = part < 1;
+    body->now = share < 1 ? moved(body->now, {share * body->left.translation, share * body->left.rotation}) : body->to;
+    body->left = {(1 - share) * body->left.translation, (1 - share) * body->left.rotation};
+    body->length *= 1 - share;
+    body->moves = share < 1;
     moveObjects(*body, memory);
   }
-  if (!(part < 1)) memory.moving_count = 0;
+  if (!(share < 1)) memory.moving_count = 0;
   for (const PairRun& run : memory.runs) memory.follow(run.object);
 }
 

@@ -49,12 +49,12 @@ void aimBody(MovingBody& body, const Configuration& to);
 /// 10 ns for each body that moves and is away, 100 ns for one that is near.
 void startMotions(StepMemory& memory);
 BodyMotion motionLeft(const StepMemory& memory);
-/// Motion of a point at `x` that is fixed to the body, and of its surroundings, for this part of the remaining
+/// Motion of a point at `x` that is fixed to the body, and of its surroundings, for this share of the remaining
 /// displacement.
-Displacement motionAt(const MovingBody& body, double part, const Eigen::Vector3d& x);
-/// Moves the bodies that are not away by this part of their remaining displacements; 1: to the end. Cost: about 15 ns
+Displacement motionAt(const MovingBody& body, double share, const Eigen::Vector3d& x);
+/// Moves the bodies that are not away by this share of their remaining displacements; 1: to the end. Cost: about 15 ns
 /// an object.
-void advanceBodies(double part, StepMemory& memory);
+void advanceBodies(double share, StepMemory& memory);
 /// Ends the absence of a body: its objects are where its pose says. Cost: none if it is not away.
 void show(MovingBody& body, StepMemory& memory);
 /// Ends the absence of bodies whose ball is within `reach` [mm] of `centre`. Cost: none if all are farther away.

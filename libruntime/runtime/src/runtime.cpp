@@ -30,8 +30,8 @@ struct st_renderer {
 static_assert(ST_PAIRS_FULL == int{rt::kPairsFull} && ST_WORK_LIMIT == int{rt::kWorkLimit} && ST_QP_STOPPED == int{rt::kQpStopped} &&
               ST_ROWS_CONFLICT == int{rt::kRowsConflict} && ST_PENETRATING == int{rt::kPenetrating} && ST_BAD_INPUT == int{rt::kBadInput});
 static_assert(ST_SKIN == static_cast<int>(rt::ContactSurface::Skin) && ST_LEAVES == static_cast<int>(rt::ContactSurface::Leaves) &&
-              ST_MOST_CONTACTS == rt::kMaxContacts);
-static_assert(ST_CONSTRAINED == static_cast<int>(rt::Mode::Constrained) && ST_PAPER == static_cast<int>(rt::Mode::Paper));
+              ST_MAX_CONTACTS == rt::kMaxContacts);
+static_assert(ST_CONSTRAINED == static_cast<int>(rt::Mode::Constrained) && ST_PAPER == static_cast<int>(rt::Mode::Published));
 
 namespace {
 

@@ -9,7 +9,7 @@
 namespace spheretree::runtime {
 namespace {
 
-constexpr float kFollow = 0.25f;       // part of the way to the nearest point that the point of a ball goes in a step
+constexpr float kFollow = 0.25f;       // share of the way to the nearest point that the point of a ball goes in a step
 constexpr float kMaxLag = 0.04f;       // of its radius: largest way that is left
 constexpr float kSlideInStep = 0.04f;  // of its radius: way by which a ball slides on over its point before it gets another one
 constexpr float kStuckOff = 0.01f;     // a ball leaves the point that it stuck to for a point that is nearer by this [mm]
@@ -45,9 +45,9 @@ inline void findNearest(const Patches& p, const Quadratic& position, const Vecto
 
 inline std::uint32_t pairOf(const RowRequest& q, std::uint32_t row) { return q.pairs[row < q.count ? row : q.count - 1]; }
 
-// From its point of the last step a ball goes only part of the way to the nearest one, unless that is far: in its own
-// dent all points are about equally near, and each point moves the ball, which moves the nearest point. A point that it
-// stuck to it keeps.
+// In its own dent all points are about equally near to a ball, and each point moves the ball, which moves the nearest
+// point. Therefore the point of a ball goes only a share of the way to the nearest one, unless that is far. A ball that
+// stuck to its point keeps it.
 inline void followLast(const RowRequest& q, std::uint32_t i, const ToolBalls& balls, const Quadratic& position, F8& u, F8& v,
                        Vector8& normal) {
   F8 last_u = u, last_v = v;
@@ -60,10 +60,10 @@ inline void followLast(const RowRequest& q, std::uint32_t i, const ToolBalls& ba
     if (point.stuck > 0 && point.stuck + 1 >= q.step) is_stuck[k] = -1;
   }
   const Vector8 last = balls.centre - position.at(last_u, last_v), shortest = balls.centre - position.at(u, v), lag = last - shortest;
-  const F8 part = maxOf(splat(kFollow), splat(1) - splat(kMaxLag) * balls.radius / maxOf(squareRoot(dot(lag, lag)), splat(1e-12f)));
+  const F8 share = maxOf(splat(kFollow), splat(1) - splat(kMaxLag) * balls.radius / maxOf(squareRoot(dot(lag, lag)), splat(1e-12f)));
   is_stuck = is_stuck & (squareRoot(dot(last, last)) <= squareRoot(dot(shortest, shortest)) + splat(kStuckOff));
-  u = select(is_stuck, last_u, last_u + part * (u - last_u));
-  v = select(is_stuck, last_v, last_v + part * (v - last_v));
+  u = select(is_stuck, last_u, last_u + share * (u - last_u));
+  v = select(is_stuck, last_v, last_v + share * (v - last_v));
   const Vector8 way = balls.centre - position.at(u, v);
   normal = (splat(1) / maxOf(squareRoot(dot(way, way)), splat(1e-6f))) * way;
 }

@@ -224,19 +224,19 @@ void SoftSurface::press(const Press& on, const Vector3d& force) {
       to_[3 * std::size_t{on.node[p]} + axis] += static_cast<float>(on.weight[p] * force[static_cast<Eigen::Index>(axis)]);
 }
 
-void SoftSurface::giveWay(double part) {
-  ahead_ = (1 - part) * from_ahead_;
+void SoftSurface::giveWay(double share) {
+  ahead_ = (1 - share) * from_ahead_;
   if (!is_pressed_) return;
   if (!knows_to_) applyForces(to_, to_now_);
   knows_to_ = true;
-  const auto p = static_cast<float>(part), rest = 1 - p;
+  const auto p = static_cast<float>(share), rest = 1 - p;
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = rest * from_[i] + p * to_[i];
   for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = rest * from_now_[i] + p * to_now_[i];
   const double largest = longest(now_.size(), [&](std::size_t i) { return now_[i] - start_[i]; });
   if (largest > motion_) {  // the tissue waits
-    const auto share = static_cast<float>(motion_ / largest);
-    for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + share * (force_[i] - start_force_[i]);
-    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + share * (now_[i] - start_[i]);
+    const auto allowed = static_cast<float>(motion_ / largest);
+    for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = start_force_[i] + allowed * (force_[i] - start_force_[i]);
+    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = start_[i] + allowed * (now_[i] - start_[i]);
   }
   motion_so_far_ = std::max(motion_so_far_, std::min(largest, motion_));
   findShift();
@@ -254,25 +254,25 @@ void SoftSurface::aim(std::span<const float> surface) {
   left_ = longest(aim_.size(), [&](std::size_t i) { return aim_[i] - base_[i]; });
 }
 
-void SoftSurface::followAim(double part, double max_motion) {
+void SoftSurface::followAim(double share, double max_motion) {
   if (left_ == 0 || !std::isfinite(left_)) return;
-  if (left_ <= kArrived) part = 1;
-  if (part * left_ > max_motion) part = max_motion / left_;
+  if (left_ <= kArrived) share = 1;
+  if (share * left_ > max_motion) share = max_motion / left_;
   for (std::size_t i = 0; i < base_.size(); ++i) {
-    base_way_[i] = static_cast<float>(part) * (aim_[i] - base_[i]);
+    base_way_[i] = static_cast<float>(share) * (aim_[i] - base_[i]);
     base_[i] += base_way_[i];
   }
   base_moves_ = true;
   ahead_ = 1;
-  left_ *= 1 - part;
+  left_ *= 1 - share;
   findShift();
 }
 
-void SoftSurface::beginStep(double part, double max_motion, double motion) {
+void SoftSurface::beginStep(double share, double max_motion, double motion) {
   motion_ = motion;
   base_moves_ = false;
   ahead_ = from_ahead_ = motion_so_far_ = 0;
-  if (aim_.size() == base_.size()) followAim(part, max_motion);
+  if (aim_.size() == base_.size()) followAim(share, max_motion);
   skin_.beginStep();
   if (!has_moved_) return;
   has_moved_ = false;

@@ -36,9 +36,9 @@ class SoftSurface {
   const MovedSkin& skin() const { return skin_; }
   bool isAtRest() const;
 
-  /// Moves the base by `part` of its way, but no node by more than `max_motion` [mm]; in this step, forces move no node
-  /// by more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
-  void beginStep(double part, double max_motion, double motion);
+  /// Moves the base by `share` of its way, but no node by more than `max_motion` [mm]. In this step, forces move no
+  /// node by more than `motion` [mm]. Then moves the balls of the search to their triangles. Cost: MovedSkin::refit().
+  void beginStep(double share, double max_motion, double motion);
   /// Sets the target of the base: x, y, z of each pressed node. `surface` must stay valid until the next call.
   void aim(std::span<const float> surface);
   std::span<const float> forces() const { return force_; }
@@ -87,10 +87,10 @@ class SoftSurface {
   /// other.
   void aimAt(bool from_now);
   void press(const Press& on, const Eigen::Vector3d& force);
-  /// Moves by `part` from the forces at the call of aimAt() towards the target forces; by less if a node would move too
-  /// far in this step.
+  /// Moves by `share` from the forces at the call of aimAt() towards the target forces, or by less if a node would move
+  /// too far in this step.
   /// Cost: about 5 us for 450 nodes and a few contacts.
-  void giveWay(double part);
+  void giveWay(double share);
 
  private:
   using Field = std::vector<float>;  // (pressed node) x, y, z
@@ -103,7 +103,7 @@ class SoftSurface {
   const Moved& movedVertex(std::uint32_t v) const;
   Eigen::Vector3d meanOf(const SkinPoint& point, Eigen::Vector3d Moved::*of) const;
   Eigen::Vector3d fieldAt(const SkinPoint& point, const Field& field) const;
-  void followAim(double part, double max_motion);
+  void followAim(double share, double max_motion);
   void findShift();
   void applyForces(const Field& forces, Field& out) const;
 

@@ -46,8 +46,8 @@ class SoftTissue {
   /// solveForces(), with the compliance of the surface. Returns its work. While each call has new rows, the forces of
   /// the discs are held, which is quicker; the call after it, without a new row, solves for all.
   virtual std::uint32_t solve(ContactQp& qp) = 0;
-  /// Moves by `part` towards the target of the last press().
-  virtual void giveWay(double part) = 0;
+  /// Moves by `share` towards the target of the last press().
+  virtual void giveWay(double share) = 0;
   /// Sets all target forces to zero.
   virtual void letGo() = 0;
 

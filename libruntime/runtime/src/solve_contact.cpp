@@ -200,7 +200,7 @@ void ContactSolver::addDisc(int k, const RowName& name) {
   }
   const MovingBody& body = memory_.bodies[memory_.objects[name.object].body];
   if (carried_ && body.moves) {
-    const Vector6 z = parts_.scaledVector(motionAt(body, carried_->part, parts_.contact_pose.position));
+    const Vector6 z = parts_.scaledVector(motionAt(body, carried_->share, parts_.contact_pose.position));
     for (std::size_t i = 0; i < 2; ++i) disc.origin[i] = disc.across[i].dot(z);
   }
   if (memory_.tissue) memory_.tissue->setDisc(qp_, static_cast<int>(d), name.object, row_[at], is_stop_[at], {t.first, t.second});
@@ -406,10 +406,10 @@ double StepParts::solveContact(const PairSet& pairs, RowSet& rows, const Vector6
   return ContactSolver(*this, pairs, rows, target, carried).run();
 }
 
-void StepParts::giveWay(double part) {
+void StepParts::giveWay(double share) {
   for (std::size_t i = 0; i < memory.give.size(); ++i)
-    memory.give[i] = memory.give_from[i] + part * (memory.give_to[i] - memory.give_from[i]);
-  if (memory.tissue) memory.tissue->giveWay(part);
+    memory.give[i] = memory.give_from[i] + share * (memory.give_to[i] - memory.give_from[i]);
+  if (memory.tissue) memory.tissue->giveWay(share);
 }
 
 void StepParts::letGo() {

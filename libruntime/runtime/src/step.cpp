@@ -46,11 +46,11 @@ Configuration pulledTo(const Configuration& haptic, const StepMemory& memory, Di
   const Coupling &coupling = scene.coupling, &pull = scene.pull, &inertia = scene.inertia;
   if (pull.translation == coupling.translation && pull.rotation == coupling.rotation) return haptic;
   free = displacementBetween(haptic, moved(memory.graphic, memory.motion));
-  const auto part = [](double k, double all, double mass, const Eigen::Vector3d& last, const Eigen::Vector3d& ahead) {
+  const auto share = [](double k, double all, double mass, const Eigen::Vector3d& last, const Eigen::Vector3d& ahead) {
     return Eigen::Vector3d((1 - (k + mass) / all) * last + mass / all * ahead);
   };
-  return moved(haptic, {part(coupling.translation, pull.translation, inertia.translation, memory.stretch.translation, free.translation),
-                        part(coupling.rotation, pull.rotation, inertia.rotation, memory.stretch.rotation, free.rotation)});
+  return moved(haptic, {share(coupling.translation, pull.translation, inertia.translation, memory.stretch.translation, free.translation),
+                        share(coupling.rotation, pull.rotation, inertia.rotation, memory.stretch.rotation, free.rotation)});
 }
 
 }  // namespace
@@ -73,10 +73,10 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
     StepParts parts(memory, times, result);
     Configuration aim = haptic;
     Displacement free;
-    if (mode == Mode::Paper) {
+    if (mode == Mode::Published) {
       memory.contact_count = 0;
       memory.stretch = memory.motion = {};
-      paperStep(parts, haptic);
+      publishedStep(parts, haptic);
     } else {
       aim = pulledTo(haptic, memory, free);
       if (memory.tissue) result.faults |= memory.tissue->beginStep(aim);

@@ -80,13 +80,13 @@ void StepParts::addFelt(const PairSet& set, const Configuration& pose, double ma
 
 // Row i states a_i . y >= b_i for the tool's step y. If the object makes a step z, expressed as a step about the same
 // point, y - z replaces y.
-void StepParts::carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows) {
+void StepParts::carryRows(const PairSet& set, double share, const Eigen::Vector3d& at, RowSet& rows) {
   allowStaying(rows);
   const auto carry = [&](const PairSet& of, std::uint32_t first) {
     for (const PairRun& run : of.runs) {
       const MovingBody& body = memory.bodies[memory.objects[run.object].body];
       if (!body.moves) continue;
-      const Vector6 z = scaledVector(motionAt(body, part, at));
+      const Vector6 z = scaledVector(motionAt(body, share, at));
       for (std::uint32_t i = first + run.begin; i < first + run.begin + run.count; ++i) {
         double along = 0;
         for (std::size_t k = 0; k < 6; ++k) along += static_cast<double>(rows.rows.a[k][i]) * z[static_cast<Eigen::Index>(k)];

@@ -10,10 +10,10 @@
 
 namespace spheretree::runtime {
 
-/// A piece in which bodies move by this part of their way (0: do not move), while the tool moves only if it is pushed.
+/// A piece in which bodies move by this share of their way (0: do not move), while the tool moves only if it is pushed.
 /// Contact forces, and therefore friction, are those of before the piece.
 struct CarriedPiece {
-  double part = 0;
+  double share = 0;
 };
 
 class StepParts {
@@ -38,18 +38,18 @@ class StepParts {
   /// have been called before.
   void addFelt(const PairSet& set, const Configuration& pose, double margin, RowSet& rows);
 
-  /// Changes the rows for a piece in which the bodies move by this part of their way: the rows of an object move with
+  /// Changes the rows for a piece in which the bodies move by this share of their way: the rows of an object move with
   /// it, and no pair may be deeper at the end of the piece than it is now. `at`: the reference point of the tool.
-  void carryRows(const PairSet& set, double part, const Eigen::Vector3d& at, RowSet& rows);
+  void carryRows(const PairSet& set, double share, const Eigen::Vector3d& at, RowSet& rows);
   /// Computes the point nearest to `target` that satisfies all rows; the answer is in `memory`. If rows contradict each
   /// other, relaxes them by the smallest common distance [mm] that makes them feasible: first the rows of smooth
   /// patches, which are only for comfort, then all rows. Returns the distance by which all rows were relaxed.
   double solve(RowSet& set, const Vector6& target);
   /// Like solve(), for contacts with friction or objects that yield: the tool starts at `at`, where the rows were made.
-  /// Call giveWay() afterwards, with the part of the step that was made.
+  /// Call giveWay() afterwards, with the share of the step that was made.
   double solveContact(const PairSet& pairs, RowSet& rows, const Vector6& target, const Configuration& at, const CarriedPiece* carried);
   bool rubsOrGives() const { return scene.has_friction || scene.has_soft; }
-  void giveWay(double part);
+  void giveWay(double share);
   /// Removes all forces on soft tissue and on objects that yield evenly.
   void letGo();
   /// Relaxes rows that the current pose violates, so that staying is feasible.
@@ -89,7 +89,7 @@ class StepParts {
 };
 
 void constrainedStep(StepParts& parts, const Configuration& haptic);
-void paperStep(StepParts& parts, const Configuration& haptic);
+void publishedStep(StepParts& parts, const Configuration& haptic);
 
 /// The angles gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
 Eigen::Vector3d eulerAngles(const Quaternion& q);

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMinPart = 0.05;  // smallest share of a way in one state
+constexpr double kMinShare = 0.05;  // smallest share of a way in one state
 
 }  // namespace
 
@@ -39,7 +39,7 @@ TissueState MovingTissue::restState() const {
 
 void MovingTissue::reset() noexcept {
   solver_->reset();
-  part_ = 1;
+  share_ = 1;
   for (std::vector<float>* field : {&response_, &last_, &ways_}) std::fill(field->begin(), field->end(), 0.0f);
 }
 
@@ -88,9 +88,9 @@ void MovingTissue::relax(std::span<const float> surface) noexcept {
     square += static_cast<double>(change) * static_cast<double>(change);
     ways_[i] = way;
   }
-  if (square > 0) part_ = std::clamp(-part_ * along / square, kMinPart, 1.0);
-  const auto part = static_cast<float>(part_);
-  for (std::size_t i = 0; i < surface.size(); ++i) last_[i] += part * ways_[i];
+  if (square > 0) share_ = std::clamp(-share_ * along / square, kMinShare, 1.0);
+  const auto share = static_cast<float>(share_);
+  for (std::size_t i = 0; i < surface.size(); ++i) last_[i] += share * ways_[i];
 }
 
 }  // namespace spheretree::tissue

@@ -165,11 +165,11 @@ double TissueSolver::State::iterate(std::span<const Vector3d> forces, double& va
     slope = dot(gradient, direction);
     if (!(slope < 0)) return 0;
   }
-  double part = 1;
-  for (int halving = 0; halving <= kMaxHalvings; ++halving, part /= 2) {
-    for (std::size_t i = 0; i < now.size(); ++i) trial[i] = now[i] + part * direction[i];
+  double share = 1;
+  for (int halving = 0; halving <= kMaxHalvings; ++halving, share /= 2) {
+    for (std::size_t i = 0; i < now.size(); ++i) trial[i] = now[i] + share * direction[i];
     const double reached = total(trial, forces, trial_gradient);
-    if (!(reached <= value + kSufficient * part * slope + kRounding * std::abs(value))) continue;
+    if (!(reached <= value + kSufficient * share * slope + kRounding * std::abs(value))) continue;
     Field &moves = lessons.moves[lessons.next], &changes = lessons.changes[lessons.next];
     double largest2 = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {

@@ -45,12 +45,13 @@ std::string_view name(Quality quality) {
 }
 
 void validate(const BuildSettings& settings) {
-  const auto require = [](bool holds, const char* what) {
-    if (!holds) throw std::invalid_argument(std::string("build: ") + what);
+  const auto require = [](bool holds, const std::string& what) {
+    if (!holds) throw std::invalid_argument("build: " + what);
   };
   const BuildSettings& s = settings;
-  require(s.levels >= kMinLevels && s.levels <= kMaxLevels, "levels must be 2 to 6");
-  require(s.branching >= kMinBranching && s.branching <= kMaxBranching, "branching must be 2 to 8");
+  require(s.levels >= kMinLevels && s.levels <= kMaxLevels, "levels is " + std::to_string(s.levels) + "; it must be 2 to 6");
+  require(s.branching >= kMinBranching && s.branching <= kMaxBranching,
+          "branching is " + std::to_string(s.branching) + "; it must be 2 to 8");
   require(std::isfinite(s.tolerance_mm) && s.tolerance_mm >= 0, "tolerance must be finite and not negative");
   require(std::isfinite(s.skin_tolerance_mm) && s.skin_tolerance_mm >= 0, "the skin's tolerance must be finite and not negative");
   require(s.crease_angle_deg >= 1 && s.crease_angle_deg <= 180, "the crease angle must be 1 to 180 degrees");

@@ -49,7 +49,7 @@ void refitToPatch(const DistanceField& field, std::span<const Eigen::Vector3d> p
 
 /// At most `max_count` of the points. Each is the farthest from those chosen before, so that corners come first and the
 /// others are evenly spread. If a reducer does not see a corner, its balls miss the corner by far more than the spacing
-/// of its points. O(points * most).
+/// of its points. Cost: O(points * max_count).
 std::vector<Eigen::Vector3d> farthestFirst(std::span<const Eigen::Vector3d> points, std::size_t max_count);
 
 /// The balls that contain each point.

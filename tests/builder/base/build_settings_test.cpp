@@ -38,7 +38,8 @@ TEST(BuildSettings, EverySettingOutOfRangeIsRefusedByName) {
   EXPECT_EQ(faultAfter([](BuildSettings&) {}), "");
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
   for (const int levels : {-1, 0, 1, 7})
-    EXPECT_NE(faultAfter([&](BuildSettings& s) { s.levels = levels; }).find("levels must be 2 to 6"), std::string::npos) << levels;
+    EXPECT_NE(faultAfter([&](BuildSettings& s) { s.levels = levels; }).find("levels is " + std::to_string(levels) + "; it must be 2 to 6"),
+              std::string::npos);
   for (const int branching : {-1, 0, 1, 9})
     EXPECT_NE(faultAfter([&](BuildSettings& s) { s.branching = branching; }).find("branching"), std::string::npos) << branching;
   for (const double tolerance : {-1.0, nan, infinity})

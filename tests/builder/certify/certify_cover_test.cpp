@@ -333,7 +333,7 @@ TEST(FindCoverGaps, HintsFromEarlierBallsChangeNothing) {
   EXPECT_GT(known, 10);
 }
 
-TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
+TEST(Subdivided, NoSideIsLongerAndTheSurfaceIsTheSame) {
   TriangleMesh mesh = test::boxMesh({0, 0, 0}, {7, 2, 0.01});
   mesh.positions.insert(mesh.positions.end(), {{0, 0, 5}, {9, 0, 5}, {4, 1e-9, 5}});  // a sliver
   mesh.triangles.push_back({8, 9, 10});
@@ -348,7 +348,7 @@ TEST(WithShortSides, NoSideIsLongerAndTheSurfaceIsTheSame) {
   EXPECT_EQ(subdivided(mesh, 100).triangles.size(), mesh.triangles.size()) << "short ones stay whole";
 }
 
-TEST(WithShortSides, ASlenderTriangleTakesTwoForEachSlice) {
+TEST(Subdivided, ASlenderTriangleTakesTwoForEachSlice) {
   TriangleMesh slender;
   slender.positions = {{0, 0, 0}, {100, 0, 0}, {100, 0.1, 0}};
   slender.triangles = {{0, 1, 2}};

@@ -28,7 +28,7 @@ TEST(FarthestFrom, BoundsTheDistanceClosely) {
   EXPECT_LE(farthestFrom(DistanceField(box), box, all, 1e-9, progress), 1e-9);  // at once, although no region is smaller than its bound
 }
 
-TEST(NotDeepWithin, RemovesOnlyDeepTriangles) {
+TEST(ClippedToDepth, RemovesOnlyDeepTriangles) {
   const TriangleMesh box = boxMesh({0, 0, 0}, {10, 10, 10});
   TriangleMesh plane;  // through the middle, and out on all sides
   plane.positions = {{-5, -5, 5}, {25, -5, 5}, {-5, 25, 5}};
@@ -60,7 +60,7 @@ TEST(FarthestFrom, AgreesWithManySamples) {
 }
 
 // Triangles cut by the deep part, wholly inside it, and far from it.
-TEST(NotDeepWithin, ReportsRemovedAndCutTriangles) {
+TEST(ClippedToDepth, ReportsRemovedAndCutTriangles) {
   TriangleMesh mesh;
   mesh.positions = {{1, 5, 5}, {19, 5, 5}, {1, 6, 5}, {4, 4, 4}, {6, 4, 4}, {4, 6, 5}, {20, 0, 0}, {21, 0, 0}, {20, 1, 0}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};

@@ -8,7 +8,7 @@ namespace spheretree::player {
 
 std::string_view name(Mode mode) {
   switch (mode) {
-    case Mode::Paper:
+    case Mode::Published:
       return "paper";
     case Mode::Constrained:
       return "constrained";

@@ -13,13 +13,13 @@
 namespace spheretree::player {
 
 enum class Mode : std::uint8_t {
-  Paper,        // leaf spheres, the published method that this project builds on
+  Published,    // leaf spheres, the published method that this project builds on
   Constrained,  // our method
   Points,       // points against a distance field, penalty: points_renderer.cpp
   Volume,       // inner spheres, penetration volume: volume_renderer.cpp
   Continuous,   // points against a distance field, time of impact, constraints: continuous_renderer.cpp
 };
-inline constexpr std::array kModes{Mode::Paper, Mode::Constrained, Mode::Points, Mode::Volume, Mode::Continuous};
+inline constexpr std::array kModes{Mode::Published, Mode::Constrained, Mode::Points, Mode::Volume, Mode::Continuous};
 
 /// The name for --modes: "paper", "constrained", "points", "volume", "continuous".
 std::string_view name(Mode mode);
@@ -29,7 +29,7 @@ std::string_view name(Mode mode);
 std::vector<Mode> modesOf(const std::string& list);
 
 /// Whether the runtime renders this mode, and with which of its modes.
-inline bool isOurs(Mode mode) { return mode == Mode::Paper || mode == Mode::Constrained; }
-inline runtime::Mode runtimeMode(Mode mode) { return mode == Mode::Paper ? runtime::Mode::Paper : runtime::Mode::Constrained; }
+inline bool isOurs(Mode mode) { return mode == Mode::Published || mode == Mode::Constrained; }
+inline runtime::Mode runtimeMode(Mode mode) { return mode == Mode::Published ? runtime::Mode::Published : runtime::Mode::Constrained; }
 
 }  // namespace spheretree::player

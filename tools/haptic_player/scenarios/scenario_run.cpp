@@ -29,8 +29,8 @@ namespace {
 runtime::ContactSurface surfaceOf(Mode mode, const std::vector<PlacedBody>& objects, runtime::ContactSurface wanted) {
   const bool all_skin =
       std::all_of(objects.begin(), objects.end(), [](const PlacedBody& o) { return o.body->contact == runtime::ContactSurface::Skin; });
-  return mode != Mode::Paper && all_skin && wanted == runtime::ContactSurface::Skin ? runtime::ContactSurface::Skin
-                                                                                    : runtime::ContactSurface::Leaves;
+  return mode != Mode::Published && all_skin && wanted == runtime::ContactSurface::Skin ? runtime::ContactSurface::Skin
+                                                                                        : runtime::ContactSurface::Leaves;
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ Outcome startInContact(ScenarioContext& context, Mode mode) {
   out.add("largest step, calibrated while it presses", "N", largest_step, 0.05);
   out.add("force while a calibration jump lasts", "N", after_jump, 0);
   out.note = "A pose that jumps while the hand presses, here with " + text(pressed) +
-             " N, may be anything: zero within two steps, which the safety rules ask for, is a step by all of the force.";
+             " N, cannot be trusted. The safety rules then require zero force within two steps, so the force drops by its full value.";
   trial.finish(out);
   return out;
 }

@@ -63,7 +63,7 @@ Outcome euler(ScenarioContext& context, Mode mode) {
     for (double beta = from; beta < to; beta += 0.5e-3) both(pose(beta, 0));
     if (spin == 45.0) trial.finish(out);
   }
-  out.add("pose apart from the solver in turned axes", "mm", translation, 0.01);
+  out.add("difference of the pose from a solution in turned axes", "mm", translation, 0.01);
   out.add("orientation apart", "degree", rotation, 0.01);
   out.add("torque apart", "N mm", torque, 0.1);
   out.note = "Both solvers stop within 2e-5 mm of rest; 1e-4 degree of the probe is 0.002 N mm.";

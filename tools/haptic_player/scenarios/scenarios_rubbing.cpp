@@ -218,7 +218,7 @@ Outcome encoderNoise(ScenarioContext& context, Mode mode) {
     max_given = std::max(max_given, given);
     last = r.graphic.position;
   }
-  out.add("way of the tool that a tremor of a count moves", "mm", swing, 2 * kCount);
+  out.add("motion of the tool under a tremor of one encoder count", "mm", swing, 2 * kCount);
   out.figures.back().informative = mode != Mode::Constrained;
   out.add("energy that friction gives", "mJ", max_given, 1e-6);
   out.figures.back().informative = mode != Mode::Constrained;

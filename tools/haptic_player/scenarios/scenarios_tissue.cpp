@@ -196,7 +196,7 @@ Outcome fastCheek(ScenarioContext& context, Mode mode) {
     if (run == 0) trial.finish(out);
   }
   out.add("crossings in " + std::to_string(runs) + " runs", "1", through[true], 0);
-  out.add("crossings in as many runs, small motion", "1", through[false], 0);
+  out.add("crossings in " + std::to_string(runs) + " runs, small motion", "1", through[false], 0);
   out.add("force that holds the tool back as it comes out", "N", caught[true], 0.1);
   out.add("force that holds the tool back as it comes out, small motion", "N", caught[false], 0.1);
   out.add("force after the limit", "N", force, kMaxForce + 1e-9);
@@ -231,7 +231,7 @@ Outcome stalls(ScenarioContext& context, Mode mode) {
   const double off = (trial.last().wrench.force - before).norm() / before.norm();
   trial.moveTo(start, 10);
   hold(trial, start, 10);
-  out.add("force off that before, once it has gone on [%]", "1", 100 * off, 5);
+  out.add("change of the force by a stall, once the solver goes on [%]", "1", 100 * off, 5);
   out.add("depth of the tool meanwhile", "mm", away, 3);
   addRules(out, trial, "");
   trial.finish(out);
@@ -262,7 +262,7 @@ Outcome diverges(ScenarioContext& context, Mode mode) {
   hold(trial, trial.last().haptic.position, 500);
   trial.moveTo(start, 10);
   const double stuck = (trial.last().faults & runtime::kTissueFrozen) != 0;
-  out.add("steps that do not say so by a fault bit", "1", mode == Mode::Constrained && frozen == 0 ? 500 : unsaid, 0);
+  out.add("steps without the fault bit of frozen tissue", "1", mode == Mode::Constrained && frozen == 0 ? 500 : unsaid, 0);
   out.add("force once the tool is out", "N", held, 1e-6);
   out.add("height above the tissue at rest where it is free", "mm", height, 0);
   out.figures.back().informative = true;
@@ -280,7 +280,7 @@ std::vector<Scenario> tissueScenarios() {
           {"F31", "slip_off", "Off soft tissue onto a tooth", slipOff},
           {"F32", "cheek", "A cheek of 2 mm at 1 m/s", fastCheek},
           {"F33", "stall", "A solver of soft tissue that stalls", stalls},
-          {"F34", "diverge", "A solver of soft tissue at a loss", diverges}};
+          {"F34", "diverge", "A solver of soft tissue that diverges", diverges}};
 }
 
 }  // namespace spheretree::player

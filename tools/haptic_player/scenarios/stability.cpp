@@ -98,7 +98,7 @@ Json figureJson(const ScenarioResult& r, std::size_t i) {
   }
   Json json{{"quantity", figure.quantity}, {"unit", figure.unit}, {"pass", number(figure.pass)}, {"results", results}};
   if (r.outcomes.contains(Mode::Constrained)) json["verdict"] = verdicts["constrained"];
-  if (r.outcomes.contains(Mode::Paper)) json["paper_verdict"] = verdicts["paper"];
+  if (r.outcomes.contains(Mode::Published)) json["paper_verdict"] = verdicts["paper"];
   json["verdicts"] = verdicts;
   if (figure.turned) json["turned"] = number(*figure.turned);
   return json;

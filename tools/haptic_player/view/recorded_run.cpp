@@ -128,7 +128,7 @@ std::filesystem::path sceneOf(const RecordedRun& run, const std::filesystem::pat
 
 runtime::Mode modeOf(const RecordedRun& run, const std::filesystem::path& recording) {
   const std::string mode = wordOf(run.identity.settings, "mode");
-  if (mode == "paper") return runtime::Mode::Paper;
+  if (mode == "paper") return runtime::Mode::Published;
   if (mode.empty() || mode == "constrained") return runtime::Mode::Constrained;
   throw formats::FormatError(recording.string() + ": was made in the mode '" + mode + "', which this version does not know");
 }

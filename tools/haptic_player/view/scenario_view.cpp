@@ -64,7 +64,7 @@ int viewScenario(const ViewOptions& options, const Scenario& scenario, ScenarioC
   if (!options.replay.empty()) throw tool::UsageError("--replay is for recordings; a scenario is run. Leave one of them out");
   checkPictures(options);
   std::vector<ReplayedRun> runs;
-  for (const auto& [mode, name] : {std::pair(Mode::Paper, "published method"), std::pair(Mode::Constrained, "constrained mode")}) {
+  for (const auto& [mode, name] : {std::pair(Mode::Published, "published method"), std::pair(Mode::Constrained, "constrained mode")}) {
     const Outcome outcome = scenario.run(context, mode);
     if (outcome.recording.empty() || !outcome.tool)
       throw tool::UsageError("--scenario " + scenario.id + ": it has no steps to show. Run it without --view");

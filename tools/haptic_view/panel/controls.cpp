@@ -137,10 +137,10 @@ std::vector<HelpLine> helpLines(const ViewerState& state) {
   }
   if (state.hand_source == HandSource::Gamepad) add("left stick, triggers, right stick", "move the hand, push it, turn it");
   if (state.playback) {
-    add("Space", "play, wait");
-    add("Left, Right", "a step back, on; with Shift: 100");
+    add("Space", "play, pause");
+    add("Left, Right", "one step back or forward; with Shift: 100 steps");
     add("Up, Down", "faster, slower");
-    add("Home, End", "to the begin, to the end");
+    add("Home, End", "to the beginning, to the end");
   } else if (state.hasPlots()) {
     add("Space", "freeze the plots");
   }

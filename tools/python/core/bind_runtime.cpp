@@ -168,7 +168,7 @@ void bindStep(py::module_& module) {
           "faults", [](const PythonStep& s) { return s.result.faults; }, "Bits of spheretree.Fault; 0: no fault.")
       .def_property_readonly(
           "pairs", [](const PythonStep& s) { return s.result.pairs; }, "Pairs of leaves of the last search.")
-      .def_readonly("contacts", &PythonStep::contacts, "Contacts that hold the graphic tool, at most 16; their forces balance the spring.");
+      .def_readonly("contacts", &PythonStep::contacts, "Contacts that hold the graphic tool, at most 24; their forces balance the spring.");
 }
 
 }  // namespace
@@ -180,7 +180,7 @@ void bindRuntime(py::module_& module) {
                        "Computes wrench and contacts of a scene from the pose of the hand, step by step. It keeps its state between steps.")
       .def(py::init([](ScenePointer scene, const std::string& mode) {
              if (mode != "constrained" && mode != "paper") throw py::value_error("mode must be constrained or paper, not " + mode + ".");
-             return std::make_unique<Renderer>(std::move(scene), mode == "paper" ? runtime::Mode::Paper : runtime::Mode::Constrained);
+             return std::make_unique<Renderer>(std::move(scene), mode == "paper" ? runtime::Mode::Published : runtime::Mode::Constrained);
            }),
            py::arg("scene"), py::arg("mode") = "constrained",
            R"(mode: "constrained", where the graphic tool never passes through anything, or "paper", the published algorithm.)")

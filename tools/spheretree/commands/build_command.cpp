@@ -238,9 +238,9 @@ void addBuildCommand(Program& program) {
   app->add_option("--builder", options->builder, "cover, combined, merge, burst, expand, spawn, grid, hubbard or octree; default cover")
       ->type_name("NAME")
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kBuilders)));
-  app->add_option(
-         "--combine", options->combine,
-         "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn and grid; default merge,burst,expand")
+  app->add_option("--combine", options->combine,
+                  "Reducers of --builder combined, separated by commas, of merge, burst, expand, spawn, grid and hubbard; default "
+                  "merge,burst,expand")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)  // otherwise it would take INPUT as a member

@@ -173,7 +173,7 @@ void addCompareCommand(Program& program) {
       ->check(CLI::IsMember(pipeline::namesOf(pipeline::kQualities)));
   app->add_option("--spheres", options->spheres,
                   "Also show the spheres of other programs in the charts: files of cuRobo, foam, ballpark, MorphIt, XRDF, SRDF, URDF or "
-                  "MJCF; of a file with several links, those of the link with the name of the mesh's file")
+                  "MJCF; if a file has several links, the link that is named like the mesh file is used")
       ->type_name("FILE...");
   app->add_option("--spheres-unit", options->spheres_unit, "Unit of the numbers in these files: mm, cm, m or in; default m")
       ->type_name("UNIT")

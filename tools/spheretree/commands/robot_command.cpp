@@ -153,7 +153,7 @@ void addRobotCommand(Program& program) {
       ->excludes(tolerance);
   app->add_option("--links", options->links,
                   "PATTERN=N, several separated by commas: N spheres, 1 to 4096, for each link whose name matches (* any text, ? any "
-                  "letter), in addition to --budget and --tolerance; the first pattern that matches is used; default: none")
+                  "letter); --budget and --tolerance then apply to the other links; the first pattern that matches is used; default: none")
       ->type_name("LIST")
       ->delimiter(',')
       ->allow_extra_args(false)

@@ -104,7 +104,6 @@ std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 /// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and
 ///         robust smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The
 ///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
-///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
 Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
 /// Fills `bound` from `cover` and a topology that linkNodes() accepted: smallestEnclosing() of the cover spheres of

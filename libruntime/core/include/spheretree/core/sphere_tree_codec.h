@@ -16,7 +16,7 @@ namespace spheretree {
 inline constexpr std::uint16_t kFormatMajor = 1;      // a reader refuses any other
 inline constexpr std::uint16_t kFormatMinor = 0;      // a newer minor version only adds optional sections
 inline constexpr std::size_t kSectionAlignment = 64;  // of the start of a section in the file: one cache line
-inline constexpr std::uint32_t kMaxSections = 64;     // there are 7 kinds; the limit keeps the table small and its check fast
+inline constexpr std::uint32_t kMaxSections = 64;     // there are 10 kinds; the limit keeps the table small and its check fast
 
 enum class LoadStatus {
   Ok,

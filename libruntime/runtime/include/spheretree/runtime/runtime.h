@@ -99,7 +99,7 @@ typedef struct st_contact {
   {                                                                                 \
     sizeof(st_contact), {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0, {0, 0, 0}, { 0, 0, 0 } \
   }
-#define ST_MOST_CONTACTS 24
+#define ST_MAX_CONTACTS 24
 
 /* "0.1.0" */
 ST_API const char* st_version(void);
@@ -137,7 +137,7 @@ ST_API int st_scene_set_coupling(st_scene* scene, double translation_n_per_mm, d
 /* All > 0; defaults 8 N for the magnitude of the force, 188, 188 and 48 N mm for the torque components. */
 ST_API int st_scene_set_wrench_limits(st_scene* scene, double force_n, const double torque_n_mm[3]);
 /* max_pairs, pairs in the list at any time: 64 for each object .. 1048576, default 8192. max_work, units of work (about
- * 3 ns each) in a step: 1000 .. 2^30, default 100000. */
+ * 8 ns each) in a step: 1000 .. 2^30, default 100000. */
 ST_API int st_scene_set_step_limits(st_scene* scene, uint32_t max_pairs, uint32_t max_work);
 /* ST_SKIN (default) or ST_LEAVES. */
 ST_API int st_scene_set_contact(st_scene* scene, int surface);
@@ -149,7 +149,7 @@ ST_API void st_renderer_destroy(st_renderer* renderer); /* `renderer` may be NUL
 /* Computes one servo step. Writes those members of `out` that lie within out->struct_size. */
 ST_API void st_renderer_step(st_renderer* renderer, const st_pose* haptic_tool, st_step* out);
 /* The contacts that held the graphic tool at the end of the last step, in constrained mode. Fills up to `capacity`
- * elements of size out[0].struct_size, and returns the number of contacts, at most ST_MOST_CONTACTS. `out` may be NULL
+ * elements of size out[0].struct_size, and returns the number of contacts, at most ST_MAX_CONTACTS. `out` may be NULL
  * if `capacity` is 0. */
 ST_API size_t st_renderer_contacts(const st_renderer* renderer, st_contact* out, size_t capacity);
 /* Moves a body to `pose` during the next step. `pose` is the displacement of its objects from their poses in the scene.

@@ -38,7 +38,7 @@ struct WrenchLimits {
 /// The largest cost of one step. Both limits are counts, not clock time, so that a step is the same on every machine.
 struct StepLimits {
   std::uint32_t max_pairs = 8192;    // pairs in the list at any time; 64 for each object .. 2^20
-  std::uint32_t max_work = 100'000;  // 8-lane tests and groups of 8 rows (about 3 ns each) in a step; 1'000 .. 2^30
+  std::uint32_t max_work = 100'000;  // 8-lane tests and groups of 8 rows (about 8 ns each) in a step; 1'000 .. 2^30
 };
 
 /// The default limits, with max_pairs raised to what this number of objects needs.
@@ -133,7 +133,7 @@ class Scene {
 };
 
 /// Checks the description and compiles it. Returns false if a tree is unsound (findFault), a pose is not finite, or a
-/// limit is out of range; `fault` is then a sentence (which part, what is wrong, what to do) and `scene` is unchanged.
+/// limit is out of range; `fault` is then a sentence (which share, what is wrong, what to do) and `scene` is unchanged.
 /// Allocates all memory that the scene needs. Cost: O(spheres + triangles of the skins), about 0.3 ms for 512 leaves
 /// with a skin of 4,000 triangles; copies of an object cost only their pose.
 [[nodiscard]] bool compileScene(const SceneDescription& description, Scene& scene, std::string& fault);

@@ -13,7 +13,7 @@ namespace spheretree::runtime {
 
 enum class Mode : std::uint8_t {
   Constrained,  // the graphic tool never passes through an object
-  Paper,        // the published algorithm
+  Published,    // the published algorithm
 };
 
 /// Which instruction set the inner loops use. All give the same bits.
@@ -120,9 +120,9 @@ bool moveBody(std::uint32_t body, const Configuration& pose, Workspace& workspac
 /// pressed nodes [N], in the axes of its mesh. Empty if the object is rigid. Valid until the next step.
 std::span<const float> tissueForces(std::size_t object, const Workspace& workspace) noexcept;
 
-/// Takes the solver's answer: the displacements of the pressed nodes under these forces (x, y, z of each), minus the
-/// part that the compliance at rest predicts for the forces. The surface covers most of the way in 40 ms, by at most
-/// 0.25 mm in a step, and pushes the tool ahead; it waits while the tool cannot get out of its way. `surface` must stay
+/// Takes the solver's answer: the displacements of the pressed nodes under these forces (x, y, z of each), minus
+/// what the compliance at rest predicts for the forces. The surface covers most of the way in 40 ms, by at most
+/// 0.1 mm in a step, and pushes the tool ahead; it waits while the tool cannot get out of its way. `surface` must stay
 /// valid until the next call or reset. `is_frozen`: the solver failed and returned its last good state; steps then
 /// report kTissueFrozen. Returns false, and changes nothing, if the object is rigid or has another number of pressed
 /// nodes. Cost in a step: about 5 ns for each triangle that is still moving.

@@ -57,7 +57,7 @@ class MovingTissue {
   std::vector<float> response_;  // C f of the last good state
   std::vector<float> last_;      // the surface that was returned last
   std::vector<float> ways_;      // from there to the surface of the last state
-  double part_ = 1;              // share of these ways that the returned surface covered
+  double share_ = 1;             // share of these ways that the returned surface covered
 };
 
 }  // namespace spheretree::tissue

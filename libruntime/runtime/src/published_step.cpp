@@ -23,7 +23,7 @@ Quaternion fromEuler(const Eigen::Vector3d& e) {
 
 }  // namespace
 
-void paperStep(StepParts& parts, const Configuration& haptic) {
+void publishedStep(StepParts& parts, const Configuration& haptic) {
   StepMemory& memory = parts.memory;
   if (memory.moving_count > 0) advanceBodies(1, memory);
   Eigen::Vector3d before(memory.euler[0], memory.euler[1], memory.euler[2]);
