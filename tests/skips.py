@@ -22,7 +22,6 @@ CONDITIONS = {
     "no-slurm": lambda meshes: not shutil.which("slurmctld"),
     "no-snakemake": lambda meshes: not shutil.which("snakemake"),
     "no-parallel": lambda meshes: not shutil.which("parallel"),
-    "no-mouth": lambda meshes: "SPHERETREE_MOUTH" not in os.environ,
 }
 
 

@@ -10,6 +10,7 @@ since `haptic-player --scenario all` takes long."""
 import argparse
 import csv
 import difflib
+import functools
 import json
 import math
 import os
@@ -19,6 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -66,6 +68,53 @@ def molar_build(programs):
     return ["    " + line for line in text.rstrip().splitlines()]
 
 
+def subdivided(path, out, times):
+    """Writes an OBJ file with each triangle divided into four, that often."""
+    words = [line.split() for line in Path(path).read_text().splitlines()]
+    points = [tuple(map(float, w[1:4])) for w in words if w and w[0] == "v"]
+    triangles = [[int(corner.split("/")[0]) - 1 for corner in w[1:4]] for w in words if w and w[0] == "f"]
+    for _ in range(times):
+        middles = {}
+
+        def middle(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in middles:
+                middles[key] = len(points)
+                points.append(tuple((x + y) / 2 for x, y in zip(points[a], points[b])))
+            return middles[key]
+
+        finer = []
+        for a, b, c in triangles:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        triangles = finer
+    with open(out, "w", encoding="utf-8") as file:
+        file.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in points)
+        file.writelines(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles)
+    return len(triangles)
+
+
+def readme_times(programs):
+    """What takes how long."""
+    programs.samples()
+    programs.mouth()
+
+    def seconds(*arguments):
+        begin = time.perf_counter()
+        programs.run("spheretree", *arguments, "-q", codes=(0, 5))
+        return f"{time.perf_counter() - begin:.2g} s"
+
+    one = {quality: seconds("build", "molar.obj", "-o", "timed.stree", "--quality", quality, "--threads", "1") for quality in ("quick", "standard", "best")}
+    count = subdivided(programs.folder / "molar.obj", programs.folder / "fine.obj", 4)
+    mouth = ["batch", "mouth/mouth.scene.json", "-o", "timed_mouth", "--quality", "standard"]
+    clock = real_time_run(programs)["time_us"]["total"]
+    return ["| what | time |", "|---|---|",
+            "| this molar, 512 leaves, one processor | " + ", ".join(f"`{quality}` {found}" for quality, found in one.items()) + " |",
+            f"| {count:,} triangles (the molar, subdivided), 512 leaves | {seconds('build', 'fine.obj', '-o', 'timed.stree')} |",
+            f"| a mouth of 33 objects, 512 leaves each, `standard` | {seconds(*mouth)}; {seconds(*mouth)} if nothing has changed |",
+            f"| a haptic step along all teeth of that mouth: median, 99th percentile | {clock['median']:.1f}, {clock['p99']:.0f} us |"]
+
+
 def mouth_parts(programs):
     """Triangles of the parts of the sample mouth."""
     programs.mouth()
@@ -97,7 +146,7 @@ def graded_scene(programs, quality, graded):
 def mouth_leaves(programs):
     """Leaves of the sample mouth with the whole budget and with tolerances; the overhang at the site, the gum and everywhere."""
     programs.mouth()
-    lines = ["| | leaves | leaves reach out at most, tooth 46 | gum | whole mouth |", "|---|---|---|---|---|"]
+    lines = ["| | leaves | largest overhang bound: tooth 46 | gum | whole mouth |", "|---|---|---|---|---|"]
     for quality in ("standard", "quick"):
         whole = None
         for graded in (False, True):
@@ -188,15 +237,20 @@ def play(programs, scene, path, *arguments):
         return json.loads(text), list(csv.DictReader(file))
 
 
-def mouth_real_time(programs):
-    """The sample mouth on the real clock, along the inspection and back."""
+@functools.cache
+def real_time_run(programs):
+    """Summary of a run in the sample mouth on the real clock, along the inspection and back."""
     programs.mouth()
     programs.batch("mouth/mouth.scene.json", "mouth_trees", "--quality", "standard")
     header, *poses = (programs.folder / "mouth/inspection.csv").read_text().splitlines()
     there_and_back = [pose.split(",", 1)[1] for pose in poses + poses[::-1]]
     timed = [f"{step / 1000:.3f},{pose}" for step, pose in enumerate(there_and_back)]
     (programs.folder / "minute.csv").write_text("\n".join([header, *timed]) + "\n")
-    run, _ = play(programs, "mouth_trees/scene.json", "minute.csv", "--clock", "real")
+    return play(programs, "mouth_trees/scene.json", "minute.csv", "--clock", "real")[0]
+
+
+def mouth_real_time(programs):
+    run = real_time_run(programs)
     clock, over = run["time_us"]["total"], run["steps_over_ms"]
     return ["| what | found |", "|---|---|",
             f"| steps | {run['steps']:,} |",
@@ -205,7 +259,7 @@ def mouth_real_time(programs):
             f"| steps over 1 ms by processor time | {over['processor']} |",
             f"| steps over 1 ms by the clock, and steps that began more than a period late | {over['clock']}, {run['missed_deadlines']} steps |",
             f"| rows of the recording that were lost | {run['recording']['rows_lost']} |",
-            f"| largest penetration | {run['largest_penetration_mm']:.0e} mm |"]
+            f"| largest penetration | below {10.0 ** math.ceil(math.log10(max(run['largest_penetration_mm'], 1e-9))):.0e} mm |"]
 
 
 def mouth_load(programs):
@@ -214,9 +268,9 @@ def mouth_load(programs):
     programs.batch("mouth/mouth.scene.json", "mouth_trees", "--quality", "standard")
     text = programs.run("load_benchmark", 20, *sorted((programs.folder / "mouth_trees").glob("*.stree")))
     files, size, scene = re.match(r"(\d+) files of (\d+) bytes, a scene of (\d+) bytes", text).groups()
-    time = {part: re.search(rf"^{part} +median +([\d.]+) ms", text, re.MULTILINE).group(1) for part in ("read", "decode", "compile", "all")}
+    median = {part: re.search(rf"^{part} +median +([\d.]+) ms", text, re.MULTILINE).group(1) for part in ("read", "decode", "compile", "all")}
     return ["| files | size of all files | compiled scene | reading | checks and decoding | compiling | all |", "|---|---|---|---|---|---|---|",
-            f"| {files} | {int(size) / 1e6:.1f} MB | {int(scene) / 1e6:.0f} MB | {time['read']} ms | {time['decode']} ms | {time['compile']} ms | {time['all']} ms |"]
+            f"| {files} | {int(size) / 1e6:.1f} MB | {int(scene) / 1e6:.0f} MB | {median['read']} ms | {median['decode']} ms | {median['compile']} ms | {median['all']} ms |"]
 
 
 def soft_mouth(programs):
@@ -235,7 +289,7 @@ def soft_mouth(programs):
     return ["| | `--tissue large` | `--tissue small` |", "|---|---|---|", *(f"| {name} | {large} | {small} |" for name, large, small in zip(names, *columns))]
 
 
-SLOW = {"split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
+SLOW = {"readme_times": readme_times, "split_scans": split_scans, "split_margin": split_margin, "mouth_leaves": mouth_leaves, "mouth_budget": mouth_budget,
         "mouth_real_time": mouth_real_time, "mouth_load": mouth_load, "soft_mouth": soft_mouth, "tissue_overhang": tissue_overhang,
         "tissue_figures": tissue_figures}
 TABLES = {"molar_build": molar_build, "mouth_parts": mouth_parts, **SLOW}

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "benchmark/benchmark_scenes.h"
+#include "find_pairs.h"
 #include "rows.h"
 #include "spheretree/runtime/step.h"
 #include "step_memory.h"

@@ -38,7 +38,7 @@ std::vector<builder::SensitivityRow> measure(const std::string& mesh_name, const
   return rows;
 }
 
-void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
+void expectSmallChanges(const std::string& mesh_name, const TriangleMesh& mesh) {
   const std::map<std::string, double> limits{{"rotation", 0.05}, {"noise", 0.1}, {"scale 1.7", 0.02}, {"subdivision", 0.1}};
   for (const BuilderKind kind : {BuilderKind::Cover, BuilderKind::Merge}) {
     SCOPED_TRACE(mesh_name + ", " + std::string(name(kind)));
@@ -54,15 +54,15 @@ void expectStable(const std::string& mesh_name, const TriangleMesh& mesh) {
   }
 }
 
-TEST(Stability, Box) { expectStable("box", test::boxMesh({0, 0, 0}, {3, 2, 1})); }
-TEST(Stability, Probe) {
+TEST(Sensitivity, Box) { expectSmallChanges("box", test::boxMesh({0, 0, 0}, {3, 2, 1})); }
+TEST(Sensitivity, Probe) {
   if (!isLong()) GTEST_SKIP() << "SPHERETREE_LONG=1 runs it";
-  expectStable("probe", samples::makeProbe());
+  expectSmallChanges("probe", samples::makeProbe());
 }
-TEST(Stability, Tooth) {
+TEST(Sensitivity, Tooth) {
   const std::filesystem::path path = std::filesystem::path(SPHERETREE_SHARED_DIR) / "meshes/toolkit/tooth.obj";
   if (!isLong() || !std::filesystem::exists(path)) GTEST_SKIP() << "SPHERETREE_LONG=1 runs it, with " << path;
-  expectStable("tooth", formats::readMesh(path).mesh);
+  expectSmallChanges("tooth", formats::readMesh(path).mesh);
 }
 
 }  // namespace

@@ -16,12 +16,15 @@
 #include <stdexcept>
 #include <thread>
 
+#include "mouth_files.h"
 #include "play.h"
+#include "probe.h"
 #include "scenarios/parallel_jobs.h"
 #include "scenarios/scenario_run.h"
 #include "scenarios/stability.h"
 #include "scene/describe_scene.h"
 #include "servo_loop.h"
+#include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"
 #include "spheretree/formats/csv_table.h"
@@ -204,18 +207,35 @@ TEST(ServoLoop, AllocatesNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.csv"));
 }
 
-/// SPHERETREE_MOUTH=FOLDER, with FOLDER/scene.json and FOLDER/pocket.csv: the same along a recording in a complete
-/// scene.
-TEST(ServoLoop, AllocatesNothingInTheMouth) {
-  const char* folder = std::getenv("SPHERETREE_MOUTH");
-  if (!folder) GTEST_SKIP() << "SPHERETREE_MOUTH names no folder";
+/// The probe goes into the sulcus of tooth 46, nine times, among its neighbours and the gum.
+runtime::SceneDescription teethAndGum() {
+  const samples::Mouth mouth = samples::makeMouth();
+  builder::BuildSettings settings;
+  settings.quality = builder::Quality::Quick;
+  settings.levels = 3;
   builder::Progress progress;
-  const runtime::Scene scene = loadScene(std::filesystem::path(folder) / "scene.json", runtime::ContactSurface::Leaves, progress);
-  const std::vector<Configuration> poses = formats::readTrajectory(std::filesystem::path(folder) / "pocket.csv").poses;
-  ServoLoop loop(scene, nullptr, {});
-  double force = 0;
-  EXPECT_EQ(test::allocationsIn([&] { force = largestForce(loop, poses); }), 0);
-  EXPECT_GT(force, 0.1);
+  const auto treeOf = [&](const TriangleMesh& mesh) { return builder::buildSphereTree(mesh, settings, progress).tree; };
+  runtime::SceneDescription d;
+  d.tool = treeOf(samples::makeProbe());
+  for (const samples::MouthTooth& tooth : mouth.teeth)
+    if (tooth.name >= "tooth_45") d.objects.push_back({treeOf(tooth.mesh), {}});
+  d.objects.push_back({treeOf(mouth.lower_jaw), {}});
+  return d;
+}
+
+TEST(ServoLoop, AllocatesNothingInTheMouth) {
+  runtime::SceneDescription d = teethAndGum();
+  const std::vector<Configuration> poses = samples::probePocket(samples::makeMouth());
+  for (const runtime::ContactSurface surface : {runtime::ContactSurface::Leaves, runtime::ContactSurface::Skin}) {
+    d.contact = surface;
+    runtime::Scene scene;
+    std::string fault;
+    ASSERT_TRUE(runtime::compileScene(d, scene, fault)) << fault;
+    ServoLoop loop(scene, nullptr, {});
+    double force = 0;
+    EXPECT_EQ(test::allocationsIn([&] { force = largestForce(loop, poses); }), 0);
+    EXPECT_GT(force, 0.1);
+  }
 }
 
 /// A view receives every rendered step, and the loop allocates no memory for it.

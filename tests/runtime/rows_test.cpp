@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "find_pairs.h"
 #include "step_memory.h"
 #include "support/row_dot.h"
 #include "support/shape_trees.h"

@@ -14,6 +14,7 @@
 
 #include <Eigen/Dense>
 
+#include "find_pairs.h"
 #include "rows.h"
 #include "step_memory.h"
 #include "support/row_dot.h"

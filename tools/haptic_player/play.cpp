@@ -257,6 +257,7 @@ PlayEnd play(const PlaySettings& settings, builder::Progress& progress, nlohmann
   progress.check();
   const Json locked = real ? lockMemory() : Json(nullptr);
 
+  // ServoLoop passes on the wrench of the coupling, which a recording shows, and the device alone limits it.
   device::SafetySettings safety;
   safety.max_force = scene.wrenchLimits().force;
   safety.max_torque = scene.wrenchLimits().torque;

@@ -6,6 +6,7 @@
 
 #include "force_rate_limit.h"
 #include "inside.h"
+#include "moving_bodies.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "moving_bodies.h"
 #include "step_memory.h"
 
 namespace spheretree::runtime {
@@ -64,7 +65,7 @@ PairSet findPairs(const Configuration& pose, double margin, PairsOf of, std::uin
   search.max_work = max_work;
   search.near_count = memory.kernel->findNear(search);
   if (memory.bodies.size() > 1)
-    for (std::uint32_t n = 0; n < search.near_count; ++n) memory.follow(memory.near[n]);
+    for (std::uint32_t n = 0; n < search.near_count; ++n) follow(memory.near[n], memory);
   const PairSearchResult found = memory.kernel->findPairs(search);
   memory.turn_count += search.near_count;
 

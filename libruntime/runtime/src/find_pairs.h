@@ -7,29 +7,13 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
+#include "pair_set.h"
 #include "spheretree/core/rigid.h"
 
 namespace spheretree::runtime {
 
 struct StepMemory;
-
-/// Consecutive pairs of one object. Pair: tool slot << 16 | object slot.
-struct PairRun {
-  std::uint32_t object, begin, count;
-};
-
-struct PairSet {
-  std::span<const std::uint32_t> pairs;
-  std::span<const PairRun> runs;
-  bool coarse = false;     // the lists or the work ran out: some pairs are inner nodes, whose spheres replace everything below them
-  std::uint32_t work = 0;  // 8-lane tests done
-};
-
-/// Upper bound of the float rounding error of a distance, relative to the lengths involved: at most 12 roundings of
-/// 2^-24 each on either side.
-inline constexpr double kFloatRounding = 1e-6;
 
 enum class PairsOf {
   LeavesExactly,   // pairs of leaves, exactly the set that double arithmetic gives, as the published algorithm needs it

@@ -18,6 +18,21 @@ double squaredDistance(const double* a, const double* b) {
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
 
+// Extends the ball of a body to an object that joins.
+void joinBody(std::size_t i, MovingBody& body, const StepMemory& memory) {
+  const CompiledObject& object = memory.at_home[i];
+  const double reach = std::sqrt(squaredDistance(object.anchor.data(), body.centre)) + memory.scene.shapes[object.shape].radius;
+  body.radius = std::max(body.radius, reach * (1 + 1e-6));
+}
+
+void enclose(MovingBody& body, const StepMemory& memory) {
+  int count = 0;
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body, ++count)
+    for (int k = 0; k < 3; ++k) body.centre[k] = (body.centre[k] * count + memory.at_home[i].anchor[k]) / (count + 1);
+  body.arm = std::sqrt(body.centre[0] * body.centre[0] + body.centre[1] * body.centre[1] + body.centre[2] * body.centre[2]);
+  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) joinBody(i, body, memory);
+}
+
 // Bounding spheres and anchors of the objects of a body that moved; the rest follows when a search comes near to one.
 void moveObjects(MovingBody& body, StepMemory& memory) {
   body.rotation = body.now.orientation.toRotationMatrix();
@@ -31,7 +46,7 @@ void moveObjects(MovingBody& body, StepMemory& memory) {
     for (int k = 0; k < 3; ++k) anchor[k] = r(k, 0) * home[0] + r(k, 1) * home[1] + r(k, 2) * home[2] + p[k];
     Block& root = memory.object_roots[i / 8];
     put(root, i % 8, memory.objects[i].anchor, root.r[i % 8]);
-    if (memory.tissue) memory.follow(i);
+    if (memory.tissue) follow(i, memory);
   }
 }
 
@@ -42,6 +57,23 @@ void sendAway(MovingBody& body, StepMemory& memory) {
 }
 
 }  // namespace
+
+void encloseBodies(StepMemory& memory) {
+  for (MovingBody& body : memory.bodies) enclose(body, memory);
+}
+
+void follow(std::size_t i, StepMemory& memory) {
+  CompiledObject& at_home = memory.at_home[i];
+  const MovingBody& body = memory.bodies[at_home.body];
+  if (at_home.placed_for == body.pose_count) return;
+  at_home.placed_for = body.pose_count;
+  const Eigen::Matrix3d &r = body.rotation, &home = at_home.rotation;
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) {
+      const double value = r(k, 0) * home(0, c) + r(k, 1) * home(1, c) + r(k, 2) * home(2, c);
+      memory.leaf_views[i].to_world[3 * k + c] = memory.views[i].to_world[3 * k + c] = memory.objects[i].rotation(k, c) = value;
+    }
+}
 
 void show(MovingBody& body, StepMemory& memory) {
   if (!body.is_away) return;
@@ -106,32 +138,6 @@ Displacement motionAt(const MovingBody& body, double share, const Eigen::Vector3
   return {share * body.left.translation + rotationOf(turn) * arm - arm, turn};
 }
 
-void StepMemory::follow(std::size_t i) {
-  const MovingBody& body = bodies[at_home[i].body];
-  if (at_home[i].placed_for == body.pose_count) return;
-  at_home[i].placed_for = body.pose_count;
-  const Eigen::Matrix3d &r = body.rotation, &home = at_home[i].rotation;
-  for (int k = 0; k < 3; ++k)
-    for (int c = 0; c < 3; ++c) {
-      const double value = r(k, 0) * home(0, c) + r(k, 1) * home(1, c) + r(k, 2) * home(2, c);
-      leaf_views[i].to_world[3 * k + c] = views[i].to_world[3 * k + c] = objects[i].rotation(k, c) = value;
-    }
-}
-
-void joinBody(std::size_t i, MovingBody& body, const StepMemory& memory) {
-  const CompiledObject& object = memory.at_home[i];
-  const double reach = std::sqrt(squaredDistance(object.anchor.data(), body.centre)) + memory.scene.shapes[object.shape].radius;
-  body.radius = std::max(body.radius, reach * (1 + 1e-6));
-}
-
-void encloseObjects(MovingBody& body, const StepMemory& memory) {
-  int count = 0;
-  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body, ++count)
-    for (int k = 0; k < 3; ++k) body.centre[k] = (body.centre[k] * count + memory.at_home[i].anchor[k]) / (count + 1);
-  body.arm = std::sqrt(body.centre[0] * body.centre[0] + body.centre[1] * body.centre[1] + body.centre[2] * body.centre[2]);
-  for (std::uint32_t i = body.first_object; i != ~0u; i = memory.at_home[i].next_of_body) joinBody(i, body, memory);
-}
-
 void advanceBodies(double share, StepMemory& memory) {
   for (MovingBody* const body : memory.movingBodies()) {
     body->now = share < 1 ? moved(body->now, {share * body->left.translation, share * body->left.rotation}) : body->to;
@@ -141,7 +147,7 @@ void advanceBodies(double share, StepMemory& memory) {
     moveObjects(*body, memory);
   }
   if (!(share < 1)) memory.moving_count = 0;
-  for (const PairRun& run : memory.runs) memory.follow(run.object);
+  for (const PairRun& run : memory.runs) follow(run.object, memory);
 }
 
 void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) {
@@ -150,6 +156,27 @@ void bringNear(const Eigen::Vector3d& centre, double reach, StepMemory& memory) 
     const double largest = body.radius + reach + kApart;
     if (squaredDistance(body.middle, centre.data()) <= largest * largest) show(body, memory);
   }
+}
+
+void placeObject(std::size_t i, const Configuration& pose, StepMemory& memory) {
+  show(memory.bodies[memory.objects[i].body], memory);
+  follow(i, memory);
+  const CompiledObject before = memory.objects[i];
+  memory.objects[i] = memory.scene.placed(before.shape, before.body, pose);
+  memory.placeViews(i);
+  const Configuration& body = memory.bodies[before.body].pose();
+  const Eigen::Matrix3d to_body = memory.bodies[before.body].rotation.transpose();
+  memory.at_home[i].rotation = to_body * memory.objects[i].rotation;
+  memory.at_home[i].anchor = to_body * (memory.objects[i].anchor - body.position);
+  joinBody(i, memory.bodies[before.body], memory);
+  // A motion of more than half of a ball may carry something through its centre: then the side of the tool is
+  // determined again.
+  const double chord = (memory.objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the angle
+      turn = 2 * std::asin(std::min(1.0, chord)),
+               farthest = (memory.objects[i].anchor - before.anchor).norm() + turn * memory.scene.shapes[before.shape].radius;
+  if (farthest < 0.5 * memory.scene.min_contact) return;
+  memory.sides_known = false;
+  memory.feelSkin(i);
 }
 
 }  // namespace spheretree::runtime

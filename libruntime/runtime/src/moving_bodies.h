@@ -6,42 +6,19 @@
 // its target at once, since nothing can be between the two; its objects follow when a search comes near its ball.
 #pragma once
 
-#include <cstdint>
-
+#include "moving_body.h"
 #include "spheretree/core/rigid.h"
 
 namespace spheretree::runtime {
 
 struct StepMemory;
 
-struct MovingBody {
-  // What a step reads of a body that is away comes first.
-  double middle[3] = {0, 0, 0}, radius = 0;  // ball around its objects at `to`, in the world [mm]
-  double way = 0;                            // bound of the ball's way to there [mm]
-  bool has_new_pose = false, moves = false, is_away = false;
-  bool was_moved = false;                                  // in this step or the last one: `before` may not be `now`
-  std::uint32_t first_object = ~0u;                        // CompiledObject::next_of_body leads to the others
-  std::uint32_t pose_count = 0;                            // changes with each move; CompiledObject::placed_for lags behind it
-  Configuration now, to;                                   // during a step the body moves from `now` to `to`
-  Configuration before;                                    // pose at the beginning of the step, unless it is away
-  Displacement velocity;                                   // used in steps without a new pose
-  Displacement left;                                       // remaining displacement from `now` to `to`, rotation about `now.position`
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // of `now`, unless the body is away
-  double length = 0;                                       // bound of the remaining way of a point of its objects [mm]
-  double centre[3] = {0, 0, 0}, arm = 0;                   // of the ball, in the axes of the body; |centre| [mm]
-
-  /// A body that is away has arrived at `to` unless it has got a new pose since; `now` follows later.
-  const Configuration& pose() const { return is_away && !has_new_pose ? to : now; }
-};
-
-/// Upper bounds of the way of a point and of the angle of rotation, over all moving bodies.
-struct BodyMotion {
-  double length = 0, turn = 0;
-};
-
-/// Makes the ball of a body; and extends it to an object that joins. Cost: about 10 ns an object.
-void encloseObjects(MovingBody& body, const StepMemory& memory);
-void joinBody(std::size_t object, MovingBody& body, const StepMemory& memory);
+/// Makes the balls of all bodies, once the objects are where they begin. Cost: about 10 ns an object.
+void encloseBodies(StepMemory& memory);
+/// Moves an object to a pose at once.
+void placeObject(std::size_t object, const Configuration& pose, StepMemory& memory);
+/// Places the views of the object where its body is now.
+void follow(std::size_t object, StepMemory& memory);
 
 /// Gives a body its next pose and determines where its ball will be. Cost: about 20 ns.
 void aimBody(MovingBody& body, const Configuration& to);

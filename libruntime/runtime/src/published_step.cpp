@@ -3,17 +3,19 @@
 // rendering using sphere-trees. IROS 2011. Errors and omissions of the paper, and our solutions: docs/runtime.md
 #include <cmath>
 
+#include "moving_bodies.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
 
+namespace {
+
+// The angles gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
 Eigen::Vector3d eulerAngles(const Quaternion& q) {
   const Eigen::Matrix3d m = q.toRotationMatrix();
   const double level = std::sqrt(m(0, 0) * m(0, 0) + m(1, 0) * m(1, 0));
   return {std::atan2(m(2, 1), m(2, 2)), std::atan2(-m(2, 0), level), std::atan2(m(1, 0), m(0, 0))};
 }
-
-namespace {
 
 Quaternion fromEuler(const Eigen::Vector3d& e) {
   const Eigen::Array3d half = 0.5 * e.array(), c = half.cos(), s = half.sin();
@@ -26,7 +28,8 @@ Quaternion fromEuler(const Eigen::Vector3d& e) {
 void publishedStep(StepParts& parts, const Configuration& haptic) {
   StepMemory& memory = parts.memory;
   if (memory.moving_count > 0) advanceBodies(1, memory);
-  Eigen::Vector3d before(memory.euler[0], memory.euler[1], memory.euler[2]);
+  Eigen::Vector3d before =
+      memory.has_euler ? Eigen::Vector3d(memory.euler[0], memory.euler[1], memory.euler[2]) : eulerAngles(memory.graphic.orientation);
   Eigen::Vector3d angles = eulerAngles(haptic.orientation);
   for (int k = 0; k < 3; ++k)  // the number of turns nearest to that of the graphic tool: no jump at +-pi
     angles[k] += 2 * M_PI * std::round((before[k] - angles[k]) / (2 * M_PI));
@@ -51,6 +54,7 @@ void publishedStep(StepParts& parts, const Configuration& haptic) {
   } else {
     memory.active_count = 0;
   }
+  memory.has_euler = true;
   memory.euler = {after[0], after[1], after[2]};
   memory.graphic = pairs.pairs.empty() ? haptic : Configuration{position, fromEuler(after)};
   memory.wrench = {parts.scene.coupling.translation * (position - haptic.position), parts.scene.coupling.rotation * (after - angles)};

@@ -11,25 +11,17 @@
 
 #include <cstdint>
 
-#include "find_pairs.h"
-#include "qp6.h"
+#include "pair_set.h"
+#include "row_set.h"
+#include "spheretree/core/rigid.h"
 
 namespace spheretree::runtime {
+
+struct StepMemory;
 
 enum class RowForm {
   TrueDistance,     // gap = d - R; rotation vector. d is convex in a translation, so the linearised row underestimates the gap
   SquaredDistance,  // the paper's C = d^2 - R^2 >= 0 at the pose, divided by 2 d; Euler angles (gamma, beta, alpha)
-};
-
-/// Rows at the pose for which they were made.
-struct RowSet {
-  QpRows rows;
-  float* b = nullptr;             // the same right-hand sides, for changes
-  const float* weight = nullptr;  // 1 / length of the row before scaling: gap_i = -b_i / weight_i [mm]
-  std::uint32_t guarded =
-      0;                   // number of rows of leaves and of flat triangles, one for each pair; the rows after them are of smooth patches
-  float smallest_gap = 0;  // of the guarded rows [mm]; +infinity if there are none
-  float smallest_felt_gap = 0;  // of the rows of smooth patches [mm]; +infinity if there are none
 };
 
 /// Makes the rows of leaves and flat triangles with the tool at `pose`, one for each of `pairs`. They are stored in

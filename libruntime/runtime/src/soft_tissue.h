@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "contact_qp.h"
-#include "rows.h"
+#include "pair_set.h"
+#include "row_set.h"
 #include "spheretree/core/tissue.h"
 #include "spheretree/runtime/scene.h"
 
@@ -22,6 +23,7 @@ inline constexpr double kRefitMm =
     0.05;  // padding of the balls of the search: they stay valid while their content moves by at most this [mm]
 
 struct RowRequest;
+struct StepMemory;
 
 /// All tissue of a scene, in a StepMemory. `object` and `row` are indices in the scene and in the rows of a QP.
 class SoftTissue {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact_qp.h"
+#include "moving_bodies.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {

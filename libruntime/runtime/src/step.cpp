@@ -2,6 +2,7 @@
 #include "spheretree/runtime/step.h"
 
 #include "coupling_wrench.h"
+#include "moving_bodies.h"
 #include "step_parts.h"
 
 namespace spheretree::runtime {
@@ -20,7 +21,7 @@ void forget(StepMemory& memory) {
   memory.stretch = memory.motion = {};
   std::fill(memory.give.begin(), memory.give.end(), 0.0);
   memory.haptic = memory.graphic = {};
-  memory.euler = {};
+  memory.has_euler = false;
   if (memory.tissue) memory.tissue->reset();
 }
 
@@ -32,9 +33,6 @@ void start(const Configuration& graphic_tool, StepMemory& memory) {
   startMotions(memory);
   if (memory.moving_count > 0) advanceBodies(1, memory);
   for (MovingBody& body : memory.bodies) body.before = body.now;
-  if (!memory.started) return;
-  const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
-  memory.euler = {angles[0], angles[1], angles[2]};
 }
 
 // Spring, damper and mass by Euler's implicit method, where s is the stretch at the end of the step:
@@ -54,6 +52,11 @@ Configuration pulledTo(const Configuration& haptic, const StepMemory& memory, Di
 }
 
 }  // namespace
+
+Workspace::Workspace(const Scene& scene, Kernel kernel) : memory_(std::make_unique<StepMemory>(scene.compiled(), kernel)) {
+  encloseBodies(*memory_);
+}
+Workspace::~Workspace() = default;
 
 StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode, Workspace& workspace, StageTimes* times) noexcept {
   StepMemory& memory = workspace.memory();
@@ -88,8 +91,7 @@ StepResult step(const Scene& scene, const Configuration& haptic_tool, Mode mode,
       const Coupling& inertia = memory.scene.inertia;
       memory.wrench.force -= inertia.translation * (memory.stretch.translation - free.translation);
       memory.wrench.torque -= inertia.rotation * (memory.stretch.rotation - free.rotation);
-      const Eigen::Vector3d angles = eulerAngles(memory.graphic.orientation);
-      memory.euler = {angles[0], angles[1], angles[2]};
+      memory.has_euler = false;
     }
     memory.haptic = aim;
   }
@@ -107,7 +109,7 @@ std::span<const Contact> contacts(const Workspace& workspace) noexcept {
 bool moveObject(std::size_t object, const Configuration& pose, Workspace& workspace) noexcept {
   StepMemory& memory = workspace.memory();
   if (object >= memory.objects.size() || !isFinite(pose) || !(pose.position.norm() <= kFarthest)) return false;
-  memory.place(object, pose);
+  placeObject(object, pose, memory);
   return true;
 }
 

@@ -53,7 +53,6 @@ StepMemory::StepMemory(const CompiledScene& of_scene, Kernel wanted)
     placeViews(i);
     at_home[i].next_of_body = std::exchange(bodies[objects[i].body].first_object, static_cast<std::uint32_t>(i));
   }
-  for (MovingBody& body : bodies) encloseObjects(body, *this);
   near = std::vector<std::uint32_t>(count + 16);
   near_counts = std::vector<std::uint32_t>(count);
   pairs = std::vector<std::uint32_t>(capacity);
@@ -93,27 +92,6 @@ ObjectView StepMemory::skinView(std::size_t object) const {
   return view;
 }
 
-void StepMemory::place(std::size_t i, const Configuration& pose) {
-  show(bodies[objects[i].body], *this);
-  follow(i);
-  const CompiledObject before = objects[i];
-  objects[i] = scene.placed(before.shape, before.body, pose);
-  placeViews(i);
-  const Configuration& body = bodies[before.body].pose();
-  const Eigen::Matrix3d to_body = bodies[before.body].rotation.transpose();
-  at_home[i].rotation = to_body * objects[i].rotation;
-  at_home[i].anchor = to_body * (objects[i].anchor - body.position);
-  joinBody(i, bodies[before.body], *this);
-  // A motion of more than half of a ball may carry something through its centre: then the side of the tool is
-  // determined again.
-  const double chord = (objects[i].rotation - before.rotation).norm() / std::sqrt(8.0),  // sine of half the angle
-      turn = 2 * std::asin(std::min(1.0, chord)),
-               farthest = (objects[i].anchor - before.anchor).norm() + turn * scene.shapes[before.shape].radius;
-  if (farthest < 0.5 * scene.min_contact) return;
-  sides_known = false;
-  feelSkin(i);
-}
-
 void StepMemory::feelLeaves(std::size_t object) {
   if (!feelsSkin(object)) return;
   views[object] = leaf_views[object];
@@ -125,9 +103,6 @@ void StepMemory::feelSkin(std::size_t object) {
   views[object] = skinView(object);
   --leaves_felt;
 }
-
-Workspace::Workspace(const Scene& scene, Kernel kernel) : memory_(std::make_unique<StepMemory>(scene.compiled(), kernel)) {}
-Workspace::~Workspace() = default;
 
 bool isAvailable(Kernel kernel) { return kernel != Kernel::Avx2 || avx2Kernel() != nullptr; }
 

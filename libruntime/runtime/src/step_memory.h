@@ -11,9 +11,9 @@
 
 #include "compiled_scene.h"
 #include "contact_qp.h"
-#include "find_pairs.h"
 #include "kernel.h"
-#include "moving_bodies.h"
+#include "moving_body.h"
+#include "pair_set.h"
 #include "qp6.h"
 #include "soft_tissue.h"
 #include "spheretree/runtime/step.h"
@@ -73,7 +73,8 @@ struct StepMemory {
   std::uint32_t leaves_felt = 0;  // number of objects with a skin whose leaves are used instead, since the tool started inside
   bool is_behind = false;         // the graphic tool had not arrived at the end of the last step
   Configuration haptic, graphic;  // of the last step
-  std::array<double, 3> euler{};  // Euler angles of the graphic tool in the mode of the paper: gamma, beta, alpha [rad]
+  bool has_euler = false;         // the last step was one of the published mode, which continues with its own angles:
+  std::array<double, 3> euler{};  // Euler angles of the graphic tool, gamma, beta, alpha [rad]
   Wrench wrench;                  // of the last step, without the limits
   std::array<RowName, kMaxContacts> active_names{};  // rows that were active at the end of the last step
   std::uint8_t active_count = 0;
@@ -91,17 +92,14 @@ struct StepMemory {
   std::uint8_t contact_count = 0;
 
   bool feelsSkin(std::size_t object) const { return views[object].patches != nullptr; }
-  /// Moves an object to a pose at once.
-  void place(std::size_t object, const Configuration& pose);
-  /// Places the views of the object where its body is now.
-  void follow(std::size_t object);
+  /// Places the views of the object where objects[object] says.
+  void placeViews(std::size_t object);
   /// False while its leaves are used, which are those of a rigid object.
   bool isTissue(std::size_t object) const { return tissue && feelsSkin(object) && tissue->has(object); }
   void feelLeaves(std::size_t object);
   void feelSkin(std::size_t object);
 
  private:
-  void placeViews(std::size_t object);
   ObjectView skinView(std::size_t object) const;
 };
 

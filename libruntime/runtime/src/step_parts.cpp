@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "moving_bodies.h"
+
 namespace spheretree::runtime {
 namespace {
 

@@ -91,7 +91,4 @@ class StepParts {
 void constrainedStep(StepParts& parts, const Configuration& haptic);
 void publishedStep(StepParts& parts, const Configuration& haptic);
 
-/// The angles gamma, beta, alpha of R = Rz(alpha) Ry(beta) Rx(gamma).
-Eigen::Vector3d eulerAngles(const Quaternion& q);
-
 }  // namespace spheretree::runtime

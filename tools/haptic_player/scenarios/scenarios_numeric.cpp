@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "find_pairs.h"
 #include "scenarios/scenario_run.h"
 #include "servo_loop.h"
 #include "step_memory.h"

@@ -70,7 +70,7 @@ typedef struct st_step {
   size_t struct_size; /* sizeof(st_step) */
   st_pose graphic_tool;
   st_wrench wrench;         /* of the coupling between haptic and graphic tool */
-  st_wrench limited_wrench; /* `wrench` within the wrench limits: render this one */
+  st_wrench limited_wrench; /* `wrench` within the wrench limits: render this one, or limit `wrench` yourself */
   double penetration_mm;    /* of the graphic tool; constrained mode */
   uint32_t faults;
   uint32_t pairs;  /* in the list of the last search */

@@ -39,7 +39,7 @@ inline constexpr double kGapTolerance = 1e-3;  // the graphic tool is feasible i
 struct StepResult {
   Configuration graphic;  // reference point and orientation of the graphic tool
   Wrench wrench;          // of the coupling, acts on the hand about the reference point of the haptic tool, world axes [N, N mm]
-  Wrench limited_wrench;  // `wrench` within WrenchLimits: render this one
+  Wrench limited_wrench;  // `wrench` within WrenchLimits: render this one, unless safety rules of your device limit `wrench`
   double penetration =
       0;  // of the graphic tool's leaves into the guaranteed surface: leaves, or the skin less its tolerance [mm]; constrained mode
   std::uint32_t faults = 0;  // StepFault
