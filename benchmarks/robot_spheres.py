@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""robot_spheres.py BUILD [CHART.svg]: surface left bare and overhang against the number of spheres of a robot's links.
+"""robot_spheres.py BUILD [CHART.svg]: surface left uncovered and overhang against the number of spheres of a robot's links.
 
 The links are the STL links of both sample robots. Each way follows the rule that its authors publish for a number N:
   robot      spheretree robot --links '*=N'
@@ -100,7 +100,7 @@ def samples(corners, count):
 
 
 def figures(mesh_file, spheres):
-    """Spheres that have a volume, the part of the surface that is bare, and the overhang [mm]."""
+    """Spheres that have a volume, the part of the surface that is uncovered, and the overhang [mm]."""
     text = run(PROGRAM, "evaluate", mesh_file, spheres, "--unit", "m", "--no-limits", "--json", "-q")
     level = json.loads(text)["levels"][-1]
     return level["spheres"], level["uncovered_fraction"], level["overhang_mm"]["max"]
@@ -128,7 +128,7 @@ def of_way(way, mesh_file, count, folder):
 
 
 def chart(path, bare, overhang):
-    """Two panels over the number of spheres: per cent bare, and overhang on a logarithmic axis."""
+    """Two panels over the number of spheres: per cent uncovered, and overhang on a logarithmic axis."""
     width, height, left, top, panel, gap = 890, 330, 60, 46, 300, 110
     shown = [v for values in overhang.values() for v in values if v > 1.01 * FLOOR]  # balls within the link have none
     low, high = 0.7 * min(shown), 1.3 * max(shown)
@@ -136,7 +136,7 @@ def chart(path, bare, overhang):
            f'<rect width="{width}" height="{height}" fill="#fff"/>']
     x_of = lambda k, n: left + k * (panel + gap) + panel * math.log(n / 8) / math.log(125 / 8)
     bottom = height - 50
-    for k, (title, values) in enumerate((("surface left bare [%]", bare), ("overhang [mm]", overhang))):
+    for k, (title, values) in enumerate((("surface left uncovered [%]", bare), ("overhang [mm]", overhang))):
         y_of = ((lambda v: bottom - (bottom - top) * v / 100) if k == 0 else
                 (lambda v: bottom - (bottom - top) * math.log(v / low) / math.log(high / low)))
         out.append(f'<text x="{left + k * (panel + gap)}" y="{top - 22}" font-weight="bold" fill="#222">{title}</text>')
@@ -172,7 +172,7 @@ with tempfile.TemporaryDirectory() as name:
 print(f"| spheres of each of {len(meshes)} links | " + " | ".join(WAYS) + " |")
 print("|---|" + "---|" * len(WAYS))
 for i, n in enumerate(COUNTS):
-    print(f"| {n} | " + " | ".join(f"{bare[way][i]:.0f} % bare, {overhang[way][i] if overhang[way][i] > 1.01 * FLOOR else 0:.2g} mm" for way in WAYS) + " |")
+    print(f"| {n} | " + " | ".join(f"{bare[way][i]:.0f} % uncovered, {overhang[way][i] if overhang[way][i] > 1.01 * FLOOR else 0:.2g} mm" for way in WAYS) + " |")
 print("\nspheres with a volume: " + "; ".join(way + " " + ", ".join(f"{c:.0f}" for c in counts[way]) for way in WAYS))
 if len(sys.argv) > 2:
     chart(sys.argv[2], bare, overhang)

@@ -63,7 +63,7 @@ class Object:
 
 
 def overhangs(options):
-    print("| object | share | leaves | over those of a rigid tree of that overhang | overhang at rest [mm] | squeeze 20 % | 30 % | bend 60 degrees | states x samples | bare |")
+    print("| object | share | leaves | over those of a rigid tree of that overhang | overhang at rest [mm] | squeeze 20 % | 30 % | bend 60 degrees | states x samples | uncovered |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     count, samples = (10_000, 100_000) if options.long else (200, 2_000)
     for name in options.meshes:

@@ -55,7 +55,7 @@ std::vector<std::string> kindsOf(const std::vector<StateFigures>& states) {
 void printTable(const builder::StatesEvaluation& e) {
   printResult("%zu leaves, overhang at rest at most %.4g mm; %zu states of %zu samples\n\n", e.leaves, e.rest_overhang_mm, e.states.size(),
               e.samples);
-  printResult("kind      states  largest  stretch  inverted  bare samples  unsound trees  overhang [mm]  over rest\n");
+  printResult("kind      states  largest  stretch  inverted    uncovered  unsound trees  overhang [mm]  over rest\n");
   for (const std::string& kind : kindsOf(e.states)) {
     const KindFigures f = figuresOf(e.states, kind);
     printResult("%-8s  %6zu  %7.3g  %7.3g  %8zu  %12zu  %13zu", kind.c_str(), f.states, f.largest_amount, f.largest_stretch, f.inverted,

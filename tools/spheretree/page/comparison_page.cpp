@@ -73,7 +73,7 @@ std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
     p.y = level.overhang.max * percent;
     p.series = series;
     p.title = title + ": " + std::to_string(level.spheres) + " spheres, " + shortNumber(p.y) + " %";
-    if (level.coverage.uncovered_fraction > 0) p.title += ", " + shortNumber(100 * level.coverage.uncovered_fraction) + " % bare";
+    if (level.coverage.uncovered_fraction > 0) p.title += ", " + shortNumber(100 * level.coverage.uncovered_fraction) + " % uncovered";
     chart.points.push_back(p);
   };
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
@@ -88,7 +88,7 @@ std::string countChart(const Comparison& comparison, const MeshFigures& mesh) {
   }
   for (const pipeline::OtherFigures& other : mesh.others) {
     const double bare = 100 * other.level.coverage.uncovered_fraction;
-    add(other.name + (bare > 0 ? ", " + shortNumber(bare) + " % bare" : ""), other.name + " (" + other.format + ")", other.level);
+    add(other.name + (bare > 0 ? ", " + shortNumber(bare) + " % uncovered" : ""), other.name + " (" + other.format + ")", other.level);
   }
   return scatterSvg(chart);
 }
