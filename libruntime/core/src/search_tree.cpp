@@ -2,7 +2,6 @@
 #include "spheretree/core/search_tree.h"
 
 #include "describe.h"
-#include "search_tree_spheres.h"
 
 namespace spheretree {
 
@@ -37,11 +36,6 @@ std::string findTopologyFault(const SearchTree& tree, std::size_t items) {
     taken[item] = true;
   }
   return {};
-}
-
-std::string describeSphereFault(std::size_t node, std::size_t item) {
-  if (item == kNoItem) return describe("sphere %zu of the search tree is not finite, or its radius is not above 0", node);
-  return describe("sphere %zu of the search tree does not enclose item %zu", node, item);
 }
 
 }  // namespace spheretree

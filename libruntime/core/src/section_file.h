@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "spheretree/core/sphere_tree_codec.h"
+#include "spheretree/core/file_format.h"
 
 namespace spheretree {
 

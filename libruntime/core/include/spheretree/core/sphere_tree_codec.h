@@ -9,29 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "spheretree/core/file_format.h"
 #include "spheretree/core/sphere_tree.h"
 
 namespace spheretree {
-
-inline constexpr std::uint16_t kFormatMajor = 1;      // a reader refuses any other
-inline constexpr std::uint16_t kFormatMinor = 0;      // a newer minor version only adds optional sections
-inline constexpr std::size_t kSectionAlignment = 64;  // of the start of a section in the file: one cache line
-inline constexpr std::uint32_t kMaxSections = 64;     // there are 10 kinds; the limit keeps the table small and its check fast
-
-enum class LoadStatus {
-  Ok,
-  BadMagic,
-  UnsupportedVersion,
-  Truncated,
-  TrailingBytes,
-  BadChecksum,
-  BadHeader,       // the header or the table of sections is out of range, or a section is missing
-  UnknownSection,  // a mandatory section that this reader does not know
-  BadSection,      // the size or a field of a section is out of range
-  BadTopology,     // the numbers of children do not make a tree
-  BadTree,         // findFault() found a fault
-  OutOfMemory,
-};
 
 /// What a status means and what to do about it, as one sentence.
 std::string_view explain(LoadStatus status);

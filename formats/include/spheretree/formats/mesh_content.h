@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every mesh reader returns.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "spheretree/core/mesh_edit.h"
+#include "spheretree/core/triangle_mesh.h"
+
+namespace spheretree::formats {
+
+struct MeshFile {
+  TriangleMesh mesh;  // [mm]; at least one triangle, every coordinate finite
+  std::vector<std::uint32_t>
+      vertex_of_file;  // vertex of `mesh` for each vertex of the file, in its order; kNoVertex (core/mesh_edit.h) if no face uses it
+  double unit_mm = 1;  // one unit of the file [mm]
+  std::string format;  // "OBJ", "STL (ASCII)", "STL (binary)", "PLY (ASCII)", ..., "glTF", "GLB"
+  std::vector<std::string> notes;  // what was ignored, cut or doubtful; whole sentences for the user
+};
+
+}  // namespace spheretree::formats
