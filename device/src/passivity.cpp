@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "spheretree/device/safety.h"
-
 namespace spheretree::device {
 namespace {
 

@@ -13,7 +13,8 @@
 
 namespace spheretree::device {
 
-inline constexpr int kMaxDelay = 7;  // largest delay: whole servo steps from a pose to the wrench that responds to it
+inline constexpr double kServoPeriod = 1e-3;  // [s]
+inline constexpr int kMaxDelay = 7;           // largest delay: whole servo steps from a pose to the wrench that responds to it
 
 class PassivityControl {
  public:

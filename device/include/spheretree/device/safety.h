@@ -11,8 +11,6 @@
 
 namespace spheretree::device {
 
-inline constexpr double kServoPeriod = 1e-3;  // [s]
-
 /// The state that a device reports at the beginning of a servo step.
 struct DeviceState {
   std::uint64_t tick = 0;     // counts from 0 at start
