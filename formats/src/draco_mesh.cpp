@@ -14,8 +14,8 @@
 #include <limits>
 #include <optional>
 
+#include "gltf_component.h"
 #include "gltf_json.h"
-#include "gltf_model.h"
 
 namespace spheretree::formats {
 namespace {

@@ -14,7 +14,7 @@
 namespace spheretree::formats {
 
 struct DracoAttribute {
-  std::uint64_t component = 0;       // componentType of glTF: kFloat32, kUint8, ...
+  std::uint64_t component = 0;       // gltf_component.h: kFloat32, kUint8, ...
   std::size_t components = 0;        // numbers for each vertex, 1 to 4
   bool is_normalised = false;        // integers represent 0..1 or -1..1
   std::vector<unsigned char> bytes;  // little-endian, tightly packed; one element for each vertex

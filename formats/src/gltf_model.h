@@ -11,11 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "gltf_component.h"
 #include "mesh_assembly.h"
 
 namespace spheretree::formats {
-
-enum Component : std::uint64_t { kInt8 = 5120, kUint8 = 5121, kInt16 = 5122, kUint16 = 5123, kUint32 = 5125, kFloat32 = 5126 };
 
 /// Indices are those of the file; unneeded elements keep their index, but are empty. Views and accessors of decoded
 /// data follow those of the file.

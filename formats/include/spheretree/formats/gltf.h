@@ -10,7 +10,7 @@
 #include <span>
 #include <string>
 
-#include "spheretree/formats/mesh_file.h"
+#include "spheretree/formats/mesh_content.h"
 
 namespace spheretree::formats {
 

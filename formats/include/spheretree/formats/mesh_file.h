@@ -6,25 +6,13 @@
 // the file is kept.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "spheretree/core/mesh_edit.h"
 #include "spheretree/core/triangle_mesh.h"
+#include "spheretree/formats/mesh_content.h"
 
 namespace spheretree::formats {
-
-struct MeshFile {
-  TriangleMesh mesh;  // [mm]; at least one triangle, every coordinate finite
-  std::vector<std::uint32_t>
-      vertex_of_file;  // vertex of `mesh` for each vertex of the file, in its order; kNoVertex (core/mesh_edit.h) if no face uses it
-  double unit_mm = 1;  // one unit of the file [mm]
-  std::string format;  // "OBJ", "STL (ASCII)", "STL (binary)", "PLY (ASCII)", ..., "glTF", "GLB"
-  std::vector<std::string> notes;  // what was ignored, cut or doubtful; whole sentences for the user
-};
 
 /// Chooses the format by the extension (any case), or by the content if the extension is wrong.
 /// `unit_mm`, `gltf_unit_mm`: one unit of an OBJ, STL, PLY or OFF file, and of a glTF file [mm], finite, > 0. glTF
