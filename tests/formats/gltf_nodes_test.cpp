@@ -9,6 +9,7 @@
 
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/gltf.h"
+#include "spheretree/formats/mesh_file.h"
 #include "support/compressed_gltf.h"
 #include "support/mesh_measures.h"
 #include "support/random.h"
