@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/batch/mesh_store.h"
+#include "pipeline/mesh_store.h"
 #include "spheretree/formats/scene_file.h"
 
 namespace spheretree::pipeline {

@@ -3,7 +3,7 @@
 
 #include "model/moved_surface.h"
 #include "molar.h"
-#include "pipeline/batch/mesh_store.h"
+#include "pipeline/mesh_store.h"
 #include "pipeline/part_choice.h"
 #include "probe.h"
 #include "soft_tissue.h"

@@ -12,9 +12,6 @@
 
 namespace spheretree::pipeline {
 
-/// Version of the figures that an entry holds; part of its key.
-inline constexpr const char* kRecordSchema = "spheretree.batch-record/2";
-
 /// Trees and figures in DIR/KEY.stree and DIR/KEY.json. An entry is valid only if both files are complete and belong
 /// together.
 class TreeCache {

@@ -14,6 +14,9 @@
 
 namespace spheretree::pipeline {
 
+/// Version of these figures as records of the cache; part of the key of a record.
+inline constexpr const char* kRecordSchema = "spheretree.batch-record/2";
+
 struct LevelFigures {
   int level = 0;
   std::size_t spheres = 0;

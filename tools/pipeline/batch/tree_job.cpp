@@ -7,7 +7,6 @@
 
 #include "generator.h"
 #include "measure/evaluate_skin.h"
-#include "pipeline/batch/tree_cache.h"
 #include "pipeline/builder_names.h"
 #include "pipeline/sound_mesh.h"
 #include "spheretree/builder/evaluate_tree.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/batch/mesh_store.h"
 #include "pipeline/batch/tree_figures.h"
 #include "pipeline/batch/work_regions.h"
+#include "pipeline/mesh_store.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/repair_mesh.h"
 #include "spheretree/formats/scene_file.h"

@@ -2,7 +2,6 @@
 #include "pipeline/comparison/comparison.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -226,8 +225,6 @@ std::string processorName() {
 
 }  // namespace
 
-std::string idOf(const Method& method) { return std::string(name(method.builder)) + "." + std::string(name(method.quality)); }
-
 std::vector<Method> methods(const std::vector<BuilderKind>& builders, const std::vector<Quality>& qualities) {
   std::vector<Method> out;
   const auto add = [&](BuilderKind builder, Quality quality) {
@@ -291,49 +288,6 @@ Comparison runComparison(const std::vector<ComparedMesh>& meshes, const Comparis
   formats::writeWhole(settings.folder / "compare.csv", comparisonCsv(out));
   formats::writeWhole(settings.folder / "compare.json", tool::jsonText(toJson(out), 1) + "\n");
   return out;
-}
-
-LeafFigures leafFigures(const Comparison& comparison, const Run& run) {
-  const auto mesh =
-      std::find_if(comparison.meshes.begin(), comparison.meshes.end(), [&](const MeshFigures& m) { return m.name == run.mesh; });
-  if (mesh == comparison.meshes.end() || run.levels.empty())
-    throw formats::FormatError("compare.json: a run names the mesh '" + run.mesh +
-                               "', which is not among the meshes, or has no levels. Run spheretree compare again.");
-  const builder::LevelEvaluation& leaves = run.levels.back();
-  const double percent = 100 / mesh->diagonal_mm;
-  return {.processor_seconds = run.processor_seconds,
-          .seconds = run.seconds,
-          .overhang_percent = leaves.overhang.max * percent,
-          .p99_percent = leaves.overhang.p99 * percent,
-          .excess_percent = leaves.excess_volume_fraction * 100};
-}
-
-std::vector<MeanFigures> geometricMeans(const Comparison& comparison) {
-  constexpr double kMin = 1e-9;  // a figure of 0 has no logarithm
-  struct Sum {
-    Method method;
-    LeafFigures logs;
-    std::size_t runs;
-  };
-  constexpr std::array kFields{&LeafFigures::processor_seconds, &LeafFigures::seconds, &LeafFigures::overhang_percent,
-                               &LeafFigures::p99_percent, &LeafFigures::excess_percent};
-  std::vector<Sum> sums;
-  for (const Run& run : comparison.runs) {
-    if (!run.isBuilt()) continue;
-    const LeafFigures figures = leafFigures(comparison, run);
-    auto at = std::find_if(sums.begin(), sums.end(), [&](const Sum& sum) { return sum.method == run.method; });
-    if (at == sums.end()) at = sums.insert(at, {run.method, {}, 0});
-    for (const auto field : kFields) at->logs.*field += std::log(std::max(figures.*field, kMin));
-    ++at->runs;
-  }
-  std::vector<MeanFigures> means;
-  for (const Sum& sum : sums) {
-    if (sum.runs != comparison.meshes.size()) continue;
-    MeanFigures mean{sum.method, {}};
-    for (const auto field : kFields) mean.figures.*field = std::exp(sum.logs.*field / static_cast<double>(sum.runs));
-    means.push_back(mean);
-  }
-  return means;
 }
 
 std::string comparisonCsv(const Comparison& comparison) {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-#include "pipeline/comparison/comparison.h"
+#include "pipeline/comparison/comparison_figures.h"
 
 namespace spheretree::pipeline {
 

@@ -11,7 +11,7 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/tree_input.h"
+#include "input/tree_input.h"
 #include "json_text.h"
 #include "measure/evaluate_skin.h"
 #include "mistyped.h"

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "commands/command.h"
-#include "commands/tree_input.h"
+#include "input/tree_input.h"
 #include "mistyped.h"
 #include "page/picture.h"
 #include "run_files.h"

@@ -10,7 +10,7 @@
 #include "commands/common_options.h"
 #include "commands/evaluate_robot.h"
 #include "commands/evaluate_states_report.h"
-#include "commands/tree_input.h"
+#include "input/tree_input.h"
 #include "json_text.h"
 #include "pipeline/evaluation_json.h"
 #include "pipeline/part_choice.h"

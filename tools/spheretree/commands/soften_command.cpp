@@ -6,7 +6,7 @@
 
 #include "commands/command.h"
 #include "commands/common_options.h"
-#include "commands/tree_input.h"
+#include "input/tree_input.h"
 #include "json_text.h"
 #include "pipeline/part_choice.h"
 #include "pipeline/sound_mesh.h"

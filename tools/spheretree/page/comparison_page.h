@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "pipeline/comparison/comparison.h"
+#include "pipeline/comparison/comparison_figures.h"
 #include "spheretree/builder/progress.h"
 
 namespace spheretree::tool {

@@ -2,7 +2,7 @@
 #include "page/scene_view.h"
 
 #include "page/model.h"
-#include "pipeline/batch/mesh_store.h"
+#include "pipeline/mesh_store.h"
 #include "pipeline/sound_mesh.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/provenance.h"

@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <optional>
 
-#include "commands/tree_input.h"
 #include "geometry/distance_field.h"
-#include "pipeline/batch/mesh_store.h"
+#include "input/tree_input.h"
 #include "pipeline/comparison/comparison_json.h"
+#include "pipeline/mesh_store.h"
 #include "pipeline/part_choice.h"
 #include "program_end.h"
 #include "run_files.h"

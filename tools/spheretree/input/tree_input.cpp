@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "commands/tree_input.h"
+#include "input/tree_input.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipeline/batch/mesh_store.h"
+#include "pipeline/mesh_store.h"
 
 #include "spheretree/builder/provenance.h"
 #include "spheretree/formats/file_io.h"
