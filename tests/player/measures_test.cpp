@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "run_statistics.h"
+#include "run/run_statistics.h"
 #include "spheretree/builder/mesh_checks.h"
 #include "support/sample_skins.h"
 #include "support/shape_trees.h"

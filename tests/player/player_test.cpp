@@ -17,13 +17,13 @@
 #include <thread>
 
 #include "mouth_files.h"
-#include "play.h"
 #include "probe.h"
+#include "run/play.h"
+#include "run/servo_loop.h"
 #include "scenarios/parallel_jobs.h"
 #include "scenarios/scenario_run.h"
 #include "scenarios/stability.h"
 #include "scene/describe_scene.h"
-#include "servo_loop.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/replay_device.h"

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <numbers>
 
+#include "comparison/comparison.h"
 #include "published/ball_tree.h"
-#include "published/comparison.h"
 #include "published/distance_grid.h"
 #include "published/inner_spheres.h"
 #include "published/point_shell.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tissue_motion.h"
+#include "run/tissue_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -9,20 +9,21 @@
 #include <thread>
 
 #include "command_reference.h"
+#include "comparison/comparison.h"
 #include "generator.h"
 #include "json_text.h"
 #include "mistyped.h"
 #include "model/view_error.h"
-#include "play.h"
 #include "program_end.h"
 #include "progress_bar.h"
-#include "published/comparison.h"
+#include "run/play.h"
+#include "run/run_notes.h"
 #include "run_files.h"
-#include "run_notes.h"
 #include "scenarios/stability.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"
 #include "terminal.h"
+#include "view/run_view.h"
 #include "view/view_options.h"
 
 namespace spheretree::player {

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "scenarios/scenario_shapes.h"
-
 namespace spheretree::player {
 namespace {
 

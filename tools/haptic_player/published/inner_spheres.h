@@ -8,11 +8,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "bodies/scenario_shapes.h"
 #include "published/ball_tree.h"
 
 namespace spheretree::player {
-
-struct Body;
 
 struct InnerSpheres {
   static constexpr std::size_t kBytes = 32;  // of a sphere: four floats, and its share of the hierarchy

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "measure/coverage.h"
-#include "scenarios/measures.h"
 
 namespace spheretree::player {
 

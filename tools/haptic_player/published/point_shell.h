@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "bodies/scenario_shapes.h"
 #include "published/ball_tree.h"
 #include "published/distance_grid.h"
 #include "published/renderer.h"

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "coupling_wrench.h"
-#include "scenarios/measures.h"
 
 namespace spheretree::player {
 

@@ -9,13 +9,11 @@
 #include <memory>
 #include <vector>
 
+#include "bodies/scenario_shapes.h"
 #include "published/mode.h"
 #include "spheretree/runtime/scene.h"
 
 namespace spheretree::player {
-
-struct Body;
-struct PlacedBody;
 
 /// The scene of a renderer, and its memory.
 struct RendererScene {

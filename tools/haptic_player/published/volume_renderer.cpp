@@ -9,7 +9,6 @@
 
 #include "published/inner_spheres.h"
 #include "published/static_coupling.h"
-#include "scenarios/measures.h"
 
 namespace spheretree::player {
 namespace {

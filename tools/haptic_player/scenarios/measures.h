@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "bodies/scenario_shapes.h"
 #include "published/ball_tree.h"
-#include "recording.h"
-#include "scenarios/scenario_shapes.h"
+#include "run/recording.h"
 #include "spheretree/runtime/scene.h"
 
 namespace spheretree::player {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "bodies/scenario_shapes.h"
 #include "published/renderer.h"
-#include "run_statistics.h"
+#include "run/run_statistics.h"
 #include "scenarios/measures.h"
-#include "scenarios/scenario_shapes.h"
 #include "spheretree/runtime/step.h"
 #include "spheretree/tissue/moving_tissue.h"
 

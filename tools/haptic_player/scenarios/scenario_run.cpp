@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "coupling_wrench.h"
+#include "run/servo_loop.h"
+#include "run/tissue_motion.h"
 #include "scenarios/scenario_run.h"
-#include "servo_loop.h"
-#include "tissue_motion.h"
 
 namespace spheretree::player {
 

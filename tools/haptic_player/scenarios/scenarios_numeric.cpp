@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "find_pairs.h"
+#include "run/servo_loop.h"
 #include "scenarios/scenario_run.h"
-#include "servo_loop.h"
 #include "step_memory.h"
 
 namespace spheretree::player {

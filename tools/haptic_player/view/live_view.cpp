@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "servo_loop.h"
+#include "run/servo_loop.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/formats/errors.h"
 #include "view/run_panel.h"

@@ -6,15 +6,15 @@
 #include <memory>
 #include <optional>
 
-#include "body_paths.h"
 #include "hand/hand_filter.h"
 #include "hand/space_mouse.h"
 #include "panel/viewer.h"
-#include "play.h"
-#include "recording.h"
-#include "run_statistics.h"
+#include "run/body_paths.h"
+#include "run/play.h"
+#include "run/recording.h"
+#include "run/run_statistics.h"
+#include "run/tissue_motion.h"
 #include "streams/live_streams.h"
-#include "tissue_motion.h"
 #include "window/window.h"
 
 namespace spheretree::player {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "program_end.h"
-#include "servo_loop.h"
+#include "run/servo_loop.h"
 #include "spheretree/formats/file_io.h"
 #include "view/run_panel.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "servo_loop.h"
+#include "run/servo_loop.h"
 #include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/file_io.h"

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "body_paths.h"
 #include "model/stage.h"
-#include "recording.h"
+#include "run/body_paths.h"
+#include "run/recording.h"
+#include "run/tissue_motion.h"
 #include "spheretree/runtime/scene.h"
 #include "spheretree/runtime/step.h"
 #include "streams/live_streams.h"
-#include "tissue_motion.h"
 
 namespace spheretree::player {
 

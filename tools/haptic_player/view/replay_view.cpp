@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "play.h"
 #include "program_end.h"
+#include "run/play.h"
 #include "view/run_panel.h"
 #include "view/shown_stage.h"
 #include "window/window.h"

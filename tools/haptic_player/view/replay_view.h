@@ -12,7 +12,6 @@
 #include "panel/viewer_state.h"
 #include "view/pictures.h"
 #include "view/recorded_run.h"
-#include "view/view_options.h"
 
 namespace spheretree::player {
 
@@ -47,13 +46,6 @@ class Replay {
   std::vector<std::vector<view::PlotSample>> samples_;  // (runs)
   std::vector<std::vector<std::uint32_t>> faults_;      // (runs, steps) accumulated so far
 };
-
-/// Converts the options for a look, a window and pictures.
-view::Look lookOf(const ViewOptions& options);
-LiveView::Options windowOf(const ViewOptions& options);
-PictureSettings picturesOf(const ViewOptions& options);
-/// Refuses options that cannot be drawn or written. @throws tool::UsageError, formats::FileError
-void checkPictures(const ViewOptions& options);
 
 /// Runs until the window is closed or Ctrl-C.
 void showReplay(Replay& replay, const LiveView::Options& options, builder::Progress& progress);

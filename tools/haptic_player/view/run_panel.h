@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "panel/viewer_state.h"
-#include "recording.h"
+#include "run/recording.h"
 
 namespace spheretree::player {
 

@@ -5,7 +5,8 @@
 #include "program_end.h"
 #include "scenarios/stability.h"
 #include "view/replay_view.h"
-#include "view/view_options.h"
+#include "view/run_view.h"
+#include "view/settings_of_options.h"
 
 namespace spheretree::player {
 namespace {

@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The options of haptic-player for display, and the actions that they select.
+// The options of haptic-player for display. What they select: settings_of_options.h, run_view.h
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "play.h"
-#include "spheretree/builder/progress.h"
-
 namespace spheretree::player {
-
-struct Scenario;
-struct ScenarioContext;
 
 struct ViewOptions {
   bool view = false;
@@ -32,18 +24,5 @@ struct ViewOptions {
 };
 
 void addViewOptions(CLI::App& cli, ViewOptions& options);
-
-/// Whether a window can be opened: a display exists, and the program was built with a view.
-bool canShowWindow();
-
-/// Why no window can be opened, and what to do: one line.
-const char* whyNoWindow();
-
-/// Runs or replays with a window or for pictures. `summary` is that of play(), or null after a replay.
-/// @throws tool::UsageError, view::ViewError, and the exceptions of play()
-PlayEnd runView(const ViewOptions& options, PlaySettings& play, builder::Progress& progress, nlohmann::ordered_json& summary);
-
-/// Shows a scenario in both modes, side by side. Returns an exit code. @throws tool::UsageError, view::ViewError
-int viewScenario(const ViewOptions& options, const Scenario& scenario, ScenarioContext& context, builder::Progress& progress);
 
 }  // namespace spheretree::player

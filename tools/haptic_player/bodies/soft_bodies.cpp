@@ -6,7 +6,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "scenarios/scenario_shapes.h"
+#include "bodies/scenario_shapes.h"
 #include "spheretree/builder/soften_tree.h"
 
 namespace spheretree::player {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "play.h"
+#include "run/play.h"
 
 namespace spheretree::player {
 

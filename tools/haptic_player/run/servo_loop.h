@@ -7,14 +7,14 @@
 #include <optional>
 #include <span>
 
-#include "body_paths.h"
-#include "recording.h"
-#include "run_statistics.h"
+#include "run/body_paths.h"
+#include "run/recording.h"
+#include "run/run_statistics.h"
+#include "run/tissue_motion.h"
 #include "spheretree/device/device.h"
 #include "spheretree/device/tool_mount.h"
 #include "spheretree/runtime/step.h"
 #include "streams/live_streams.h"
-#include "tissue_motion.h"
 
 namespace spheretree::player {
 

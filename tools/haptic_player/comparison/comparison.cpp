@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "published/comparison.h"
+#include "comparison/comparison.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 
-#include "recording.h"
+#include "run/recording.h"
 #include "spheretree/runtime/step.h"
 
 namespace spheretree::player {

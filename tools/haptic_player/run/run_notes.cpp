@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "run_notes.h"
+#include "run/run_notes.h"
 
 #include <algorithm>
 #include <cmath>

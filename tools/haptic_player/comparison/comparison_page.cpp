@@ -3,9 +3,9 @@
 #include <cmath>
 #include <map>
 
+#include "comparison/comparison.h"
 #include "page/chart.h"
 #include "page/page.h"
-#include "published/comparison.h"
 #include "spheretree/formats/file_io.h"
 
 namespace spheretree::player {

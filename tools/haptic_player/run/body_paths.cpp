@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "body_paths.h"
+#include "run/body_paths.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "play.h"
+#include "run/play.h"
 
 #include <sys/mman.h>
 
@@ -15,12 +15,12 @@
 #include <optional>
 #include <thread>
 
-#include "body_paths.h"
 #include "compiled_scene.h"
 #include "molar.h"
 #include "probe.h"
+#include "run/body_paths.h"
+#include "run/servo_loop.h"
 #include "scene/describe_scene.h"
-#include "servo_loop.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/device/emergency_stop.h"
 #include "spheretree/device/phantom_device.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "recording.h"
+#include "run/recording.h"
 #include "spheretree/builder/progress.h"
 #include "spheretree/device/device.h"
 #include "spheretree/device/phantom_device.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "scenarios/scenario_shapes.h"
+#include "bodies/scenario_shapes.h"
 
 #include <algorithm>
 #include <cmath>

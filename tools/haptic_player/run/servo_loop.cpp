@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo_loop.h"
+#include "run/servo_loop.h"
 
 #include <pthread.h>
 #include <sched.h>
