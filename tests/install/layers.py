@@ -3,7 +3,7 @@
 """layers.py SOURCE [COMPILER]: fails if an include goes against the layers of docs/architecture.md, or a header cannot stand alone.
 
 1. Rooms: each room includes only the rooms and the third-party libraries that it may.
-2. Wings of libspheretree: each wing includes only the wings before it, and neither wings nor files include each other in a circle.
+2. Wings: in rooms that have them, each wing includes only the wings below it. In no room do files include each other in a circle.
 3. The runtime includes nothing that reads files, prints or allocates by text: no <iostream>, <fstream>, <filesystem>, JSON.
 4. Public headers are few: what only our own programs include stays in src/.
 5. With COMPILER: every header compiles alone. One that its own source includes first is proven by
@@ -25,22 +25,35 @@ ROOMS = {
     "builder": ("libspheretree", ["core", "tissue"], ["Eigen/", "CGAL/", "OpenMesh/", "tbb/", "oneapi/", "xxhash", "boost/"]),
 }
 PUBLIC_HEADERS = {"builder": 13, "runtime": 3}  # at most
-# Each wing may include those named, and what they may include.
+
+
+def in_order(*wings):
+    return {wing: list(wings[:i]) for i, wing in enumerate(wings)}
+
+
+# Folder of a room: its wings, the lowest first. Each may include the named ones, and what these may include. A wing is
+# a folder; "." stands for the files in the room's own folder.
 WINGS = {
-    "base": [],
-    "geometry": ["base"],
-    "mesh": ["geometry"],
-    "medial": ["geometry"],
-    "repair": ["mesh"],
-    "split": ["repair"],
-    "measure": ["mesh"],
-    "skin": ["mesh"],
-    "certify": ["medial"],
-    "tissue": ["certify", "mesh"],
-    "tree": ["certify"],
-    "cover": ["tree"],
-    "published": ["cover"],
-    "top": ["published", "mesh", "measure", "skin", "split", "tissue"],
+    "libspheretree": {
+        "base": [],
+        "geometry": ["base"],
+        "mesh": ["geometry"],
+        "medial": ["geometry"],
+        "repair": ["mesh"],
+        "split": ["repair"],
+        "measure": ["mesh"],
+        "skin": ["mesh"],
+        "certify": ["medial"],
+        "tissue": ["certify", "mesh"],
+        "tree": ["certify"],
+        "cover": ["tree"],
+        "published": ["cover"],
+        ".": ["published", "mesh", "measure", "skin", "split", "tissue"],
+    },
+    "tools/pipeline": in_order(".", "tissue", "split", "batch", "comparison"),
+    "tools/spheretree": in_order("page", "input", "view", "commands", "."),
+    "tools/haptic_view": in_order("streams", "model", "draw", "hand", "replay", "panel", "window"),
+    "tools/haptic_player": in_order("run", "bodies", "published", "scenarios", "comparison", "view", "."),
 }
 FORBIDDEN_IN_RUNTIME = re.compile(r"<(iostream|fstream|sstream|filesystem|regex|locale|thread|mutex)>")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
@@ -80,57 +93,75 @@ def room_faults(root):
             yield f"{folder}/include: {len(public)} public headers, at most {PUBLIC_HEADERS[room]}"
 
 
-def closure():
-    whole = {}
-    for wing, direct in WINGS.items():
-        whole[wing] = {wing}.union(*(whole[other] for other in direct))
-    return whole
+def included_units(root, folder):
+    """Unit -> the units of the same room that it includes, each with the place. A header and its source are one unit,
+    named by its path below src/ or the room's folder. A public header belongs to its source; without one, to the lowest
+    wing."""
+    room, src = root / folder, root / folder / "src"
+    if not src.is_dir():
+        src = room
+    lowest = next(iter(WINGS.get(folder, ["."])))
+    unit = {}
+    for path in sources(room):
+        if path.is_relative_to(src):
+            unit[path] = str(path.relative_to(src).with_suffix(""))
+        else:
+            source = next(src.rglob(path.stem + ".cpp"), src / lowest / path.name)
+            unit[path] = str(source.relative_to(src).with_suffix(""))
+    graph = {name: {} for name in unit.values()}
+    for path, name in unit.items():
+        for header in includes(path):
+            candidates = [path.parent / header] + [other for other in unit if str(other).endswith("/" + header)]
+            other = next((unit[candidate] for candidate in candidates if candidate in unit), name)
+            if other != name:
+                graph[name].setdefault(other, f"{path.relative_to(root)} includes {header}")
+    return graph
+
+
+def wing_of(unit):
+    return unit.split("/")[0] if "/" in unit else "."
+
+
+def arrow_faults(folder, graph):
+    """Includes that run against the order of the wings."""
+    may = {}
+    for wing, direct in WINGS[folder].items():
+        may[wing] = {wing}.union(*(may[other] for other in direct))
+    for unit, others in graph.items():
+        if wing_of(unit) not in may:
+            yield f"{folder}/{unit}: '{wing_of(unit)}' is no wing of tests/install/layers.py"
+            continue
+        for other, place in others.items():
+            if wing_of(other) not in may[wing_of(unit)]:
+                yield f"{place}: wing '{wing_of(unit)}' is not above wing '{wing_of(other)}'"
+
+
+def circle_faults(folder, graph):
+    """The first circle of includes between units."""
+    done = set()
+
+    def circle(unit, path):
+        if unit in path:
+            return path[path.index(unit):] + [unit]
+        if unit in done:
+            return None
+        found = next(filter(None, (circle(other, path + [unit]) for other in sorted(graph[unit]))), None)
+        done.add(unit)
+        return found
+
+    found = next(filter(None, (circle(unit, []) for unit in sorted(graph))), None)
+    if found:
+        yield f"{folder}: a circle of includes: " + " -> ".join(found)
 
 
 def wing_faults(root):
-    src, public = root / "libspheretree/src", root / "libspheretree/include/spheretree/builder"
-    may = closure()
-    home = {}  # include text -> wing; a public header lives where its source does, plain types in base
-    for path in src.rglob("*.h"):
-        name = path.relative_to(src)
-        home[str(name)] = name.parts[0] if len(name.parts) > 1 else "top"
-    for path in public.glob("*.h"):
-        source = next(src.rglob(path.stem + ".cpp"), None)
-        home[f"spheretree/builder/{path.name}"] = "base" if source is None else "top" if source.parent == src else source.parent.name
-    graph = {}
-    for path in sources(src) + sources(public):
-        name = path.relative_to(src) if path.is_relative_to(src) else Path("spheretree/builder") / path.name
-        own = home.get(str(name.with_suffix(".h"))) or (name.parts[0] if len(name.parts) > 1 else "top")
-        if own not in WINGS:
-            yield f"libspheretree/src/{name}: '{own}' is no wing of tests/install/layers.py"
-            continue
-        for header in includes(path):
-            other = home.get(header)
-            if other is None:
-                continue
-            if other not in may[own]:
-                yield f"{name}: wing '{own}' includes {header} of wing '{other}'"
-            here, there = str(name.with_suffix("")), str(Path(header).with_suffix(""))
-            here = here.replace("spheretree/builder/", f"{own}/" if own != "top" else "")
-            there = there.replace("spheretree/builder/", f"{other}/" if other != "top" else "")
-            if here != there:
-                graph.setdefault(here, set()).add(there)
-    state = {}
-
-    def circle(node, path):
-        state[node] = 1
-        for other in sorted(graph.get(node, ())):
-            if state.get(other) == 1:
-                return path + [node, other]
-            if other not in state and (found := circle(other, path + [node])):
-                return found
-        state[node] = 2
-        return None
-
-    for node in sorted(graph):
-        if node not in state and (found := circle(node, [])):
-            yield "a circle of includes: " + " -> ".join(found)
-            break
+    others = [path for path in (root / "tools").iterdir() if any(path.glob("**/*.h"))]
+    folders = [folder for folder, _, _ in ROOMS.values()] + sorted(str(path.relative_to(root)) for path in others) + ["samples", "tests"]
+    for folder in folders:
+        graph = included_units(root, folder)
+        yield from circle_faults(folder, graph)
+        if folder in WINGS:
+            yield from arrow_faults(folder, graph)
 
 
 def header_faults(root, compiler):
