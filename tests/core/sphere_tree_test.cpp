@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 
+#include "spheretree/core/smallest_enclosing_ball.h"
 #include "support/sample_skins.h"
 
 namespace spheretree {
@@ -57,87 +58,15 @@ TEST(LinkNodes, RefusesWhatIsNotOneTree) {
   EXPECT_FALSE(links(std::vector<std::uint8_t>(kMaxNodes + 1, 0)));
 }
 
-TEST(EncloseDescendants, GivesTheBallOfTwoBallsInClosedForm) {
-  SphereTree tree;
-  tree.cover = {{0, 0, 0, 1}, {10, 0, 0, 2}};
-  tree.child_count = {1, 0};
-  ASSERT_TRUE(linkNodes(tree));
-  encloseDescendants(tree);
-  ASSERT_EQ(tree.bound.size(), 1u);
-  EXPECT_NEAR(tree.bound[0].radius, 6.5, 1e-6);  // (1 + 10 + 2) / 2
-  EXPECT_NEAR(tree.bound[0].x, 5.5, 1e-6);
-}
-
-TEST(EncloseDescendants, KeepsABallThatHoldsAllOthers) {
-  SphereTree tree;
-  tree.cover = {{1, 2, 3, 10}, {1, 2, 4, 1}, {0, 2, 3, 8.9f}};
-  tree.child_count = {2, 0, 0};
-  ASSERT_TRUE(linkNodes(tree));
-  encloseDescendants(tree);
-  EXPECT_EQ(tree.bound[0].x, 1);
-  EXPECT_GE(tree.bound[0].radius, 10);
-  EXPECT_LE(tree.bound[0].radius, std::nextafter(10.0f, 11.0f));
-}
-
-/// A lower and an upper bound of the radius of any ball that encloses `balls`: Badoiu and Clarkson's steps towards the
-/// farthest ball give a centre; the convex combination of the balls visited gives the dual bound.
-struct Optimum {
-  double low, high;
-};
-Optimum enclosingRadius(const std::vector<Sphere>& balls, int steps) {
-  // Dual: max over weights w of sum w_i |c_i|^2 - |sum w_i c_i|^2 for points; for balls, take points on the spheres
-  // that lie farthest from the present centre: any ball around the balls holds those points too.
-  Sphere c = balls[0];
-  double x = c.x, y = c.y, z = c.z, high = std::numeric_limits<double>::infinity(), low = 0;
-  double sx = 0, sy = 0, sz = 0, s2 = 0, weight = 0;
-  for (int step = 0; step < steps; ++step) {
-    double far = -1, px = 0, py = 0, pz = 0;
-    for (const Sphere& b : balls) {
-      const double dx = b.x - x, dy = b.y - y, dz = b.z - z, d = std::sqrt(dx * dx + dy * dy + dz * dz);
-      if (d + b.radius <= far) continue;
-      far = d + b.radius;
-      const double k = d > 0 ? 1 + b.radius / d : 1;
-      px = x + dx * k, py = y + dy * k, pz = z + dz * k;
-    }
-    high = std::min(high, far);
-    const double f = 1.0 / (step + 2);
-    x += (px - x) * f, y += (py - y) * f, z += (pz - z) * f;
-    if (step >= steps / 2) {  // early points are far from the optimum's
-      sx += px, sy += py, sz += pz, s2 += px * px + py * py + pz * pz, weight += 1;
-      low = std::sqrt(std::max(0.0, s2 / weight - (sx * sx + sy * sy + sz * sz) / (weight * weight)));
-    }
-  }
-  return {low, high};
-}
-
-TEST(EncloseDescendants, IsNearTheOptimumThatAnotherMethodProves) {
+TEST(EncloseDescendants, EnclosesEachNodeWithAllItsDescendants) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const SphereTree tree = test::randomTree(seed, 4, 8);
-    if (tree.isLeaf(0)) continue;
-    const Optimum optimum = enclosingRadius(tree.cover, 20000);
-    ASSERT_LT(optimum.high, optimum.low * 1.01) << "the yardstick itself is too loose to show anything";
-    EXPECT_GE(tree.bound[0].radius, optimum.low);
-    EXPECT_LE(tree.bound[0].radius, optimum.high * 1.0001) << "seed " << seed;
-  }
-}
-
-TEST(EncloseDescendants, SurvivesBallsThatCoincideOrLieOnALine) {
-  for (const int kind : {0, 1, 2, 3}) {
-    SphereTree tree = test::randomTree(5, 4, 8);
-    for (std::size_t i = 0; i < tree.nodeCount(); ++i) {
-      const auto t = static_cast<float>(i);
-      if (kind == 0) tree.cover[i] = {1, 2, 3, 1};                          // all the same
-      if (kind == 1) tree.cover[i] = {t, 2 * t, -t, 1};                     // on a line
-      if (kind == 2) tree.cover[i] = {std::cos(t), std::sin(t), 0, 1e-3f};  // on a circle
-      if (kind == 3) tree.cover[i] = {t * 1e-6f + 1000, 0, 0, 1e-5f};       // far from the origin, tiny
+    for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
+      if (tree.isLeaf(i)) continue;
+      std::vector<Sphere> spheres;
+      for (const std::uint32_t k : family(tree, i)) spheres.push_back(tree.cover[k]);
+      EXPECT_EQ(tree.bound[tree.bound_index[i]], smallestEnclosing(spheres)) << "seed " << seed << ", node " << i;
     }
-    encloseDescendants(tree);
-    countLevels(tree);
-    EXPECT_EQ(findFault(tree), "") << "kind " << kind;
-    double largest = 0;
-    for (const Sphere& a : tree.cover)
-      for (const Sphere& b : tree.cover) largest = std::max(largest, (reach(a, b) + a.radius) / 2);
-    EXPECT_LE(tree.bound[0].radius, largest * 1.1548 + 1e-4) << "kind " << kind;  // Jung's theorem: sqrt(4/3) of half the diameter
   }
 }
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "spheretree/core/sphere_tree.h"
+#include "spheretree/core/smallest_enclosing_ball.h"
 
 namespace spheretree::builder {
 namespace {

@@ -12,7 +12,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -97,14 +96,6 @@ std::vector<std::uint32_t> levelSet(const SphereTree& tree, int level);
 /// tree unusable, if the counts do not describe one tree of at most kMaxLevels levels, breadth first, with inner
 /// siblings ahead of leaves. Cost: O(nodes).
 [[nodiscard]] bool linkNodes(SphereTree& tree);
-
-/// The smallest ball that encloses `spheres` (one or more; centres finite, radii > 0), rounded outward to float. Its
-/// radius is within a factor of 1.0001 of the optimum. Deterministic. The radius is infinite if it does not fit a
-/// float.
-/// Method: the basis exchange of linear-type programming, with the farthest ball entering as in B. Gaertner, Fast and
-///         robust smallest enclosing balls, ESA 1999; balls in place of points after K. Fischer and B. Gaertner, The
-///         smallest enclosing ball of balls, SoCG 2003. Cost: O(spheres), times about 10.
-Sphere smallestEnclosing(std::span<const Sphere> spheres);
 
 /// Fills `bound` from `cover` and a topology that linkNodes() accepted: smallestEnclosing() of the cover spheres of
 /// each node and all its descendants. Cost: O(nodes * levels), times about 10.
