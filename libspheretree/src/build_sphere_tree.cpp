@@ -9,7 +9,6 @@
 #include <numbers>
 #include <utility>
 
-#include "base/rounding.h"
 #include "build_levels.h"
 #include "certify/certify_levels.h"
 #include "certify/overhang_bound.h"
@@ -22,6 +21,7 @@
 #include "skin/build_skin.h"
 #include "spheretree/builder/provenance.h"
 #include "spheretree/core/mesh_edit.h"
+#include "spheretree/core/rounding.h"
 #include "tree/assemble_tree.h"
 #include "tree/hierarchy.h"
 #include "tree/promote_leaves.h"

@@ -16,6 +16,7 @@
 #include "pipeline/sound_mesh.h"
 #include "program_end.h"
 #include "spheretree/builder/build_sphere_tree.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::robot {
 namespace {
@@ -255,7 +256,7 @@ class RobotCoverer {
     std::vector<LinkBall> balls;
     for (const std::uint32_t node : levelSet(tree, level)) {
       const Sphere& s = tree.cover[node];
-      balls.push_back({origin + Eigen::Vector3d(s.x, s.y, s.z), s.radius + e.shape.padding});
+      balls.push_back({origin + centreOf(s), s.radius + e.shape.padding});
     }
     return balls;
   }
@@ -353,9 +354,7 @@ MetreSphere metreSphere(const LinkBall& ball) {
   // The decimals differ from the float that they represent by at most half a unit, in each coordinate and the radius.
   const double off = (rounded.cast<double>() - centre).norm() + kHalfUlp * rounded.cast<double>().norm();
   const double radius = (ball.radius / 1000 + off) * (1 + 2 * kHalfUlp);
-  auto up = static_cast<float>(radius);
-  while (static_cast<double>(up) < radius) up = std::nextafter(up, std::numeric_limits<float>::infinity());
-  return {rounded.x(), rounded.y(), rounded.z(), up};
+  return {rounded.x(), rounded.y(), rounded.z(), roundUp(radius)};
 }
 
 LinkBall linkBall(const MetreSphere& s) { return {1000 * Eigen::Vector3d(s.x, s.y, s.z), 1000.0 * s.radius}; }

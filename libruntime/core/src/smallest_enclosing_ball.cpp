@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "spheretree/core/rounding.h"
+
 namespace spheretree {
 namespace {
 
@@ -17,8 +19,6 @@ struct Ball {
   Eigen::Vector3d centre;
   double radius;
 };
-
-Ball ballOf(const Sphere& s) { return {{s.x, s.y, s.z}, s.radius}; }
 
 /// The radius about `centre` that encloses `ball`. The writer and the reader evaluate the same expression, and each of
 /// its operations is correctly rounded everywhere, so that both get the same result.
@@ -153,11 +153,9 @@ Enclosure enclose(std::span<const Ball> balls) {
 
 Sphere smallestEnclosing(std::span<const Sphere> spheres) {
   std::vector<Ball> balls;
-  for (const Sphere& s : spheres) balls.push_back(ballOf(s));
+  for (const Sphere& s : spheres) balls.push_back({centreOf(s), s.radius});
   const Enclosure e = enclose(balls);
-  float radius = static_cast<float>(e.radius);
-  if (radius < e.radius) radius = std::nextafter(radius, std::numeric_limits<float>::infinity());
-  return {e.centre.x(), e.centre.y(), e.centre.z(), radius};
+  return {e.centre.x(), e.centre.y(), e.centre.z(), roundUp(e.radius)};
 }
 
 }  // namespace spheretree

@@ -10,6 +10,7 @@
 
 #include "describe.h"
 #include "sphere_checks.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree {
 namespace {
@@ -110,11 +111,6 @@ Vector3d movedCentre(const Tissue& tissue, const LeafAnchor& anchor, std::span<c
   return point + static_cast<double>(anchor.depth) / length * direction;
 }
 
-float roundedUp(double x) {
-  const auto f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
-}
-
 bool sameLeaves(const TissueLeaves& a, const TissueLeaves& b) {
   const auto sameCut = [](const TissueCut& u, const TissueCut& v) { return u.vertex == v.vertex && u.weight == v.weight; };
   const auto sameAnchor = [](const LeafAnchor& u, const LeafAnchor& v) {
@@ -143,7 +139,7 @@ Sphere aroundAll(std::span<const Sphere> spheres) {
   double radius = 0;
   for (const Sphere& s : spheres) radius = std::max(radius, reach(around, s));
   around.radius =
-      roundedUp(radius * (1 + 0x1p-40));  // a margin for readers, which evaluate enclosure over several levels at once, with rounding
+      roundUp(radius * (1 + 0x1p-40));  // a margin for readers, which evaluate enclosure over several levels at once, with rounding
   return around;
 }
 
@@ -265,7 +261,7 @@ void moveLeaves(const Tissue& tissue, std::span<const Vector3d> displacements, s
       farthest2 = std::max(farthest2, (at - from).squaredNorm());
     }
     const double farthest = std::sqrt(farthest2), extent = from.cwiseAbs().maxCoeff() + farthest;  // no coordinate is larger
-    leaves[leaf] = {centre.x(), centre.y(), centre.z(), roundedUp(std::max(farthest, kPoint) + kRounding * extent)};
+    leaves[leaf] = {centre.x(), centre.y(), centre.z(), roundUp(std::max(farthest, kPoint) + kRounding * extent)};
   }
 }
 

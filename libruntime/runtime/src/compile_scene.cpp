@@ -59,8 +59,6 @@ CompiledLeaves compileLeaves(const SphereTree& file, const SearchTree& search, c
   return out;
 }
 
-Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
-
 CompiledShape compileShape(const SphereTree& file, bool has_skin) {
   CompiledShape shape;
   const Eigen::Vector3d origin(file.origin_mm.data());

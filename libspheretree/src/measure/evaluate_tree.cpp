@@ -76,7 +76,7 @@ Evaluation evaluate(const TriangleMesh& mesh, const SphereTree& tree, const Eval
     std::vector<Ball> balls;
     for (const std::uint32_t node : levelSet(tree, level)) {
       const Sphere& sphere = tree.cover[node];
-      balls.push_back({origin + Eigen::Vector3d(sphere.x, sphere.y, sphere.z), sphere.radius});
+      balls.push_back({origin + centreOf(sphere), sphere.radius});
     }
     LevelEvaluation& result = out.levels.emplace_back();
     result.level = level;

@@ -8,12 +8,12 @@
 #include <optional>
 #include <utility>
 
-#include "base/rounding.h"
 #include "mesh/simplify_mesh.h"
 #include "skin/build_search_tree.h"
 #include "skin/loop_surface.h"
 #include "skin/surface_edges.h"
 #include "spheretree/core/mesh_edit.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 namespace {

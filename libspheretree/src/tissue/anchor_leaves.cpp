@@ -24,7 +24,7 @@ std::vector<LeafAnchor> anchorLeaves(const TriangleMesh& mesh, const DistanceFie
                                      const Tetrahedra& solid, std::span<const Sphere> leaves, const Vector3d& origin) {
   std::vector<LeafAnchor> anchors;
   for (const Sphere& leaf : leaves) {
-    const Vector3d centre = Vector3d(leaf.x, leaf.y, leaf.z) + origin;
+    const Vector3d centre = centreOf(leaf) + origin;
     const NearestPoint nearest = field.nearest(centre);
     const Triangle& vertex = mesh.triangles[nearest.triangle];
     const Eigen::Vector2d weight =

@@ -167,7 +167,7 @@ class Numbering {
 
 TissueLeaves cutPieces(const TriangleMesh& mesh, std::span<const Sphere> leaves, const Vector3d& origin, Progress& progress) {
   std::vector<Ball> balls;
-  for (const Sphere& s : leaves) balls.push_back({Vector3d(s.x, s.y, s.z), s.radius});
+  for (const Sphere& s : leaves) balls.push_back({centreOf(s), s.radius});
   const BallIndex index(balls);
   double extent = 0;
   for (const Vector3d& p : mesh.positions) extent = std::max(extent, (p - origin).cwiseAbs().maxCoeff());

@@ -64,7 +64,7 @@ class Evaluator {
   // Independent of the pieces: a sample may lie in any leaf. Includes a margin for the rounding of the sample itself.
   std::size_t bareSamples(const std::vector<Sphere>& leaves, const std::vector<Vector3d>& positions) const {
     std::vector<Ball> balls;
-    for (const Sphere& s : leaves) balls.push_back({Vector3d(s.x, s.y, s.z), s.radius});
+    for (const Sphere& s : leaves) balls.push_back({centreOf(s), s.radius});
     const BallIndex index(balls);
     std::size_t bare = 0;
     for (const Sample& sample : samples_) {

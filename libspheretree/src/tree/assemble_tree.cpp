@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "base/rounding.h"
 #include "certify/overhang_bound.h"
+#include "spheretree/core/rounding.h"
 
 namespace spheretree::builder {
 

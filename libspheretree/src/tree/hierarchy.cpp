@@ -24,7 +24,7 @@ constexpr std::size_t kNeighbours = 6;  // groups that are tried for a child
 constexpr int kPasses = 8;
 constexpr double kWorthwhile = 1e-9;  // relative gain below which an exchange is attributed to rounding
 
-Ball scaledBall(const Sphere& s, double scale) { return {scale * Vector3d(s.x, s.y, s.z), scale * s.radius}; }
+Ball scaledBall(const Sphere& s, double scale) { return {scale * centreOf(s), scale * s.radius}; }
 
 void extendBy(const Ball& ball, Eigen::AlignedBox3d& box) {
   box.extend(ball.centre - Vector3d::Constant(ball.radius));

@@ -13,8 +13,6 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-Eigen::Vector3d centreOf(const Sphere& s) { return {s.x, s.y, s.z}; }
-
 // For each sphere the leaf outside of which it protrudes least, unless that leaf is taken; spheres that protrude least
 // choose first.
 std::vector<std::uint32_t> standIns(const std::vector<Sphere>& spheres, const std::vector<Sphere>& leaves) {

@@ -28,7 +28,7 @@ double referenceDistance(const formats::SceneFile& scene, const std::filesystem:
   for (std::uint32_t i = 0; i < tree.nodeCount(); ++i) {
     if (!tree.isLeaf(i)) continue;
     const Sphere& s = tree.cover[i];
-    const Eigen::Vector3d centre = origin + Eigen::Vector3d(s.x, s.y, s.z);
+    const Eigen::Vector3d centre = origin + centreOf(s);
     nearest = std::min(nearest, (centre - scene.tool.reference_point_mm).norm() - static_cast<double>(s.radius));
   }
   return std::max(0.0, nearest);

@@ -48,7 +48,7 @@ std::vector<LeafPenetration::Ball> LeafPenetration::leavesOf(const SphereTree& t
   for (std::size_t n = 0; n < tree.nodeCount(); ++n)
     if (tree.isLeaf(n)) {
       const Sphere& s = tree.cover[n];
-      leaves.push_back({place(pose, Eigen::Vector3d(s.x, s.y, s.z) + origin), static_cast<double>(s.radius)});
+      leaves.push_back({place(pose, centreOf(s) + origin), static_cast<double>(s.radius)});
     }
   return leaves;
 }

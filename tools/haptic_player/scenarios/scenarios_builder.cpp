@@ -84,7 +84,7 @@ Outcome degenerate(ScenarioContext& context, Mode) {
       bool covered = false;
       for (const std::uint32_t leaf : leaves) {
         const Sphere& s = result.tree.cover[leaf];
-        covered = covered || (Eigen::Vector3d(s.x, s.y, s.z) - p).norm() <= double(s.radius) + 1e-9;
+        covered = covered || (centreOf(s) - p).norm() <= double(s.radius) + 1e-9;
       }
       uncovered += !covered;
     }
@@ -92,8 +92,7 @@ Outcome degenerate(ScenarioContext& context, Mode) {
       const Sphere& s = result.tree.cover[leaf];
       for (int k = 0; k < 64; ++k) {
         const double z = 1 - (2 * k + 1.0) / 64, r = std::sqrt(1 - z * z), turn = 2.399963229728653 * k;
-        const Eigen::Vector3d p =
-            Eigen::Vector3d(s.x, s.y, s.z) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
+        const Eigen::Vector3d p = centreOf(s) + double(s.radius) * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z);
         beyond = std::max(beyond, field.signedDistance(p) - double(result.tree.statistics.back().overhang_bound));
       }
     }

@@ -69,7 +69,7 @@ std::vector<Vector3d> leafCentres(const SphereTree& tree) {
   const Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   std::vector<Vector3d> points;
   for (std::uint32_t i = 0; i < tree.nodeCount(); ++i)
-    if (tree.isLeaf(i)) points.push_back(origin + Vector3d(tree.cover[i].x, tree.cover[i].y, tree.cover[i].z));
+    if (tree.isLeaf(i)) points.push_back(origin + centreOf(tree.cover[i]));
   return points;
 }
 

@@ -73,7 +73,7 @@ std::vector<WorkFigures> workFigures(std::span<const formats::WorkRegion> region
     double largest = 0;
     for (const std::uint32_t leaf : leaves) {
       const Sphere& s = tree.cover[leaf];
-      largest = std::max(largest, s.radius - field.distance(origin + Vector3d(s.x, s.y, s.z)));
+      largest = std::max(largest, s.radius - field.distance(origin + centreOf(s)));
     }
     out.push_back({region.name, region.tolerance_mm, part.triangles.size(), largest});
   }

@@ -28,8 +28,6 @@ std::optional<std::vector<double>> numbersIn(std::string_view text, std::size_t 
   return numbers;
 }
 
-Vector3d centreOf(const Sphere& s) { return {static_cast<double>(s.x), static_cast<double>(s.y), static_cast<double>(s.z)}; }
-
 }  // namespace
 
 bool FixedRegions::holds(const Vector3d& p) const {

@@ -87,14 +87,14 @@ Json packTree(PageData& data, const SphereTree& tree, const builder::DistanceFie
   Eigen::AlignedBox3d box;
   double largest = 0;
   for (const Sphere& s : tree.cover) {
-    box.extend(origin + Eigen::Vector3d(s.x, s.y, s.z));
+    box.extend(origin + centreOf(s));
     largest = std::max<double>(largest, s.radius);
   }
   const double step = std::max(box.sizes().maxCoeff(), largest) / kSteps;
   std::vector<std::uint16_t> spheres;  // x, y, z, radius of each node, consecutively
   std::vector<double> overhang;
   for (const Sphere& s : tree.cover) {
-    const Eigen::Vector3d c = origin + Eigen::Vector3d(s.x, s.y, s.z), q = (c - box.min()) / step;
+    const Eigen::Vector3d c = origin + centreOf(s), q = (c - box.min()) / step;
     for (const double value : {q.x(), q.y(), q.z(), s.radius / step})
       spheres.push_back(static_cast<std::uint16_t>(std::clamp(std::lround(value), 0L, static_cast<long>(kSteps))));
     if (field) overhang.push_back(std::max(0.0, s.radius + field->signedDistance(c)));

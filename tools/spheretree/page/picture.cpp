@@ -308,7 +308,7 @@ std::vector<Panel> panelsOf(const std::vector<Vector3d>& mesh_points, const Sphe
     panel.mesh = !mesh_points.empty() && level == 0;
     for (const std::uint32_t node : levelSet(tree, level)) {
       const Sphere& s = sphereOf(tree, node, kind);
-      const Vector3d centre = camera.project(origin + Vector3d(s.x, s.y, s.z));
+      const Vector3d centre = camera.project(origin + centreOf(s));
       const auto radius = static_cast<double>(s.radius);
       const auto member = static_cast<std::uint32_t>(panel.balls.size());
       panel.balls.push_back({centre, radius, node == 0 ? kRootColour : sphereColour(family[node], member)});

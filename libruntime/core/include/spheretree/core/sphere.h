@@ -2,6 +2,8 @@
 // The sphere as files store it and as the runtime tests it.
 #pragma once
 
+#include <Eigen/Core>
+
 namespace spheretree {
 
 /// Centre and radius in the frame of the tree [mm]. 16 bytes, the layout of the file.
@@ -11,5 +13,7 @@ struct Sphere {
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 static_assert(sizeof(Sphere) == 16);
+
+inline Eigen::Vector3d centreOf(const Sphere& s) { return {static_cast<double>(s.x), static_cast<double>(s.y), static_cast<double>(s.z)}; }
 
 }  // namespace spheretree

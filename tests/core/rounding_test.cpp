@@ -1,11 +1,14 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "base/rounding.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "spheretree/core/rounding.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "support/random.h"
 
-namespace spheretree::builder {
+namespace spheretree {
 namespace {
 
 TEST(Rounding, UpIsTheLeastFloatThatIsNotBelow) {
@@ -21,4 +24,4 @@ TEST(Rounding, UpIsTheLeastFloatThatIsNotBelow) {
 }
 
 }  // namespace
-}  // namespace spheretree::builder
+}  // namespace spheretree
