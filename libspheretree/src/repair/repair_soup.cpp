@@ -13,6 +13,7 @@
 
 #include "geometry/box_tree.h"
 #include "mesh/crossing_triangles.h"
+#include "mesh/mesh_edges.h"
 #include "mesh/triangle_area.h"
 
 namespace spheretree::builder {
@@ -26,35 +27,6 @@ constexpr double kShareOfSide = 0.25;                                           
 constexpr double kNearlyAll = 0.02;                                               // share of the closable edges that may stay open
 constexpr double kMaxFinArea = 0.03;                                              // share of the total area
 constexpr double kFinSize = 0.1;                                                  // as a share of the diagonal: size of a fin's box
-
-struct Side {
-  std::uint32_t low, high, triangle;
-  std::uint8_t corner;  // the edge runs from this corner to the next
-  bool forward;         // from low to high
-};
-
-std::vector<Side> sortedSides(const TriangleMesh& mesh) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::uint8_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1u) % 3u];
-      sides.push_back({std::min(a, b), std::max(a, b), t, k, a < b});
-    }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle, a.corner) < std::tie(b.low, b.high, b.triangle, b.corner);
-  });
-  return sides;
-}
-
-/// Calls `visit(first, last)` with the sides of each edge.
-template <class Visit>
-void forEachEdge(const std::vector<Side>& sides, Visit&& visit) {
-  for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
-    while (last < sides.size() && sides[last].low == sides[first].low && sides[last].high == sides[first].high) ++last;
-    visit(first, last);
-  }
-}
 
 /// Keeps the triangles for which `keep` is true; returns the sources of the others.
 template <class Keep>
@@ -279,9 +251,9 @@ std::vector<OpenEdge> findOpenEdges(const TriangleMesh& mesh) {
     const auto at = std::find_if(sides.begin() + static_cast<std::ptrdiff_t>(first), sides.end(),
                                  [&](const Side& s) { return s.forward == (forwards > 0); });
     if (forwards > 0)
-      open.push_back({at->low, at->high, at->triangle, forwards});
+      open.push_back({at->low(), at->high(), at->triangle, forwards});
     else
-      open.push_back({at->high, at->low, at->triangle, -forwards});
+      open.push_back({at->high(), at->low(), at->triangle, -forwards});
   });
   std::sort(open.begin(), open.end(), [](const OpenEdge& a, const OpenEdge& b) { return std::tie(a.from, a.to) < std::tie(b.from, b.to); });
   return open;
