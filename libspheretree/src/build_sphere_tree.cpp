@@ -32,7 +32,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSkinTolerance = 2e-3;  // default tolerance of the skin, as a share of the diagonal
 constexpr double kFar = 16;  // distance from the origin of the mesh's frame, in diagonals, beyond which the tree gets an origin of its own
 
 // Measures the times of consecutive stages.

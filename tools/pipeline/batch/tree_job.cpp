@@ -19,7 +19,6 @@ using tool::kGenerator;
 
 // Share of the samples of `evaluate`: with a twentieth, measuring every level costs less than the build.
 constexpr double kMeasuringEffort = 0.05;
-constexpr double kSkinShare = 2e-3;  // tolerance of the skin as a share of the diagonal, as the builder takes it if nothing is asked for
 
 Hash128 hashOf(std::string_view text) { return builder::bytesHash(std::as_bytes(std::span(text))); }
 
@@ -159,7 +158,7 @@ TreeResult TreeJob::run(builder::Progress& progress) const {
   else if (is_for_error)
     own.tolerance_mm = scale * wanted;
   if (is_for_error && own.skin_tolerance_mm == 0)
-    own.skin_tolerance_mm = settings.tolerance_mm > 0 ? own.tolerance_mm / scale : kSkinShare * diagonalOf(mesh);
+    own.skin_tolerance_mm = settings.tolerance_mm > 0 ? own.tolerance_mm / scale : builder::kSkinTolerance * diagonalOf(mesh);
   const double min_tolerance = own.tolerance_mm;
   if (own.max_leaves > 0) useAllLeaves(own);
   builder::BuildResult built = builder::buildSphereTree(mesh, own, progress, repaired.to_cover);

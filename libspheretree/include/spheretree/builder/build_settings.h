@@ -15,6 +15,8 @@ enum class Quality { Quick, Standard, Best };
 std::string_view name(BuilderKind kind);
 std::string_view name(Quality quality);
 
+inline constexpr double kSkinTolerance = 2e-3;  // default tolerance of the skin, as a share of the diagonal
+
 struct BuildSettings {
   BuilderKind builder = BuilderKind::Cover;
   std::vector<BuilderKind> combine;  // the builders that Combined chooses from
@@ -30,7 +32,7 @@ struct BuildSettings {
   // ball that touches the surface where the leaf does; range [0, 0.5]. Builder Cover only.
   double soft_share = 0;
   bool skin = true;              // store the surface that a tool rests on; docs/algorithms/skin/skin.md
-  double skin_tolerance_mm = 0;  // > 0: largest distance of the skin from the mesh; 0: tolerance_mm, or 0.2 % of the diagonal
+  double skin_tolerance_mm = 0;  // > 0: largest distance of the skin from the mesh; 0: tolerance_mm, or kSkinTolerance of the diagonal
   double crease_angle_deg = 50;  // edges of the mesh with a larger angle stay sharp on the skin; range [1, 180]
   bool simplify = true;          // search on fewer triangles if the mesh is finer than the spheres can follow (simplify_mesh.h)
   double unit_mm = 1;            // unit of the source file [mm]; only recorded
