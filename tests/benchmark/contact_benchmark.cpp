@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "benchmark/benchmark_scenes.h"
+#include "quantile.h"
 #include "spheretree/runtime/step.h"
 
 namespace {
@@ -168,11 +169,6 @@ Run play(const Case& c, const Scene& scene, bool with) {
   return run;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -192,10 +188,10 @@ int main(int argc, char** argv) {
       plain_us.push_back(1e6 * a.seconds / c.steps);
       with_us.push_back(1e6 * b.seconds / c.steps);
     }
-    std::printf("%-16s %7.2f us %7.2f us  x %.2f  pieces %.2f %.2f  iterations %.2f %.2f  rounds", c.name, median(plain_us),
-                median(with_us), median(with_us) / median(plain_us), static_cast<double>(a.linearisations) / c.steps,
-                static_cast<double>(b.linearisations) / c.steps, static_cast<double>(a.iterations) / c.steps,
-                static_cast<double>(b.iterations) / c.steps);
+    std::printf("%-16s %7.2f us %7.2f us  x %.2f  pieces %.2f %.2f  iterations %.2f %.2f  rounds", c.name, tool::quantile(plain_us, 0.5),
+                tool::quantile(with_us, 0.5), tool::quantile(with_us, 0.5) / tool::quantile(plain_us, 0.5),
+                static_cast<double>(a.linearisations) / c.steps, static_cast<double>(b.linearisations) / c.steps,
+                static_cast<double>(a.iterations) / c.steps, static_cast<double>(b.iterations) / c.steps);
     for (const int steps : b.rounds) std::printf(" %.1f%%", 100.0 * steps / c.steps);
     std::printf("\n");
   }

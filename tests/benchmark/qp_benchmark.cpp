@@ -21,6 +21,7 @@
 
 #include "benchmark/benchmark_scenes.h"
 #include "find_pairs.h"
+#include "quantile.h"
 #include "rows.h"
 #include "spheretree/runtime/step.h"
 #include "step_memory.h"
@@ -141,11 +142,7 @@ double clockCost() {
 
 struct Times {
   std::vector<double> smallest;  // [ns] of each cycle
-  double at(double part) const {
-    std::vector<double> sorted = smallest;
-    std::sort(sorted.begin(), sorted.end());
-    return 1e-3 * sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(part * static_cast<double>(sorted.size())))];
-  }
+  double at(double part) const { return 1e-3 * tool::quantile(smallest, part); }
 };
 
 template <class Solve>

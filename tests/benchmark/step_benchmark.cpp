@@ -21,6 +21,7 @@
 #include "benchmark/benchmark_scenes.h"
 #include "compiled_scene.h"
 #include "find_pairs.h"
+#include "quantile.h"
 #include "spheretree/core/sphere_tree_codec.h"
 #include "spheretree/runtime/step.h"
 
@@ -111,11 +112,6 @@ long interruptions() {
   return usage.ru_nivcsw;
 }
 
-double percentile(std::vector<double> values, double part) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(part * static_cast<double>(values.size())))];
-}
-
 void run(const char* name, const Scene& scene, const std::vector<Configuration>& poses, Mode mode, bool paced) {
   Workspace workspace(scene);
   std::vector<double> micros, pairs, rows, linearisations, searches;
@@ -145,10 +141,10 @@ void run(const char* name, const Scene& scene, const std::vector<Configuration>&
     searches.push_back(r.searches);
     penetration = std::max(penetration, r.penetration);
   }
-  std::printf("%-24s %6.0f %6.0f %5.0f %4.0f %4.0f | %7.1f %7.1f %7.1f %7.1f | %8.5f %2x %5u\n", name, percentile(pairs, 0.5),
-              percentile(pairs, 1), percentile(linearisations, 0.5), percentile(linearisations, 0.99), percentile(searches, 1),
-              percentile(micros, 0.5), percentile(micros, 0.99), percentile(micros, 0.999), percentile(micros, 1), penetration, faults,
-              interrupted);
+  std::printf("%-24s %6.0f %6.0f %5.0f %4.0f %4.0f | %7.1f %7.1f %7.1f %7.1f | %8.5f %2x %5u\n", name, tool::quantile(pairs, 0.5),
+              tool::quantile(pairs, 1), tool::quantile(linearisations, 0.5), tool::quantile(linearisations, 0.99),
+              tool::quantile(searches, 1), tool::quantile(micros, 0.5), tool::quantile(micros, 0.99), tool::quantile(micros, 0.999),
+              tool::quantile(micros, 1), penetration, faults, interrupted);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "quantile.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/builder/soften_tree.h"
 #include "spheretree/runtime/step.h"
@@ -37,11 +38,6 @@ double now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
-
-double percentile(std::vector<double> times, double share) {
-  std::sort(times.begin(), times.end());
-  return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
 }
 
 Tissue blockOf(const Cells& cells) {
@@ -260,7 +256,7 @@ Times timesOf(int rounds, const Work& work) {
     work(i);
     times.push_back(now() - start);
   }
-  return {percentile(times, 0.5), percentile(times, 0.99)};
+  return {tool::quantile(times, 0.5), tool::quantile(times, 0.99)};
 }
 
 void printTimes(const char* name, const Times& t, const char* end = ",\n") {
@@ -322,8 +318,8 @@ void stepTimes(const SoftBlock& block, double friction, const char* name) {
     felt.step(p);
     times.push_back(now() - start);
   }
-  std::printf("  \"%s\": {\"median_us\": %.1f, \"p99_us\": %.1f, \"p999_us\": %.1f},\n", name, percentile(times, 0.5),
-              percentile(times, 0.99), percentile(times, 0.999));
+  std::printf("  \"%s\": {\"median_us\": %.1f, \"p99_us\": %.1f, \"p999_us\": %.1f},\n", name, tool::quantile(times, 0.5),
+              tool::quantile(times, 0.99), tool::quantile(times, 0.999));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "quantile.h"
 #include "scenarios/parallel_jobs.h"
 #include "scenarios/scenario_run.h"
 
@@ -88,12 +89,6 @@ Course roundMolar(const Body& molar) {
   return course;
 }
 
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
-}
-
 const Body& bodyOf(const ScenarioContext& context, const std::string& body, int levels, std::size_t leaves) {
   builder::BuildSettings settings;
   settings.quality = builder::Quality::Quick;
@@ -126,12 +121,12 @@ ComparisonRow measure(const Body& ball, const Body& body, const Course& course, 
           trial.scene().byteCount(),
           trial.times().quantile(0.5),
           trial.times().quantile(0.99),
-          quantile(depths, 0.99),
-          quantile(errors, 0.5),
-          quantile(errors, 0.99),
-          quantile(angles, 0.5),
-          quantile(angles, 0.99),
-          quantile(stand_offs, 0.99)};
+          tool::quantile(depths, 0.99),
+          tool::quantile(errors, 0.5),
+          tool::quantile(errors, 0.99),
+          tool::quantile(angles, 0.5),
+          tool::quantile(angles, 0.99),
+          tool::quantile(stand_offs, 0.99)};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "quantile.h"
 #include "scenarios/scenario_run.h"
 
 namespace spheretree::player {
@@ -19,12 +20,6 @@ constexpr std::array kRippleHeadings{0.13, 0.13 + 45 * kDegree, 0.13 + 90 * kDeg
 void addPenetrations(Outcome& out, const ScenarioRun& trial) {
   out.add("penetration of leaf spheres", "mm", trial.leafPenetration(), kPenetrationPass);
   out.add("penetration of meshes", "mm", trial.meshPenetration(), kPenetrationPass);
-}
-
-double median(std::vector<std::uint32_t> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
 }
 
 // F1: a cube is pressed 40 deep into a block and dragged. It reveals rows of the far side and growing lists.
@@ -48,7 +43,9 @@ Outcome deep(ScenarioContext& context, Mode mode) {
   const std::size_t drag = trial.mark();
   trial.moveTo({20, 0, -30}, 50);
   const auto workOf = [&](std::size_t begin, std::size_t end) {
-    return median({trial.work().begin() + static_cast<std::ptrdiff_t>(begin), trial.work().begin() + static_cast<std::ptrdiff_t>(end)});
+    const std::vector<std::uint32_t> work(trial.work().begin() + static_cast<std::ptrdiff_t>(begin),
+                                          trial.work().begin() + static_cast<std::ptrdiff_t>(end));
+    return static_cast<double>(tool::quantile(work, 0.5));
   };
   addPenetrations(out, trial);
   out.add("L-ratio while pressed and dragged", "1", std::max(largestLRatio(trial.since(0), {}), largestLRatio(trial.since(drag), {})),

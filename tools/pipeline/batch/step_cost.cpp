@@ -8,6 +8,7 @@
 #include <span>
 
 #include "find_pairs.h"
+#include "quantile.h"
 #include "spheretree/formats/errors.h"
 #include "spheretree/formats/trajectory.h"
 #include "step_memory.h"
@@ -65,11 +66,6 @@ std::vector<Leaf> leavesOf(const runtime::CompiledTree& tree, const Eigen::Matri
       leaves.push_back(
           {anchor + rotation * Vector3d(tree.exact[slot][0], tree.exact[slot][1], tree.exact[slot][2]), tree.spheres[slot].radius});
   return leaves;
-}
-
-double percentile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
 }
 
 /// The path of a contact, from the free pose; empty if no pose on the way is free.
@@ -152,11 +148,11 @@ std::optional<StepCost> measureSteps(const runtime::Scene& scene, const ToolPath
   if (pairs.empty()) return std::nullopt;
   StepCost cost;
   cost.steps = pairs.size();
-  cost.pairs_median = percentile(pairs, 0.5);
-  cost.pairs_p99 = percentile(pairs, 0.99);
-  cost.model_us_p99 = percentile(model, 0.99);
-  cost.time_us_median = percentile(micros, 0.5);
-  cost.time_us_p99 = percentile(std::move(micros), 0.99);
+  cost.pairs_median = tool::quantile(pairs, 0.5);
+  cost.pairs_p99 = tool::quantile(pairs, 0.99);
+  cost.model_us_p99 = tool::quantile(model, 0.99);
+  cost.time_us_median = tool::quantile(micros, 0.5);
+  cost.time_us_p99 = tool::quantile(std::move(micros), 0.99);
   return cost;
 }
 

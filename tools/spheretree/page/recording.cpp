@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "quantile.h"
 #include "spheretree/core/rigid.h"
 #include "spheretree/formats/csv_table.h"
 #include "spheretree/formats/errors.h"
@@ -57,12 +58,6 @@ std::vector<float> distances(const Recording& r) {
 
 double rateOf(const Recording& r) {
   return r.steps() > 1 ? static_cast<double>(r.steps() - 1) / std::max(1e-9, static_cast<double>(r.time.back()) - r.time.front()) : 1000;
-}
-
-double quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 void countTouch(Recording& recording, const std::string& name) {
@@ -172,16 +167,18 @@ Json recordingFigures(const Recording& r) {
   }
   Json touched = Json::array();
   for (const auto& [name, steps] : r.touched) touched.push_back({{"name", name}, {"seconds", static_cast<double>(steps) / rateOf(r)}});
-  return {{"steps", r.steps()},
-          {"seconds", r.time.back() - r.time.front()},
-          {"touched", touched},
-          {"largest_force_n", *std::max_element(force.begin(), force.end())},
-          {"largest_torque_n_mm", torque},
-          {"largest_force_step_n", step},
-          {"largest_hand_to_tool_mm", *std::max_element(away.begin(), away.end())},
-          {"energy_mj", {{"smallest", *std::min_element(energy.begin(), energy.end())}, {"final", energy.back()}}},
-          {"total_us", {{"median", quantile(r.total_us, 0.5)}, {"p99", quantile(r.total_us, 0.99)}, {"max", quantile(r.total_us, 1)}}},
-          {"steps_with_faults", faulty}};
+  return {
+      {"steps", r.steps()},
+      {"seconds", r.time.back() - r.time.front()},
+      {"touched", touched},
+      {"largest_force_n", *std::max_element(force.begin(), force.end())},
+      {"largest_torque_n_mm", torque},
+      {"largest_force_step_n", step},
+      {"largest_hand_to_tool_mm", *std::max_element(away.begin(), away.end())},
+      {"energy_mj", {{"smallest", *std::min_element(energy.begin(), energy.end())}, {"final", energy.back()}}},
+      {"total_us",
+       {{"median", tool::quantile(r.total_us, 0.5)}, {"p99", tool::quantile(r.total_us, 0.99)}, {"max", tool::quantile(r.total_us, 1)}}},
+      {"steps_with_faults", faulty}};
 }
 
 std::string recordingCharts(const Recording& r) {
