@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <random>
 #include <utility>
 
+#include "base/random.h"
 #include "spheretree/builder/mesh_checks.h"
 
 namespace spheretree::builder {
@@ -17,9 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Unlike std::uniform_real_distribution and std::shuffle, these are the same in all libraries.
-double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
+// Unlike std::shuffle, this is the same in all libraries.
 template <class T>
 void shuffle(std::vector<T>& list, std::mt19937_64& random) {
   for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[random() % i]);
@@ -33,7 +31,7 @@ Eigen::AlignedBox3d boxOf(const TriangleMesh& mesh) {
 
 // Uniform over all rotations. Method: K. Shoemake. Uniform random rotations. Graphics Gems III, 1992.
 TriangleMesh turned(TriangleMesh mesh, std::mt19937_64& random) {
-  const double u = unit(random), a = 2 * std::numbers::pi * unit(random), b = 2 * std::numbers::pi * unit(random);
+  const double u = randomUnit(random), a = 2 * std::numbers::pi * randomUnit(random), b = 2 * std::numbers::pi * randomUnit(random);
   const double s = std::sqrt(1 - u), t = std::sqrt(u);
   const Eigen::Matrix3d turn = Eigen::Quaterniond(t * std::cos(b), s * std::sin(a), s * std::cos(a), t * std::sin(b)).toRotationMatrix();
   const Vector3d middle = boxOf(mesh).center();
@@ -49,7 +47,7 @@ TriangleMesh scaled(TriangleMesh mesh, double factor) {
 TriangleMesh noisy(const TriangleMesh& mesh, double noise, std::mt19937_64& random) {
   std::vector<Vector3d> shift;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const double x = unit(random), y = unit(random), z = unit(random);
+    const double x = randomUnit(random), y = randomUnit(random), z = randomUnit(random);
     shift.push_back(2 * Vector3d(x, y, z) - Vector3d::Ones());
   }
   for (double largest = noise * boxOf(mesh).diagonal().norm(); largest > 0; largest *= 0.5) {

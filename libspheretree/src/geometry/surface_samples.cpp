@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "base/random.h"
 
 namespace spheretree::builder {
 
 using Eigen::Vector3d;
 
 namespace {
-
-// Unlike std::uniform_real_distribution, this is the same in all libraries.
-double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 Vector3d areaVector(const TriangleMesh& mesh, std::size_t t) {
   return 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
@@ -61,9 +59,9 @@ std::vector<SurfaceSample> sampleSurface(const TriangleMesh& mesh, const SampleS
 
   std::size_t t = 0;
   for (std::size_t i = 0; i < settings.count; ++i) {
-    const double at = area * (static_cast<double>(i) + unit(random)) / static_cast<double>(settings.count);
+    const double at = area * (static_cast<double>(i) + randomUnit(random)) / static_cast<double>(settings.count);
     while (t + 1 < triangles && cumulative[t + 1] <= at) ++t;
-    const double root = std::sqrt(unit(random)), v = unit(random);
+    const double root = std::sqrt(randomUnit(random)), v = randomUnit(random);
     const Vector3d p = (1 - root) * mesh.corner(t, 0) + root * (1 - v) * mesh.corner(t, 1) + root * v * mesh.corner(t, 2);
     samples.push_back({p, areaVector(mesh, t).normalized(), static_cast<std::uint32_t>(t), false});
   }

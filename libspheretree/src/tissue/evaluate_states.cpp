@@ -4,8 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <random>
 
+#include "base/random.h"
 #include "certify/overhang_bound.h"
 #include "geometry/ball_index.h"
 #include "geometry/distance_field.h"
@@ -29,13 +29,12 @@ std::vector<Sample> samplesOf(const TriangleMesh& surface, std::size_t count, st
     area.push_back(area.back() + (surface.corner(t, 1) - a).cross(surface.corner(t, 2) - a).norm());
   }
   std::mt19937_64 random(seed);
-  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < count; ++i) {
-    const double at = unit() * area.back();
+    const double at = randomUnit(random) * area.back();
     const auto t = std::min<std::size_t>(static_cast<std::size_t>(std::upper_bound(area.begin(), area.end(), at) - area.begin()) - 1,
                                          surface.triangles.size() - 1);
-    double u = unit(), v = unit();
+    double u = randomUnit(random), v = randomUnit(random);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     samples.push_back({static_cast<std::uint32_t>(t), {1 - u - v, u, v}});
   }

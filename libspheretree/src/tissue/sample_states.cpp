@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
+
+#include "base/random.h"
 
 namespace spheretree::builder {
 
@@ -39,7 +40,7 @@ class States {
   }
 
  private:
-  double unit() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+  double unit() { return randomUnit(random_); }
   Vector3d direction() {
     while (true) {
       const double x = 2 * unit() - 1, y = 2 * unit() - 1, z = 2 * unit() - 1;
