@@ -18,6 +18,7 @@
 #include "probe.h"
 #include "spheretree/builder/build_sphere_tree.h"
 #include "spheretree/formats/mesh_file.h"
+#include "support/sample_trees.h"
 #include "support/shapes.h"
 
 namespace spheretree {
@@ -133,13 +134,11 @@ TEST(Tolerance, TheBoundOfASmallTreeNeedsHardlyMoreNodesThanThatTree) {
   });
 }
 
-std::vector<builder::Ball> leavesOf(const SphereTree& tree) {
+// In the frame of the mesh.
+std::vector<builder::Ball> leafBalls(const SphereTree& tree) {
   const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
   std::vector<builder::Ball> leaves;
-  for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) {
-    const Sphere& s = tree.cover[leaf];
-    leaves.push_back({Eigen::Vector3d(s.x, s.y, s.z) + origin, s.radius});
-  }
+  for (const Sphere& s : test::leavesOf(tree)) leaves.push_back({centreOf(s) + origin, s.radius});
   return leaves;
 }
 
@@ -186,7 +185,7 @@ TEST(Tolerance, EveryLeafIsNeeded) {
     for (const BuilderKind kind : allBuilders()) {
       SCOPED_TRACE(named.name + ", " + std::string(name(kind)));
       const BuildResult result = build(named.mesh, kind, 3, 8, 0);
-      const std::vector<builder::Ball> leaves = leavesOf(result.tree);
+      const std::vector<builder::Ball> leaves = leafBalls(result.tree);
       if (leaves.size() == 1) continue;
       const std::vector<char> needed = withAPointOfTheirOwn(named.mesh, leaves, 200'000), above = neededAbove(result.tree);
       std::size_t proven = 0;

@@ -52,22 +52,11 @@ std::set<Triple> triplesOf(const Scene& scene, const PairSet& set) {
 // Every leaf against every leaf, from the description alone.
 std::set<Triple> bruteForce(const SceneDescription& d, const Configuration& pose, double margin) {
   std::set<Triple> out;
-  const auto leavesOf = [](const SphereTree& tree, const Configuration& at, const Eigen::Vector3d& reference) {
-    std::vector<std::pair<std::uint32_t, Eigen::Vector4d>> leaves;
-    for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
-      if (tree.isLeaf(n)) {
-        const Eigen::Vector3d c = Eigen::Vector3d(tree.cover[n].x, tree.cover[n].y, tree.cover[n].z) +
-                                  Eigen::Vector3d(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]) - reference;
-        const Eigen::Vector3d w = at.orientation.normalized() * c + at.position;
-        leaves.push_back({n, {w.x(), w.y(), w.z(), tree.cover[n].radius}});
-      }
-    return leaves;
-  };
-  const auto tool = leavesOf(d.tool, pose, d.reference_point);
+  const auto tool = test::placedLeaves(d.tool, pose, d.reference_point);
   for (std::uint32_t i = 0; i < d.objects.size(); ++i)
-    for (const auto& [o, b] : leavesOf(*d.objects[i].tree, d.objects[i].pose, Eigen::Vector3d::Zero()))
-      for (const auto& [t, a] : tool)
-        if ((a - b).head<3>().norm() - (a[3] + b[3]) <= margin) out.emplace(i, t, o);
+    for (const test::PlacedLeaf& b : test::placedLeaves(*d.objects[i].tree, d.objects[i].pose, Eigen::Vector3d::Zero()))
+      for (const test::PlacedLeaf& a : tool)
+        if ((a.centre - b.centre).norm() - (a.radius + b.radius) <= margin) out.emplace(i, a.node, b.node);
   return out;
 }
 

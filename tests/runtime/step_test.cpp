@@ -23,23 +23,13 @@ using test::toolAndObject;
 
 // Largest overlap of leaves, every leaf against every leaf in double.
 double deepestOverlap(const SceneDescription& d, const Configuration& pose) {
-  const auto leavesOf = [](const SphereTree& tree, const Configuration& at, const Eigen::Vector3d& reference) {
-    std::vector<Eigen::Vector4d> leaves;
-    for (std::uint32_t n = 0; n < tree.nodeCount(); ++n)
-      if (tree.isLeaf(n)) {
-        const Eigen::Vector3d w =
-            at.orientation * (Eigen::Vector3d(tree.cover[n].x, tree.cover[n].y, tree.cover[n].z) - reference) + at.position;
-        leaves.push_back({w.x(), w.y(), w.z(), tree.cover[n].radius});
-      }
-    return leaves;
-  };
   double deepest = 0;
-  const auto tool = leavesOf(d.tool, pose, d.reference_point);
+  const auto tool = test::placedLeaves(d.tool, pose, d.reference_point);
   for (const SceneObject& object : d.objects)
-    for (const Eigen::Vector4d& b : leavesOf(*object.tree, object.pose, Eigen::Vector3d::Zero()))
-      for (const Eigen::Vector4d& a : tool) {
-        const double reach = a[3] + b[3] - deepest;
-        if ((a - b).head<3>().squaredNorm() < reach * reach) deepest = a[3] + b[3] - (a - b).head<3>().norm();
+    for (const test::PlacedLeaf& b : test::placedLeaves(*object.tree, object.pose, Eigen::Vector3d::Zero()))
+      for (const test::PlacedLeaf& a : tool) {
+        const double reach = a.radius + b.radius - deepest;
+        if ((a.centre - b.centre).squaredNorm() < reach * reach) deepest = a.radius + b.radius - (a.centre - b.centre).norm();
       }
   return deepest;
 }

@@ -86,13 +86,6 @@ inline SearchTree searchTreeOf(std::span<const Sphere> items, std::size_t branch
   return tree;
 }
 
-/// The leaves of a tree in the order of its search tree.
-inline std::vector<Sphere> leavesOf(const SphereTree& tree) {
-  std::vector<Sphere> leaves;
-  for (const std::uint32_t node : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[node]);
-  return leaves;
-}
-
 /// Builds a new search tree over the triangles and puts the triangles into its order.
 inline void sortForSearch(Skin& skin, std::size_t branching = kSearchBranching) {
   std::vector<Sphere> about;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "spheretree/core/rigid.h"
 #include "spheretree/core/sphere_tree.h"
 #include "support/random.h"
 
@@ -51,6 +52,30 @@ inline SphereTree randomTree(std::uint64_t seed, int levels, int branching) {
   SphereTree tree = treeOf(std::move(counts), seed);
   tree.branching = static_cast<std::uint8_t>(branching);
   return tree;
+}
+
+/// The leaves of a tree in the order of its search tree.
+inline std::vector<Sphere> leavesOf(const SphereTree& tree) {
+  std::vector<Sphere> leaves;
+  for (const std::uint32_t node : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[node]);
+  return leaves;
+}
+
+struct PlacedLeaf {
+  std::uint32_t node;
+  Eigen::Vector3d centre;
+  double radius;
+};
+
+/// The leaves of a tree whose object is at `pose`, with the point `reference` of the frame of the mesh at its position.
+inline std::vector<PlacedLeaf> placedLeaves(const SphereTree& tree, const Configuration& pose, const Eigen::Vector3d& reference) {
+  const Eigen::Vector3d origin(tree.origin_mm[0], tree.origin_mm[1], tree.origin_mm[2]);
+  std::vector<PlacedLeaf> leaves;
+  for (const std::uint32_t node : levelSet(tree, tree.levelCount() - 1)) {
+    const Eigen::Vector3d from_reference = centreOf(tree.cover[node]) + origin - reference;
+    leaves.push_back({node, pose.orientation.normalized() * from_reference + pose.position, static_cast<double>(tree.cover[node].radius)});
+  }
+  return leaves;
 }
 
 /// Six nodes on three levels, with every field of the provenance set.

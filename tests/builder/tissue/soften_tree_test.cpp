@@ -7,6 +7,7 @@
 
 #include "spheretree/builder/build_sphere_tree.h"
 #include "support/random.h"
+#include "support/sample_trees.h"
 #include "support/shapes.h"
 #include "support/tetrahedra.h"
 #include "tissue/evaluate_states.h"
@@ -50,12 +51,6 @@ SoftBox softBox(double roughness, int levels, std::uint64_t seed, double share =
   return box;
 }
 
-std::vector<Sphere> leavesOf(const SphereTree& tree) {
-  std::vector<Sphere> leaves;
-  for (const std::uint32_t leaf : levelSet(tree, tree.levelCount() - 1)) leaves.push_back(tree.cover[leaf]);
-  return leaves;
-}
-
 struct Moved {
   std::vector<Vector3d> surface;
   std::vector<Sphere> leaves;
@@ -77,7 +72,7 @@ bool isHeld(const std::vector<Sphere>& leaves, const Vector3d& p) {
 TEST(SoftenTree, AtRestTheLeavesAreThoseOfTheTreeOrSmaller) {
   const SoftBox box = softBox(0.3, 3, 1);
   const Moved rest = movedBy(box.tissue, std::vector<Vector3d>(box.tissue.nodes.size(), Vector3d::Zero()));
-  const std::vector<Sphere> leaves = leavesOf(box.tree);
+  const std::vector<Sphere> leaves = test::leavesOf(box.tree);
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     EXPECT_LT((Vector3d(rest.leaves[i].x, rest.leaves[i].y, rest.leaves[i].z) - Vector3d(leaves[i].x, leaves[i].y, leaves[i].z)).norm(),
               2e-4);
@@ -154,7 +149,7 @@ TEST(SoftenTree, EvaluationFindsNothingBareAndTreesSound) {
 
 float largestRadius(const SphereTree& tree) {
   float largest = 0;
-  for (const Sphere& s : leavesOf(tree)) largest = std::max(largest, s.radius);
+  for (const Sphere& s : test::leavesOf(tree)) largest = std::max(largest, s.radius);
   return largest;
 }
 
