@@ -14,7 +14,6 @@ namespace spheretree::samples {
 /// Triangles of each part: those of the published scene, except that the tongue has 1,046 in place of 1,045, because a
 /// closed mesh has an even number.
 inline constexpr std::size_t kJawTriangles = 2280, kFaceTriangles = 3138, kTongueTriangles = 1046;
-inline constexpr int kTeethOfAnArch = 14;
 
 struct MouthTooth {
   std::string name;                          // tooth_11 .. tooth_47 (FDI)

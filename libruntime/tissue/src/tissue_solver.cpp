@@ -245,7 +245,6 @@ void TissueSolver::reset() noexcept {
 std::span<const Vector3d> TissueSolver::displacements() const { return state_->displacement; }
 double TissueSolver::energy() const { return state_->elastic; }
 std::size_t TissueSolver::inverted() const { return state_->inverted; }
-double TissueSolver::lastMove() const { return state_->last_move; }
 
 std::vector<Vector3d> TissueSolver::elasticForces() {
   Field gradient(state_->displacement.size(), Vector3d::Zero());

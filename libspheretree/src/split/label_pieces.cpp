@@ -12,7 +12,6 @@ namespace {
 
 struct Piece {
   std::int32_t label = 0;
-  std::uint32_t first_vertex = 0;
   double area = 0;
 };
 
@@ -33,7 +32,7 @@ Pieces piecesOf(const TriangleMesh& mesh, const std::vector<std::int32_t>& label
     const std::uint32_t root = groups.root(v);
     if (number[root] == EdgeFaces::kNone) {
       number[root] = static_cast<std::uint32_t>(pieces.all.size());
-      pieces.all.push_back({label[v], v, 0});
+      pieces.all.push_back({label[v], 0});
     }
     pieces.of[v] = number[root];
     pieces.all[number[root]].area += vertex_area[v];

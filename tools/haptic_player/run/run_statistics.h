@@ -56,7 +56,6 @@ class RunStatistics {
   void add(const RecordedStep& row, double processor_us) noexcept;
 
   std::uint64_t steps() const { return steps_; }
-  double largestPenetration() const { return penetration_; }
   const TimeHistogram& total() const { return total_; }
   /// For --json: steps, time_us, steps_over_ms, largest_penetration_mm, wrench_step, energy_mj, faults.
   nlohmann::ordered_json toJson() const;

@@ -51,7 +51,6 @@ class TissueSolver {
   std::span<const Eigen::Vector3d> displacements() const;  // of all nodes [mm]
   double energy() const;                                   // elastic energy [N mm]
   std::size_t inverted() const;                            // number of inverted tetrahedra
-  double lastMove() const;                                 // largest move of a node in the last iteration [mm]
   std::vector<Eigen::Vector3d> elasticForces();            // on the nodes, including the reaction of the fixed nodes [N]
 
  private:
