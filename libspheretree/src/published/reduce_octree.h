@@ -17,11 +17,9 @@ namespace spheretree::builder {
 /// the planes, and makes a child for each part that contains any piece. The ball of a cell contains the corners of its
 /// pieces, so that the balls of a level cover the surface exactly. It is the smallest such ball, or one about a centre
 /// inside the solid, if that has a smaller overhang.
-/// With a tolerance, the smallest number of cells that keeps it is used instead of octants: one side is halved at a
-/// time, neighbours are joined if one ball contains the pieces of both, and the levels have no parents.
+/// With a tolerance: buildOctreeForTolerance() (octree_for_tolerance.h).
 /// `settings.quality` and `settings.seed` have no effect.
-/// Cost: O(pieces) a level; with a tolerance, about ten balls for each cell, three or four times that if the tolerance
-/// cannot be reached.
+/// Cost: O(pieces) a level.
 /// @throws std::invalid_argument for settings out of range, Cancelled.
 LevelBalls buildOctree(const TriangleMesh& mesh, const DistanceField& field, const PublishedSettings& settings, Progress& progress);
 
